@@ -1,0 +1,56 @@
+"""The command line. Each command lives in a module of its own and imports what it needs when it runs."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+
+import click
+
+from rmfs_core.errors import RmfsError
+
+COMMANDS = {
+    "run": "rmfs_core.cli.run:run",
+    "rules": "rmfs_core.cli.rules:rules",
+    "scenario": "rmfs_core.cli.scenario:scenario",
+    "generate": "rmfs_core.cli.generate:generate",
+}
+
+
+class LazyGroup(click.Group):
+    """A group that imports a command's module when the command is looked up."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Names of all commands, in the order in which a new user meets them."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import and return a command."""
+        if cmd_name not in COMMANDS:
+            return None
+        module, attribute = COMMANDS[cmd_name].split(":")
+        command: click.Command = getattr(importlib.import_module(module), attribute)
+        return command
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="rmfs")
+def rmfs() -> None:
+    """Simulate robotic mobile fulfillment systems with interchangeable decision rules."""
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point of ``rmfs``. Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 interrupted."""
+    try:
+        rmfs.main(arguments, standalone_mode=False)
+    except click.exceptions.Exit as stop:
+        sys.exit(stop.exit_code)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(2)
+    except RmfsError as error:
+        click.echo(f"Error: {error}", err=True)
+        sys.exit(error.exit_code)
+    except (KeyboardInterrupt, click.Abort):
+        click.echo("Interrupted.", err=True)
+        sys.exit(130)

@@ -1,0 +1,90 @@
+"""What rules return. Plain frozen values; the kernel checks each before it applies it."""
+
+from __future__ import annotations
+
+from attrs import field, frozen
+
+
+@frozen
+class OrderAssignment:
+    """POA: the open lines of an order, or some of them, are to be picked at a station.
+
+    Parameters
+    ----------
+    order, station
+        Their ids.
+    skus
+        Ids of the SKUs whose lines are assigned. None assigns every open line of the order.
+    """
+
+    order: int
+    station: int
+    skus: tuple[int, ...] | None = None
+
+
+@frozen
+class PodTrip:
+    """PPS: a pod is to visit a station (ids)."""
+
+    pod: int
+    station: int
+
+
+@frozen
+class SolveReport:
+    """How an optimising rule arrived at its decision.
+
+    Parameters
+    ----------
+    status
+        For example ``"optimal"``, or ``"stopped"`` when a limit ended the solve.
+    objective, bound
+        Objective value of the decision and the best proven bound, in the rule's own unit.
+    stopped_early
+        Whether a time or gap limit ended the solve before the proof.
+    """
+
+    status: str
+    objective: float | None = None
+    bound: float | None = None
+    stopped_early: bool = False
+
+
+@frozen
+class JointDecision:
+    """POA and PPS decided together."""
+
+    assignments: tuple[OrderAssignment, ...] = field(default=(), converter=tuple)
+    trips: tuple[PodTrip, ...] = field(default=(), converter=tuple)
+    report: SolveReport | None = None
+
+
+@frozen
+class TaskAssignment:
+    """TA: an idle robot is to fetch a waiting pod (ids) and carry it along all stations it is bound for."""
+
+    robot: int
+    pod: int
+
+
+@frozen
+class Leg:
+    """One straight run of a path: wait, turn on the spot towards ``to``, drive there and stop.
+
+    Parameters
+    ----------
+    to
+        Cell index the run ends at; the robot's own cell for a leg that only waits.
+    wait_ticks
+        Ticks to stand still before the turn.
+    """
+
+    to: int
+    wait_ticks: int = 0
+
+
+@frozen
+class Path:
+    """PP: the legs a robot drives, one after another. Empty when the robot is already there."""
+
+    legs: tuple[Leg, ...] = field(default=(), converter=tuple)

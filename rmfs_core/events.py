@@ -1,0 +1,180 @@
+"""What happens in a run, as observers are told of it. Every id is the object's ``id``; times are ticks (1 ms).
+
+An event is sent when its change has been applied. ``tick`` is the time at which it is sent; an event that reports
+something that took time carries when it started too.
+"""
+
+from __future__ import annotations
+
+from attrs import frozen
+
+from rmfs_core.clock import to_seconds
+
+
+@frozen
+class Event:
+    """Base of all events."""
+
+    tick: int
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time at which the event is sent, in seconds."""
+        return to_seconds(self.tick)
+
+
+@frozen
+class OrderArrived(Event):
+    """An order joined the backlog."""
+
+    order: int
+
+
+@frozen
+class OrderAssigned(Event):
+    """Lines of an order became extract requests at a station (one part). ``complete``: no line is left in the backlog."""
+
+    order: int
+    station: int
+    skus: tuple[int, ...]
+    items: int
+    period: int
+    complete: bool
+
+
+@frozen
+class TripDecided(Event):
+    """A pod is bound for a station from now on."""
+
+    pod: int
+    station: int
+
+
+@frozen
+class TaskAssigned(Event):
+    """A robot was given the task to fetch a pod."""
+
+    robot: int
+    pod: int
+
+
+@frozen
+class RobotMoved(Event):
+    """A robot finished one leg: stood ``wait_ticks``, turned for ``turn_ticks``, drove straight, and rests at ``to``.
+
+    ``start_tick`` is the start of the wait; the run takes what is left of the time. ``heading`` is the heading after
+    the turn: 0 east, 1 north, 2 west, 3 south. ``pod`` is what the robot carries, or None.
+    """
+
+    start_tick: int
+    robot: int
+    origin: int
+    to: int
+    heading: int
+    wait_ticks: int
+    turn_ticks: int
+    distance_m: int
+    pod: int | None
+
+
+@frozen
+class PodLifted(Event):
+    """A robot has lifted a pod at its storage location (a cell)."""
+
+    start_tick: int
+    robot: int
+    pod: int
+    cell: int
+
+
+@frozen
+class PodStored(Event):
+    """A robot has set a pod down at a storage location (a cell) and is idle."""
+
+    start_tick: int
+    robot: int
+    pod: int
+    cell: int
+
+
+@frozen
+class QueueJoined(Event):
+    """A pod arrived at a station's queue; its place in the line is fixed."""
+
+    robot: int
+    pod: int
+    station: int
+
+
+@frozen
+class VisitStarted(Event):
+    """A pod stands at the station cell: one pod-station visit. ``visit`` counts up over the run from 1."""
+
+    visit: int
+    robot: int
+    pod: int
+    station: int
+
+
+@frozen
+class ItemPicked(Event):
+    """An item was picked. The pick began at ``start_tick``; the picker handles the item until ``picker_free_tick``."""
+
+    start_tick: int
+    picker_free_tick: int
+    visit: int
+    station: int
+    pod: int
+    order: int
+    sku: int
+
+
+@frozen
+class VisitEnded(Event):
+    """A pod leaves the station cell. ``next_station`` is where the robot carries it on to, or None: to storage."""
+
+    visit: int
+    pod: int
+    station: int
+    picks: int
+    next_station: int | None
+
+
+@frozen
+class OrderCompleted(Event):
+    """The last item of an order was picked."""
+
+    order: int
+
+
+@frozen
+class DecisionMade(Event):
+    """A rule decided POA, PPS or both.
+
+    Parameters
+    ----------
+    period
+        Number of POA (or joint) calls so far, this one included; a PPS decision belongs to the period it follows.
+    decides
+        ``"POA"``, ``"PPS"`` or ``"POA+PPS"``.
+    backlog
+        Orders in the backlog that the rule saw.
+    assignments, trips
+        How many of each the decision has.
+    status, objective, bound, stopped_early
+        As the rule reported (see `rmfs_core.SolveReport`); status ``"decided"`` for rules that report nothing.
+    wall_s
+        Wall-clock seconds the rule took. The one field that differs from run to run.
+    """
+
+    period: int
+    decides: str
+    rule: str
+    backlog: int
+    assignments: int
+    trips: int
+    status: str
+    objective: float | None
+    bound: float | None
+    stopped_early: bool
+    wall_s: float

@@ -1,0 +1,154 @@
+"""The hooks: everything a rule or an observer can implement, top to bottom.
+
+A rule is an attrs class; its fields are its parameters, its `@hookimpl` methods decide. A method may leave out the
+arguments it does not need. The classes named here are documented in `rmfs_core.warehouse` (what a rule sees) and
+`rmfs_core.decisions` (what it returns).
+
+Rules only look at the warehouse and return values; the kernel checks each decision and applies it. A decision that is
+impossible ends the run with an error that names the rule. Draw random numbers from ``rng`` only: it is the rule's own
+stream, spawned from the scenario's seed. Everything here is there since version 0.1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pluggy
+
+if TYPE_CHECKING:
+    from rmfs_core.decisions import JointDecision, OrderAssignment, Path, PodTrip, TaskAssignment
+    from rmfs_core.events import Event
+    from rmfs_core.simulation.info import RunInfo
+    from rmfs_core.warehouse import Order, Pod, Robot, WarehouseView
+
+hookspec = pluggy.HookspecMarker("rmfs")
+hookimpl = pluggy.HookimplMarker("rmfs")
+
+
+class DecisionHooks:
+    """Exactly one selected rule answers each of these."""
+
+    @hookspec(firstresult=True)
+    def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
+        """POA: assign orders of the backlog to picking stations.
+
+        Called in a decision round while some station's free capacity fits the smallest order of the backlog.
+
+        :param warehouse: the warehouse now; ``warehouse.backlog`` is what the prefilters left.
+        :param rng: the rule's random generator.
+        :return: assignments, applied in this order; each must fit what is then free at its station.
+            An empty sequence assigns nothing until something changes.
+        """
+
+    @hookspec(firstresult=True)
+    def select_pods(
+        self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator
+    ) -> Sequence[PodTrip]:
+        """PPS: choose pods to visit stations.
+
+        Called in a decision round when stations have open requests that no inbound pod can serve
+        (``station.uncovered_requests``) and a robot could start now, or a pod that is about to leave a station could go on.
+
+        :param warehouse: the warehouse now. Candidates are ``warehouse.free_pods`` (stored and bound nowhere; each
+            needs a robot) and ``warehouse.leaving_pods`` (at a station with nothing left to serve there and bound
+            nowhere else; the robot that carries them goes on).
+        :param max_fetches: how many trips of stored pods may be decided now.
+        :param rng: the rule's random generator.
+        :return: trips. A pod may be sent only where it is not already bound for, and only once per call.
+        """
+
+    @hookspec(firstresult=True)
+    def assign_orders_and_pods(self, warehouse: WarehouseView, rng: np.random.Generator) -> JointDecision:
+        """POA and PPS together (in place of the two hooks above).
+
+        Called when POA would be: each call is one period. The trips it decides wait in line for robots.
+
+        :param warehouse: the warehouse now; ``warehouse.backlog`` is what the prefilters left.
+        :param rng: the rule's random generator.
+        :return: assignments and the pod trips they need. Every assigned request must be servable by a pod inbound to
+            its station once the trips are counted in.
+        """
+
+    @hookspec(firstresult=True)
+    def choose_storage_location(self, warehouse: WarehouseView, pod: Pod, rng: np.random.Generator) -> int:
+        """PR: name the storage location a pod goes back to.
+
+        Called when a pod leaves a station and is bound for no other.
+
+        :param warehouse: the warehouse now; choose from ``warehouse.free_storage_locations``.
+        :param pod: the pod; ``pod.cell`` is where it stands.
+        :param rng: the rule's random generator.
+        :return: the cell index of a free storage location.
+        """
+
+    @hookspec(firstresult=True)
+    def assign_tasks(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[TaskAssignment]:
+        """TA: give waiting pods to idle robots.
+
+        Called in a decision round while ``warehouse.waiting_pods`` and ``warehouse.idle_robots`` both have entries.
+
+        :param warehouse: the warehouse now.
+        :param rng: the rule's random generator.
+        :return: assignments; each robot and each pod at most once. Pods left out wait for the next round.
+        """
+
+    @hookspec(firstresult=True)
+    def plan_path(
+        self, warehouse: WarehouseView, robot: Robot, goal: int, rng: np.random.Generator
+    ) -> Path:
+        """PP: plan a robot's path from where it stands to a cell.
+
+        Called when a robot has to go somewhere, and again where a path ends before the goal.
+
+        :param warehouse: the warehouse now; ``warehouse.travel`` has the grid and exact travel times.
+        :param robot: the robot: ``robot.cell``, ``robot.heading``, and ``robot.pod``, None when it drives empty.
+        :param goal: the cell index it has to reach.
+        :param rng: the rule's random generator.
+        :return: the legs to drive.
+        """
+
+
+class FilterHooks:
+    """Prefilters form a chain in the order in which the scenario lists them."""
+
+    @hookspec
+    def filter_backlog(
+        self, warehouse: WarehouseView, orders: Sequence[Order], rng: np.random.Generator
+    ) -> Sequence[Order]:
+        """Choose the orders of the backlog that the assigning rule sees.
+
+        Called before each POA or joint decision.
+
+        :param warehouse: the warehouse now, with the whole backlog.
+        :param orders: what the filters before this one left, oldest first.
+        :param rng: the rule's random generator.
+        :return: some of ``orders``; their order does not matter.
+        """
+
+
+class ObserverHooks:
+    """Every registered observer is told everything. Metrics, tables, trace and display are observers too."""
+
+    @hookspec
+    def run_started(self, run: RunInfo) -> None:
+        """A run begins.
+
+        :param run: scenario, instance, layout and the warehouse at time 0.
+        """
+
+    @hookspec
+    def on_event(self, event: Event) -> None:
+        """Something happened.
+
+        :param event: one of the classes of `rmfs_core.events`; frozen.
+        """
+
+    @hookspec
+    def run_ended(self, tick: int, status: str) -> None:
+        """A run is over.
+
+        :param tick: simulated time at the end, in ticks (1 ms).
+        :param status: ``"complete"``, ``"partial"`` or ``"failed"``.
+        """

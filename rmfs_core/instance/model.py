@@ -1,0 +1,59 @@
+"""The data a run starts from, whatever it was made from."""
+
+from __future__ import annotations
+
+from attrs import frozen
+
+
+@frozen
+class OrderData:
+    """A pick order.
+
+    Parameters
+    ----------
+    name
+        What people call it.
+    arrival_tick
+        When it joins the backlog (ticks of 1 ms).
+    lines
+        (SKU id, quantity) of each order line; a SKU occurs once.
+    """
+
+    name: str
+    arrival_tick: int
+    lines: tuple[tuple[int, int], ...]
+
+    @property
+    def items(self) -> int:
+        """Number of items (units) of the order."""
+        return sum(quantity for _, quantity in self.lines)
+
+
+@frozen
+class PodData:
+    """A pod with contents.
+
+    Parameters
+    ----------
+    name
+        What people call it.
+    contents
+        (SKU id, number of items or None for unlimited) of each SKU on the pod; a SKU occurs once.
+    """
+
+    name: str
+    contents: tuple[tuple[int, int | None], ...]
+
+
+@frozen
+class Instance:
+    """SKU names by id, orders by id in order of arrival, and the pods that have contents, by id."""
+
+    skus: tuple[str, ...]
+    orders: tuple[OrderData, ...]
+    pods: tuple[PodData, ...]
+
+    @property
+    def unlimited_stock(self) -> bool:
+        """Whether every pod has enough of every SKU it holds (the paper's assumption)."""
+        return all(number is None for pod in self.pods for _, number in pod.contents)

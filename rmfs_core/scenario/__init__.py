@@ -1,0 +1,5 @@
+"""Scenario files."""
+
+from rmfs_core.scenario.model import Scenario
+
+__all__ = ["Scenario"]

@@ -1,0 +1,213 @@
+"""The sections of a scenario file as attrs classes. Every key's meaning, unit and range is written here once:
+reading, ``rmfs scenario show``, the JSON Schema and the README's tests take it from these classes.
+
+The defaults are the paper's parameters (Section 4.1 and Appendix D).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from attrs import Factory, evolve, field, frozen, validators
+
+NOTHING_SET = object()
+
+
+def key(doc: str, default: Any = NOTHING_SET, *, unit: str | None = None, check: Any = None, factory: Any = None) -> Any:
+    """Field of a scenario section: documented, with its unit and its check."""
+    metadata = {"doc": doc, "unit": unit}
+    if factory is not None:
+        return field(factory=factory, validator=check, metadata=metadata)
+    if default is NOTHING_SET:
+        return field(validator=check, metadata=metadata)
+    return field(default=default, validator=check, metadata=metadata)
+
+
+def _positive(instance: object, attribute: Any, value: float) -> None:
+    if not value > 0:
+        raise ValueError(f"expected a number > 0, found {value}")
+
+
+def _not_negative(instance: object, attribute: Any, value: float) -> None:
+    if not value >= 0:
+        raise ValueError(f"expected a number >= 0, found {value}")
+
+
+def at_least(least: int) -> Callable[[object, Any, int], None]:
+    """Validator: a whole number of at least ``least``."""
+
+    def check(instance: object, attribute: Any, value: int) -> None:
+        if value < least:
+            raise ValueError(f"expected a whole number >= {least}, found {value}")
+
+    return check
+
+
+def _share(instance: object, attribute: Any, value: float) -> None:
+    if not 0 < value <= 1:
+        raise ValueError(f"expected a number in (0, 1], found {value}")
+
+
+@frozen
+class Arrivals:
+    """When orders arrive. The paper has all of them at the start."""
+
+    process: str = key(
+        "`start`: every order is there at t = 0. `poisson`: exponential times between arrivals. "
+        "(Orders from a file arrive at the times the file gives.)",
+        "start",
+        check=validators.in_(("start", "poisson")),
+    )
+    orders_per_hour: float | None = key("Mean arrival rate of `poisson`", None, unit="1/h", check=validators.optional(_positive))
+
+    def __attrs_post_init__(self) -> None:
+        if (self.process == "poisson") != (self.orders_per_hour is not None):
+            raise ValueError("expected `orders_per_hour` with process \"poisson\", and only there")
+
+
+@frozen
+class InstanceSection:
+    """Orders, SKUs and pods: the paper's generator (Section 4.1.1) or CSV files."""
+
+    orders: int = key("Number of orders |O| to generate", 250, check=at_least(0))
+    skus: int = key("Number of SKUs |I|", 100, check=at_least(1))
+    pods: int = key("Number of pods with contents |P|", 100, check=at_least(1))
+    skus_per_pod: int = key("SKUs per pod, alpha", 3, check=at_least(1))
+    max_lines: int = key(
+        "Longest order to generate: order lengths are geometric, truncated to 1..min(|I|, max_lines)",
+        15,
+        check=at_least(1),
+    )
+    items_per_sku: int | None = key(
+        "Items of each SKU on a pod; left out: unlimited, the paper's assumption", None, check=validators.optional(at_least(1))
+    )
+    orders_file: str | None = key("CSV with columns order,arrival_s,sku,quantity instead of generated orders", None)
+    pods_file: str | None = key("CSV with columns pod,sku,quantity (empty: unlimited) instead of generated pods", None)
+    arrivals: Arrivals = key("When generated orders arrive", factory=Arrivals)
+    pods_at_stations: Mapping[str, tuple[str, ...]] = key(
+        "Pods that stand at a station when the run starts: station name to pod names, in the order of the queue",
+        factory=dict,
+    )
+
+    def __attrs_post_init__(self) -> None:
+        if (self.orders_file is None) != (self.pods_file is None):
+            raise ValueError("expected `orders_file` and `pods_file` together, or neither")
+
+
+@frozen
+class LayoutSection:
+    """The grid: RAWSim-O's block layout, or a text map."""
+
+    block_rows: int = key("Rows of blocks of storage locations", 9, check=at_least(1))
+    block_columns: int = key("Columns of blocks", 7, check=at_least(1))
+    block_length: int = key("Storage locations along a block; a block is 2 deep", 4, unit="cells", check=at_least(1))
+    hall_width: int = key("Width of the hall on the east and west side", 5, unit="cells", check=at_least(1))
+    stations_east: int = key("Picking stations on the east side", 4, check=at_least(0))
+    stations_west: int = key("Picking stations on the west side", 0, check=at_least(0))
+    map_file: str | None = key("Text map to use instead of the block layout", None)
+    pod_fill: float = key("Share of the storage locations that hold a pod, with contents or empty", 0.85, check=_share)
+
+
+@frozen
+class RobotsSection:
+    """The robots and how they move."""
+
+    count: int = key("Number of robots", 8, check=at_least(1))
+    acceleration_m_per_s2: float = key("Acceleration and deceleration", 1.0, unit="m/s^2", check=_positive)
+    top_speed_m_per_s: float = key("Top speed", 1.5, unit="m/s", check=_positive)
+    full_turn_s: float = key("Time of a full turn on the spot", 2.5, unit="s", check=_positive)
+    lift_s: float = key("Time to lift a pod, and to set it down", 2.2, unit="s", check=_not_negative)
+
+
+def _capacity(instance: object, attribute: Any, value: int | tuple[int, ...] | None) -> None:
+    values = () if value is None else value if isinstance(value, tuple) else (value,)
+    if value == () or any(v < 1 for v in values):
+        raise ValueError(f"expected a whole number >= 1, or a list of them, one per station, found {value}")
+
+
+@frozen
+class StationsSection:
+    """The picking stations."""
+
+    item_capacity: int | tuple[int, ...] = key(
+        "Items assigned to a station at a time; a list gives each station its own", 15, unit="items", check=_capacity
+    )
+    order_capacity: int | tuple[int, ...] | None = key(
+        "Orders assigned to a station at a time; when set, it counts instead of `item_capacity`",
+        None,
+        unit="orders",
+        check=_capacity,
+    )
+    queue_length: int = key("Pods that can wait at a station, besides the one it works on", 12, unit="cells", check=at_least(1))
+    pick_s: float = key("Time of picking a unit: holds the picker, the pod and its robot", 7.0, unit="s", check=_positive)
+    handle_s: float = key(
+        "Time of handling a unit, picking included: holds the picker; the pod may leave after `pick_s`", 13.0, unit="s", check=_positive
+    )
+
+    def __attrs_post_init__(self) -> None:
+        if self.handle_s < self.pick_s:
+            raise ValueError(f"expected handle_s >= pick_s, found {self.handle_s} < {self.pick_s}")
+
+
+@frozen
+class RuleChoice:
+    """A rule by its entry-point name, or ``./file.py:Class`` beside the scenario, and its parameters."""
+
+    rule: str
+    parameters: Mapping[str, Any] = Factory(dict)
+
+
+
+@frozen
+class RulesSection:
+    """Which rule decides what. Give `poa` and `pps`, or `poa_pps`."""
+
+    poa: RuleChoice | None = key("Pick order assignment: orders to stations", None)
+    pps: RuleChoice | None = key("Pick pod selection: pods to stations", None)
+    poa_pps: RuleChoice | None = key("A joint rule for both, in place of `poa` and `pps`", None)
+    pr: RuleChoice = key("Pod repositioning: where a pod goes back to", RuleChoice("nearest"))
+    ta: RuleChoice = key("Task allocation: tasks to robots", RuleChoice("balanced"))
+    pp: RuleChoice = key("Path planning", RuleChoice("free-flow"))
+    filters: tuple[RuleChoice, ...] = key("Backlog prefilters, applied in this order", ())
+    observers: tuple[RuleChoice, ...] = key("Observers of third parties to register", ())
+
+    def __attrs_post_init__(self) -> None:
+        if self.poa_pps is not None and (self.poa is not None or self.pps is not None):
+            raise ValueError("expected either `poa_pps` or `poa` and `pps`, found both")
+        if self.poa_pps is None and (self.poa is None or self.pps is None):
+            raise ValueError("expected `poa` and `pps`, or `poa_pps`")
+
+
+@frozen
+class RunSection:
+    """When to stop, and limits."""
+
+    until_s: float | None = key("Simulated time at which the run ends even if orders are left", None, unit="s", check=validators.optional(_positive))
+    decision_limit_s: float | None = key(
+        "Wall-clock limit of a single decision; a rule that takes longer ends the run with an error. Off when left out",
+        None,
+        unit="s",
+        check=validators.optional(_positive),
+    )
+
+
+@frozen
+class Scenario:
+    """A whole run: what is there, which rules decide, and the seed of every random stream.
+
+    ``folder`` is where relative file names are looked up; it is no key of the file.
+    """
+
+    rules: RulesSection = key("Decision rules")
+    seed: int = key("Seed of every random stream", 1, check=at_least(0))
+    instance: InstanceSection = key("Orders, SKUs, pods", factory=InstanceSection)
+    layout: LayoutSection = key("The grid", factory=LayoutSection)
+    robots: RobotsSection = key("Robots", factory=RobotsSection)
+    stations: StationsSection = key("Picking stations", factory=StationsSection)
+    run: RunSection = key("Stopping and limits", factory=RunSection)
+    folder: str = field(default=".", eq=False, metadata={"internal": True})
+
+    def with_seed(self, seed: int) -> Scenario:
+        """Return the same scenario with another seed."""
+        return evolve(self, seed=seed)

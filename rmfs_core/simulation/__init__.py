@@ -1,0 +1,1 @@
+"""The simulation: it asks rules through hooks and turns their decisions into events."""

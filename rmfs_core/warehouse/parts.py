@@ -1,0 +1,257 @@
+"""Orders, requests, pods, stations and robots as rules see them.
+
+Public attributes are read-only; what begins with an underscore belongs to the kernel (`rmfs_core.warehouse.state`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+from rmfs_core.clock import to_seconds
+from rmfs_core.instance import OrderData, PodData
+from rmfs_core.layout import StationCells
+
+UNLIMITED = 1 << 40
+"""Number of items that stands for an unlimited stock: more than any run can pick, and safe in sums."""
+
+
+class OrderLine(NamedTuple):
+    """One SKU (id) and how many items of it are wanted."""
+
+    sku: int
+    quantity: int
+
+
+class Order:
+    """A pick order in the backlog or at stations."""
+
+    __slots__ = ("_open", "_open_size", "_parts", "_unpicked", "arrival_s", "arrival_tick", "id", "items", "lines", "name")
+
+    def __init__(self, order_id: int, data: OrderData) -> None:
+        self.id = order_id
+        self.name = data.name
+        self.arrival_tick = data.arrival_tick
+        self.arrival_s = to_seconds(data.arrival_tick)
+        self.lines = tuple(OrderLine(sku, quantity) for sku, quantity in data.lines)
+        self.items = data.items
+        self._open: dict[int, OrderLine] = {line.sku: line for line in self.lines}
+        self._open_size = self.items
+        self._unpicked = self.items
+        self._parts: list[Part] = []
+
+    @property
+    def open_lines(self) -> tuple[OrderLine, ...]:
+        """Lines not yet assigned to any station. All lines, unless the order was split over time."""
+        return tuple(self._open.values())
+
+    @property
+    def open_items(self) -> int:
+        """Number of items of the open lines."""
+        return self._open_size
+
+    @property
+    def unpicked_items(self) -> int:
+        """Number of items not yet picked, assigned or not."""
+        return self._unpicked
+
+    @property
+    def stations(self) -> tuple[int, ...]:
+        """Ids of the stations that parts of the order were assigned to, in the order of assignment, without repeats."""
+        return tuple(dict.fromkeys(part.station for part in self._parts))
+
+    def __repr__(self) -> str:
+        return f"Order({self.name!r}, lines={self.lines})"
+
+
+class Part:
+    """What one period assigned of an order to a station; it takes up capacity until its last item is picked."""
+
+    __slots__ = ("items", "order", "station", "unpicked")
+
+    def __init__(self, order: Order, station: int, items: int) -> None:
+        self.order = order
+        self.station = station
+        self.items = items
+        self.unpicked = items
+
+
+class Request:
+    """Extract request: one item of an order line wanted at a station."""
+
+    __slots__ = ("_pod", "id", "order", "part", "sku", "station")
+
+    def __init__(self, request_id: int, part: Part, sku: int) -> None:
+        self.id = request_id
+        self.part = part
+        self.order = part.order
+        self.station = part.station
+        self.sku = sku
+        self._pod: Pod | None = None
+
+    @property
+    def covered(self) -> bool:
+        """Whether a pod inbound to the station holds an item for this request."""
+        return self._pod is not None
+
+    def __repr__(self) -> str:
+        return f"Request(order={self.order.name!r}, sku={self.sku}, station={self.station}, covered={self.covered})"
+
+
+class Pod:
+    """A pod: its contents, where it is, and which stations it is bound for."""
+
+    __slots__ = ("_carrier", "_cell", "_contents", "_itinerary", "_location", "_promised", "_view", "id", "name")
+
+    def __init__(self, pod_id: int, data: PodData, cell: int) -> None:
+        self.id = pod_id
+        self.name = data.name
+        self._contents = {sku: UNLIMITED if number is None else number for sku, number in data.contents}
+        self._view: Mapping[int, int] = MappingProxyType(self._contents)
+        self._promised: dict[int, dict[int, int]] = {}  # SKU -> station -> items promised to requests there
+        self._cell = cell
+        self._location: int | None = cell
+        self._itinerary: list[int] = []
+        self._carrier: Robot | None = None
+
+    @property
+    def contents(self) -> Mapping[int, int]:
+        """Items per SKU id; `UNLIMITED` (2**40) where the stock is unlimited."""
+        return self._view
+
+    @property
+    def cell(self) -> int:
+        """Cell index where the pod is, or was when its robot last stood still."""
+        return self._cell if self._carrier is None else self._carrier.cell
+
+    @property
+    def location(self) -> int | None:
+        """Cell index of the storage location it stands in, or None while a robot carries it."""
+        return self._location
+
+    @property
+    def robot(self) -> int | None:
+        """Id of the robot that carries it or is on its way to fetch it."""
+        return None if self._carrier is None else self._carrier.id
+
+    @property
+    def bound_for(self) -> tuple[int, ...]:
+        """Ids of the stations it is at or will visit, in this order."""
+        return tuple(self._itinerary)
+
+    def free_items(self, sku: int) -> int:
+        """Items of a SKU that are not promised to any request."""
+        number = self._contents.get(sku, 0)
+        if number >= UNLIMITED:
+            return UNLIMITED
+        return number - sum(self._promised.get(sku, {}).values())
+
+    def __repr__(self) -> str:
+        return f"Pod({self.name!r}, location={self._location}, bound_for={self._itinerary})"
+
+
+class Station:
+    """A picking station with its queue."""
+
+    __slots__ = ("_claims", "_inbound", "_line", "_load", "_requests", "capacity", "cells", "counts_orders", "id", "name", "queue_length")
+
+    def __init__(
+        self, station_id: int, cells: StationCells, capacity: int, counts_orders: bool, queue_length: int
+    ) -> None:
+        self.id = station_id
+        self.name = str(station_id + 1)
+        self.cells = cells
+        self.capacity = capacity
+        self.counts_orders = counts_orders
+        self.queue_length = queue_length
+        self._load = 0
+        self._requests: dict[int, Request] = {}
+        self._inbound: dict[int, Pod] = {}
+        self._line: list[Robot] = []
+        self._claims = 0
+
+    @property
+    def cell(self) -> int:
+        """Cell index of the station itself."""
+        return self.cells.station
+
+    @property
+    def load(self) -> int:
+        """Capacity in use: items (or orders, with order capacity) of the parts that still have unpicked items here."""
+        return self._load
+
+    @property
+    def free_capacity(self) -> int:
+        """Items (or orders, with order capacity) that can still be assigned now."""
+        return self.capacity - self._load
+
+    @property
+    def open_requests(self) -> tuple[Request, ...]:
+        """Requests not yet picked, oldest first."""
+        return tuple(self._requests.values())
+
+    @property
+    def uncovered_requests(self) -> tuple[Request, ...]:
+        """Open requests for which no inbound pod holds an item, oldest first."""
+        return tuple(request for request in self._requests.values() if not request.covered)
+
+    @property
+    def inbound_pods(self) -> tuple[Pod, ...]:
+        """Pods at the station or bound for it, in the order in which their trips were decided."""
+        return tuple(self._inbound.values())
+
+    @property
+    def pods_in_line(self) -> tuple[int, ...]:
+        """Ids of the pods at the station (first) and in its queue."""
+        return tuple(robot.pod for robot in self._line if robot.pod is not None)
+
+    @property
+    def queue_room(self) -> int:
+        """Pods that could still set out for the station now."""
+        return self.queue_length + 1 - self._claims
+
+    def __repr__(self) -> str:
+        return f"Station({self.name}, load={self._load}/{self.capacity}, requests={len(self._requests)})"
+
+
+class Robot:
+    """A robot: where it is, what it does."""
+
+    __slots__ = ("_cell", "_heading", "_pod", "_task", "id", "name")
+
+    def __init__(self, robot_id: int, cell: int, heading: int) -> None:
+        self.id = robot_id
+        self.name = str(robot_id + 1)
+        self._cell = cell
+        self._heading = heading
+        self._pod: int | None = None
+        self._task: int | None = None
+
+    @property
+    def cell(self) -> int:
+        """Cell index where it stands, or last stood while it drives."""
+        return self._cell
+
+    @property
+    def heading(self) -> int:
+        """0 east, 1 north, 2 west, 3 south."""
+        return self._heading
+
+    @property
+    def pod(self) -> int | None:
+        """Id of the pod it carries."""
+        return self._pod
+
+    @property
+    def task(self) -> int | None:
+        """Id of the pod it carries or is on its way to fetch; None when idle."""
+        return self._task
+
+    @property
+    def idle(self) -> bool:
+        """Whether it can take a task."""
+        return self._task is None
+
+    def __repr__(self) -> str:
+        return f"Robot({self.name}, cell={self._cell}, task={self._task}, pod={self._pod})"

@@ -1,0 +1,156 @@
+"""The read-only view of the warehouse that every rule gets."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from attrs import frozen
+
+from rmfs_core.clock import to_seconds
+from rmfs_core.warehouse.parts import Order, Pod, Robot, Station
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from rmfs_core.travel import Travel
+    from rmfs_core.warehouse.state import Warehouse
+
+
+@frozen(eq=False)
+class BacklogLines:
+    """Open lines of the backlog as arrays of equal length n, sorted by position.
+
+    Parameters
+    ----------
+    order
+        Position of the line's order in ``WarehouseView.backlog``, int64, shape (n,).
+    sku, quantity
+        SKU id and number of items, int64, shape (n,).
+    """
+
+    order: NDArray[np.int64]
+    sku: NDArray[np.int64]
+    quantity: NDArray[np.int64]
+
+
+class WarehouseView:
+    """The warehouse as it is now, for looking only."""
+
+    __slots__ = ("_backlog", "_lines", "_state")
+
+    def __init__(self, state: Warehouse, backlog: Sequence[Order] | None = None) -> None:
+        self._state = state
+        self._backlog = None if backlog is None else tuple(backlog)
+        self._lines: BacklogLines | None = None
+
+    @property
+    def now_s(self) -> float:
+        """Simulated time in seconds."""
+        return to_seconds(self._state.now)
+
+    @property
+    def orders(self) -> tuple[Order, ...]:
+        """All orders of the run that have arrived, by id where all arrive at the start; see ``backlog`` for open ones."""
+        return tuple(self._state.arrived)
+
+    @property
+    def backlog(self) -> tuple[Order, ...]:
+        """Orders with open lines, oldest first (arrival, then id); what the prefilters left when POA is decided."""
+        return self._state.backlog if self._backlog is None else self._backlog
+
+    @property
+    def backlog_lines(self) -> BacklogLines:
+        """The open lines of ``backlog`` as arrays, for rules that score all orders at once."""
+        if self._backlog is None:
+            return self._state.backlog_lines
+        if self._lines is None:
+            self._lines = lines_of(self._backlog)
+        return self._lines
+
+    @property
+    def n_skus(self) -> int:
+        """Number of SKUs; SKU ids are 0 .. n_skus - 1."""
+        return self._state.n_skus
+
+    @property
+    def unlimited_stock(self) -> bool:
+        """Whether every pod has enough of every SKU it holds."""
+        return self._state.unlimited_stock
+
+    @property
+    def pods(self) -> tuple[Pod, ...]:
+        """The pods with contents, by id. (Empty pods only stand in the way.)"""
+        return self._state.pods
+
+    @property
+    def stations(self) -> tuple[Station, ...]:
+        """The picking stations, by id."""
+        return self._state.stations
+
+    @property
+    def robots(self) -> tuple[Robot, ...]:
+        """The robots, by id."""
+        return self._state.robots
+
+    @property
+    def idle_robots(self) -> tuple[Robot, ...]:
+        """Robots without a task, by id."""
+        return tuple(robot for robot in self._state.robots if robot.idle)
+
+    @property
+    def free_pods(self) -> tuple[Pod, ...]:
+        """Stored pods that are bound for no station, by id."""
+        return tuple(pod for pod in self._state.pods if pod.location is not None and not pod.bound_for)
+
+    @property
+    def leaving_pods(self) -> tuple[Pod, ...]:
+        """Pods at a station that serve nothing there any more and are bound for no other station, by id."""
+        return self._state.leaving_pods()
+
+    @property
+    def waiting_pods(self) -> tuple[Pod, ...]:
+        """Stored pods that are bound for a station and that no robot fetches yet, longest waiting first."""
+        return tuple(self._state.waiting.values())
+
+    @property
+    def free_storage_locations(self) -> Sequence[int]:
+        """Cell indices of the storage locations with no pod in them or on its way to them, ascending."""
+        return self._state.free_locations
+
+    @property
+    def travel(self) -> Travel:
+        """Exact driving times on the grid without other robots."""
+        return self._state.travel
+
+    def home(self, pod: Pod) -> int:
+        """Cell index of the storage location at which a pod stood when the run started."""
+        return self._state.homes[pod.id]
+
+    def pods_with(self, sku: int) -> tuple[Pod, ...]:
+        """Pods that held a SKU when the run started, by id."""
+        return self._state.pods_with(sku)
+
+    def fits(self, order: Order, station: Station) -> bool:
+        """Whether all open lines of an order could be assigned to a station now."""
+        return self._state.size_at(order, station) <= station.free_capacity
+
+    def size_at(self, order: Order, station: Station) -> int:
+        """Capacity that the open lines of an order take up at a station: items, or 1 with order capacity."""
+        return self._state.size_at(order, station)
+
+    def open_demand(self) -> NDArray[np.int64]:
+        """Items wanted per SKU id and not yet picked: assigned, queued and backlog. Shape (n_skus,)."""
+        return self._state.open_demand.copy()
+
+    def available(self) -> NDArray[np.int64]:
+        """Items on each station's inbound pods that are not promised to any request. Shape (stations, n_skus)."""
+        return self._state.available()
+
+
+def lines_of(orders: Sequence[Order]) -> BacklogLines:
+    """Return the open lines of orders as arrays."""
+    rows = [(i, line.sku, line.quantity) for i, order in enumerate(orders) for line in order.open_lines]
+    table = np.array(rows, dtype=np.int64).reshape(-1, 3)
+    return BacklogLines(order=table[:, 0], sku=table[:, 1], quantity=table[:, 2])
