@@ -43,9 +43,7 @@ class DecisionHooks:
         """
 
     @hookspec(firstresult=True)
-    def select_pods(
-        self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator
-    ) -> Sequence[PodTrip]:
+    def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
         """PPS: choose pods to visit stations.
 
         Called in a decision round when stations have open requests that no inbound pod can serve
@@ -95,9 +93,7 @@ class DecisionHooks:
         """
 
     @hookspec(firstresult=True)
-    def plan_path(
-        self, warehouse: WarehouseView, robot: Robot, goal: int, rng: np.random.Generator
-    ) -> Path:
+    def plan_path(self, warehouse: WarehouseView, robot: Robot, goal: int, rng: np.random.Generator) -> Path:
         """PP: plan a robot's path from where it stands to a cell.
 
         Called when a robot has to go somewhere, and again where a path ends before the goal.

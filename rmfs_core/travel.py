@@ -1,42 +1,163 @@
-"""Exact driving times and shortest paths on the grid, other robots ignored (stub while the kernel takes shape).
+"""Exact driving times and fastest paths on the grid, other robots ignored.
 
-Robots drive straight runs between stops and turn only at a standstill, so the state of the search is (cell, heading).
+Robots drive straight runs between stops and turn only at a standstill, so the state of the search is (cell, heading) at
+rest, and its moves are turns and whole runs. Tables are computed on demand, one Dijkstra search each, and kept.
+
+Who may pass what: a robot without a pod drives over the floor and under stored pods. A robot with a pod drives over
+the floor only; storage cells are its start and its goal, never on its way. Queue and station cells are entered only on
+the way to a cell of the same queue.
 """
 
 from __future__ import annotations
+
+from collections import OrderedDict
+from functools import lru_cache
+from pathlib import Path as FilePath
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import Leg
-from rmfs_core.layout import Layout
+from rmfs_core.layout import STEPS, CellKind, Layout
 from rmfs_core.motion import Motion
 
-UNREACHABLE = np.iinfo(np.int64).max // 4
+UNREACHABLE = 1 << 40
+TABLES_BYTES = 128 << 20
+"""Memory that the tables of one layout may take; the least recently used go first."""
+
+
+def needs_compiling() -> bool:
+    """Whether the searches have never been compiled on this machine (that takes some seconds, once)."""
+    from rmfs_core import travel_search
+
+    folder = travel_search.times_to.stats.cache_path
+    return folder is None or not any(FilePath(folder).glob("travel_search.times_to-*.nbi"))
+
+
+@lru_cache(maxsize=8)
+def travel_on(layout: Layout, motion: Motion) -> Travel:
+    """Return the travel times of a layout and kind of robot; runs of one process share them."""
+    return Travel(layout, motion)
 
 
 class Travel:
-    """Travel times of one layout and one kind of robot; tables are computed on demand and kept."""
+    """Travel times of one layout and one kind of robot.
+
+    Parameters
+    ----------
+    layout
+        The grid.
+    motion
+        Kinematics of the robots.
+    """
 
     def __init__(self, layout: Layout, motion: Motion) -> None:
         self.layout = layout
         self.motion = motion
+        longest = max(layout.width, layout.height)
+        self._runs = np.array([motion.run_ticks(cells) for cells in range(longest + 1)], dtype=np.int64)
+        self._turns = np.array([motion.turn_ticks(0, heading) for heading in range(4)], dtype=np.int64)
+        self._offsets = np.array([column + row * layout.width for column, row in STEPS], dtype=np.int64)
+        self._lane = layout.lane
+        self._floor = layout.kind == CellKind.FLOOR
+        self._under = self._floor | (layout.kind == CellKind.STORAGE)
+        self._tables: OrderedDict[tuple[int, int, bool], NDArray[np.int64]] = OrderedDict()
+        self._bytes = 0
 
     def times_to(self, goal: int, loaded: bool) -> NDArray[np.int64]:
         """Ticks from standing in each cell with each heading to rest at ``goal``. Shape (cells, 4), read-only.
 
-        `UNREACHABLE` where there is no way. A loaded robot crosses no storage cell but its start and ``goal``.
+        `UNREACHABLE` where there is no way.
         """
-        raise NotImplementedError
+        from rmfs_core import travel_search
+
+        table = self._kept((goal, -1, loaded))
+        if table is None:
+            table = travel_search.times_to(goal, *self._grid(goal, loaded))
+            self._keep((goal, -1, loaded), table)
+        return table
 
     def times_from(self, cell: int, heading: int, loaded: bool) -> NDArray[np.int64]:
-        """Ticks from standing in ``cell`` with ``heading`` to rest in each cell, whatever the heading there. Shape (cells,)."""
-        raise NotImplementedError
+        """Ticks from standing in ``cell`` with ``heading`` to rest in each cell, whatever the heading there.
+
+        Shape (cells,), read-only. Storage cells are goals here; `UNREACHABLE` where there is no way.
+        """
+        from rmfs_core import travel_search
+
+        table = self._kept((cell, heading, loaded))
+        if table is None:
+            table = travel_search.times_from(cell, heading, *self._grid(cell, loaded))
+            self._keep((cell, heading, loaded), table)
+        return table
 
     def ticks(self, cell: int, heading: int, goal: int, loaded: bool) -> int:
         """Ticks from standing in ``cell`` with ``heading`` to rest at ``goal``."""
         return int(self.times_to(goal, loaded)[cell, heading])
 
     def fastest_path(self, cell: int, heading: int, goal: int, loaded: bool) -> tuple[Leg, ...]:
-        """Legs of a fastest path to ``goal``."""
-        raise NotImplementedError
+        """Legs of a fastest path to ``goal``; of equally fast ones the one that turns last and stops first.
+
+        Raises
+        ------
+        ValueError
+            When there is no way.
+        """
+        from rmfs_core import travel_search
+
+        table = self.times_to(goal, loaded)
+        if table[cell, heading] >= UNREACHABLE:
+            raise ValueError(f"no way from {self.layout.where(cell)} to {self.layout.where(goal)}")
+        ends = travel_search.descend(cell, heading, goal, table, *self._grid(goal, loaded))
+        return tuple(Leg(int(end)) for end in ends)
+
+    def run_problem(self, start: int, leg_start: int, to: int, goal: int, loaded: bool) -> str | None:
+        """Say why a straight run from ``leg_start`` to ``to`` is impossible on a path from ``start`` to ``goal``.
+
+        None when it is possible.
+        """
+        heading = self.heading(leg_start, to)
+        if heading is None:
+            return f"{self.layout.where(leg_start)} to {self.layout.where(to)} is no straight run"
+        passable = self._floor if loaded else self._under
+        offset = int(self._offsets[heading])
+        cell = leg_start
+        while cell != to:
+            if not self.layout.may_step(cell, heading):
+                return f"no robot may go from {self.layout.where(cell)} in heading {heading}"
+            cell += offset
+            lane = int(self._lane[cell])
+            own_queue = lane >= 0 and lane in (int(self._lane[goal]), int(self._lane[start]))
+            if not (passable[cell] or cell == goal or own_queue):
+                carrying = "with a pod" if loaded else "without a pod"
+                return f"a robot {carrying} may not pass {self.layout.where(cell)} on its way"
+        return None
+
+    def heading(self, cell: int, to: int) -> int | None:
+        """Heading of a straight run between two cells, None when they are in neither one row nor one column."""
+        width = self.layout.width
+        across, down = to % width - cell % width, to // width - cell // width
+        if (across == 0) == (down == 0):
+            return None
+        if down == 0:
+            return 0 if across > 0 else 2
+        return 1 if down < 0 else 3
+
+    def _grid(self, end: int, loaded: bool) -> tuple[NDArray[np.int64] | NDArray[np.int8] | NDArray[np.bool_], ...]:
+        """Return moves, passable cells (on the way from or to ``end``), offsets, run and turn times."""
+        passable = self._floor if loaded else self._under
+        if self._lane[end] >= 0:
+            passable = passable | (self._lane == self._lane[end])
+        return self.layout.moves, passable, self._lane, self._offsets, self._runs, self._turns
+
+    def _kept(self, key: tuple[int, int, bool]) -> NDArray[np.int64] | None:
+        table = self._tables.get(key)
+        if table is not None:
+            self._tables.move_to_end(key)
+        return table
+
+    def _keep(self, key: tuple[int, int, bool], table: NDArray[np.int64]) -> None:
+        table.setflags(write=False)
+        self._tables[key] = table
+        self._bytes += table.nbytes
+        while self._bytes > TABLES_BYTES and len(self._tables) > 1:
+            self._bytes -= self._tables.popitem(last=False)[1].nbytes

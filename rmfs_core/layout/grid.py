@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
-from attrs import cmp_using, field, frozen
+from attrs import define, frozen
 from numpy.typing import NDArray
 
 EAST, NORTH, WEST, SOUTH = range(4)
@@ -43,11 +44,7 @@ class StationCells:
         return self.station if position == 0 else self.queue[min(position, len(self.queue)) - 1]
 
 
-def _array() -> NDArray[np.int8]:
-    return field(eq=cmp_using(eq=np.array_equal))  # type: ignore[no-any-return]
-
-
-@frozen
+@define(eq=False, frozen=True, slots=False)
 class Layout:
     """A grid of 1 m x 1 m cells. Cell index = row * width + column; row 0 is north, column 0 west.
 
@@ -62,19 +59,31 @@ class Layout:
         int8, shape (height * width,). Whether it may enter or cross a storage or queue cell depends on what it
         carries and where it goes: `rmfs_core.travel` has those rules.
     stations
-        Picking stations by id.
+        Picking stations by id, in reading order (row by row from the north-west).
     """
 
     width: int
     height: int
-    kind: NDArray[np.int8] = _array()
-    moves: NDArray[np.int8] = _array()
-    stations: tuple[StationCells, ...] = ()
+    kind: NDArray[np.int8]
+    moves: NDArray[np.int8]
+    stations: tuple[StationCells, ...]
 
-    @property
+    @cached_property
     def storage_locations(self) -> tuple[int, ...]:
         """Cell indices of the storage locations, ascending."""
         return tuple(int(cell) for cell in np.flatnonzero(self.kind == CellKind.STORAGE))
+
+    @cached_property
+    def lane(self) -> NDArray[np.int64]:
+        """Id of the station whose queue (or station) a cell is, or -1. Shape (cells,)."""
+        lane = np.full(self.kind.shape, -1, dtype=np.int64)
+        for i, cells in enumerate(self.stations):
+            lane[[cells.station, *cells.queue]] = i
+        return lane
+
+    def may_step(self, cell: int, heading: int) -> bool:
+        """Whether a robot may step from a cell into its neighbour in a heading."""
+        return bool(self.moves[cell] >> heading & 1)
 
     def neighbour(self, cell: int, heading: int) -> int | None:
         """Cell index of the neighbour in a heading, or None at the edge of the grid."""
@@ -84,6 +93,15 @@ class Layout:
             return row * self.width + column
         return None
 
+    def distance(self, cell: int, other: int) -> int:
+        """Metres between two cells along rows and columns."""
+        return abs(cell % self.width - other % self.width) + abs(cell // self.width - other // self.width)
+
     def where(self, cell: int) -> str:
         """Cell for people: ``row 3, column 17`` (counted from 1, from the north-west corner)."""
-        return f"row {cell // self.width + 1}, column {cell % self.width + 1}"
+        return where(cell, self.width)
+
+
+def where(cell: int, width: int) -> str:
+    """Cell for people, counted from 1."""
+    return f"row {cell // width + 1}, column {cell % width + 1}"

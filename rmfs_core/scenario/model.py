@@ -6,10 +6,12 @@ The defaults are the paper's parameters (Section 4.1 and Appendix D).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-from attrs import Factory, evolve, field, frozen, validators
+from attrs import Factory, evolve, field, frozen
+
+from rmfs_core.scenario.checks import CAPACITY, NOT_NEGATIVE, POSITIVE, SHARE, at_least, one_of
 
 NOTHING_SET = object()
 
@@ -24,31 +26,6 @@ def key(doc: str, default: Any = NOTHING_SET, *, unit: str | None = None, check:
     return field(default=default, validator=check, metadata=metadata)
 
 
-def _positive(instance: object, attribute: Any, value: float) -> None:
-    if not value > 0:
-        raise ValueError(f"expected a number > 0, found {value}")
-
-
-def _not_negative(instance: object, attribute: Any, value: float) -> None:
-    if not value >= 0:
-        raise ValueError(f"expected a number >= 0, found {value}")
-
-
-def at_least(least: int) -> Callable[[object, Any, int], None]:
-    """Validator: a whole number of at least ``least``."""
-
-    def check(instance: object, attribute: Any, value: int) -> None:
-        if value < least:
-            raise ValueError(f"expected a whole number >= {least}, found {value}")
-
-    return check
-
-
-def _share(instance: object, attribute: Any, value: float) -> None:
-    if not 0 < value <= 1:
-        raise ValueError(f"expected a number in (0, 1], found {value}")
-
-
 @frozen
 class Arrivals:
     """When orders arrive. The paper has all of them at the start."""
@@ -57,9 +34,9 @@ class Arrivals:
         "`start`: every order is there at t = 0. `poisson`: exponential times between arrivals. "
         "(Orders from a file arrive at the times the file gives.)",
         "start",
-        check=validators.in_(("start", "poisson")),
+        check=one_of("start", "poisson"),
     )
-    orders_per_hour: float | None = key("Mean arrival rate of `poisson`", None, unit="1/h", check=validators.optional(_positive))
+    orders_per_hour: float | None = key("Mean arrival rate of `poisson`", None, unit="1/h", check=POSITIVE)
 
     def __attrs_post_init__(self) -> None:
         if (self.process == "poisson") != (self.orders_per_hour is not None):
@@ -80,7 +57,7 @@ class InstanceSection:
         check=at_least(1),
     )
     items_per_sku: int | None = key(
-        "Items of each SKU on a pod; left out: unlimited, the paper's assumption", None, check=validators.optional(at_least(1))
+        "Items of each SKU on a pod; left out: unlimited, the paper's assumption", None, check=at_least(1)
     )
     orders_file: str | None = key("CSV with columns order,arrival_s,sku,quantity instead of generated orders", None)
     pods_file: str | None = key("CSV with columns pod,sku,quantity (empty: unlimited) instead of generated pods", None)
@@ -93,6 +70,8 @@ class InstanceSection:
     def __attrs_post_init__(self) -> None:
         if (self.orders_file is None) != (self.pods_file is None):
             raise ValueError("expected `orders_file` and `pods_file` together, or neither")
+        if self.orders_file is None and self.skus_per_pod > self.skus:
+            raise ValueError(f"expected skus_per_pod <= skus, found {self.skus_per_pod} > {self.skus}")
 
 
 @frozen
@@ -106,7 +85,7 @@ class LayoutSection:
     stations_east: int = key("Picking stations on the east side", 4, check=at_least(0))
     stations_west: int = key("Picking stations on the west side", 0, check=at_least(0))
     map_file: str | None = key("Text map to use instead of the block layout", None)
-    pod_fill: float = key("Share of the storage locations that hold a pod, with contents or empty", 0.85, check=_share)
+    pod_fill: float = key("Share of the storage locations that hold a pod, with contents or empty", 0.85, check=SHARE)
 
 
 @frozen
@@ -114,16 +93,10 @@ class RobotsSection:
     """The robots and how they move."""
 
     count: int = key("Number of robots", 8, check=at_least(1))
-    acceleration_m_per_s2: float = key("Acceleration and deceleration", 1.0, unit="m/s^2", check=_positive)
-    top_speed_m_per_s: float = key("Top speed", 1.5, unit="m/s", check=_positive)
-    full_turn_s: float = key("Time of a full turn on the spot", 2.5, unit="s", check=_positive)
-    lift_s: float = key("Time to lift a pod, and to set it down", 2.2, unit="s", check=_not_negative)
-
-
-def _capacity(instance: object, attribute: Any, value: int | tuple[int, ...] | None) -> None:
-    values = () if value is None else value if isinstance(value, tuple) else (value,)
-    if value == () or any(v < 1 for v in values):
-        raise ValueError(f"expected a whole number >= 1, or a list of them, one per station, found {value}")
+    acceleration_m_per_s2: float = key("Acceleration and deceleration", 1.0, unit="m/s^2", check=POSITIVE)
+    top_speed_m_per_s: float = key("Top speed", 1.5, unit="m/s", check=POSITIVE)
+    full_turn_s: float = key("Time of a full turn on the spot", 2.5, unit="s", check=POSITIVE)
+    lift_s: float = key("Time to lift a pod, and to set it down", 2.2, unit="s", check=NOT_NEGATIVE)
 
 
 @frozen
@@ -131,18 +104,18 @@ class StationsSection:
     """The picking stations."""
 
     item_capacity: int | tuple[int, ...] = key(
-        "Items assigned to a station at a time; a list gives each station its own", 15, unit="items", check=_capacity
+        "Items assigned to a station at a time; a list gives each station its own", 15, unit="items", check=CAPACITY
     )
     order_capacity: int | tuple[int, ...] | None = key(
         "Orders assigned to a station at a time; when set, it counts instead of `item_capacity`",
         None,
         unit="orders",
-        check=_capacity,
+        check=CAPACITY,
     )
     queue_length: int = key("Pods that can wait at a station, besides the one it works on", 12, unit="cells", check=at_least(1))
-    pick_s: float = key("Time of picking a unit: holds the picker, the pod and its robot", 7.0, unit="s", check=_positive)
+    pick_s: float = key("Time of picking a unit: holds the picker, the pod and its robot", 7.0, unit="s", check=POSITIVE)
     handle_s: float = key(
-        "Time of handling a unit, picking included: holds the picker; the pod may leave after `pick_s`", 13.0, unit="s", check=_positive
+        "Time of handling a unit, picking included: holds the picker; the pod may leave after `pick_s`", 13.0, unit="s", check=POSITIVE
     )
 
     def __attrs_post_init__(self) -> None:
@@ -183,12 +156,12 @@ class RulesSection:
 class RunSection:
     """When to stop, and limits."""
 
-    until_s: float | None = key("Simulated time at which the run ends even if orders are left", None, unit="s", check=validators.optional(_positive))
+    until_s: float | None = key("Simulated time at which the run ends even if orders are left", None, unit="s", check=POSITIVE)
     decision_limit_s: float | None = key(
         "Wall-clock limit of a single decision; a rule that takes longer ends the run with an error. Off when left out",
         None,
         unit="s",
-        check=validators.optional(_positive),
+        check=POSITIVE,
     )
 
 

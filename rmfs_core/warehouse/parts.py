@@ -27,7 +27,18 @@ class OrderLine(NamedTuple):
 class Order:
     """A pick order in the backlog or at stations."""
 
-    __slots__ = ("_open", "_open_size", "_parts", "_unpicked", "arrival_s", "arrival_tick", "id", "items", "lines", "name")
+    __slots__ = (
+        "_open",
+        "_open_size",
+        "_parts",
+        "_unpicked",
+        "arrival_s",
+        "arrival_tick",
+        "id",
+        "items",
+        "lines",
+        "name",
+    )
 
     def __init__(self, order_id: int, data: OrderData) -> None:
         self.id = order_id
@@ -55,6 +66,11 @@ class Order:
     def unpicked_items(self) -> int:
         """Number of items not yet picked, assigned or not."""
         return self._unpicked
+
+    @property
+    def split(self) -> bool:
+        """Whether it is known to be split: parts at several stations or of several periods, or lines left to assign."""
+        return len(self._parts) > 1 or bool(self._parts and self._open)
 
     @property
     def stations(self) -> tuple[int, ...]:
@@ -154,7 +170,20 @@ class Pod:
 class Station:
     """A picking station with its queue."""
 
-    __slots__ = ("_claims", "_inbound", "_line", "_load", "_requests", "capacity", "cells", "counts_orders", "id", "name", "queue_length")
+    __slots__ = (
+        "_by_sku",
+        "_claims",
+        "_inbound",
+        "_line",
+        "_load",
+        "_requests",
+        "capacity",
+        "cells",
+        "counts_orders",
+        "id",
+        "name",
+        "queue_length",
+    )
 
     def __init__(
         self, station_id: int, cells: StationCells, capacity: int, counts_orders: bool, queue_length: int
@@ -167,6 +196,7 @@ class Station:
         self.queue_length = queue_length
         self._load = 0
         self._requests: dict[int, Request] = {}
+        self._by_sku: dict[int, dict[int, Request]] = {}
         self._inbound: dict[int, Pod] = {}
         self._line: list[Robot] = []
         self._claims = 0

@@ -120,6 +120,11 @@ class WarehouseView:
         return self._state.free_locations
 
     @property
+    def blocked_locations(self) -> tuple[int, ...]:
+        """Cell indices of the storage locations that hold an empty pod, ascending."""
+        return self._state.blocked
+
+    @property
     def travel(self) -> Travel:
         """Exact driving times on the grid without other robots."""
         return self._state.travel

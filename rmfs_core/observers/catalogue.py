@@ -1,0 +1,88 @@
+"""What each metric is called for people, its unit and its meaning; every table of metrics is made from this list."""
+
+from __future__ import annotations
+
+from attrs import frozen
+
+
+@frozen
+class Metric:
+    """A metric.
+
+    Parameters
+    ----------
+    name
+        Its key in ``metrics`` or ``timing`` of result.json.
+    label, unit, digits
+        How a table shows it; the unit is empty for a plain number.
+    meaning
+        One sentence.
+    """
+
+    name: str
+    label: str
+    unit: str
+    digits: int
+    meaning: str
+
+
+METRICS: dict[str, tuple[Metric, ...]] = {
+    "Orders": (
+        Metric("orders_completed", "Orders completed", "", 0, "Orders whose last item was picked."),
+        Metric("orders_total", "Orders in all", "", 0, "Orders of the instance."),
+        Metric("turnover_s", "Turn-over time", "s", 1, "Arrival to last pick, mean over completed orders."),
+        Metric(
+            "turnover_backlog_s", "  in the backlog", "s", 1, "Arrival until all parts are assigned, mean of those."
+        ),
+        Metric("turnover_station_s", "  at stations", "s", 1, "The rest of the turn-over time, mean of those."),
+        Metric("split_orders_open_max", "Split orders open, most", "", 0, "Most split orders open at the same time."),
+    ),
+    "Pods": (
+        Metric("picks", "Picks", "", 0, "Items picked."),
+        Metric("pod_station_visits", "Pod-station visits", "", 0, "Times a pod came to stand at a station."),
+        Metric("psv_per_order", "Visits per order", "", 2, "Pod-station visits per completed order."),
+        Metric("pile_on", "Pile-on", "", 2, "Picks per pod-station visit."),
+    ),
+    "Robots": (
+        Metric("distance_m", "Distance", "m", 0, "Distance driven by all robots."),
+        Metric("loaded_distance_m", "  with a pod", "m", 0, "Part of the distance driven with a pod."),
+        Metric("empty_distance_m", "  empty", "m", 0, "Part of the distance driven without a pod."),
+        Metric("distance_per_order_m", "Distance per order", "m", 1, "Distance per completed order."),
+    ),
+    "Throughput": (
+        Metric(
+            "makespan_s", "Makespan", "s", 1, "Time of the last completed order; of the end when orders are left."
+        ),
+        Metric("orders_per_hour", "Orders per hour", "", 1, "Completed orders per hour of the makespan."),
+        Metric("picks_per_hour", "Picks per hour", "", 1, "Picks per hour of the makespan."),
+        Metric(
+            "picker_utilisation", "Picker utilisation", "%", 1, "Share of the makespan in which pickers handle items."
+        ),
+    ),
+    "Decisions": (
+        Metric("periods", "Periods", "", 0, "Times pick orders were assigned (POA or joint decisions)."),
+        Metric(
+            "solves_stopped_early", "Solves stopped early", "", 0, "Decisions that a limit ended before their proof."
+        ),
+    ),
+}
+"""Metrics by group, in the order of a table; the same on every run of the same scenario and seed."""
+
+TIMING: tuple[Metric, ...] = (
+    Metric("wall_s", "Simulation", "s", 2, "Wall-clock seconds of the simulation."),
+    Metric("simulated_s_per_wall_s", "Simulated seconds per second", "", 0, "Simulated time over wall-clock time."),
+    Metric("decision_s_first", "Decisions, t = 1", "s", 3, "POA and PPS decisions of the first period."),
+    Metric("decision_s_later", "Decisions, t > 1", "s", 3, "POA and PPS decisions of all later periods."),
+    Metric("decision_s_per_order", "  per order", "s", 4, "The same per completed order."),
+    Metric("decision_percent_of_simulated", "  of simulated time", "%", 3, "The same as a share of the makespan."),
+)
+"""Wall-clock figures; they differ from run to run."""
+
+
+def show(metric: Metric, value: float | None) -> str:
+    """Value of a metric for people: rounded, thousands separated, a dash where there is none."""
+    if value is None:
+        return "-"
+    if metric.name == "picker_utilisation":
+        value *= 100
+    return f"{value:,.{metric.digits}f}"

@@ -1,0 +1,70 @@
+"""Checks of single values, each with its sentence and its JSON Schema form."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from attrs import field, frozen
+
+
+def nearest(name: str, valid: Iterable[str]) -> str:
+    """Return "; did you mean `x`?" for the valid name closest to ``name``, or else the list of valid names."""
+    names = sorted(valid)
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
+    if close:
+        return f"; did you mean `{close[0]}`?"
+    return f"; expected one of {', '.join(f'`{valid_name}`' for valid_name in names)}" if names else ""
+
+
+@frozen
+class Check:
+    """attrs validator that ignores None (a key left out).
+
+    Parameters
+    ----------
+    expected
+        What would be right, as it ends the sentence "expected ...".
+    holds
+        Whether a value is right.
+    schema
+        The same in JSON Schema.
+    """
+
+    expected: str
+    holds: Callable[[Any], bool]
+    schema: Mapping[str, Any] = field(factory=dict)
+
+    def __call__(self, instance: object, attribute: Any, value: Any) -> None:
+        """Raise ValueError unless ``value`` is right or None."""
+        if value is not None and not self.holds(value):
+            shown = list(value) if isinstance(value, tuple) else value
+            raise ValueError(f"expected {self.expected}, found {shown}")
+
+
+def at_least(least: int) -> Check:
+    """Return the check for a whole number of at least ``least``."""
+    return Check(f"a whole number >= {least}", lambda value: bool(value >= least), {"minimum": least})
+
+
+def one_of(*names: str) -> Check:
+    """Return the check for one of some words."""
+
+    class OneOf(Check):
+        def __call__(self, instance: object, attribute: Any, value: Any) -> None:
+            if value not in names:
+                raise ValueError(f'found "{value}"{nearest(str(value), names)}')
+
+    return OneOf("one of " + ", ".join(names), lambda value: value in names, {"enum": list(names)})
+
+
+def _all_positive(value: int | tuple[int, ...]) -> bool:
+    values = value if isinstance(value, tuple) else (value,)
+    return bool(values) and all(number >= 1 for number in values)
+
+
+POSITIVE = Check("a number > 0", lambda value: bool(value > 0), {"exclusiveMinimum": 0})
+NOT_NEGATIVE = Check("a number >= 0", lambda value: bool(value >= 0), {"minimum": 0})
+SHARE = Check("a number in (0, 1]", lambda value: 0 < value <= 1, {"exclusiveMinimum": 0, "maximum": 1})
+CAPACITY = Check("a whole number >= 1, or a list of them, one per station", _all_positive)

@@ -1,0 +1,150 @@
+"""TOML tables to scenario classes: strict about keys and types, and exact about where a mistake is.
+
+One cattrs converter with hooks of its own, because cattrs converts `"8"` to 8 and True to 1, and because the first
+mistake in the order of the file is the one to report: keys are structured in the order in which they were written.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from types import NoneType, UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
+
+import attrs
+import cattrs
+
+from rmfs_core.scenario.checks import nearest
+from rmfs_core.scenario.model import RuleChoice, Scenario
+from rmfs_core.scenario.tomltext import shown
+
+
+class KeyProblem(Exception):  # noqa: N818 - never leaves this package: reading turns it into an InputError
+    """A value is wrong; ``path`` leads to it from where structuring began."""
+
+    def __init__(self, problem: str, path: tuple[str | int, ...] = ()) -> None:
+        super().__init__(problem)
+        self.problem = problem
+        self.path = path
+
+    def under(self, part: str | int) -> KeyProblem:
+        """Return the same problem as seen from one level up."""
+        return KeyProblem(self.problem, (part, *self.path))
+
+
+def structure(data: Mapping[str, Any]) -> Scenario:
+    """Return the scenario that ``data`` describes; raise KeyProblem for the first thing that is wrong."""
+    return _CONVERTER.structure(data, Scenario)
+
+
+def fields_of(cls: type) -> dict[str, attrs.Attribute[Any]]:
+    """Return the fields of a section class that are keys of the file."""
+    return {a.name: a for a in attrs.fields(cls) if not a.metadata.get("internal")}
+
+
+def types_of(cls: type) -> dict[str, Any]:
+    """Return the types of a section class's fields, resolved."""
+    return get_type_hints(cls)
+
+
+def _whole_number(value: Any, _: Any) -> int:
+    if type(value) is not int:
+        raise KeyProblem(f"expected a whole number, found {shown(value)}")
+    return value
+
+
+def _number(value: Any, _: Any) -> float:
+    if type(value) not in (int, float) or not math.isfinite(value):
+        raise KeyProblem(f"expected a number, found {shown(value)}")
+    return float(value)
+
+
+def _text(value: Any, _: Any) -> str:
+    if not isinstance(value, str):
+        raise KeyProblem(f"expected a text in quotes, found {shown(value)}")
+    return value
+
+
+def _at(part: str | int, value: Any, type_: Any) -> Any:
+    try:
+        return _CONVERTER.structure(value, type_)
+    except KeyProblem as problem:
+        raise problem.under(part) from None
+
+
+def _list(value: Any, type_: Any) -> tuple[Any, ...]:
+    if not isinstance(value, (list, tuple)):
+        raise KeyProblem(f"expected a list, found {shown(value)}")
+    return tuple(_at(i, entry, get_args(type_)[0]) for i, entry in enumerate(value))
+
+
+def _table(value: Any, type_: Any) -> dict[str, Any]:
+    if not isinstance(value, Mapping):
+        raise KeyProblem(f"expected a table, found {shown(value)}")
+    return {key: _at(key, entry, get_args(type_)[1]) for key, entry in value.items()}
+
+
+def _union(value: Any, type_: Any) -> Any:
+    """`int | tuple[int, ...] | None`: a list goes to the tuple, anything else to the type beside it."""
+    if value is None:
+        return None
+    kinds = [kind for kind in get_args(type_) if kind is not NoneType]
+    lists = [kind for kind in kinds if get_origin(kind) is tuple]
+    single = [kind for kind in kinds if get_origin(kind) is not tuple]
+    return _CONVERTER.structure(value, (lists if lists and isinstance(value, (list, tuple)) else single)[0])
+
+
+def _rule(value: Any, _: Any) -> RuleChoice:
+    if isinstance(value, str) and value:
+        return RuleChoice(value)
+    if not isinstance(value, Mapping):
+        raise KeyProblem(
+            f'expected the name of a rule or a table {{ rule = "...", parameter = ... }}, found {shown(value)}'
+        )
+    if "rule" not in value:
+        raise KeyProblem('expected a key `rule` with the name of a rule beside the parameters, found none')
+    rule = _at("rule", value["rule"], str)
+    return RuleChoice(rule, {key: entry for key, entry in value.items() if key != "rule"})
+
+
+def _section(cls: type) -> Callable[[Any, Any], Any]:
+    fields, types = fields_of(cls), types_of(cls)
+
+    def structure_section(value: Any, _: Any) -> Any:
+        if not isinstance(value, Mapping):
+            raise KeyProblem(f"expected a table, found {shown(value)}")
+        arguments = {}
+        for key, entry in value.items():
+            if key not in fields:
+                raise KeyProblem(f"unknown key{nearest(key, fields)}", (key,))
+            arguments[key] = _at(key, entry, types[key])
+            if fields[key].validator is not None:
+                try:
+                    fields[key].validator(None, fields[key], arguments[key])  # type: ignore[misc]
+                except ValueError as problem:
+                    raise KeyProblem(str(problem), (key,)) from None
+        for key, attribute in fields.items():
+            if attribute.default is attrs.NOTHING and key not in value:
+                raise KeyProblem("this part is missing", (key,))
+        try:
+            return cls(**arguments)
+        except ValueError as problem:
+            raise KeyProblem(str(problem)) from None
+
+    return structure_section
+
+
+def _converter() -> cattrs.Converter:
+    converter = cattrs.Converter(forbid_extra_keys=True, detailed_validation=False)
+    converter.register_structure_hook(int, _whole_number)
+    converter.register_structure_hook(float, _number)
+    converter.register_structure_hook(str, _text)
+    converter.register_structure_hook_func(lambda t: get_origin(t) is tuple, _list)
+    converter.register_structure_hook_func(lambda t: get_origin(t) is Mapping, _table)
+    converter.register_structure_hook_func(lambda t: get_origin(t) in (UnionType, Union), _union)
+    converter.register_structure_hook_factory(attrs.has, _section)
+    converter.register_structure_hook(RuleChoice, _rule)
+    return converter
+
+
+_CONVERTER = _converter()

@@ -1,0 +1,100 @@
+"""Asking a rule: the clock is read, what it raises is caught, what it returns is looked at."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from rmfs_core.clock import to_seconds
+from rmfs_core.errors import RuleError
+
+if TYPE_CHECKING:
+    from rmfs_core.plugins import BoundRule
+
+T = TypeVar("T")
+
+
+class ImpossibleError(Exception):
+    """A decision that cannot be carried out; the text says what is wrong with it."""
+
+
+class Asker:
+    """Calls rules and turns whatever goes wrong into one `RuleError`.
+
+    Parameters
+    ----------
+    now
+        Returns the simulated time in ticks.
+    limit_s
+        Wall-clock seconds a single decision may take; None for no limit.
+    """
+
+    def __init__(self, now: Callable[[], int], limit_s: float | None) -> None:
+        self._now = now
+        self._limit_s = limit_s
+        self.seconds: dict[str, float] = {}
+        self.calls: dict[str, int] = {}
+
+    def ask(self, rule: BoundRule, **arguments: Any) -> tuple[Any, float]:
+        """Call the rule's hook; return its answer and the wall-clock seconds it took.
+
+        Raises
+        ------
+        RuleError
+            When the rule raises or takes longer than the limit.
+        """
+        name = rule.hook.name
+        start = time.perf_counter()
+        try:
+            answer = rule.hook(**arguments)
+        except Exception as error:
+            raise self.error(rule, f"raised {_raised(error)}") from error
+        seconds = time.perf_counter() - start
+        self.seconds[name] = self.seconds.get(name, 0.0) + seconds
+        self.calls[name] = self.calls.get(name, 0) + 1
+        if self._limit_s is not None and seconds > self._limit_s:
+            raise self.error(rule, f"took {seconds:.3g} s; the scenario allows run.decision_limit_s = {self._limit_s}")
+        return answer, seconds
+
+    def apply(self, rule: BoundRule, check: Callable[[], T]) -> T:
+        """Run a check, or a change that checks itself, and name the rule when it finds the decision impossible."""
+        try:
+            return check()
+        except ImpossibleError as problem:
+            raise self.error(rule, str(problem)) from None
+
+    def error(self, rule: BoundRule, problem: str) -> RuleError:
+        """Return the error that names rule, distribution, hook, simulated time and the problem."""
+        return RuleError(f"{rule.describe()}, {rule.hook.name}, at {to_seconds(self._now()):.3f} s: {problem}.")
+
+
+def sequence_of(answer: object, kind: type[T]) -> Sequence[T]:
+    """Check that an answer is a sequence of ``kind``."""
+    if isinstance(answer, (str, bytes)) or not isinstance(answer, Sequence):
+        raise ImpossibleError(f"returned {_a(answer)}; expected a sequence of {kind.__name__}")
+    for entry in answer:
+        if not isinstance(entry, kind):
+            raise ImpossibleError(f"returned a sequence with {_a(entry)} in it; expected {kind.__name__} only")
+    return answer
+
+
+def instance_of(answer: object, kind: type[T]) -> T:
+    """Check the type of an answer."""
+    if not isinstance(answer, kind) or isinstance(answer, bool):
+        raise ImpossibleError(f"returned {_a(answer)}; expected {kind.__name__}")
+    return answer
+
+
+def _a(answer: object) -> str:
+    return "None" if answer is None else f"{type(answer).__name__} {answer!r:.80}"
+
+
+def _raised(error: Exception) -> str:
+    text = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    frame = error.__traceback__
+    while frame is not None and frame.tb_next is not None:
+        frame = frame.tb_next
+    if frame is None:
+        return text
+    return f"{text} ({frame.tb_frame.f_code.co_filename}, line {frame.tb_lineno})"

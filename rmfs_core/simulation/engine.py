@@ -1,0 +1,341 @@
+"""The simulation: robots, stations and arrivals as simpy processes that read like the story they tell."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+import simpy
+
+from rmfs_core.clock import to_seconds, to_ticks
+from rmfs_core.decisions import Leg, Path
+from rmfs_core.errors import StandstillError
+from rmfs_core.events import (
+    Event,
+    ItemPicked,
+    OrderArrived,
+    OrderCompleted,
+    PodLifted,
+    PodStored,
+    QueueJoined,
+    RobotMoved,
+    VisitEnded,
+    VisitStarted,
+)
+from rmfs_core.instance import Instance
+from rmfs_core.layout import Layout
+from rmfs_core.plugins import BoundRule, RuleSet
+from rmfs_core.randomness import stream
+from rmfs_core.scenario.model import Scenario
+from rmfs_core.simulation import checks
+from rmfs_core.simulation.asking import Asker, instance_of
+from rmfs_core.simulation.info import RunInfo
+from rmfs_core.simulation.rounds import Decisions
+from rmfs_core.simulation.setup import open_warehouse
+from rmfs_core.warehouse import Pod, Request, Robot, Station
+
+Process = Generator[simpy.Event, Any, None]
+
+
+class Simulation:
+    """One run.
+
+    Parameters
+    ----------
+    scenario
+        What is there, and limits.
+    instance
+        Orders, pods, SKUs.
+    layout
+        The grid.
+    rules
+        The selected rules, with all observers registered.
+    """
+
+    def __init__(self, scenario: Scenario, instance: Instance, layout: Layout, rules: RuleSet) -> None:
+        self.scenario = scenario
+        self.rules = rules
+        self.env = simpy.Environment()
+        opening = open_warehouse(scenario, instance, layout)
+        self.warehouse = opening.warehouse
+        self.motion = self.warehouse.travel.motion
+        self.asker = Asker(lambda: self.warehouse.now, scenario.run.decision_limit_s)
+        self._streams: dict[int, np.random.Generator] = {}
+        self.decisions = Decisions(self.warehouse, rules, self._stream, self.asker, self._tell, self._start_task)
+        self.view = self.decisions.view
+        self._info = RunInfo(scenario, instance, layout, self.motion, self.view)
+        self._at_stations = opening.at_stations
+        self._on_event = rules.pm.hook.on_event
+        self._pick_ticks = to_ticks(scenario.stations.pick_s)
+        self._handle_ticks = to_ticks(scenario.stations.handle_s)
+        n = len(self.warehouse.stations)
+        self._picker_free = [0] * n
+        self._line_moved = [self.env.event() for _ in range(n)]
+        self._place_freed: list[list[simpy.Event]] = [[] for _ in range(n)]
+        self._visits = 0
+        self._completed = 0
+        self.status = "partial"
+
+    @property
+    def now(self) -> int:
+        """Simulated time in ticks."""
+        return self.warehouse.now
+
+    @property
+    def hook_seconds(self) -> dict[str, float]:
+        """Wall-clock seconds spent in each hook's rules so far."""
+        return dict(self.asker.seconds)
+
+    def run(self) -> None:
+        """Simulate until every order is complete or ``run.until_s`` is reached.
+
+        Raises
+        ------
+        RunError
+            When a rule misbehaves, or orders are left and nothing will ever happen again.
+        """
+        self._place_at_stations()
+        self.rules.pm.hook.run_started(run=self._info)
+        self.env.process(self._arrivals())
+        until = self.scenario.run.until_s
+        end = None if until is None else to_ticks(until)
+        orders = len(self.warehouse.orders)
+        while self._completed < orders:
+            upcoming = self.env.peek()
+            if upcoming == math.inf:
+                raise StandstillError(self._standstill())
+            if end is not None and upcoming > end:
+                self.warehouse.now = end
+                break
+            self.warehouse.now = int(upcoming)
+            self.env.step()
+        self.status = "complete"
+
+    # Processes
+
+    def _arrivals(self) -> Process:
+        """Orders join the backlog at their times; a round runs at the start in any case."""
+        orders = sorted(self.warehouse.orders, key=lambda order: (order.arrival_tick, order.id))
+        if not orders or orders[0].arrival_tick > 0:
+            self.decisions.round()
+        for tick, arriving in groupby(orders, key=lambda order: order.arrival_tick):
+            if tick > self.now:
+                yield self._until(tick)
+            for order in arriving:
+                self.warehouse.order_arrives(order)
+                self._tell(OrderArrived(tick=tick, order=order.id))
+            self.decisions.round()
+
+    def _transport(self, robot: Robot, pod: Pod) -> Process:
+        """A robot's task: fetch a pod, carry it along its stations, and store it."""
+        yield from self._fetch(robot, pod)
+        yield from self._visit_stations(robot, pod)
+
+    def _fetch(self, robot: Robot, pod: Pod) -> Process:
+        yield from self._drive(robot, pod.location)
+        yield from self._take_place(self.warehouse.stations[pod.bound_for[0]])
+        start = self.now
+        yield self._after(self.motion.lift_ticks)
+        cell = robot.cell
+        self.warehouse.lift(robot, pod)
+        self._tell(PodLifted(tick=self.now, start_tick=start, robot=robot.id, pod=pod.id, cell=cell))
+
+    def _visit_stations(self, robot: Robot, pod: Pod) -> Process:
+        station: Station | None = self.warehouse.stations[pod.bound_for[0]]
+        while station is not None:
+            yield from self._queue(robot, pod, station)
+            station = yield from self._serve(robot, pod, station)
+        yield from self._store(robot, pod)
+
+    def _queue(self, robot: Robot, pod: Pod, station: Station) -> Process:
+        """Drive to the end of the line, join it, and move up until the station is reached."""
+        line = station._line
+        if robot not in line:
+            yield from self._drive(robot, station.cells.slot(len(line)))
+            line.append(robot)
+            self._tell(QueueJoined(tick=self.now, robot=robot.id, pod=pod.id, station=station.id))
+        slots = (station.cell, *station.cells.queue)
+        while True:
+            place = min(line.index(robot), len(slots) - 1)
+            # Whoever came while this robot was still driving may stand behind its own place: nobody backs up.
+            if robot.cell not in slots or slots.index(robot.cell) > place:
+                yield from self._drive(robot, slots[place])
+            elif line[0] is robot:
+                return
+            else:
+                yield self._line_moved[station.id]
+
+    def _serve(self, robot: Robot, pod: Pod, station: Station) -> Generator[simpy.Event, Any, Station | None]:
+        """Stand at the station while the pod serves requests there; return where the robot carries it on to."""
+        self._visits += 1
+        visit, picks = self._visits, 0
+        self._tell(VisitStarted(tick=self.now, visit=visit, robot=robot.id, pod=pod.id, station=station.id))
+        while self.warehouse.next_request(station, pod) is not None:
+            if self._picker_free[station.id] > self.now:
+                yield self._until(self._picker_free[station.id])
+            request = self.warehouse.next_request(station, pod)
+            assert request is not None
+            yield from self._pick(request, pod, station, visit)
+            picks += 1
+        following = self._leave(robot, pod, station)
+        self._tell(
+            VisitEnded(
+                tick=self.now,
+                visit=visit,
+                pod=pod.id,
+                station=station.id,
+                picks=picks,
+                next_station=None if following is None else following.id,
+            )
+        )
+        return following
+
+    def _pick(self, request: Request, pod: Pod, station: Station, visit: int) -> Process:
+        start = self.now
+        self._picker_free[station.id] = start + self._handle_ticks
+        yield self._after(self._pick_ticks)
+        self.warehouse.fulfil(request, pod)
+        order = request.order
+        self._tell(
+            ItemPicked(
+                tick=self.now,
+                start_tick=start,
+                picker_free_tick=start + self._handle_ticks,
+                visit=visit,
+                station=station.id,
+                pod=pod.id,
+                order=order.id,
+                sku=request.sku,
+            )
+        )
+        if order.unpicked_items == 0:
+            self._completed += 1
+            self._tell(OrderCompleted(tick=self.now, order=order.id))
+        self.decisions.round()
+
+    def _store(self, robot: Robot, pod: Pod) -> Process:
+        yield from self._drive(robot, self.decisions.storage_location(pod))
+        start = self.now
+        yield self._after(self.motion.lift_ticks)
+        self.warehouse.store(robot, pod)
+        self._tell(PodStored(tick=self.now, start_tick=start, robot=robot.id, pod=pod.id, cell=robot.cell))
+        self.decisions.round()
+
+    def _drive(self, robot: Robot, goal: int | None) -> Process:
+        """Drive to a cell, one event a leg; the rule is asked again where its path ends before the goal."""
+        assert goal is not None
+        while robot.cell != goal:
+            for leg in self._plan(robot, goal):
+                yield from self._leg(robot, leg)
+
+    def _leg(self, robot: Robot, leg: Leg) -> Process:
+        start, origin, heading = self.now, robot.cell, robot.heading
+        turn = distance = 0
+        if leg.to != origin:
+            towards = self.warehouse.travel.heading(origin, leg.to)
+            assert towards is not None
+            turn = self.motion.turn_ticks(heading, towards)
+            heading = towards
+            distance = self.warehouse.travel.layout.distance(origin, leg.to)
+        run = self.motion.run_ticks(distance) if distance else 0
+        yield self._after(leg.wait_ticks + turn + run)
+        robot._cell, robot._heading = leg.to, heading
+        self._tell(
+            RobotMoved(
+                tick=self.now,
+                start_tick=start,
+                robot=robot.id,
+                origin=origin,
+                to=leg.to,
+                heading=heading,
+                wait_ticks=leg.wait_ticks,
+                turn_ticks=turn,
+                distance_m=distance,
+                pod=robot.pod,
+            )
+        )
+
+    # Between the processes
+
+    def _start_task(self, robot: Robot, pod: Pod) -> None:
+        self.env.process(self._transport(robot, pod))
+
+    def _place_at_stations(self) -> None:
+        """Put the pods that are at a station from the start into its line, each on a robot."""
+        for robot, (station_id, pod_id) in zip(self.warehouse.robots, self._at_stations, strict=False):
+            station, pod = self.warehouse.stations[station_id], self.warehouse.pods[pod_id]
+            self.warehouse.bind(pod, station)
+            self.warehouse.take_task(robot, pod)
+            self.warehouse.lift(robot, pod)
+            robot._cell = station.cells.slot(len(station._line))
+            station._line.append(robot)
+            station._claims += 1
+            self.env.process(self._visit_stations(robot, pod))
+
+    def _take_place(self, station: Station) -> Process:
+        """Wait for a place at a station: a pod sets out only when it will find room in the queue."""
+        while station.queue_room <= 0:
+            freed = self.env.event()
+            self._place_freed[station.id].append(freed)
+            yield freed
+        station._claims += 1
+
+    def _leave(self, robot: Robot, pod: Pod, station: Station) -> Station | None:
+        """Leave the station cell; return the next station, or None when the pod is to be stored.
+
+        A pod goes on only when the next queue has room for it. Otherwise it is stored and fetched again later: no robot
+        ever holds one place while it waits for another, so full queues cannot block each other.
+        """
+        self.warehouse.leave(pod, station)
+        station._line.remove(robot)
+        station._claims -= 1
+        moved, self._line_moved[station.id] = self._line_moved[station.id], self.env.event()
+        moved.succeed()
+        if self._place_freed[station.id]:
+            self._place_freed[station.id].pop(0).succeed()
+        if not pod.bound_for:
+            return None
+        following = self.warehouse.stations[pod.bound_for[0]]
+        if following.queue_room <= 0:
+            return None
+        following._claims += 1
+        return following
+
+    def _plan(self, robot: Robot, goal: int) -> tuple[Leg, ...]:
+        rule = self.rules.pp
+        answer, _ = self.asker.ask(rule, warehouse=self.view, robot=robot, goal=goal, rng=self._stream(rule))
+
+        def check() -> tuple[Leg, ...]:
+            legs = instance_of(answer, Path).legs
+            checks.path(self.warehouse, robot, goal, legs)
+            return legs
+
+        return self.asker.apply(rule, check)
+
+    def _until(self, tick: int) -> simpy.Event:
+        return self._after(tick - self.now)
+
+    def _after(self, ticks: int) -> simpy.Event:
+        return self.env.timeout(ticks)
+
+    def _stream(self, rule: BoundRule) -> np.random.Generator:
+        generator = self._streams.get(id(rule))
+        if generator is None:
+            generator = self._streams[id(rule)] = stream(self.scenario.seed, f"rule {rule.role} {rule.name}")
+        return generator
+
+    def _tell(self, event: Event) -> None:
+        self._on_event(event=event)
+
+    def _standstill(self) -> str:
+        left = [order for order in self.warehouse.orders if order.unpicked_items]
+        waiting = len(self.warehouse.backlog)
+        uncovered = sum(len(station.uncovered_requests) for station in self.warehouse.stations)
+        return (
+            f"The run stands still at {to_seconds(self.now):.3f} s: {len(left)} orders are not complete "
+            f"({waiting} in the backlog; {uncovered} open requests that no inbound pod can serve; "
+            f"{len(self.warehouse.waiting)} pods waiting for a robot), and no rule decides anything."
+        )

@@ -1,0 +1,224 @@
+"""A decision round: POA (or the joint rule), PPS, TA, each asked, checked and applied."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, TaskAssignment
+from rmfs_core.events import DecisionMade, Event, OrderAssigned, TaskAssigned, TripDecided
+from rmfs_core.plugins import BoundRule, RuleSet
+from rmfs_core.simulation import checks
+from rmfs_core.simulation.asking import Asker, ImpossibleError, instance_of, sequence_of
+from rmfs_core.warehouse import Order, Pod, Robot, Warehouse, WarehouseView
+
+
+class Decisions:
+    """Asks the rules of a run and applies what they decide.
+
+    Parameters
+    ----------
+    warehouse
+        The state.
+    rules
+        The selected rules.
+    streams
+        Each rule's random generator.
+    asker
+        Calls rules.
+    tell
+        Sends an event to the observers.
+    start_task
+        Sets a robot off to fetch a pod.
+    """
+
+    def __init__(
+        self,
+        warehouse: Warehouse,
+        rules: RuleSet,
+        streams: Callable[[BoundRule], np.random.Generator],
+        asker: Asker,
+        tell: Callable[[Event], None],
+        start_task: Callable[[Robot, Pod], None],
+    ) -> None:
+        self.warehouse = warehouse
+        self.view = WarehouseView(warehouse)
+        self.rules = rules
+        self.streams = streams
+        self.asker = asker
+        self.tell = tell
+        self.start_task = start_task
+        self.periods = 0
+        assigning = rules.poa_pps or rules.poa
+        assert assigning is not None
+        self.assigning: BoundRule = assigning
+        self.splits_over_time = bool(getattr(assigning.instance, "splits_over_time", False))
+
+    def round(self) -> None:
+        """Decide all that can be decided now."""
+        while self.warehouse.fits_smallest(single_line=self.splits_over_time):
+            if not self._assign_orders():
+                break
+        if self.rules.pps is not None:
+            self._select_pods(self.rules.pps)
+        self._assign_tasks()
+
+    def storage_location(self, pod: Pod) -> int:
+        """Ask PR where a pod goes back to, and keep the place free for it."""
+        rule = self.rules.pr
+        answer, _ = self._ask(rule, pod=pod)
+
+        def check() -> int:
+            return checks.storage_location(self.warehouse, pod, _whole(answer))
+
+        location = self.asker.apply(rule, check)
+        self.warehouse.reserve(location)
+        return location
+
+    # POA and the joint rule
+
+    def _assign_orders(self) -> bool:
+        """Ask for one period; return whether anything was decided."""
+        self.periods += 1
+        rule = self.assigning
+        backlog = self._filtered()
+        view = self.view if backlog is None else WarehouseView(self.warehouse, backlog)
+        seen = len(view.backlog)
+        shown = {order.id for order in view.backlog}
+        answer, seconds = self._ask(rule, view=view)
+
+        def apply() -> JointDecision:
+            if self.rules.poa_pps is None:
+                decision = JointDecision(sequence_of(answer, OrderAssignment))
+            else:
+                decision = instance_of(answer, JointDecision)
+                for given in sequence_of(decision.trips, PodTrip):
+                    self._bind(*checks.trip(self.warehouse, given))
+            for assignment in sequence_of(decision.assignments, OrderAssignment):
+                self._assign(assignment, shown)
+            if self.rules.poa_pps is not None:
+                checks.covered(self.warehouse.stations)
+            return decision
+
+        decision = self.asker.apply(rule, apply)
+        decides = "POA" if self.rules.poa_pps is None else "POA+PPS"
+        self._tell_decision(rule, decides, seen, decision, seconds)
+        return bool(decision.assignments or decision.trips)
+
+    def _filtered(self) -> Sequence[Order] | None:
+        """Pass the backlog through the prefilters; None when there are none."""
+        if not self.rules.filters:
+            return None
+        orders: tuple[Order, ...] = self.warehouse.backlog
+        for rule in self.rules.filters:
+            answer, _ = self._ask(rule, orders=orders)
+            orders = self.asker.apply(rule, lambda answer=answer, before=orders: _kept(answer, before))  # type: ignore[misc]
+        return orders
+
+    def _assign(self, given: OrderAssignment, seen: set[int]) -> None:
+        order, station, skus = checks.assignment(self.warehouse, given, seen)
+        items = self.warehouse.assign(order, station, skus)
+        self.tell(
+            OrderAssigned(
+                tick=self.warehouse.now,
+                order=order.id,
+                station=station.id,
+                skus=tuple(skus),
+                items=items,
+                period=self.periods,
+                complete=not order.open_lines,
+            )
+        )
+
+    # PPS
+
+    def _select_pods(self, rule: BoundRule) -> None:
+        if not any(station.uncovered_requests for station in self.warehouse.stations):
+            return
+        leaving = {pod.id for pod in self.warehouse.leaving_pods()}
+        idle = sum(robot.idle for robot in self.warehouse.robots)
+        max_fetches = max(idle - len(self.warehouse.waiting), 0)
+        if not (max_fetches or leaving):
+            return
+        answer, seconds = self._ask(rule, max_fetches=max_fetches)
+
+        def apply() -> JointDecision:
+            trips = sequence_of(answer, PodTrip)
+            fetches = 0
+            for given in trips:
+                pod, station = checks.selected_trip(self.warehouse, given, leaving)
+                fetches += pod.location is not None
+                if fetches > max_fetches:
+                    raise ImpossibleError(
+                        f"sent {fetches} stored pods on their way; at most {max_fetches} robots can start"
+                    )
+                self._bind(pod, station)
+            return JointDecision(trips=trips)
+
+        decision = self.asker.apply(rule, apply)
+        self._tell_decision(rule, "PPS", len(self.warehouse.backlog), decision, seconds)
+
+    def _bind(self, pod: Any, station: Any) -> None:
+        self.warehouse.bind(pod, station)
+        self.tell(TripDecided(tick=self.warehouse.now, pod=pod.id, station=station.id))
+
+    # TA
+
+    def _assign_tasks(self) -> None:
+        if not self.warehouse.waiting or not any(robot.idle for robot in self.warehouse.robots):
+            return
+        rule = self.rules.ta
+        answer, _ = self._ask(rule)
+
+        def apply() -> None:
+            for given in sequence_of(answer, TaskAssignment):
+                robot, pod = checks.task(self.warehouse, given)
+                self.warehouse.take_task(robot, pod)
+                self.tell(TaskAssigned(tick=self.warehouse.now, robot=robot.id, pod=pod.id))
+                self.start_task(robot, pod)
+
+        self.asker.apply(rule, apply)
+
+    def _ask(self, rule: BoundRule, view: WarehouseView | None = None, **arguments: Any) -> tuple[Any, float]:
+        return self.asker.ask(rule, warehouse=view or self.view, rng=self.streams(rule), **arguments)
+
+    def _tell_decision(
+        self, rule: BoundRule, decides: str, backlog: int, decision: JointDecision, seconds: float
+    ) -> None:
+        report = decision.report
+        self.tell(
+            DecisionMade(
+                tick=self.warehouse.now,
+                period=self.periods,
+                decides=decides,
+                rule=rule.name,
+                backlog=backlog,
+                assignments=len(decision.assignments),
+                trips=len(decision.trips),
+                status="decided" if report is None else report.status,
+                objective=None if report is None else report.objective,
+                bound=None if report is None else report.bound,
+                stopped_early=report is not None and report.stopped_early,
+                wall_s=seconds,
+            )
+        )
+
+
+def _kept(answer: object, before: Sequence[Order]) -> tuple[Order, ...]:
+    """Check a filter's answer; return it oldest first."""
+    kept = sequence_of(answer, Order)
+    allowed = {order.id: order for order in before}
+    for order in kept:
+        if allowed.get(order.id) is not order:
+            raise ImpossibleError(f"returned order {order.name}, which it was not given")
+    chosen = {order.id for order in kept}
+    return tuple(order for order in before if order.id in chosen)
+
+
+def _whole(answer: object) -> int:
+    """Accept numpy integers where an id is expected."""
+    if isinstance(answer, np.integer):
+        return int(answer)
+    return instance_of(answer, int)

@@ -1,0 +1,332 @@
+"""The state of the warehouse. Only the kernel changes it; rules see it through `WarehouseView`.
+
+Stock is promised: as soon as a request is open at a station and a pod inbound there holds a free item of its SKU, that
+item is promised to the request. A request is covered exactly when something is promised to it. Promises say what is
+still needed; which pod serves a request in the end is decided by arrival (`next_request`, `fulfil`).
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, insort
+from collections import Counter
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rmfs_core.instance import Instance
+from rmfs_core.travel import Travel
+from rmfs_core.warehouse.parts import UNLIMITED, Order, Part, Pod, Request, Robot, Station
+from rmfs_core.warehouse.view import BacklogLines
+
+
+class Warehouse:
+    """Orders, pods, stations and robots at one moment.
+
+    Parameters
+    ----------
+    instance
+        SKUs, orders and pods.
+    travel
+        Travel times on the layout.
+    stations
+        Picking stations by id.
+    robots
+        Robots by id.
+    pod_cells
+        Cell of each pod with contents: its storage location.
+    blocked
+        Storage locations that hold an empty pod for the whole run.
+    """
+
+    def __init__(
+        self,
+        instance: Instance,
+        travel: Travel,
+        stations: Sequence[Station],
+        robots: Sequence[Robot],
+        pod_cells: Sequence[int],
+        blocked: Iterable[int] = (),
+    ) -> None:
+        self.now = 0
+        self.travel = travel
+        self.n_skus = len(instance.skus)
+        self.unlimited_stock = instance.unlimited_stock
+        self.orders = tuple(Order(i, data) for i, data in enumerate(instance.orders))
+        self.arrived: list[Order] = []
+        self.pods = tuple(
+            Pod(i, data, cell) for i, (data, cell) in enumerate(zip(instance.pods, pod_cells, strict=True))
+        )
+        self.homes = tuple(pod_cells)
+        self.stations = tuple(stations)
+        self.robots = tuple(robots)
+        self.blocked = tuple(sorted(blocked))
+        taken = {*pod_cells, *self.blocked}
+        self.free_locations = [cell for cell in travel.layout.storage_locations if cell not in taken]
+        self.waiting: dict[int, Pod] = {}
+        self.open_demand = np.zeros(self.n_skus, dtype=np.int64)
+        self.split_orders_open = 0
+        self._backlog: dict[int, Order] = {}
+        self._backlog_tuple: tuple[Order, ...] | None = ()
+        self._sizes: Counter[int] = Counter()
+        self._line_sizes: Counter[int] = Counter()
+        self._lines = _Lines(self.orders)
+        self._backlog_lines: BacklogLines | None = None
+        self._next_request = 0
+        self._with_sku: dict[int, list[Pod]] = {}
+        for pod in self.pods:
+            for sku in pod.contents:
+                self._with_sku.setdefault(sku, []).append(pod)
+
+    # What is there
+
+    @property
+    def backlog(self) -> tuple[Order, ...]:
+        """Orders with open lines, oldest first."""
+        if self._backlog_tuple is None:
+            self._backlog_tuple = tuple(self._backlog.values())
+        return self._backlog_tuple
+
+    @property
+    def backlog_lines(self) -> BacklogLines:
+        """Open lines of the backlog as arrays."""
+        if self._backlog_lines is None:
+            self._backlog_lines = self._lines.of(self._backlog)
+        return self._backlog_lines
+
+    def pods_with(self, sku: int) -> tuple[Pod, ...]:
+        """Pods that held a SKU at the start."""
+        return tuple(self._with_sku.get(sku, ()))
+
+    def size_at(self, order: Order, station: Station) -> int:
+        """Capacity that the open lines of an order take up at a station."""
+        return 1 if station.counts_orders else order.open_items
+
+    def fits_smallest(self, *, single_line: bool) -> bool:
+        """Whether some station has room for the smallest order of the backlog (or its smallest line)."""
+        sizes = self._line_sizes if single_line else self._sizes
+        if not sizes:
+            return False
+        smallest = min(sizes)
+        return any(s.free_capacity >= (1 if s.counts_orders else smallest) for s in self.stations)
+
+    def available(self) -> NDArray[np.int64]:
+        """Items on each station's inbound pods that are not promised to any request."""
+        table = np.zeros((len(self.stations), self.n_skus), dtype=np.int64)
+        for station in self.stations:
+            for pod in station.inbound_pods:
+                for sku in pod.contents:
+                    table[station.id, sku] += pod.free_items(sku)
+        return table
+
+    def leaving_pods(self) -> tuple[Pod, ...]:
+        """Pods that stand at a station, have nothing left to serve there and are bound nowhere else."""
+        leaving = []
+        for station in self.stations:
+            pod = self.pod_at(station)
+            if pod is not None and pod.bound_for == (station.id,) and self.next_request(station, pod) is None:
+                leaving.append(pod)
+        return tuple(sorted(leaving, key=lambda pod: pod.id))
+
+    def pod_at(self, station: Station) -> Pod | None:
+        """Return the pod that stands at the station cell."""
+        if not station._line:
+            return None
+        robot = station._line[0]
+        return self.pods[robot._pod] if robot._pod is not None and robot.cell == station.cell else None
+
+    def next_request(self, station: Station, pod: Pod) -> Request | None:
+        """Oldest open request at a station that an item on the pod can serve, not counting items promised elsewhere."""
+        best: Request | None = None
+        for sku, requests in station._by_sku.items():
+            if requests and self._usable(pod, sku, station.id):
+                first = next(iter(requests.values()))
+                if best is None or first.id < best.id:
+                    best = first
+        return best
+
+    def _usable(self, pod: Pod, sku: int, station: int) -> bool:
+        number = pod._contents.get(sku, 0)
+        if number >= UNLIMITED:
+            return True
+        promised = pod._promised.get(sku, {})
+        return number - sum(promised.values()) + promised.get(station, 0) > 0
+
+    # What the kernel does to it
+
+    def order_arrives(self, order: Order) -> None:
+        """Put an order into the backlog."""
+        self.arrived.append(order)
+        self._backlog[order.id] = order
+        self._sizes[order.open_items] += 1
+        for line in order.lines:
+            self._line_sizes[line.quantity] += 1
+            self.open_demand[line.sku] += line.quantity
+        self._backlog_changed()
+
+    def assign(self, order: Order, station: Station, skus: Sequence[int]) -> int:
+        """Turn open lines of an order into requests at a station (one part); return their number of items."""
+        lines = [order._open.pop(sku) for sku in skus]
+        items = sum(line.quantity for line in lines)
+        _drop(self._sizes, order._open_size)
+        order._open_size -= items
+        for line in lines:
+            _drop(self._line_sizes, line.quantity)
+            self._lines.close(order, line.sku)
+        was_split = order.split
+        part = Part(order, station.id, items)
+        order._parts.append(part)
+        if order._open:
+            self._sizes[order._open_size] += 1
+        else:
+            del self._backlog[order.id]
+        self.split_orders_open += order.split - was_split
+        self._backlog_changed()
+        station._load += 1 if station.counts_orders else items
+        for line in lines:
+            for _ in range(line.quantity):
+                request = Request(self._next_request, part, line.sku)
+                self._next_request += 1
+                station._requests[request.id] = request
+                station._by_sku.setdefault(line.sku, {})[request.id] = request
+                self._promise_from_inbound(station, request)
+        return items
+
+    def bind(self, pod: Pod, station: Station) -> None:
+        """Decide a trip: the pod is bound for the station from now on."""
+        pod._itinerary.append(station.id)
+        station._inbound[pod.id] = pod
+        if pod._carrier is None:
+            self.waiting[pod.id] = pod
+        self._promise_items(pod, station)
+
+    def take_task(self, robot: Robot, pod: Pod) -> None:
+        """Give a waiting pod to a robot."""
+        del self.waiting[pod.id]
+        robot._task = pod.id
+        pod._carrier = robot
+
+    def lift(self, robot: Robot, pod: Pod) -> None:
+        """Let a robot lift the pod it stands under."""
+        assert pod._location is not None
+        insort(self.free_locations, pod._location)
+        pod._location = None
+        robot._pod = pod.id
+
+    def reserve(self, location: int) -> None:
+        """Keep a free storage location for a pod that is on its way to it."""
+        del self.free_locations[bisect_left(self.free_locations, location)]
+
+    def store(self, robot: Robot, pod: Pod) -> None:
+        """Set a pod down where the robot stands; the robot is idle then."""
+        pod._cell = pod._location = robot._cell
+        pod._carrier = None
+        robot._pod = robot._task = None
+        if pod._itinerary:
+            self.waiting[pod.id] = pod
+
+    def leave(self, pod: Pod, station: Station) -> None:
+        """End a visit: the pod is no longer bound for the station."""
+        pod._itinerary.remove(station.id)
+        del station._inbound[pod.id]
+
+    def fulfil(self, request: Request, pod: Pod) -> None:
+        """Pick the item of a request from a pod that stands at its station."""
+        station = self.stations[request.station]
+        self._take_item(request, pod, station)
+        self.open_demand[request.sku] -= 1
+        order, part = request.order, request.part
+        order._unpicked -= 1
+        part.unpicked -= 1
+        if part.unpicked == 0:
+            station._load -= 1 if station.counts_orders else part.items
+        if order._unpicked == 0 and order.split:
+            self.split_orders_open -= 1
+
+    # Promises
+
+    def _promise_from_inbound(self, station: Station, request: Request) -> None:
+        for pod in station._inbound.values():
+            if request.sku in pod._contents and pod.free_items(request.sku) > 0:
+                _promise(request, pod)
+                return
+
+    def _promise_items(self, pod: Pod, station: Station) -> None:
+        for sku in pod._contents:
+            for request in station._by_sku.get(sku, {}).values():
+                if not request.covered:
+                    if pod.free_items(sku) <= 0:
+                        break
+                    _promise(request, pod)
+
+    def _take_item(self, request: Request, pod: Pod, station: Station) -> None:
+        """Take one item off the pod, close the request, and keep all promises consistent."""
+        same_sku = station._by_sku[request.sku]
+        del station._requests[request.id]
+        del same_sku[request.id]
+        if request._pod is not pod:
+            # The item may be promised to a younger request here: the two swap what they were promised.
+            younger = next((other for other in same_sku.values() if other._pod is pod), None)
+            if younger is not None:
+                younger._pod, request._pod = request._pod, pod
+        if not same_sku:
+            del station._by_sku[request.sku]
+        released = request._pod
+        if released is not None:
+            _withdraw(request)
+        if pod._contents[request.sku] < UNLIMITED:
+            pod._contents[request.sku] -= 1
+        if released is not None and released is not pod:
+            for other_station in released._itinerary:
+                self._promise_items(released, self.stations[other_station])
+
+    def _backlog_changed(self) -> None:
+        self._backlog_tuple = None
+        self._backlog_lines = None
+
+
+class _Lines:
+    """All order lines of a run as arrays, with a mark on those that are open."""
+
+    def __init__(self, orders: Sequence[Order]) -> None:
+        rows = [(order.id, line.sku, line.quantity) for order in orders for line in order.lines]
+        table = np.array(rows, dtype=np.int64).reshape(-1, 3)
+        self.order, self.sku, self.quantity = table[:, 0], table[:, 1], table[:, 2]
+        self.start = np.concatenate(([0], np.cumsum([len(order.lines) for order in orders]))).astype(np.int64)
+        self.open = np.ones(len(rows), dtype=bool)
+        self.position = np.zeros(len(orders), dtype=np.int64)
+
+    def close(self, order: Order, sku: int) -> None:
+        """Mark a line as assigned."""
+        at = next(i for i, line in enumerate(order.lines) if line.sku == sku)
+        self.open[self.start[order.id] + at] = False
+
+    def of(self, backlog: dict[int, Order]) -> BacklogLines:
+        """Open lines of the backlog's orders. The backlog is in order of id, as the lines are."""
+        ids = np.fromiter(backlog, dtype=np.int64, count=len(backlog))
+        inside = np.zeros(len(self.position), dtype=bool)
+        inside[ids] = True
+        self.position[ids] = np.arange(len(ids))
+        chosen = np.flatnonzero(self.open & inside[self.order])
+        return BacklogLines(self.position[self.order[chosen]], self.sku[chosen], self.quantity[chosen])
+
+
+def _promise(request: Request, pod: Pod) -> None:
+    request._pod = pod
+    by_station = pod._promised.setdefault(request.sku, {})
+    by_station[request.station] = by_station.get(request.station, 0) + 1
+
+
+def _withdraw(request: Request) -> None:
+    assert request._pod is not None
+    by_station = request._pod._promised[request.sku]
+    by_station[request.station] -= 1
+    if not by_station[request.station]:
+        del by_station[request.station]
+    request._pod = None
+
+
+def _drop(counter: Counter[int], size: int) -> None:
+    counter[size] -= 1
+    if not counter[size]:
+        del counter[size]
