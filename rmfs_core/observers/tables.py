@@ -145,7 +145,6 @@ class Tables:
         order = self.instance.orders[i]
         parts = self._parts.get(i, {})
         assigned, completed = self._assigned.get(i), self._completed.get(i)
-        done = assigned is not None and completed is not None
         return {
             "order": order.name,
             "arrival_s": to_seconds(order.arrival_tick),
@@ -156,8 +155,8 @@ class Tables:
             "assigned_s": _seconds(assigned),
             "completed_s": _seconds(completed),
             "turnover_s": _seconds(completed, order.arrival_tick),
-            "turnover_backlog_s": _seconds(assigned if done else None, order.arrival_tick),
-            "turnover_station_s": _seconds(completed, assigned or 0) if done else None,
+            "turnover_backlog_s": _seconds(assigned, order.arrival_tick),
+            "turnover_station_s": None if assigned is None else _seconds(completed, assigned),
         }
 
 

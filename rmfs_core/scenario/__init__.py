@@ -1,5 +1,36 @@
-"""Scenario files."""
+"""Scenario files: what a run consists of, read, checked, changed from the command line, and written again."""
 
-from rmfs_core.scenario.model import Scenario
+from rmfs_core.scenario.model import (
+    Arrivals,
+    InstanceSection,
+    LayoutSection,
+    RobotsSection,
+    RuleChoice,
+    RulesSection,
+    RunSection,
+    Scenario,
+    StationsSection,
+)
+from rmfs_core.scenario.reading import load_scenario, located, scenario_from_dict
+from rmfs_core.scenario.schema import scenario_schema
+from rmfs_core.scenario.shipped import shipped_scenarios
+from rmfs_core.scenario.writing import scenario_to_dict, to_toml
 
-__all__ = ["Scenario"]
+__all__ = [
+    "Arrivals",
+    "InstanceSection",
+    "LayoutSection",
+    "RobotsSection",
+    "RuleChoice",
+    "RulesSection",
+    "RunSection",
+    "Scenario",
+    "StationsSection",
+    "load_scenario",
+    "located",
+    "scenario_from_dict",
+    "scenario_schema",
+    "scenario_to_dict",
+    "shipped_scenarios",
+    "to_toml",
+]

@@ -36,7 +36,7 @@ class Check:
     holds: Callable[[Any], bool]
     schema: Mapping[str, Any] = field(factory=dict)
 
-    def __call__(self, instance: object, attribute: Any, value: Any) -> None:
+    def __call__(self, _instance: object, _attribute: Any, value: Any) -> None:
         """Raise ValueError unless ``value`` is right or None."""
         if value is not None and not self.holds(value):
             shown = list(value) if isinstance(value, tuple) else value
@@ -48,15 +48,23 @@ def at_least(least: int) -> Check:
     return Check(f"a whole number >= {least}", lambda value: bool(value >= least), {"minimum": least})
 
 
-def one_of(*names: str) -> Check:
-    """Return the check for one of some words."""
+class OneOf:
+    """attrs validator: one of some words.
 
-    class OneOf(Check):
-        def __call__(self, instance: object, attribute: Any, value: Any) -> None:
-            if value not in names:
-                raise ValueError(f'found "{value}"{nearest(str(value), names)}')
+    Parameters
+    ----------
+    *names
+        The words.
+    """
 
-    return OneOf("one of " + ", ".join(names), lambda value: value in names, {"enum": list(names)})
+    def __init__(self, *names: str) -> None:
+        self.names = names
+        self.schema: Mapping[str, Any] = {"enum": list(names)}
+
+    def __call__(self, _instance: object, _attribute: Any, value: Any) -> None:
+        """Raise ValueError unless ``value`` is one of the words."""
+        if value not in self.names:
+            raise ValueError(f'found "{value}"{nearest(str(value), self.names)}')
 
 
 def _all_positive(value: int | tuple[int, ...]) -> bool:

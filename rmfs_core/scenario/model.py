@@ -11,12 +11,15 @@ from typing import Any
 
 from attrs import Factory, evolve, field, frozen
 
-from rmfs_core.scenario.checks import CAPACITY, NOT_NEGATIVE, POSITIVE, SHARE, at_least, one_of
+from rmfs_core.scenario.checks import CAPACITY, NOT_NEGATIVE, POSITIVE, SHARE, OneOf, at_least
+from rmfs_core.scenario.source import Source
 
 NOTHING_SET = object()
 
 
-def key(doc: str, default: Any = NOTHING_SET, *, unit: str | None = None, check: Any = None, factory: Any = None) -> Any:
+def key(
+    doc: str, default: Any = NOTHING_SET, *, unit: str | None = None, check: Any = None, factory: Any = None
+) -> Any:
     """Field of a scenario section: documented, with its unit and its check."""
     metadata = {"doc": doc, "unit": unit}
     if factory is not None:
@@ -34,13 +37,13 @@ class Arrivals:
         "`start`: every order is there at t = 0. `poisson`: exponential times between arrivals. "
         "(Orders from a file arrive at the times the file gives.)",
         "start",
-        check=one_of("start", "poisson"),
+        check=OneOf("start", "poisson"),
     )
     orders_per_hour: float | None = key("Mean arrival rate of `poisson`", None, unit="1/h", check=POSITIVE)
 
     def __attrs_post_init__(self) -> None:
         if (self.process == "poisson") != (self.orders_per_hour is not None):
-            raise ValueError("expected `orders_per_hour` with process \"poisson\", and only there")
+            raise ValueError('expected `orders_per_hour` with process "poisson", and only there')
 
 
 @frozen
@@ -112,10 +115,17 @@ class StationsSection:
         unit="orders",
         check=CAPACITY,
     )
-    queue_length: int = key("Pods that can wait at a station, besides the one it works on", 12, unit="cells", check=at_least(1))
-    pick_s: float = key("Time of picking a unit: holds the picker, the pod and its robot", 7.0, unit="s", check=POSITIVE)
+    queue_length: int = key(
+        "Pods that can wait at a station, besides the one it works on", 12, unit="cells", check=at_least(1)
+    )
+    pick_s: float = key(
+        "Time of picking a unit: holds the picker, the pod and its robot", 7.0, unit="s", check=POSITIVE
+    )
     handle_s: float = key(
-        "Time of handling a unit, picking included: holds the picker; the pod may leave after `pick_s`", 13.0, unit="s", check=POSITIVE
+        "Time of handling a unit, picking included: holds the picker; the pod may leave after `pick_s`",
+        13.0,
+        unit="s",
+        check=POSITIVE,
     )
 
     def __attrs_post_init__(self) -> None:
@@ -129,7 +139,6 @@ class RuleChoice:
 
     rule: str
     parameters: Mapping[str, Any] = Factory(dict)
-
 
 
 @frozen
@@ -156,7 +165,9 @@ class RulesSection:
 class RunSection:
     """When to stop, and limits."""
 
-    until_s: float | None = key("Simulated time at which the run ends even if orders are left", None, unit="s", check=POSITIVE)
+    until_s: float | None = key(
+        "Simulated time at which the run ends even if orders are left", None, unit="s", check=POSITIVE
+    )
     decision_limit_s: float | None = key(
         "Wall-clock limit of a single decision; a rule that takes longer ends the run with an error. Off when left out",
         None,
@@ -169,7 +180,8 @@ class RunSection:
 class Scenario:
     """A whole run: what is there, which rules decide, and the seed of every random stream.
 
-    ``folder`` is where relative file names are looked up; it is no key of the file.
+    Not keys of the file: ``folder`` is where relative file names are looked up, ``source`` what messages take the line
+    of a wrong value from.
     """
 
     rules: RulesSection = key("Decision rules")
@@ -180,6 +192,7 @@ class Scenario:
     stations: StationsSection = key("Picking stations", factory=StationsSection)
     run: RunSection = key("Stopping and limits", factory=RunSection)
     folder: str = field(default=".", eq=False, metadata={"internal": True})
+    source: Source | None = field(default=None, eq=False, repr=False, metadata={"internal": True})
 
     def with_seed(self, seed: int) -> Scenario:
         """Return the same scenario with another seed."""

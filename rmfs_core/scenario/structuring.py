@@ -16,13 +16,14 @@ import cattrs
 
 from rmfs_core.scenario.checks import nearest
 from rmfs_core.scenario.model import RuleChoice, Scenario
+from rmfs_core.scenario.source import KeyPath
 from rmfs_core.scenario.tomltext import shown
 
 
 class KeyProblem(Exception):  # noqa: N818 - never leaves this package: reading turns it into an InputError
     """A value is wrong; ``path`` leads to it from where structuring began."""
 
-    def __init__(self, problem: str, path: tuple[str | int, ...] = ()) -> None:
+    def __init__(self, problem: str, path: KeyPath = ()) -> None:
         super().__init__(problem)
         self.problem = problem
         self.path = path
@@ -45,6 +46,13 @@ def fields_of(cls: type) -> dict[str, attrs.Attribute[Any]]:
 def types_of(cls: type) -> dict[str, Any]:
     """Return the types of a section class's fields, resolved."""
     return get_type_hints(cls)
+
+
+def section_class(cls: type, key: str) -> type | None:
+    """Return the class of the table that ``key`` of a section holds, or None when it holds a value."""
+    type_ = types_of(cls)[key]
+    kinds = [type_, *get_args(type_)]
+    return next((kind for kind in kinds if isinstance(kind, type) and attrs.has(kind)), None)
 
 
 def _whole_number(value: Any, _: Any) -> int:
@@ -102,7 +110,7 @@ def _rule(value: Any, _: Any) -> RuleChoice:
             f'expected the name of a rule or a table {{ rule = "...", parameter = ... }}, found {shown(value)}'
         )
     if "rule" not in value:
-        raise KeyProblem('expected a key `rule` with the name of a rule beside the parameters, found none')
+        raise KeyProblem("expected a key `rule` with the name of a rule beside the parameters, found none")
     rule = _at("rule", value["rule"], str)
     return RuleChoice(rule, {key: entry for key, entry in value.items() if key != "rule"})
 

@@ -49,7 +49,7 @@ class Asker:
         try:
             answer = rule.hook(**arguments)
         except Exception as error:
-            raise self.error(rule, f"raised {_raised(error)}") from error
+            raise self.raised(rule, error) from error
         seconds = time.perf_counter() - start
         self.seconds[name] = self.seconds.get(name, 0.0) + seconds
         self.calls[name] = self.calls.get(name, 0) + 1
@@ -63,6 +63,10 @@ class Asker:
             return check()
         except ImpossibleError as problem:
             raise self.error(rule, str(problem)) from None
+
+    def raised(self, rule: BoundRule, error: Exception) -> RuleError:
+        """Return the error that says what a rule raised, and where."""
+        return self.error(rule, f"raised {_raised(error)}")
 
     def error(self, rule: BoundRule, problem: str) -> RuleError:
         """Return the error that names rule, distribution, hook, simulated time and the problem."""

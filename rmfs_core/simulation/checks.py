@@ -73,6 +73,14 @@ def covered(stations: Sequence[Station]) -> None:
             )
 
 
+def packing(warehouse: Warehouse, capacity: int | None) -> None:
+    """Check that the split orders under way find room at the packing stations."""
+    if capacity is not None and warehouse.split_orders_open > capacity:
+        raise ImpossibleError(
+            f"left {warehouse.split_orders_open} split orders open at once; the packing stations hold {capacity}"
+        )
+
+
 def task(warehouse: Warehouse, given: TaskAssignment) -> tuple[Robot, Pod]:
     """Check that a robot can fetch a pod."""
     robot: Robot = known("robot", given.robot, warehouse.robots)

@@ -328,7 +328,23 @@ class Simulation:
         return generator
 
     def _tell(self, event: Event) -> None:
-        self._on_event(event=event)
+        try:
+            self._on_event(event=event)
+        except Exception as error:
+            observer = self._raised_in(error)
+            if observer is None:
+                raise
+            raise self.asker.raised(observer, error) from error
+
+    def _raised_in(self, error: Exception) -> BoundRule | None:
+        """Return the scenario's observer that an error came from."""
+        frame = error.__traceback__
+        while frame is not None:
+            for observer in self.rules.observers:
+                if frame.tb_frame.f_locals.get("self") is observer.instance:
+                    return observer
+            frame = frame.tb_next
+        return None
 
     def _standstill(self) -> str:
         left = [order for order in self.warehouse.orders if order.unpicked_items]

@@ -54,7 +54,9 @@ class Decisions:
         assigning = rules.poa_pps or rules.poa
         assert assigning is not None
         self.assigning: BoundRule = assigning
+        # What the kernel has to know of an assigning rule, besides its decisions, it declares as attributes.
         self.splits_over_time = bool(getattr(assigning.instance, "splits_over_time", False))
+        self.packing_capacity: int | None = getattr(assigning.instance, "packing_capacity", None)
 
     def round(self) -> None:
         """Decide all that can be decided now."""
@@ -100,6 +102,7 @@ class Decisions:
                 self._assign(assignment, shown)
             if self.rules.poa_pps is not None:
                 checks.covered(self.warehouse.stations)
+            checks.packing(self.warehouse, self.packing_capacity)
             return decision
 
         decision = self.asker.apply(rule, apply)

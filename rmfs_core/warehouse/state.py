@@ -166,6 +166,7 @@ class Warehouse:
 
     def assign(self, order: Order, station: Station, skus: Sequence[int]) -> int:
         """Turn open lines of an order into requests at a station (one part); return their number of items."""
+        was_split = order.split
         lines = [order._open.pop(sku) for sku in skus]
         items = sum(line.quantity for line in lines)
         _drop(self._sizes, order._open_size)
@@ -173,7 +174,6 @@ class Warehouse:
         for line in lines:
             _drop(self._line_sizes, line.quantity)
             self._lines.close(order, line.sku)
-        was_split = order.split
         part = Part(order, station.id, items)
         order._parts.append(part)
         if order._open:

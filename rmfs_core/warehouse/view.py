@@ -129,6 +129,11 @@ class WarehouseView:
         """Exact driving times on the grid without other robots."""
         return self._state.travel
 
+    @property
+    def split_orders_open(self) -> int:
+        """Number of split orders that are not completely picked: each takes a place at the packing stations."""
+        return self._state.split_orders_open
+
     def home(self, pod: Pod) -> int:
         """Cell index of the storage location at which a pod stood when the run started."""
         return self._state.homes[pod.id]

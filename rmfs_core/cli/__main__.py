@@ -1,0 +1,5 @@
+"""``python -m rmfs_core.cli`` is ``rmfs``."""
+
+from rmfs_core.cli import main
+
+main()

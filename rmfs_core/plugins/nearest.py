@@ -1,0 +1,24 @@
+"""Sentences that help with a misspelt name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+def listed(names: Iterable[str], last: str = "and") -> str:
+    """Names for a sentence: ``a``, ``a and b``, ``a, b and c``."""
+    *most, end = list(names)
+    return f"{', '.join(most)} {last} {end}" if most else end
+
+
+def did_you_mean(name: str, valid: Iterable[str], most: int = 3) -> str:
+    """Return `` (did you mean "x" or "y"?)`` for the valid names nearest to a misspelt one, else an empty text."""
+    close = [f'"{found}"' for found in get_close_matches(name, sorted(valid), n=most, cutoff=0.6)]
+    return f" (did you mean {listed(close, 'or')}?)" if close else ""
+
+
+def one_line(error: BaseException) -> str:
+    """An exception as one line: its class and its text."""
+    text = " ".join(str(error).split())
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__

@@ -1,0 +1,134 @@
+"""Scenario files to scenarios."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from attrs import evolve
+
+from rmfs_core.errors import InputError
+from rmfs_core.scenario.checks import nearest
+from rmfs_core.scenario.model import Scenario
+from rmfs_core.scenario.overrides import apply_overrides, parse_override
+from rmfs_core.scenario.rulenames import check_rule_name, rule_choices
+from rmfs_core.scenario.shipped import shipped_scenarios
+from rmfs_core.scenario.source import Source, undotted
+from rmfs_core.scenario.structuring import KeyProblem, fields_of, structure
+
+
+def load_scenario(path: str | Path, overrides: Sequence[str] = (), seed: int | None = None) -> Scenario:
+    """Read a scenario file.
+
+    Parameters
+    ----------
+    path
+        A file, or the name of a shipped scenario: ``paper-250``, ``examples/small``.
+    overrides
+        ``key=value`` each, as after ``--set``: a dotted key and a TOML value (or a plain text) that replaces the
+        file's. Nothing after the ``=`` takes a key out.
+    seed
+        Replaces the file's seed.
+
+    Returns
+    -------
+    Scenario
+        With ``folder`` set to the file's folder, where the files that it names are looked up.
+
+    Raises
+    ------
+    InputError
+        For the first thing that is wrong in the order of the file.
+    """
+    file = _find(path)
+    text = _read(file)
+    parsed = [parse_override(override) for override in overrides]
+    source = Source(str(file), text, tuple((override.text, override.path) for override in parsed))
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise _syntax_error(source.name, error) from None
+    data = apply_overrides(data, parsed)
+    if seed is not None:
+        data = {**data, "seed": seed}
+    try:
+        scenario = evolve(structure(data), folder=str(file.parent), source=source)
+        check_rule_names(scenario)
+    except KeyProblem as problem:
+        raise InputError(source.place_of(problem.path), problem.problem) from None
+    return scenario
+
+
+def scenario_from_dict(data: Mapping[str, Any], folder: str = ".", name: str = "scenario") -> Scenario:
+    """Return the scenario that nested tables describe, as `scenario_to_dict` returns them.
+
+    Parameters
+    ----------
+    data
+        Tables and values as tomllib reads them.
+    folder
+        Where relative file names are looked up.
+    name
+        What a message calls the source.
+    """
+    try:
+        return evolve(structure(data), folder=folder)
+    except KeyProblem as problem:
+        raise InputError(Source(name).place_of(problem.path), problem.problem) from None
+
+
+@contextmanager
+def located(scenario: Scenario) -> Iterator[None]:
+    """Give every InputError raised within that names a key (``rules.poa``) the file and line of that key as well."""
+    try:
+        yield
+    except InputError as error:
+        path = undotted(error.place)
+        if scenario.source is None or path[0] not in fields_of(Scenario):
+            raise
+        raise InputError(scenario.source.place_of(path), error.problem) from error
+
+
+def check_rule_names(scenario: Scenario) -> None:
+    """Raise KeyProblem for a rule that is not installed, or whose file does not exist."""
+    for path, choice in rule_choices(scenario.rules):
+        try:
+            check_rule_name(choice.rule, Path(scenario.folder))
+        except KeyProblem as problem:
+            raise KeyProblem(problem.problem, ("rules", *path)) from None
+
+
+def _find(path: str | Path) -> Path:
+    file = Path(path)
+    if file.is_file():
+        return file
+    shipped = shipped_scenarios()
+    name = file.as_posix().removesuffix(".toml")
+    if name in shipped:
+        return shipped[name]
+    if file.is_dir():
+        raise InputError(str(path), "expected a scenario file, found a folder")
+    raise InputError(str(path), f"there is no such file, and no shipped scenario of that name{nearest(name, shipped)}")
+
+
+def _read(file: Path) -> str:
+    try:
+        # tomllib refuses the byte order mark that some editors write, and knows no other line end than \n and \r\n.
+        return file.read_bytes().decode("utf-8-sig").replace("\r\n", "\n")
+    except OSError as error:
+        raise InputError(str(file), f"cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise InputError(str(file), f"expected UTF-8 text, found the byte 0x{error.object[error.start]:02x}") from None
+
+
+def _syntax_error(name: str, error: tomllib.TOMLDecodeError) -> InputError:
+    """Move the line from the end of tomllib's message to the front."""
+    message = str(error)
+    if match := re.search(r" \(at line (\d+), column (\d+)\)$", message):
+        place = f"{name}, line {match[1]}, column {match[2]}"
+        return InputError(place, f"this is no valid TOML: {message[: match.start()]}")
+    return InputError(name, f"this is no valid TOML: {message}")

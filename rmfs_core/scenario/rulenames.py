@@ -1,0 +1,38 @@
+"""Whether the rules that a scenario names exist. Names only: nothing is imported."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from rmfs_core.scenario.checks import nearest
+from rmfs_core.scenario.model import RuleChoice, RulesSection
+from rmfs_core.scenario.source import KeyPath
+from rmfs_core.scenario.structuring import KeyProblem, fields_of
+
+
+def rule_choices(rules: RulesSection) -> Iterator[tuple[KeyPath, RuleChoice]]:
+    """Yield the path under ``rules`` and the choice of every rule a scenario names."""
+    for key in fields_of(RulesSection):
+        chosen = getattr(rules, key)
+        if isinstance(chosen, RuleChoice):
+            yield (key,), chosen
+        else:
+            yield from (((key, i), choice) for i, choice in enumerate(chosen or ()))
+
+
+def check_rule_name(name: str, folder: Path) -> None:
+    """Raise KeyProblem unless ``name`` is an installed rule, or ``./file.py:Class`` of a file in ``folder``."""
+    # Here, since the plugins take a scenario's sections from this package.
+    from rmfs_core.plugins.sources import available_rules, is_inline
+
+    if not is_inline(name):
+        names = available_rules().keys()
+        if name not in names:
+            raise KeyProblem(f"there is no rule `{name}`{nearest(name, names)}")
+        return
+    file, colon, class_name = name.rpartition(":")
+    if not colon or not class_name.isidentifier():
+        raise KeyProblem(f'expected "./file.py:Class" for a rule beside the scenario, found "{name}"')
+    if not (folder / file).is_file():
+        raise KeyProblem(f"there is no file `{file}` in the scenario's folder ({folder})")
