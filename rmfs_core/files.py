@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 import operator
 import os
 import uuid
@@ -73,11 +74,30 @@ def write_text(path: str | Path, text: str) -> None:
 
 
 def to_json(value: object, indent: int | None = None) -> str:
-    """JSON text of plain values: keys in the order given, numpy integers as integers, NaN refused."""
+    """JSON text of plain values: keys in the order given, numpy integers as integers, NaN refused.
+
+    What JSON does not know (a date among a rule's parameters, for example) becomes its text.
+    """
     separators = (",", ":") if indent is None else None
-    return json.dumps(
-        value, indent=indent, separators=separators, ensure_ascii=False, allow_nan=False, default=operator.index
-    )
+    return json.dumps(value, indent=indent, separators=separators, ensure_ascii=False, allow_nan=False, default=_plain)
+
+
+def json_ready(value: object) -> object:
+    """Return nested tables with ``"inf"``, ``"-inf"`` and ``"nan"`` in place of the numbers that JSON has no word for."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, Mapping):
+        return {key: json_ready(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [json_ready(entry) for entry in value]
+    return value
+
+
+def _plain(value: object) -> int | str:
+    try:
+        return operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        return str(value)
 
 
 def to_csv(columns: Sequence[str], rows: Iterable[Mapping[str, object]]) -> str:

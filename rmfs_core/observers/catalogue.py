@@ -50,9 +50,7 @@ METRICS: dict[str, tuple[Metric, ...]] = {
         Metric("distance_per_order_m", "Distance per order", "m", 1, "Distance per completed order."),
     ),
     "Throughput": (
-        Metric(
-            "makespan_s", "Makespan", "s", 1, "Time of the last completed order; of the end when orders are left."
-        ),
+        Metric("makespan_s", "Makespan", "s", 1, "Time of the last completed order; of the end when orders are left."),
         Metric("orders_per_hour", "Orders per hour", "", 1, "Completed orders per hour of the makespan."),
         Metric("picks_per_hour", "Picks per hour", "", 1, "Picks per hour of the makespan."),
         Metric(

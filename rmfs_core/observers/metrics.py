@@ -6,6 +6,8 @@ bytes. A mean over nothing is None.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.events import (
     DecisionMade,
@@ -18,7 +20,9 @@ from rmfs_core.events import (
 )
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.instance import Instance
-from rmfs_core.simulation.info import RunInfo
+
+if TYPE_CHECKING:
+    from rmfs_core.simulation.info import RunInfo
 
 Number = int | float | None
 TICKS_PER_HOUR = 3600 * TICKS_PER_S

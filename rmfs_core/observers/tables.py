@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
@@ -17,7 +17,9 @@ from rmfs_core.events import (
 )
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.instance import Instance
-from rmfs_core.simulation.info import RunInfo
+
+if TYPE_CHECKING:
+    from rmfs_core.simulation.info import RunInfo
 
 Row = dict[str, Any]
 

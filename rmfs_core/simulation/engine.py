@@ -112,7 +112,7 @@ class Simulation:
                 break
             self.warehouse.now = int(upcoming)
             self.env.step()
-        self.status = "complete"
+        self.status = "complete" if self._completed == orders else "partial"
 
     # Processes
 

@@ -52,7 +52,7 @@ class WarehouseView:
 
     @property
     def orders(self) -> tuple[Order, ...]:
-        """All orders of the run that have arrived, by id where all arrive at the start; see ``backlog`` for open ones."""
+        """All orders that have arrived, in the order of arrival, whatever became of them."""
         return tuple(self._state.arrived)
 
     @property
