@@ -83,7 +83,7 @@ def to_json(value: object, indent: int | None = None) -> str:
 
 
 def json_ready(value: object) -> object:
-    """Return nested tables with ``"inf"``, ``"-inf"`` and ``"nan"`` in place of the numbers that JSON has no word for."""
+    """Return nested tables with texts (``"inf"``, ``"nan"``) in place of the numbers that JSON has no word for."""
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, Mapping):

@@ -110,11 +110,18 @@ def load_result(folder: str | Path) -> Result:
     missing = [key for key in expected if not isinstance(content, Mapping) or key not in content]
     if missing:
         raise InputError(str(file), f"the key `{missing[0]}` is missing; expected a result that rmfs has written")
+    tables = {table: _read_table(path / name, columns) for table, (name, columns) in TABLE_FILES.items()}
     return Result(
         scenario=scenario_from_dict(content["scenario"], name=f"{file}, scenario"),
+        seed=content["seed"],
+        versions=content["versions"],
+        status=content["status"],
+        metrics=content["metrics"],
+        timing=content["timing"],
         error=content.get("error"),
-        **{key: content[key] for key in expected[1:]},
-        **{table: _read_table(path / name, columns) for table, (name, columns) in TABLE_FILES.items()},
+        orders=tables["orders"],
+        visits=tables["visits"],
+        periods=tables["periods"],
     )
 
 
@@ -131,13 +138,10 @@ def _read_table(file: Path, columns: Mapping[str, type]) -> list[Row]:
     reader = csv.DictReader(_read(file).splitlines(keepends=True), strict=True)
     if reader.fieldnames is None or list(reader.fieldnames) != list(columns):
         raise InputError(f"{file}, line 1", f"expected the columns {', '.join(columns)}")
-    rows = []
     try:
-        for row in reader:
-            rows.append({name: _value(row[name], kind) for name, kind in columns.items()})
-    except (ValueError, TypeError, csv.Error) as error:
+        return [{name: _value(row[name], kind) for name, kind in columns.items()} for row in reader]
+    except (ValueError, TypeError, KeyError, csv.Error) as error:
         raise InputError(f"{file}, line {reader.line_num}", f"the row is not as expected: {error}") from error
-    return rows
 
 
 def _value(text: str, kind: type) -> Any:

@@ -86,7 +86,7 @@ def run(
         try:
             rules.pm.hook.run_ended(tick=simulation.now, status=outcome.status)
         finally:
-            result = _result(scenario, rules, metrics, tables, simulation, outcome)
+            result = _result(simulation, metrics, tables, outcome)
             if folder is not None:
                 result.save(folder)
                 if writer is None:
@@ -135,14 +135,12 @@ def _simulate(simulation: Simulation) -> _Outcome:
     return _Outcome(status, time.perf_counter() - started, error, interrupted)
 
 
-def _result(
-    scenario: Scenario, rules: RuleSet, metrics: Metrics, tables: Tables, simulation: Simulation, outcome: _Outcome
-) -> Result:
+def _result(simulation: Simulation, metrics: Metrics, tables: Tables, outcome: _Outcome) -> Result:
     metrics.run_ended(simulation.now, outcome.status)
     return Result(
-        scenario=scenario,
-        seed=scenario.seed,
-        versions=dict(rules.distributions),
+        scenario=simulation.scenario,
+        seed=simulation.scenario.seed,
+        versions=dict(simulation.rules.distributions),
         status=outcome.status,
         metrics=metrics.values(),
         timing={**metrics.timing(outcome.wall_s), "hook_s": simulation.hook_seconds},

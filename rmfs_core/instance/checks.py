@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rmfs_core.errors import InputError
 from rmfs_core.instance.model import Instance
-from rmfs_core.scenario.checks import nearest
+from rmfs_core.scenario.checks import close_to
 from rmfs_core.scenario.model import InstanceSection, Scenario, StationsSection
 
 
@@ -41,7 +41,8 @@ def _check_stock(instance: Instance, place: str) -> None:
             if held is not None and wanted[sku] > held:
                 raise InputError(
                     place,
-                    f"the orders up to {order.name} want {wanted[sku]} items of SKU {name}, but all pods together hold {held}",
+                    f"the orders up to {order.name} want {wanted[sku]} items of SKU {name}, "
+                    f"but all pods together hold {held}",
                 )
 
 
@@ -66,9 +67,7 @@ def _check_pods_at_stations(instance: Instance, section: InstanceSection) -> Non
         place = f"instance.pods_at_stations.{station}"
         for name in names:
             if name not in pods:
-                raise InputError(
-                    place, f"there is no pod {name} with contents{nearest(name, pods) if len(pods) < 20 else ''}"
-                )
+                raise InputError(place, f"there is no pod {name} with contents{close_to(name, pods)}")
             if name in standing_at:
                 raise InputError(place, f"pod {name} already stands at station {standing_at[name]}")
             standing_at[name] = station

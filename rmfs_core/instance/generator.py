@@ -71,8 +71,8 @@ def sku_demand(skus: int) -> NDArray[np.float64]:
 
 
 def _geometric(p: float, largest: int) -> NDArray[np.float64]:
-    weights = p * (1 - p) ** np.arange(largest)
-    return weights / weights.sum()
+    weights: NDArray[np.float64] = p * (1 - p) ** np.arange(largest)
+    return np.divide(weights, weights.sum())
 
 
 def _draw_pods(section: InstanceSection, rng: np.random.Generator) -> list[dict[int, int | None]]:
@@ -118,10 +118,8 @@ def _too_little(section: InstanceSection, drawn: int, skus_left: int) -> InputEr
         "instance",
         f"after {drawn} of {section.orders} orders the {section.pods} pods of {section.skus_per_pod} SKUs each have "
         f"items of {skus_left} of {section.skus} SKUs left, too few to draw an order that they can fill; "
-        "expected more `pods`, `skus_per_pod`"
-        + (" or `items_per_sku`" if section.items_per_sku else "")
-        + ", or fewer "
-        "`orders` or `skus`",
+        f"expected more `pods` or `skus_per_pod`{' or `items_per_sku`' if section.items_per_sku else ''}, "
+        "or fewer `orders` or `skus`",
     )
 
 

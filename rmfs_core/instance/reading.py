@@ -7,13 +7,18 @@ import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.instance.model import Instance, OrderData, PodData
 
+if TYPE_CHECKING:
+    from _csv import Reader as CsvReader
+
 ORDER_COLUMNS = ("order", "arrival_s", "sku", "quantity")
 POD_COLUMNS = ("pod", "sku", "quantity")
+_NAMES = ("order", "pod", "sku")
 
 _WHOLE = re.compile(r"[0-9]{1,15}")
 _NUMBER = re.compile(r"[0-9]{1,12}(\.[0-9]*)?([eE][+-]?[0-9]{1,2})?|\.[0-9]+")
@@ -99,7 +104,7 @@ def _rows(file: Path, columns: tuple[str, ...]) -> Iterator[tuple[int, list[str]
         raise InputError(str(file), f"expected UTF-8 text, found the byte 0x{error.object[error.start]:02x}") from None
 
 
-def _fields(file: Path, reader: csv._reader, columns: tuple[str, ...]) -> Iterator[tuple[int, list[str]]]:
+def _fields(file: Path, reader: CsvReader, columns: tuple[str, ...]) -> Iterator[tuple[int, list[str]]]:
     header = [name.strip() for name in next(reader, [])]
     for column in columns:
         if column not in header:
@@ -110,9 +115,7 @@ def _fields(file: Path, reader: csv._reader, columns: tuple[str, ...]) -> Iterat
                 + (f"`{found}` without `{column}`" if found else "none"),
             )
     places = [header.index(column) for column in columns]
-    named = [
-        (column, place) for column, place in zip(columns, places, strict=True) if column in ("order", "pod", "sku")
-    ]
+    named = [pair for pair in zip(columns, places, strict=True) if pair[0] in _NAMES]
     for row in reader:
         if not row:
             continue

@@ -181,7 +181,7 @@ class LiveProgress:
                 self._refresh()
 
     @hookimpl
-    def run_ended(self, tick: int, status: str) -> None:
+    def run_ended(self) -> None:
         """Take the display away; the table of metrics takes its place."""
         self.close()
 

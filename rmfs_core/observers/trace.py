@@ -24,13 +24,13 @@ First line, the header::
     stations          name, capacity, counts_orders (capacity in orders instead of items)
     blocked           storage locations that hold an empty pod for the whole run
 
-Then one line an event, in the order in which they happened: ``e``, the event's class in lower case with underscores, and
-the fields of that class in `rmfs_core.events` (where each is documented), ``tick`` first. Left out is ``wall_s`` of
-``decision_made``: equal runs have equal traces.
+Then one line an event, in the order in which they happened: ``e``, the event's class in lower case with underscores,
+and the fields of that class in `rmfs_core.events` (where each is documented), ``tick`` first. Left out is ``wall_s``
+of ``decision_made``: equal runs have equal traces.
 
 Where a robot is: it rests at its header cell until its first ``robot_moved``. In such a leg it stands at ``origin`` for
-``wait_ticks`` from ``start_tick``, turns there for ``turn_ticks`` to ``heading``, and drives ``distance_m`` cells straight
-until ``tick``: from rest with ``acceleration_m_per_s2`` up to ``top_speed_m_per_s``, and back to rest
+``wait_ticks`` from ``start_tick``, turns there for ``turn_ticks`` to ``heading``, and drives ``distance_m`` cells
+straight until ``tick``: from rest with ``acceleration_m_per_s2`` up to ``top_speed_m_per_s``, and back to rest
 (`rmfs_core.motion.Motion.position_m`). It then rests at ``to``. A pod is where its robot is from ``pod_lifted`` to
 ``pod_stored``; an item leaves it with each ``item_picked``.
 

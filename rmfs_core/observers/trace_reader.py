@@ -128,7 +128,7 @@ _FIELDS = {
     name: {field.name: str(field.type) for field in attrs.fields(kind) if field.name not in NOT_TRACED}
     for name, kind in EVENTS.items()
 }
-_NOT_TRACED = {
+_NOT_TRACED: dict[str, dict[str, Any]] = {
     name: {field.name: 0.0 for field in attrs.fields(kind) if field.name in NOT_TRACED} for name, kind in EVENTS.items()
 }
 

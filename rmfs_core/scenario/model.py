@@ -4,6 +4,9 @@ reading, ``rmfs scenario show``, the JSON Schema and the README's tests take it 
 The defaults are the paper's parameters (Section 4.1 and Appendix D).
 """
 
+# ruff: noqa: RUF009
+# (`key` is attrs' `field` with its documentation: it makes a field, not a default.)
+
 from __future__ import annotations
 
 from collections.abc import Mapping

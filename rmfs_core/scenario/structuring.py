@@ -142,14 +142,17 @@ def _section(cls: type) -> Callable[[Any, Any], Any]:
     return structure_section
 
 
+def _has_origin(*origins: Any) -> Callable[[Any], bool]:
+    return lambda type_: get_origin(type_) in origins
+
+
 def _converter() -> cattrs.Converter:
     converter = cattrs.Converter(forbid_extra_keys=True, detailed_validation=False)
     converter.register_structure_hook(int, _whole_number)
     converter.register_structure_hook(float, _number)
     converter.register_structure_hook(str, _text)
-    converter.register_structure_hook_func(lambda t: get_origin(t) is tuple, _list)
-    converter.register_structure_hook_func(lambda t: get_origin(t) is Mapping, _table)
-    converter.register_structure_hook_func(lambda t: get_origin(t) in (UnionType, Union), _union)
+    for origins, hook in (((tuple,), _list), ((Mapping,), _table), ((UnionType, Union), _union)):
+        converter.register_structure_hook_func(_has_origin(*origins), hook)
     converter.register_structure_hook_factory(attrs.has, _section)
     converter.register_structure_hook(RuleChoice, _rule)
     return converter

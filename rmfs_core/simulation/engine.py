@@ -97,9 +97,11 @@ class Simulation:
         RunError
             When a rule misbehaves, or orders are left and nothing will ever happen again.
         """
-        self._place_at_stations()
+        placed = self._place_at_stations()
         self.rules.pm.hook.run_started(run=self._info)
         self.env.process(self._arrivals())
+        for robot, pod in placed:  # after the first round: a pod leaves only when that found nothing for it
+            self.env.process(self._visit_stations(robot, pod))
         until = self.scenario.run.until_s
         end = None if until is None else to_ticks(until)
         orders = len(self.warehouse.orders)
@@ -263,8 +265,9 @@ class Simulation:
     def _start_task(self, robot: Robot, pod: Pod) -> None:
         self.env.process(self._transport(robot, pod))
 
-    def _place_at_stations(self) -> None:
+    def _place_at_stations(self) -> list[tuple[Robot, Pod]]:
         """Put the pods that are at a station from the start into its line, each on a robot."""
+        placed = []
         for robot, (station_id, pod_id) in zip(self.warehouse.robots, self._at_stations, strict=False):
             station, pod = self.warehouse.stations[station_id], self.warehouse.pods[pod_id]
             self.warehouse.bind(pod, station)
@@ -273,7 +276,8 @@ class Simulation:
             robot._cell = station.cells.slot(len(station._line))
             station._line.append(robot)
             station._claims += 1
-            self.env.process(self._visit_stations(robot, pod))
+            placed.append((robot, pod))
+        return placed
 
     def _take_place(self, station: Station) -> Process:
         """Wait for a place at a station: a pod sets out only when it will find room in the queue."""

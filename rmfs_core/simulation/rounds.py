@@ -116,7 +116,9 @@ class Decisions:
             return None
         orders: tuple[Order, ...] = self.warehouse.backlog
         for rule in self.rules.filters:
-            answer, _ = self._ask(rule, orders=orders)
+            answers, _ = self._ask(rule, orders=orders)
+            # Not a firstresult hook: the one rule called answers with a list of one, or of none when it returned None.
+            answer = answers[0] if answers else None
             orders = self.asker.apply(rule, lambda answer=answer, before=orders: _kept(answer, before))  # type: ignore[misc]
         return orders
 

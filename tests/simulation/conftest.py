@@ -85,10 +85,12 @@ def tiny_run(tmp_path: Path) -> Callable[..., TinyRun]:
         chosen = SEQUENTIAL | rules
         if "poa_pps" in chosen:
             del chosen["poa"], chosen["pps"]
-        filters = tuple(RuleChoice(name) for name in chosen.pop("filters", ()))
+        filters, observers = (
+            tuple(RuleChoice(name) for name in chosen.pop(key, ())) for key in ("filters", "observers")
+        )
         choices = {r: c if isinstance(c, RuleChoice) else RuleChoice(c) for r, c in chosen.items()}
         scenario = Scenario(
-            rules=RulesSection(filters=filters, **choices),
+            rules=RulesSection(filters=filters, observers=observers, **choices),
             seed=seed,
             instance=InstanceSection(pods_at_stations=at_stations or {}),
             layout=LayoutSection(pod_fill=0.05),

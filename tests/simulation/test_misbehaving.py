@@ -7,7 +7,7 @@ import pytest
 
 from rmfs_core.errors import InputError, RuleError
 from rmfs_core.events import ItemPicked
-from rmfs_core.scenario.model import RuleChoice, RunSection
+from rmfs_core.scenario.model import RunSection
 from rmfs_core.testing import small_instance
 
 Prepare = Callable[..., "TinyRun"]  # type: ignore[name-defined]  # noqa: F821
@@ -170,6 +170,6 @@ def test_an_observer_that_raises_is_named(tiny_run: Prepare, tmp_path: Path) -> 
         "    @hookimpl\n    def on_event(self, event): raise RuntimeError('full')\n",
         encoding="utf-8",
     )
-    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), observers=(RuleChoice("./bad.py:Bad"),))
+    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), observers=["./bad.py:Bad"])
     with pytest.raises(RuleError, match=r'rule "\./bad\.py:Bad" .*on_event.*RuntimeError: full'):
         run.simulation.run()
