@@ -35,7 +35,7 @@ class Result:
     seed
         Its seed.
     versions
-        Version of every distribution that took part, by name.
+        Version of every distribution that took part, by name; the digest of files beside the scenario that hold rules.
     status
         ``"complete"``; ``"partial"`` when orders are left (``run.until_s``, or the run was interrupted);
         ``"failed"`` when an error ended the run.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -62,43 +64,36 @@ def run(
         When a rule misbehaves or the run stands still. Its ``result`` has what was measured until then, status
         ``"failed"``, and is saved in ``out`` like any other.
     """
-    scenario = _resolve(scenario, seed, overrides)
     if trace and out is None:
         raise InputError("trace", "a trace needs a folder to be written to; expected `out` with it")
-    rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
-    instance, layout = make_instance(scenario), make_layout(scenario)
-    for observer in observers:
-        rules.register_observer(observer)
-    metrics, tables = Metrics(), Tables()
-    # Observers are told last registered first: whatever another observer does wrong, these have counted already.
-    rules.register_observer(metrics)
-    rules.register_observer(tables)
-    rules.check()
-    simulation = Simulation(scenario, instance, layout, rules)
+    measured = _prepare(_resolve(scenario, seed, overrides), observers, allow_inline_rules)
     folder = None if out is None else output_folder(out)
-    writer = None
-    if folder is not None and trace:
-        writer = TraceWriter(folder / TRACE_FILE)
-        rules.register_observer(writer)
+    writer = TraceWriter(folder / TRACE_FILE) if folder is not None and trace else None
+    if writer is not None:
+        measured.simulation.rules.register_observer(writer)
     try:
-        outcome = _simulate(simulation)
-        # Observers that fail at the end take nothing away from what was measured.
-        try:
-            rules.pm.hook.run_ended(tick=simulation.now, status=outcome.status)
-        finally:
-            result = _result(simulation, metrics, tables, outcome)
-            if folder is not None:
-                result.save(folder)
-                if writer is None:
-                    (folder / TRACE_FILE).unlink(missing_ok=True)
+        outcome = _simulate(measured.simulation)
+        result = _conclude(measured, outcome, folder)
     finally:
         if writer is not None:
             writer.discard()
+    if folder is not None and writer is None:
+        (folder / TRACE_FILE).unlink(missing_ok=True)
     if isinstance(outcome.error, RunError):
         outcome.error.result = result
     if outcome.error is not None:
         raise outcome.error
     return result
+
+
+@frozen(eq=False)
+class _Measured:
+    """A simulation and what measures it."""
+
+    simulation: Simulation
+    metrics: Metrics
+    tables: Tables
+    versions: dict[str, str]
 
 
 @frozen
@@ -119,6 +114,27 @@ def _resolve(scenario: Scenario | str | Path, seed: int | None, overrides: Seque
     return scenario if seed is None else scenario.with_seed(seed)
 
 
+def _prepare(scenario: Scenario, observers: Sequence[object], allow_inline_rules: bool) -> _Measured:
+    rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
+    instance, layout = make_instance(scenario), make_layout(scenario)
+    metrics, tables = Metrics(), Tables()
+    # Who is registered last is told first: whatever another observer does wrong, metrics and tables have it already.
+    for observer in (*observers, tables, metrics):
+        rules.register_observer(observer)
+    rules.check()
+    versions = _versions(rules, scenario.folder)
+    return _Measured(Simulation(scenario, instance, layout, rules), metrics, tables, versions)
+
+
+def _versions(rules: RuleSet, folder: str) -> dict[str, str]:
+    """Versions of the distributions, and of each file beside the scenario its digest: it has no other version."""
+    files = {
+        Path(os.path.relpath(file, folder)).as_posix(): f"sha256:{hashlib.sha256(Path(file).read_bytes()).hexdigest()}"
+        for file in rules.inline_files
+    }
+    return {**rules.distributions, **files}
+
+
 def _simulate(simulation: Simulation) -> _Outcome:
     started = time.perf_counter()
     error: Exception | None = None
@@ -135,12 +151,25 @@ def _simulate(simulation: Simulation) -> _Outcome:
     return _Outcome(status, time.perf_counter() - started, error, interrupted)
 
 
-def _result(simulation: Simulation, metrics: Metrics, tables: Tables, outcome: _Outcome) -> Result:
+def _conclude(measured: _Measured, outcome: _Outcome, folder: Path | None) -> Result:
+    """Tell the observers that the run is over, and save; an observer that fails at that takes nothing away."""
+    simulation = measured.simulation
+    try:
+        simulation.rules.pm.hook.run_ended(tick=simulation.now, status=outcome.status)
+    finally:
+        result = _result(measured, outcome)
+        if folder is not None:
+            result.save(folder)
+    return result
+
+
+def _result(measured: _Measured, outcome: _Outcome) -> Result:
+    simulation, metrics, tables = measured.simulation, measured.metrics, measured.tables
     metrics.run_ended(simulation.now, outcome.status)
     return Result(
         scenario=simulation.scenario,
         seed=simulation.scenario.seed,
-        versions=dict(simulation.rules.distributions),
+        versions=measured.versions,
         status=outcome.status,
         metrics=metrics.values(),
         timing={**metrics.timing(outcome.wall_s), "hook_s": simulation.hook_seconds},

@@ -1,25 +1,55 @@
+"""POA rule ``common-lines``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 from attrs import define
-from rmfs_core import *
-from rmfs_core.hookspecs import hookimpl
+from numpy.typing import NDArray
+
+from rmfs_core import OrderAssignment, hookimpl
+from rmfs_core.rule_helpers import assign_best_pairs, lines_at, sum_per_order
+
+if TYPE_CHECKING:
+    from rmfs_core.warehouse import Station, WarehouseView
+
 
 @define
 class CommonLines:
+    """Assign the order that wants the same SKUs as the orders already at a station.
+
+    Over all stations s with room and all orders o that fit there, the pair with the most lines in common,
+
+        number of open lines of o whose SKU is wanted by an open request at s,
+
+    is assigned, so that one pod can serve several orders. Requests assigned in the same decision count as well. Ties go
+    to the oldest order, then to the station with the lowest load, then to the one with the lowest id. This is repeated
+    until nothing fits.
+
+    References
+    ----------
+    P. R. Wurman, R. D'Andrea, M. Mountz: Coordinating hundreds of cooperative, autonomous vehicles in warehouses.
+    AI Magazine 29(1), 9-19, 2008. https://doi.org/10.1609/aimag.v29i1.2082
+
+    M. Merschformann, L. Xie, H. Li: RAWSim-O: a simulation framework for robotic mobile fulfillment systems.
+    Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8
+    """
+
     @hookimpl
-    def assign_orders(self, warehouse):
-        out=[]; free={s.id:s.free_capacity for s in warehouse.stations}; load={s.id:s.load for s in warehouse.stations}
-        avail=warehouse.available(); L=warehouse.backlog_lines; bl=warehouse.backlog
-        if not bl: return out
-        sc=np.stack([np.bincount(L.order,weights=np.minimum(L.quantity,avail[s][L.sku]),minlength=len(bl)) for s in free])
-        size=np.array([o.open_items for o in bl]); alive=np.ones(len(bl),bool)
-        while True:
-            best=None
-            for s in free:
-                ok=alive&(size<=free[s])
-                if not ok.any(): continue
-                v=np.where(ok,sc[s],-1); i=int(v.argmax())
-                k=(-v[i],i,load[s],s)
-                if best is None or k<best: best=k
-            if best is None: return out
-            _,i,_,s=best; alive[i]=False; free[s]-=size[i]; load[s]+=size[i]
-            out.append(OrderAssignment(bl[i].id,s))
+    def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
+        """Assign the pairs of order and station with the most lines in common."""
+        lines = warehouse.backlog_lines
+        wanted = np.zeros((len(warehouse.stations), warehouse.n_skus), dtype=np.int64)
+        for station in warehouse.stations:
+            wanted[station.id, [request.sku for request in station.open_requests]] = 1
+
+        def score(station: Station) -> NDArray[np.int64]:
+            return sum_per_order(warehouse, wanted[station.id, lines.sku])
+
+        def assigned(station: Station, position: int) -> tuple[int]:
+            wanted[station.id, lines.sku[lines_at(warehouse, position)]] = 1
+            return (station.id,)
+
+        return assign_best_pairs(warehouse, score, assigned)

@@ -1,25 +1,35 @@
+"""POA rule ``first-come``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 from attrs import define
-from rmfs_core import *
-from rmfs_core.hookspecs import hookimpl
+
+from rmfs_core import OrderAssignment, hookimpl
+from rmfs_core.rule_helpers import assign_best_pairs
+
+if TYPE_CHECKING:
+    from rmfs_core.warehouse import WarehouseView
+
 
 @define
 class FirstCome:
+    """Assign the oldest order first.
+
+    The oldest order that fits anywhere goes to the station with the lowest load where it fits (ties: lowest id). When
+    the oldest order fits nowhere, the next oldest that does is assigned. This is repeated until nothing fits.
+
+    References
+    ----------
+    M. Merschformann, T. Lamballais, R. de Koster, L. Suhl: Decision rules for robotic mobile fulfillment systems.
+    Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
+    """
+
     @hookimpl
-    def assign_orders(self, warehouse):
-        out=[]; free={s.id:s.free_capacity for s in warehouse.stations}; load={s.id:s.load for s in warehouse.stations}
-        avail=warehouse.available(); L=warehouse.backlog_lines; bl=warehouse.backlog
-        if not bl: return out
-        sc=np.stack([np.bincount(L.order,weights=np.minimum(L.quantity,avail[s][L.sku]),minlength=len(bl)) for s in free])
-        size=np.array([o.open_items for o in bl]); alive=np.ones(len(bl),bool)
-        while True:
-            best=None
-            for s in free:
-                ok=alive&(size<=free[s])
-                if not ok.any(): continue
-                v=np.where(ok,sc[s],-1); i=int(v.argmax())
-                k=(-v[i],i,load[s],s)
-                if best is None or k<best: best=k
-            if best is None: return out
-            _,i,_,s=best; alive[i]=False; free[s]-=size[i]; load[s]+=size[i]
-            out.append(OrderAssignment(bl[i].id,s))
+    def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
+        """Assign orders by age: all pairs score the same, and ties go to the oldest order."""
+        same = np.zeros(len(warehouse.backlog), dtype=np.int64)
+        return assign_best_pairs(warehouse, lambda _: same)

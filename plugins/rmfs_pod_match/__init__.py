@@ -1,25 +1,75 @@
+"""POA rule ``pod-match``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 from attrs import define
-from rmfs_core import *
-from rmfs_core.hookspecs import hookimpl
+from numpy.typing import NDArray
+
+from rmfs_core import OrderAssignment, hookimpl
+from rmfs_core.rule_helpers import assign_best_pairs, lines_at, sum_per_order
+
+if TYPE_CHECKING:
+    from rmfs_core.warehouse import Station, WarehouseView
+
 
 @define
 class PodMatch:
+    """Assign the order that the pods at a station can serve best.
+
+    Over all stations s with room and all orders o that fit there, the pair with the highest score
+
+        sum over the SKUs i of o of min(d_oi, a_is)
+
+    is assigned; d_oi is the number of items wanted and a_is the number of items on the pods inbound to s that are not
+    promised to other requests. Ties go to the oldest order, then to the station with the lowest load, then to the one
+    with the lowest id. This is repeated until nothing fits.
+
+    References
+    ----------
+    L. Xie, N. Thieme, R. Krenzler, H. Li: Efficient order picking methods in robotic mobile fulfillment systems.
+    arXiv:1902.03092, 2019. https://arxiv.org/abs/1902.03092
+
+    M. Merschformann, T. Lamballais, R. de Koster, L. Suhl: Decision rules for robotic mobile fulfillment systems.
+    Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
+    """
+
     @hookimpl
-    def assign_orders(self, warehouse):
-        out=[]; free={s.id:s.free_capacity for s in warehouse.stations}; load={s.id:s.load for s in warehouse.stations}
-        avail=warehouse.available(); L=warehouse.backlog_lines; bl=warehouse.backlog
-        if not bl: return out
-        sc=np.stack([np.bincount(L.order,weights=np.minimum(L.quantity,avail[s][L.sku]),minlength=len(bl)) for s in free])
-        size=np.array([o.open_items for o in bl]); alive=np.ones(len(bl),bool)
-        while True:
-            best=None
-            for s in free:
-                ok=alive&(size<=free[s])
-                if not ok.any(): continue
-                v=np.where(ok,sc[s],-1); i=int(v.argmax())
-                k=(-v[i],i,load[s],s)
-                if best is None or k<best: best=k
-            if best is None: return out
-            _,i,_,s=best; alive[i]=False; free[s]-=size[i]; load[s]+=size[i]
-            out.append(OrderAssignment(bl[i].id,s))
+    def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
+        """Assign the best matching pairs of order and station."""
+        stock = _InboundStock(warehouse)
+        return assign_best_pairs(warehouse, stock.score, None if warehouse.unlimited_stock else stock.take)
+
+
+class _InboundStock:
+    """Items on inbound pods, less what the orders assigned so far in this decision take."""
+
+    def __init__(self, warehouse: WarehouseView) -> None:
+        self.warehouse = warehouse
+        self.available = warehouse.available()
+        self.taken: dict[tuple[int, int], int] = {}  # (pod, SKU) -> items
+
+    def score(self, station: Station) -> NDArray[np.int64]:
+        """Return how many items of each order the pods inbound to a station have available."""
+        lines = self.warehouse.backlog_lines
+        return sum_per_order(self.warehouse, np.minimum(self.available[station.id, lines.sku], lines.quantity))
+
+    def take(self, station: Station, position: int) -> set[int]:
+        """Take an order's items from the inbound pods; return the stations that have fewer items now."""
+        lines = self.warehouse.backlog_lines
+        where = lines_at(self.warehouse, position)
+        changed: set[int] = set()
+        for sku, quantity in zip(lines.sku[where].tolist(), lines.quantity[where].tolist(), strict=True):
+            wanted = quantity
+            for pod in station.inbound_pods:
+                before = self.taken.get((pod.id, sku), 0)
+                items = min(wanted, pod.free_items(sku) - before)
+                if items > 0:
+                    self.taken[pod.id, sku] = before + items
+                    wanted -= items
+                    self.available[list(pod.bound_for), sku] -= items
+                    changed.update(pod.bound_for)
+        return changed

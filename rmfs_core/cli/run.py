@@ -140,4 +140,5 @@ def _report(console: Console, result: Result, folder: Path, trace: bool) -> None
             console, f"The run ended with {total - done:,} of {total:,} orders left; the metrics are of what was done."
         )
     files = [RESULT_FILE, *(file for file, _ in TABLE_FILES.values()), *([TRACE_FILE] if trace else [])]
-    _say(console, f"Results in {folder}/: {', '.join(files)}")
+    _say(console, f"Results in {folder}:")
+    _say(console, f"  {', '.join(files)}")

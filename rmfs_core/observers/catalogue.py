@@ -35,7 +35,7 @@ METRICS: dict[str, tuple[Metric, ...]] = {
             "turnover_backlog_s", "  in the backlog", "s", 1, "Arrival until all parts are assigned, mean of those."
         ),
         Metric("turnover_station_s", "  at stations", "s", 1, "The rest of the turn-over time, mean of those."),
-        Metric("split_orders_open_max", "Split orders open, most", "", 0, "Most split orders open at the same time."),
+        Metric("split_orders_open_max", "Most split orders open", "", 0, "Most split orders open at the same time."),
     ),
     "Pods": (
         Metric("picks", "Picks", "", 0, "Items picked."),

@@ -218,7 +218,7 @@ class LiveProgress:
         return grid
 
     def _figures(self) -> RenderableType:
-        """Pairs of a name and a figure: four pairs a row where there is room, else two."""
+        """Pairs of a name and a figure: three pairs a row where there is room, else two."""
         assert self._run is not None
         counts, robots = self.counts, self._run.warehouse.robots
         idle = sum(robot.idle for robot in robots)
@@ -237,7 +237,7 @@ class LiveProgress:
         ]
         if counts.stopped_early:
             pairs.append(("Stopped early", f"{counts.stopped_early:,} solves"))
-        per_row = 2 if self.console.width < NARROW else 4
+        per_row = 2 if self.console.width < NARROW else 3
         grid = Table.grid(padding=(0, 2), expand=True)
         for _ in range(per_row):
             grid.add_column(style="dim", no_wrap=True)
@@ -249,9 +249,9 @@ class LiveProgress:
     def _stations(self, run: RunInfo) -> RenderableType:
         table = Table(box=None, expand=True, padding=(0, 1, 0, 0), header_style="dim")
         table.add_column("Station", no_wrap=True)
-        table.add_column("Load", no_wrap=True, ratio=2)
+        table.add_column("Load", no_wrap=True, ratio=3)
         for name in ("Pod", "In line", "Inbound", "Requests", "Picks"):
-            table.add_column(name, justify="right", no_wrap=True)
+            table.add_column(name, justify="right", no_wrap=True, ratio=1)
         stations = run.warehouse.stations
         room = max(self.console.height - 14, 1)
         for station in stations[:room]:

@@ -108,13 +108,19 @@ def _required_arguments(plugin: object, method: str) -> Iterable[str]:
     return names[1:] if unbound else names
 
 
+def require_attrs_class(place: str, rule: object, rule_name: str) -> type:
+    """Return what a rule's name led to if it is an attrs class."""
+    if isinstance(rule, type) and attrs.has(rule):
+        return rule
+    what = f"class {rule.__name__}" if isinstance(rule, type) else repr(rule)
+    raise InputError(
+        place, f"{rule_name} is no attrs class: expected a class decorated with @attrs.define, found {what}"
+    )
+
+
 def check_rule_class(place: str, rule: object, rule_name: str, role: str) -> type:
     """Return the class of a rule, checked: attrs, hooks spelt right, and able to play the role."""
-    if not isinstance(rule, type) or not attrs.has(rule):
-        what = f"class {rule.__name__}" if isinstance(rule, type) else repr(rule)
-        raise InputError(
-            place, f"{rule_name} is no attrs class: expected a class decorated with @attrs.define, found {what}"
-        )
+    rule = require_attrs_class(place, rule, rule_name)
     check_hooks(place, rule, rule.__name__)
     roles = roles_of(rule)
     if role in roles:
