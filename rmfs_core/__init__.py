@@ -1,6 +1,6 @@
 """rmfs: interchangeable decision rules for robotic mobile fulfillment systems.
 
-What is named here is the public surface. It is imported on first use, so that ``import rmfs_core`` costs next to nothing.
+What is named here is the public surface. It is imported on first use: ``import rmfs_core`` costs next to nothing.
 """
 
 from __future__ import annotations

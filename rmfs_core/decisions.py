@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any
+
 from attrs import field, frozen
+
+
+def _as_tuple(values: Iterable[Any]) -> tuple[Any, ...]:
+    """Accept any sequence; what is none is found and named by the kernel's checks."""
+    return tuple(values) if isinstance(values, Iterable) else (values,)
 
 
 @frozen
@@ -54,8 +62,8 @@ class SolveReport:
 class JointDecision:
     """POA and PPS decided together."""
 
-    assignments: tuple[OrderAssignment, ...] = field(default=(), converter=tuple)
-    trips: tuple[PodTrip, ...] = field(default=(), converter=tuple)
+    assignments: tuple[OrderAssignment, ...] = field(default=(), converter=_as_tuple)
+    trips: tuple[PodTrip, ...] = field(default=(), converter=_as_tuple)
     report: SolveReport | None = None
 
 
@@ -87,4 +95,4 @@ class Leg:
 class Path:
     """PP: the legs a robot drives, one after another. Empty when the robot is already there."""
 
-    legs: tuple[Leg, ...] = field(default=(), converter=tuple)
+    legs: tuple[Leg, ...] = field(default=(), converter=_as_tuple)

@@ -32,7 +32,7 @@ class OrderArrived(Event):
 
 @frozen
 class OrderAssigned(Event):
-    """Lines of an order became extract requests at a station (one part). ``complete``: no line is left in the backlog."""
+    """Lines of an order became requests at a station (one part). ``complete``: no line is left in the backlog."""
 
     order: int
     station: int

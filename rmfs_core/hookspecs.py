@@ -47,7 +47,7 @@ class DecisionHooks:
         """PPS: choose pods to visit stations.
 
         Called in a decision round when stations have open requests that no inbound pod can serve
-        (``station.uncovered_requests``) and a robot could start now, or a pod that is about to leave a station could go on.
+        (``station.uncovered_requests``) and a robot could start now, or a pod about to leave a station could go on.
 
         :param warehouse: the warehouse now. Candidates are ``warehouse.free_pods`` (stored and bound nowhere; each
             needs a robot) and ``warehouse.leaving_pods`` (at a station with nothing left to serve there and bound

@@ -1,6 +1,7 @@
 """The closed formulas of motion."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
@@ -44,5 +45,5 @@ def test_positions_follow_the_speed_profile(acceleration: float, speed: float, m
     positions = [motion.position_m(metres, time) for time in times]
     assert positions[0] == 0
     assert positions[-1] == pytest.approx(metres)
-    for before, after in zip(positions, positions[1:], strict=False):
+    for before, after in pairwise(positions):
         assert -1e-9 <= after - before <= speed * total / parts + 1e-9

@@ -54,5 +54,7 @@ def test_rule_sets_see_the_same_orders_and_pods(poa: str) -> None:
     """Common random numbers: whatever the rules, one seed means the same orders."""
     base = rmfs_core.run("examples/small")
     other = rmfs_core.run("examples/small", overrides=[f"rules.poa={poa}"])
-    assert [(row["order"], row["items"]) for row in base.orders] == [(row["order"], row["items"]) for row in other.orders]
+    assert [(row["order"], row["items"]) for row in base.orders] == [
+        (row["order"], row["items"]) for row in other.orders
+    ]
     assert base.metrics != other.metrics

@@ -64,7 +64,7 @@ def test_a_straight_run_costs_no_turn() -> None:
 
 
 def test_a_pod_is_not_carried_over_storage_locations() -> None:
-    """Between two storage locations with a third in the middle, a loaded robot takes the aisle below, an empty one not."""
+    """With a storage location in between, a loaded robot takes the aisle below; an empty one drives straight on."""
     layout = parse_map("##.#.\n.....\n.qO..\n.....", "row")
     travel = Travel(layout, Motion())
     empty, loaded = travel.ticks(0, EAST, 3, loaded=False), travel.ticks(0, EAST, 3, loaded=True)

@@ -35,15 +35,13 @@ def _keys(section: type[Any], prefix: str) -> Iterator[tuple[str, str, str, str]
         if attrs.has(f.type) and f.type.__name__ != "RuleChoice":
             yield from _keys(f.type, path + ".")
         else:
-            yield path, _default(f), f.metadata["unit"] or "", f.metadata["doc"]
+            yield path, _default(f), f.metadata["unit"] or "", f.metadata["doc"].replace("|", r"\|")
 
 
 def _default(f: attrs.Attribute[Any]) -> str:
-    default = f.default
-    if isinstance(default, attrs.Factory):  # type: ignore[arg-type]
-        default = default.factory()
-    if hasattr(default, "rule"):
-        default = default.rule
+    default: Any = f.default
+    default = default.factory() if hasattr(default, "factory") else default
+    default = getattr(default, "rule", default)
     if default in (attrs.NOTHING, None, (), {}):
         return ""
     return f"`{json.dumps(default)}`"

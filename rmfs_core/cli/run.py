@@ -44,7 +44,7 @@ LONGEST_SUFFIX = 60
 @click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
 @click.option("--traceback", "show_traceback", is_flag=True, help="When a rule fails, print where in its code.")
 @click.pass_context
-def run(  # noqa: PLR0917 (click hands over each option)
+def run(
     ctx: click.Context,
     scenario: str,
     seed: int | None,

@@ -34,7 +34,7 @@ class Parameter:
     default
         Its value when the scenario gives none.
     unit, doc
-        From the field's metadata, else from the "Parameters" section of the class's docstring; empty where neither says.
+        From the field's metadata, else from the "Parameters" section of the docstring; empty where neither says.
     """
 
     name: str
@@ -71,8 +71,10 @@ class RuleDescription:
 
 
 def installed_rules() -> list[RuleDescription]:
-    """Describe every installed rule, by name; rules that cannot be imported carry the error."""
-    return [_describe(entry, len(entries) > 1) for entries in offers().values() for entry in entries]
+    """Describe every installed rule, by what it decides and by name; rules that cannot be imported carry the error."""
+    found = [_describe(entry, len(entries) > 1) for entries in offers().values() for entry in entries]
+    labels = list(LABEL_OF_ROLE.values())
+    return sorted(found, key=lambda rule: [labels.index(label) for label in rule.decides] or [len(labels)])
 
 
 def _describe(entry: EntryPoint, clash: bool) -> RuleDescription:
@@ -122,11 +124,12 @@ def _parameters(rule: type) -> Iterator[Parameter]:
 
 
 def _default(field: attrs.Attribute[Any]) -> Any:
-    if field.default is attrs.NOTHING:
+    default: Any = field.default
+    if default is attrs.NOTHING:
         return None
-    if isinstance(field.default, attrs.Factory):  # type: ignore[arg-type]
-        return "(made at construction)" if field.default.takes_self else field.default.factory()
-    return field.default
+    if hasattr(default, "takes_self"):  # attrs.Factory
+        return "(depends on the others)" if default.takes_self else default.factory()
+    return default
 
 
 def _documented_parameters(text: str) -> dict[str, str]:

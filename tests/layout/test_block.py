@@ -19,18 +19,7 @@ def test_the_papers_layout() -> None:
 def test_the_smallest_layout_looks_like_this() -> None:
     """One column of three blocks, one station: ring counter-clockwise, queue folded twice, exit towards the hall."""
     section = LayoutSection(block_rows=3, block_columns=1, block_length=2, hall_width=1, stations_east=1)
-    assert block_map(section, 6) == (
-        "v<<<@@\n"
-        "v##^@@\n"
-        "v##^@@\n"
-        "┌>>└→↓\n"
-        "v##^↓←\n"
-        "v##^→↓\n"
-        "v<<┘<O\n"
-        "v##^@@\n"
-        "v##^@@\n"
-        ">>>^@@\n"
-    )
+    assert block_map(section, 6) == ("v<<<@@\nv##^@@\nv##^@@\n┌>>└→↓\nv##^↓←\nv##^→↓\nv<<┘<O\nv##^@@\nv##^@@\n>>>^@@\n")
 
 
 @pytest.mark.parametrize("rows", [3, 4, 5, 6, 9])
@@ -53,7 +42,9 @@ def test_every_block_layout_is_fit_for_use(rows: int, hall: int, queue: int) -> 
 
 def test_too_many_stations_are_refused() -> None:
     """A side has room for one station to every two inner rows of blocks."""
-    with pytest.raises(InputError, match=r"layout\.stations_east: found 3 stations beside 5 rows of blocks; at most 2 fit"):
+    with pytest.raises(
+        InputError, match=r"layout\.stations_east: found 3 stations beside 5 rows of blocks; at most 2 fit"
+    ):
         block_map(LayoutSection(block_rows=5, stations_east=3), 12)
     with pytest.raises(InputError, match="found no picking station"):
         block_map(LayoutSection(stations_east=0), 12)

@@ -13,7 +13,7 @@ TINY = """
 
 
 def test_a_drawn_map_is_read_cell_by_cell() -> None:
-    """Storage, floor, queue and station get their kinds and moves; a queue is entered from the floor, left to its station."""
+    """Storage, floor, queue and station get their kinds and moves; a queue is entered from the floor only."""
     layout = parse_map(TINY, "tiny")
     check_layout(layout, "tiny")
     assert (layout.width, layout.height) == (3, 3)

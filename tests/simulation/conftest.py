@@ -95,9 +95,7 @@ def tiny_run(tmp_path: Path) -> Callable[..., TinyRun]:
             instance=InstanceSection(pods_at_stations=at_stations or {}),
             layout=LayoutSection(pod_fill=0.05),
             robots=RobotsSection(count=robots),
-            stations=StationsSection(
-                item_capacity=capacity, order_capacity=order_capacity, queue_length=queue_length
-            ),
+            stations=StationsSection(item_capacity=capacity, order_capacity=order_capacity, queue_length=queue_length),
             run=run or RunSection(),
             folder=str(tmp_path),
         )

@@ -1,6 +1,7 @@
 """The simulation's story, step by step, on instances small enough to work out by hand."""
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import pytest
 
@@ -23,7 +24,7 @@ Prepare = Callable[..., "TinyRun"]  # type: ignore[name-defined]  # noqa: F821
 
 
 def test_one_item_takes_fetching_lifting_carrying_and_picking(tiny_run: Prepare) -> None:
-    """With one robot, pod and item the run takes the empty drive, 2.2 s of lifting, the loaded drive and 7 s of picking."""
+    """One robot, pod, item: the run is the empty drive, 2.2 s of lifting, the loaded drive and 7 s of picking."""
     run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}))
     warehouse = run.warehouse
     travel, robot, pod = warehouse.travel, warehouse.robots[0], warehouse.pods[0]
@@ -42,7 +43,7 @@ def test_the_picker_needs_thirteen_seconds_an_item(tiny_run: Prepare) -> None:
     run.simulation.run()
     picks = run.recorder.of(ItemPicked)
     starts = [pick.start_tick for pick in picks]
-    assert [b - a for a, b in zip(starts, starts[1:], strict=False)] == [13000, 13000]
+    assert [b - a for a, b in pairwise(starts)] == [13000, 13000]
     assert [pick.tick - pick.start_tick for pick in picks] == [7000] * 3
     assert run.recorder.of(VisitEnded)[0].picks == 3
     assert run.recorder.of(OrderCompleted)[0].tick == picks[-1].tick
@@ -132,7 +133,7 @@ def test_pods_wait_for_room_in_the_queue(tiny_run: Prepare) -> None:
 
 
 def test_full_queues_do_not_block_each_other(tiny_run: Prepare) -> None:
-    """Pods at two full stations that are bound for the other one each are stored and fetched again: nothing stands still."""
+    """Pods at two full stations, each bound for the other, are stored and fetched again: nothing stands still."""
     run = tiny_run(
         small_instance(
             {"1": ["a", "b", "c", "d"], "2": ["a", "b", "c", "d"]},

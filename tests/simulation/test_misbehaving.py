@@ -1,4 +1,4 @@
-"""Rules that misbehave in every way: each ends the run with one error that names rule, hook, time and what was wrong."""
+"""Rules that misbehave in every way: each ends the run with one error that names rule, hook, time and fault."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -56,7 +56,11 @@ WRONG = [
         "assigned order one to station 1, but the order has no open line left",
     ),
     ("poa", "return [OrderAssignment(0, 0, skus=(2,))]", "assigned SKU id 2 of order one, which is no open line of it"),
-    ("poa", "return [OrderAssignment(0, 0, skus=())]", "assigned SKUs () of order one; expected one or more, each once"),
+    (
+        "poa",
+        "return [OrderAssignment(0, 0, skus=())]",
+        "assigned SKUs () of order one; expected one or more, each once",
+    ),
     (
         "poa",
         "return [OrderAssignment(2, 0)]",
@@ -146,7 +150,9 @@ def test_a_rule_that_takes_too_long_is_named_when_a_limit_is_set(tiny_run: Prepa
     """run.decision_limit_s is checked for each decision; without it nothing depends on the clock."""
     slow = RunSection(decision_limit_s=0.01)
     run = prepare_bad(tiny_run, tmp_path, "poa", "time.sleep(0.05); return []", run=slow)
-    with pytest.raises(RuleError, match=r"assign_orders, at 0\.000 s: took 0\.\d+ s; the scenario allows run\.decision"):
+    with pytest.raises(
+        RuleError, match=r"assign_orders, at 0\.000 s: took 0\.\d+ s; the scenario allows run\.decision"
+    ):
         run.simulation.run()
 
 

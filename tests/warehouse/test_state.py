@@ -46,7 +46,7 @@ def test_order_capacity_counts_orders() -> None:
 
 
 def test_an_item_is_promised_once() -> None:
-    """Two requests for a SKU of which the inbound pod has one item: one is covered, the other waits for a second pod."""
+    """Two requests for a SKU, one item inbound: one request is covered, the other waits for a second pod."""
     world = small_world({"1": ["a"], "2": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}})
     station = world.stations[0]
     world.bind(world.pods[0], station)
@@ -59,7 +59,7 @@ def test_an_item_is_promised_once() -> None:
 
 
 def test_what_comes_first_serves_the_oldest_and_promises_follow() -> None:
-    """A pod that overtakes serves the oldest request although its item was promised to a younger; that one is re-promised."""
+    """A pod that overtakes serves the oldest request although its item was promised to a younger one."""
     world = small_world({"1": ["a"], "2": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}})
     station, (first, second) = world.stations[0], world.pods
     for order in world.orders:
@@ -127,7 +127,7 @@ def test_the_view_is_for_looking_only() -> None:
 def test_promises_never_exceed_stock(
     stock: list[dict[str, int]], orders: list[dict[str, int]], data: st.DataObject
 ) -> None:
-    """Whatever is bound, assigned and picked in whatever order: promises fit the stock, and match the covered requests."""
+    """Whatever is bound, assigned and picked in whatever order: promises fit stock and covered requests."""
     names = {sku for wanted in orders for sku in wanted} - {sku for held in stock for sku in held}
     orders = [{sku: n for sku, n in wanted.items() if sku not in names} for wanted in orders]
     world = small_world(
