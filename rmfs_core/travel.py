@@ -63,6 +63,13 @@ class Travel:
         self._under = self._floor | (layout.kind == CellKind.STORAGE)
         self._tables: OrderedDict[tuple[int, int, bool], NDArray[np.int64]] = OrderedDict()
         self._bytes = 0
+        self._load_searches()
+
+    def _load_searches(self) -> None:
+        """Load the compiled searches now (or compile them), not within the first decision that needs them."""
+        station = self.layout.stations[0].station
+        self.times_from(station, 0, loaded=True)
+        self.fastest_path(station, 0, self.layout.storage_locations[0], loaded=True)
 
     def times_to(self, goal: int, loaded: bool) -> NDArray[np.int64]:
         """Ticks from standing in each cell with each heading to rest at ``goal``. Shape (cells, 4), read-only.

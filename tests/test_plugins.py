@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,36 +17,16 @@ from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.testing import small_world
 from rmfs_core.warehouse import WarehouseView
 
-HEADER = "from attrs import define, field, validators\nfrom rmfs_core import hookimpl\n"
 POA = "    @hookimpl\n    def assign_orders(self, warehouse):\n        return [{answer}]\n"
-RULE_NAMES = (
-    "balanced common-lines demand first-come fixed free-flow nearest nearest-pod nearest-robot pod-match random"
-).split()
+RULE_NAMES = {
+    *("pod-match", "common-lines", "first-come"),
+    *("demand", "nearest-pod"),
+    *("nearest", "fixed", "random"),
+    *("nearest-robot", "balanced"),
+    "free-flow",
+}
 
 Install = Callable[..., None]
-
-
-@pytest.fixture
-def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
-    """Install a distribution for one test: its entry points, and the source of its modules."""
-    before = set(sys.modules)
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)
-
-    def install(distribution: str, entry_points: dict[str, str], **modules: str) -> None:
-        folder = tmp_path / distribution
-        metadata = folder / f"{distribution}-1.0.dist-info"
-        metadata.mkdir(parents=True)
-        (metadata / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 1.0\n")
-        lines = [f"{name} = {target}\n" for name, target in entry_points.items()]
-        (metadata / "entry_points.txt").write_text("[rmfs]\n" + "".join(lines))
-        for name, source in modules.items():
-            (folder / f"{name}.py").write_text(HEADER + source)
-        monkeypatch.syspath_prepend(folder)
-
-    yield install
-    for name in set(sys.modules) - before:
-        if name.startswith(("acme", "bolt")):
-            del sys.modules[name]
 
 
 def rules(**choices: Any) -> RulesSection:
@@ -58,13 +37,6 @@ def rules(**choices: Any) -> RulesSection:
 def load(**choices: Any) -> RuleSet:
     """Load a rule set with the sequential rules, some replaced."""
     return RuleSet.load(rules(**choices), ".")
-
-
-def refused(folder: str | Path = ".", *, allow_inline: bool = True, **choices: Any) -> str:
-    """Return the message with which a rule set is refused."""
-    with pytest.raises(InputError) as caught:
-        RuleSet.load(rules(**choices), str(folder), allow_inline=allow_inline)
-    return str(caught.value)
 
 
 def test_installed_rules_are_listed_without_importing_them(install: Install) -> None:
@@ -175,9 +147,7 @@ def test_filters_are_called_one_at_a_time_in_the_scenarios_order(install: Instal
     """Each bound filter calls itself only."""
     install("acme", {"keep": "acme_rules:Keep"}, acme_rules=FILTER)
     loaded = load(filters=(RuleChoice("keep", {"n": 3}), RuleChoice("keep", {"n": 1})))
-XX
-        ask(rule, orders=[1, 2, 3, 4]) for rule in loaded.filters
-    ] == [[1, 2, 3], [1]]
+    assert [ask(rule, orders=[1, 2, 3, 4]) for rule in loaded.filters] == [[1, 2, 3], [1]]
 
 
 def test_a_rule_may_observe_the_run_as_well(install: Install) -> None:

@@ -42,9 +42,10 @@ def rmfs() -> None:
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of ``rmfs``. Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 interrupted."""
     try:
-        rmfs.main(arguments, standalone_mode=False)
-    except click.exceptions.Exit as stop:
-        sys.exit(stop.exit_code)
+        # Outside its standalone mode click returns the code of `ctx.exit` (and a command's value otherwise).
+        code = rmfs.main(arguments, standalone_mode=False)
+        if isinstance(code, int) and code:
+            sys.exit(code)
     except click.ClickException as error:
         error.show()
         sys.exit(2)

@@ -43,9 +43,7 @@ LONGEST_SUFFIX = 60
 @click.option("--no-inline-rules", is_flag=True, help="Refuse rules from files beside the scenario.")
 @click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
 @click.option("--traceback", "show_traceback", is_flag=True, help="When a rule fails, print where in its code.")
-@click.pass_context
 def run(
-    ctx: click.Context,
     scenario: str,
     seed: int | None,
     overrides: tuple[str, ...],
@@ -95,8 +93,7 @@ def run(
     print_summary(console, name, result)
     _report(console, result, folder, trace)
     if result.interrupted:
-        click.echo("Interrupted.", err=True)
-        ctx.exit(130)
+        raise click.Abort
 
 
 def default_folder(name: str, seed: int, overrides: tuple[str, ...] = ()) -> Path:

@@ -71,8 +71,9 @@ def sku_demand(skus: int) -> NDArray[np.float64]:
 
 
 def _geometric(p: float, largest: int) -> NDArray[np.float64]:
-    weights = np.power(1 - p, np.arange(largest, dtype=np.float64))
-    return (weights / weights.sum()).astype(np.float64)
+    weights: NDArray[np.float64] = np.power(1 - p, np.arange(largest, dtype=np.float64))
+    weights /= weights.sum()
+    return weights
 
 
 def _draw_pods(section: InstanceSection, rng: np.random.Generator) -> list[dict[int, int | None]]:

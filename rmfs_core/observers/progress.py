@@ -201,7 +201,9 @@ class LiveProgress:
         assert self._run is not None
         title = Text.assemble((f" {self.name} ", "bold"), (f"seed {self._run.scenario.seed} ", "dim"))
         body = Group(self._bar(), Text(), self._figures(), Text(), self._stations(self._run))
-        return Panel(body, title=title, title_align="left", border_style="cyan", padding=(0, 1))
+        # A terminal echoes Ctrl-C as two characters behind the last line; if they wrapped, a line would be left over.
+        width = self.console.width - 3
+        return Panel(body, title=title, title_align="left", border_style="cyan", padding=(0, 1), width=width)
 
     def _bar(self) -> RenderableType:
         counts = self.counts
@@ -249,9 +251,9 @@ class LiveProgress:
     def _stations(self, run: RunInfo) -> RenderableType:
         table = Table(box=None, expand=True, padding=(0, 1, 0, 0), header_style="dim")
         table.add_column("Station", no_wrap=True)
-        table.add_column("Load", no_wrap=True, ratio=3)
+        table.add_column("Load", no_wrap=True)
         for name in ("Pod", "In line", "Inbound", "Requests", "Picks"):
-            table.add_column(name, justify="right", no_wrap=True, ratio=1)
+            table.add_column(name, justify="right", no_wrap=True)
         stations = run.warehouse.stations
         room = max(self.console.height - 14, 1)
         for station in stations[:room]:
@@ -262,10 +264,13 @@ class LiveProgress:
 
     def _station(self, run: RunInfo, station: Station) -> tuple[RenderableType, ...]:
         line = station.pods_in_line
-        load = Table.grid(padding=(0, 1), expand=True)
-        load.add_column(ratio=1)
+        bar = 16 if self.console.width < NARROW else 30
+        load = Table.grid(padding=(0, 1))
+        load.add_column()
         load.add_column(justify="right", min_width=5)
-        load.add_row(ProgressBar(total=station.capacity, completed=station.load), f"{station.load}/{station.capacity}")
+        load.add_row(
+            ProgressBar(total=station.capacity, completed=station.load, width=bar), f"{station.load}/{station.capacity}"
+        )
         return (
             station.name,
             load,

@@ -13,6 +13,7 @@ from cattrs.strategies import configure_union_passthrough
 
 from rmfs_core.errors import InputError
 from rmfs_core.plugins.nearest import did_you_mean, listed, one_line
+from rmfs_core.scenario.tomltext import shown
 
 
 def _strict_converter() -> cattrs.Converter:
@@ -29,10 +30,24 @@ def _strict_converter() -> cattrs.Converter:
 
         return structure
 
+    def sequence(value: Any, kind: Any) -> Any:
+        if not isinstance(value, list | tuple):
+            raise TypeError("expected a list")
+        origin, kinds = typing.get_origin(kind), typing.get_args(kind)
+        if origin is list or kinds[1:] == (...,):
+            kinds = (kinds[0],) * len(value)
+        return origin(converter.structure(entry, part) for entry, part in zip(value, kinds, strict=True))
+
     for kind in (bool, int, float, str):
         converter.register_structure_hook(kind, exactly(kind))
+    converter.register_structure_hook_func(_is_sequence, sequence)
     configure_union_passthrough(bool | int | float | str | None, converter)
     return converter
+
+
+def _is_sequence(kind: Any) -> bool:
+    origin: Any = typing.get_origin(kind)
+    return origin is list or origin is tuple
 
 
 _converter = _strict_converter()
@@ -81,7 +96,7 @@ def _structure(field: attrs.Attribute[Any], hints: Mapping[str, Any], value: Any
     try:
         return _converter.structure(value, kind)
     except Exception as error:
-        raise InputError(place, f"expected {type_name(kind)}, found {value!r}") from error
+        raise InputError(place, f"expected {type_name(kind)}, found {shown(value)}") from error
 
 
 def type_name(kind: Any) -> str:
@@ -93,7 +108,9 @@ def type_name(kind: Any) -> str:
         return listed((type_name(part) for part in arguments), "or")
     if origin is typing.Literal:
         return f"one of {', '.join(repr(value) for value in arguments)}"
-    if origin in (list, tuple) and arguments:
+    if origin is tuple and arguments[1:] != (...,):
+        return f"a list of {listed(type_name(part) for part in arguments)}"
+    if origin in (list, tuple):
         return f"a list, each {type_name(arguments[0])}"
     return getattr(kind, "__name__", str(kind))
 
@@ -113,7 +130,7 @@ def _blame_parameter(rule: type, values: Mapping[str, Any], place: str) -> None:
             field.validator(instance, field, value)
         except (ValueError, TypeError) as error:
             text = _text(error)
-            found = "" if "found" in text else f", found {value!r}"
+            found = "" if "found" in text or repr(value) in text else f", found {shown(value)}"
             raise InputError(f"{place}.{name}", f"{text}{found}") from error
 
 

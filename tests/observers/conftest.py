@@ -13,7 +13,7 @@ from rmfs_core.warehouse import WarehouseView
 
 @pytest.fixture
 def tiny() -> RunInfo:
-    """Two stations, two robots; orders ``first`` (a, b) at 0 s and ``second`` (two of a) at 5 s; pods ``p`` and ``q``."""
+    """Two stations, two robots; orders ``first`` (a, b) at 0 s, ``second`` (two of a) at 5 s; pods ``p`` and ``q``."""
     orders = {"first": ["a", "b"], "second": {"a": 2}}
     pods = {"p": {"a": 10, "b": 10}, "q": ["b"]}
     return RunInfo(

@@ -36,7 +36,9 @@ def visit(s: int, number: int) -> VisitStarted:
 
 def moved(s: int, distance_m: int, pod: int | None) -> RobotMoved:
     """Return a run of robot 0."""
-    return RobotMoved(s * 1000, 0, 0, origin=0, to=1, heading=0, wait_ticks=0, turn_ticks=0, distance_m=distance_m, pod=pod)
+    return RobotMoved(
+        s * 1000, 0, 0, origin=0, to=1, heading=0, wait_ticks=0, turn_ticks=0, distance_m=distance_m, pod=pod
+    )
 
 
 def decided(period: int, decides: str, wall_s: float, stopped_early: bool = False) -> DecisionMade:

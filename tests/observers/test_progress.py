@@ -43,16 +43,15 @@ def test_plain_lines_tell_the_same_of_equal_runs(tiny: RunInfo) -> None:
 def test_the_live_display_fits_the_terminal(tiny: RunInfo, width: int) -> None:
     """On a terminal, orders, figures and every station's state are shown without cutting anything off."""
     stream = io.StringIO()
-    console = Console(file=stream, force_terminal=True, width=width, height=30, color_system=None)
-    progress = progress_for(console, "small")
+    progress = progress_for(Console(file=stream, force_terminal=True, width=width, height=30), "small")
     assert isinstance(progress, LiveProgress)
     progress.run_started(tiny)
     for event in EVENTS:
         progress.on_event(event)
-    with console.capture() as captured:
-        console.print(progress.picture())
+    picture = io.StringIO()
+    Console(file=picture, width=width).print(progress.picture())
     progress.run_ended()
-    shown = captured.get()
+    shown = picture.getvalue()
     for text in ("1 of 2 (50%)", "0:00:21", "0 busy, 2 idle", "Pile-on", "2.00", "Ends in about", "0/4", "Inbound"):
         assert text in shown
     assert "…" not in shown

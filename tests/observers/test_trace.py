@@ -21,7 +21,7 @@ skus = 10
 pods = 8
 skus_per_pod = 3
 [layout]
-block_rows = 3
+block_rows = 5
 block_columns = 2
 stations_east = 2
 [robots]

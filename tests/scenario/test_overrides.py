@@ -48,7 +48,12 @@ def test_values_are_toml_or_plain_text() -> None:
     """Numbers, lists and texts with or without quotes are understood."""
     scenario = load_scenario(
         "paper-250",
-        ["instance.orders=50", "stations.item_capacity=[1, 2, 3, 4]", "rules.poa=first-come", 'rules.pps="nearest-pod"'],
+        [
+            "instance.orders=50",
+            "stations.item_capacity=[1, 2, 3, 4]",
+            "rules.poa=first-come",
+            'rules.pps="nearest-pod"',
+        ],
     )
     assert scenario.instance.orders == 50
     assert scenario.stations.item_capacity == (1, 2, 3, 4)

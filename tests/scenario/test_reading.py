@@ -22,7 +22,10 @@ BAD_FILES = [
         ", line 2, instance.arrivals.x: unknown key; expected one of `orders_per_hour`, `process`",
     ),
     # a text is no number
-    ('[stations]\nitem_capacity = "8"\n' + RULES, ', line 2, stations.item_capacity: expected a whole number, found "8"'),
+    (
+        '[stations]\nitem_capacity = "8"\n' + RULES,
+        ', line 2, stations.item_capacity: expected a whole number, found "8"',
+    ),
     # nor is a truth value
     ("seed = true\n" + RULES, ", line 1, seed: expected a whole number, found true"),
     # nor is a fraction whole
@@ -102,10 +105,7 @@ BAD_FILES = [
     ("[stations]\npick_s = 0\n[robots]\ncuont = 3\n", ", line 2, stations.pick_s: expected a number > 0, found 0.0"),
     ("[robots]\ncuont = 3\n[stations]\npick_s = 0\n", ", line 2, robots.cuont: unknown key; did you mean `count`?"),
     # a text that looks like keys: no line rather than a wrong one
-    (
-        'seed = """\n[robots]\n"""\n' + RULES,
-        ', seed: expected a whole number, found "\\n[robots]\\n"'.replace("\\n", "\\n"),
-    ),
+    ('seed = """\n[robots]\n"""\n' + RULES, ', seed: expected a whole number, found "[robots]\\n"'),
 ]
 
 
@@ -164,9 +164,7 @@ def test_an_inline_rule_beside_the_scenario_is_accepted(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["paper-250", "paper-250.toml", "examples/small", Path("examples/small.toml")])
-def test_shipped_scenarios_are_found_by_name(
-    name: str | Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_shipped_scenarios_are_found_by_name(name: str | Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A shipped scenario's name works from any folder."""
     monkeypatch.chdir(tmp_path)
     assert load_scenario(name).rules.poa == RuleChoice("pod-match")
@@ -183,7 +181,7 @@ def test_a_misspelt_file_names_the_nearest_scenario() -> None:
 
 def test_a_folder_is_no_scenario(tmp_path: Path) -> None:
     """A folder is refused as such."""
-    with pytest.raises(InputError, match="expected a scenario file, found a folder$"):
+    with pytest.raises(InputError, match=r": expected a scenario file, found a folder$"):
         load_scenario(tmp_path)
 
 

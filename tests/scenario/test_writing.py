@@ -7,7 +7,7 @@ import tomllib
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rmfs_core.scenario import (
@@ -61,12 +61,14 @@ SCENARIOS = st.builds(
 )
 
 
+@settings(deadline=None)
 @given(SCENARIOS, st.booleans())
 def test_toml_reads_back_as_an_equal_scenario(scenario: Scenario, comments: bool) -> None:
     """Whatever is in a scenario survives being written and read, with and without comments."""
     assert scenario_from_dict(tomllib.loads(to_toml(scenario, comments=comments))) == scenario
 
 
+@settings(deadline=None)
 @given(SCENARIOS)
 def test_tables_read_back_as_an_equal_scenario(scenario: Scenario) -> None:
     """The plain tables that go into a result's JSON do so too."""

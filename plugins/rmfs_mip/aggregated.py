@@ -1,0 +1,240 @@
+"""The models in the aggregated form: same optimum as the printed one, far fewer columns and rows.
+
+x_cs: a class of new pods is sent to a station. y_Ts: how many orders of a type go to a station as a whole.
+n_T: how many are split. q_ks: how many lines of a kind (SKU and number of items) that split orders have go to a station.
+z_is: whether SKU i is brought to a station that P_s does not cover it at; where one class alone brings it, that is x_cs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from attrs import define, field
+from numpy.typing import NDArray
+
+from rmfs_mip.period import Line
+from rmfs_mip.reduction import Reduced
+from rmfs_mip.solution import Model
+from rmfs_mip.solver import Program
+
+
+@define
+class Aggregated:
+    """The program and where its variables are.
+
+    Parameters
+    ----------
+    program
+        Columns and rows.
+    x
+        (pod, station) to column; the pod stands for its class.
+    y
+        (type, station) to column.
+    n
+        Type to column.
+    q
+        (kind of line, station) to column.
+    """
+
+    program: Program
+    x: dict[tuple[int, int], int] = field(factory=dict)
+    y: dict[tuple[int, int], int] = field(factory=dict)
+    n: dict[int, int] = field(factory=dict)
+    q: dict[tuple[Line, int], int] = field(factory=dict)
+
+
+@define
+class Gains:
+    """What the second objective of a tie-break adds (to be maximised); see `rmfs_mip.ties`.
+
+    Parameters
+    ----------
+    pod
+        Per visit of a new pod, by its position.
+    order
+        Per item of an order, by its position.
+    """
+
+    pod: NDArray[np.float64] | None = None
+    order: NDArray[np.float64] | None = None
+
+
+class Builder:
+    """Builds the aggregated form of a reduced period.
+
+    Parameters
+    ----------
+    reduced
+        The period.
+    weight
+        W_u.
+    splits
+        How many orders may newly be split; None for any number.
+    gains
+        The second objective; None to minimise objective (1).
+    """
+
+    def __init__(self, reduced: Reduced, weight: float, splits: int | None = None, gains: Gains | None = None) -> None:
+        self.reduced = reduced
+        self.weight = weight
+        self.splits = splits if reduced.model is not Model.INTEGRATED else 0
+        self.gains = gains
+        self.model = Aggregated(Program.empty())
+        self.objective: dict[int, float] = {}  # objective (1), without its constant
+        stations = range(len(reduced.capacities))
+        self.filling: list[dict[int, float]] = [{} for _ in stations]  # columns and items that take places
+        self.brought: list[dict[int, int]] = [{} for _ in stations]  # uncovered SKU -> column that makes it available
+        self.constant = reduced.period.visits_before + weight * sum(reduced.capacities)
+
+    def build(self) -> Aggregated:
+        """Return the model."""
+        for station in range(len(self.reduced.capacities)):
+            self._pods(station)
+        if self.splits is not None:
+            self._whole_orders()
+        if self.splits != 0 or any(kind.begun for kind in self.reduced.types):
+            self._split_orders()
+        self._limits()
+        program = self.model.program
+        if self.gains is None:
+            for column, cost in self.objective.items():
+                program.cost[column] = cost
+            program.constant = self.constant
+        return self.model
+
+    def limit_objective(self, least: float, most: float) -> None:
+        """Add rows that keep objective (1) between two values."""
+        columns, costs = list(self.objective), list(self.objective.values())
+        if least == most:
+            self.model.program.row(columns, costs, "=", least - self.constant)
+            return
+        if least > float("-inf"):
+            self.model.program.row(columns, costs, ">", least - self.constant)
+        if most < float("inf"):
+            self.model.program.row(columns, costs, "<", most - self.constant)
+
+    # Columns
+
+    def _pods(self, station: int) -> None:
+        """x and z of a station."""
+        reduced, program = self.reduced, self.model.program
+        period = reduced.period
+        wanted = self._wanted(station) & ~period.covered[station]
+        value = None if self.gains is None else self.gains.pod
+        bringing: dict[int, list[int]] = {}
+        for pod in reduced.classes(wanted, value):
+            column = self.model.x[pod, station] = program.column()
+            self.objective[column] = 1.0
+            if value is not None:
+                program.cost[column] = -float(value[pod])
+            for sku in period.stock.contents[pod]:
+                if wanted[sku]:
+                    bringing.setdefault(sku, []).append(column)
+        for sku, columns in sorted(bringing.items()):
+            if len(columns) == 1:
+                self.brought[station][sku] = columns[0]
+                continue
+            z = self.brought[station][sku] = program.column(whole=False)
+            program.row([*columns, z], [1.0] * len(columns) + [-1.0], ">", 0.0)  # (5)
+
+    def _wanted(self, station: int) -> NDArray[np.bool_]:
+        wanted = np.zeros(self.reduced.period.stock.n_skus, dtype=np.bool_)
+        room = self.reduced.capacities[station]
+        for kind in self.reduced.types:
+            if self.splits == 0 and kind.size > room and not kind.begun:
+                continue
+            for sku, quantity in kind.lines:
+                if quantity <= room:
+                    wanted[sku] = True
+        return wanted
+
+    def _whole_orders(self) -> None:
+        """y: orders (or what is left of them) that go to one station."""
+        for number, kind in enumerate(self.reduced.types):
+            if kind.begun and self.reduced.model is not Model.INTEGRATED:
+                continue  # it is split already: its lines go where they like
+            if self.reduced.model is Model.SPLIT_OVER_TIME and self._incomplete(kind.orders[0], kind.lines):
+                continue  # a line of it has to stay, so it would be split
+            for station, room in enumerate(self.reduced.capacities):
+                most = min(len(kind.orders), room // kind.size)
+                if most < 1 or not self._obtainable(station, kind.lines):
+                    continue
+                column = self.model.y[number, station] = self.model.program.column(upper=most)
+                self._take(station, column, kind.size, kind.orders[0])
+                for sku, _ in kind.lines:
+                    self._need(station, sku, column, most)
+
+    def _incomplete(self, order: int, lines: Sequence[Line]) -> bool:
+        return len(lines) < len(self.reduced.period.lines[order])
+
+    def _obtainable(self, station: int, lines: Sequence[Line]) -> bool:
+        covered = self.reduced.period.covered[station]
+        return all(covered[sku] or sku in self.brought[station] for sku, _ in lines)
+
+    def _split_orders(self) -> None:
+        """n and q."""
+        reduced, program = self.reduced, self.model.program
+        over_time = reduced.model is Model.SPLIT_OVER_TIME
+        free: dict[Line, int] = {}  # lines that are there without a decision on their order
+        chosen: dict[Line, list[int]] = {}  # columns n of the types that have the line
+        fresh: list[int] = []
+        for number, kind in enumerate(reduced.types):
+            if over_time and (kind.begun or self.splits is None):
+                for line in kind.lines:
+                    free[line] = free.get(line, 0) + len(kind.orders)
+                continue
+            if self.splits is not None and not kind.begun:
+                if self.splits == 0 or (len(kind.lines) < 2 and not self._incomplete(kind.orders[0], kind.lines)):
+                    continue
+            most = len(kind.orders) if over_time else min(len(kind.orders), sum(reduced.capacities) // kind.size)
+            column = self.model.n[number] = program.column(upper=most)
+            if not kind.begun:
+                fresh.append(column)
+            for line in kind.lines:
+                chosen.setdefault(line, []).append(column)
+        for line in sorted({*free, *chosen}):
+            self._flows(line, free.get(line, 0), chosen.get(line, []), at_most=over_time)
+        if self.splits is not None and fresh:
+            program.row(fresh, [1.0] * len(fresh), "<", self.splits)  # (18)
+
+    def _flows(self, line: Line, free: int, chosen: list[int], *, at_most: bool) -> None:
+        reduced, program = self.reduced, self.model.program
+        sku, quantity = line
+        supply = free + int(sum(program.upper[column] for column in chosen))
+        columns = []
+        for station, room in enumerate(reduced.capacities):
+            most = min(supply, room // quantity)
+            if most < 1 or not self._obtainable(station, [line]):
+                continue
+            column = self.model.q[line, station] = program.column(upper=most, whole=not reduced.period.single_items)
+            self._take(station, column, quantity, None)
+            self._need(station, sku, column, most)
+            columns.append(column)
+        factors = [1.0] * len(columns) + [-1.0] * len(chosen)
+        if columns or chosen:
+            program.row([*columns, *chosen], factors, "<" if at_most else "=", free)  # (11), (11.1)
+
+    def _take(self, station: int, column: int, items: int, order: int | None) -> None:
+        self.filling[station][column] = float(items)
+        self.objective[column] = -self.weight * items
+        if self.gains is not None and self.gains.order is not None and order is not None:
+            self.model.program.cost[column] = -float(self.gains.order[order]) * items
+
+    def _need(self, station: int, sku: int, column: int, most: int) -> None:
+        available = self.brought[station].get(sku)
+        if available is not None:
+            self.model.program.row([column, available], [1.0, -float(most)], "<", 0.0)  # (5)
+
+    def _limits(self) -> None:
+        program = self.model.program
+        for station, room in enumerate(self.reduced.capacities):
+            taking = self.filling[station]
+            if sum(program.upper[column] * items for column, items in taking.items()) > room:
+                program.row(list(taking), list(taking.values()), "<", room)  # (4)
+        for number, kind in enumerate(self.reduced.types):
+            columns = [self.model.y[number, s] for s in range(len(self.reduced.capacities)) if (number, s) in self.model.y]
+            if number in self.model.n:
+                columns.append(self.model.n[number])
+            if sum(program.upper[column] for column in columns) > len(kind.orders):
+                program.row(columns, [1.0] * len(columns), "<", len(kind.orders))  # (3)

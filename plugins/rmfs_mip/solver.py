@@ -1,0 +1,165 @@
+"""python-mip with fixed seed and quiet solvers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal
+
+import mip
+from attrs import define, frozen
+
+Name = Literal["highs", "cbc", "gurobi"]
+SEED = 1
+_NAMES = {"highs": mip.HIGHS, "cbc": mip.CBC, "gurobi": mip.GUROBI}
+_last_threads: dict[str, int] = {}
+
+
+@frozen
+class Limits:
+    """Which solver, and when it stops.
+
+    Parameters
+    ----------
+    solver
+        ``"highs"``, ``"cbc"`` or ``"gurobi"``.
+    threads
+        Threads it uses; more than one may make results differ between machines.
+    max_seconds
+        Wall-clock limit of one period's solve, None for none.
+    gap
+        Relative gap at which it stops.
+    """
+
+    solver: Name = "highs"
+    threads: int = 1
+    max_seconds: float | None = None
+    gap: float = 0.0
+
+
+@frozen
+class Outcome:
+    """What a solver found.
+
+    Parameters
+    ----------
+    values
+        Value of each variable; None when no solution was found.
+    objective, bound
+        Objective value and proven bound.
+    optimal
+        Whether the solver proved optimality (up to `Limits.gap` and the absolute gap asked for).
+    """
+
+    values: Sequence[float] | None
+    objective: float
+    bound: float
+    optimal: bool
+
+
+def new_model(limits: Limits) -> mip.Model:
+    """Return an empty minimisation model.
+
+    Raises
+    ------
+    ValueError
+        When the solver is not installed.
+    """
+    try:
+        model = mip.Model(sense=mip.MINIMIZE, solver_name=_NAMES[limits.solver])
+    except FileNotFoundError as error:
+        raise ValueError(f'solver "{limits.solver}" is not installed: {error}') from error
+    model.verbose = 0
+    model.threads = limits.threads
+    model.seed = SEED
+    return model
+
+
+def optimise(model: mip.Model, limits: Limits, *, absolute_gap: float = 1e-6, seconds: float | None = None) -> Outcome:
+    """Solve a model.
+
+    Parameters
+    ----------
+    model
+        The model.
+    limits
+        When to stop.
+    absolute_gap
+        Distance between objective and bound that counts as proven; just below 1 where the objective is a whole number.
+    seconds
+        What is left of `Limits.max_seconds`.
+    """
+    model.max_mip_gap = limits.gap
+    model.max_mip_gap_abs = absolute_gap
+    _settle_threads(limits)
+    status = model.optimize() if seconds is None else model.optimize(max_seconds=max(seconds, 0.001))
+    found = status in (mip.OptimizationStatus.OPTIMAL, mip.OptimizationStatus.FEASIBLE) and model.num_solutions > 0
+    bound = model.objective_bound
+    values = [variable.x for variable in model.vars] if found else None
+    objective = model.objective_value if found else float("inf")
+    optimal = status == mip.OptimizationStatus.OPTIMAL
+    if status in (mip.OptimizationStatus.INFEASIBLE, mip.OptimizationStatus.INT_INFEASIBLE):
+        bound = float("inf")
+    return Outcome(values, objective, float("-inf") if bound is None else bound, optimal)
+
+
+def _settle_threads(limits: Limits) -> None:
+    """HiGHS keeps one pool of threads per process and refuses a run that asks for another number."""
+    if limits.solver == "highs":
+        if _last_threads.get("highs", limits.threads) != limits.threads:
+            import highspy
+
+            highspy.Highs.resetGlobalScheduler(True)
+        _last_threads["highs"] = limits.threads
+
+
+@define
+class Program:
+    """Columns and rows in plain lists; python-mip gets them in one go, which is the fast way to build a model."""
+
+    lower: list[float]
+    upper: list[float]
+    cost: list[float]
+    whole: list[bool]
+    rows: list[tuple[list[int], list[float], str, float]]
+    constant: float = 0.0
+
+    @classmethod
+    def empty(cls) -> Program:
+        """Return a program without columns and rows."""
+        return cls([], [], [], [], [])
+
+    def column(self, cost: float = 0.0, upper: float = 1.0, *, whole: bool = True) -> int:
+        """Add a variable between 0 and ``upper``; return its number."""
+        self.lower.append(0.0)
+        self.upper.append(upper)
+        self.cost.append(cost)
+        self.whole.append(whole)
+        return len(self.cost) - 1
+
+    def row(self, columns: list[int], factors: list[float], sense: str, right: float) -> None:
+        """Add ``sum of factors * columns  sense  right`` with sense ``"<"``, ``">"`` or ``"="``."""
+        self.rows.append((columns, factors, sense, right))
+
+    def solve(
+        self,
+        limits: Limits,
+        *,
+        absolute_gap: float = 1e-6,
+        seconds: float | None = None,
+        start: Sequence[float] | None = None,
+    ) -> Outcome:
+        """Hand the program to the solver. ``start`` is a feasible point to begin with."""
+        model = new_model(limits)
+        kinds = [mip.INTEGER if whole else mip.CONTINUOUS for whole in self.whole]
+        variables: list[Any] = [
+            model.add_var(lb=lower, ub=upper, obj=cost, var_type=kind)
+            for lower, upper, cost, kind in zip(self.lower, self.upper, self.cost, kinds, strict=True)
+        ]
+        for columns, factors, sense, right in self.rows:
+            model.add_constr(mip.LinExpr([variables[c] for c in columns], factors, -right, sense))
+        if start is not None:
+            model.start = [(variable, value) for variable, value in zip(variables, start, strict=True)]
+        outcome = optimise(model, limits, absolute_gap=absolute_gap, seconds=seconds)
+        return Outcome(
+            outcome.values, outcome.objective + self.constant, outcome.bound + self.constant, outcome.optimal
+        )

@@ -1,0 +1,117 @@
+"""`rmfs scenario check|show|schema|list`."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from rmfs_core.cli import main
+from rmfs_core.scenario import load_scenario, shipped_scenarios
+
+RULES = '[rules]\npoa = "pod-match"\npps = "demand"\n'
+
+WRONG = [
+    # reading
+    ("[robots]\ncuont = 3\n" + RULES, "Error: {file}, line 2, robots.cuont: unknown key; did you mean `count`?\n"),
+    # the instance
+    (
+        '[instance]\norders_file = "no.csv"\npods_file = "no.csv"\n' + RULES,
+        "Error: {folder}/no.csv: cannot be read: No such file or directory\n",
+    ),
+    # pods, robots and stations against the layout
+    (
+        "[layout]\nstations_east = 2\n[stations]\nitem_capacity = [15, 15, 15]\n" + RULES,
+        "Error: {file}, line 4, stations.item_capacity: found 3 capacities, but the layout has 2 picking stations\n",
+    ),
+]
+
+
+def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    """Run a command; return its exit code, output and errors."""
+    code = 0
+    try:
+        main(list(arguments))
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+@pytest.mark.parametrize(("text", "message"), WRONG)
+def test_check_says_what_is_wrong(text: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A wrong scenario is one sentence on the error stream and exit code 2."""
+    file = tmp_path / "wrong.toml"
+    file.write_text(text, encoding="utf-8")
+    expected = message.replace("{file}", str(file)).replace("{folder}", str(tmp_path))
+    assert run(capsys, "scenario", "check", str(file)) == (2, "", expected)
+
+
+def test_check_finds_wrong_parameters_of_rules(capsys: pytest.CaptureFixture[str]) -> None:
+    """A parameter that a rule does not have is found without a run, with the place it came from."""
+    code, out, err = run(capsys, "scenario", "check", "paper-250", "--set", "rules.poa.wieght=1")
+    assert (code, out) == (2, "")
+    assert err.startswith("Error: --set rules.poa.wieght=1: ")
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("name", shipped_scenarios())
+def test_shipped_scenarios_pass(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Every shipped scenario could be run as it is."""
+    code, out, err = run(capsys, "scenario", "check", name)
+    assert (code, err) == (0, "")
+    assert out.startswith(f"{name} is valid: ")
+
+
+def test_check_says_that_it_loads_code(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Code from a file beside the scenario is announced, and refused on request."""
+    (tmp_path / "mine.py").write_text(
+        "from attrs import define\n"
+        "from rmfs_core import hookimpl\n\n\n"
+        "@define\n"
+        "class Mine:\n"
+        "    @hookimpl\n"
+        "    def assign_orders(self, warehouse):\n"
+        "        return ()\n",
+        encoding="utf-8",
+    )
+    file = tmp_path / "mine.toml"
+    file.write_text('[rules]\npoa = "./mine.py:Mine"\npps = "demand"\n', encoding="utf-8")
+    code, _, err = run(capsys, "scenario", "check", str(file))
+    assert (code, err) == (0, f"Loaded code from {tmp_path / 'mine.py'}.\n")
+    code, _, err = run(capsys, "scenario", "check", "--no-inline-rules", str(file))
+    assert code == 2
+    assert err.startswith(f"Error: {file}, line 2, rules.poa: ")
+
+
+def test_show_prints_the_resolved_scenario(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """What is printed is a scenario file again, equal to the one asked for."""
+    code, out, _ = run(capsys, "scenario", "show", "examples/small", "--set", "robots.count=3", "--seed", "9")
+    assert code == 0
+    assert tomllib.loads(out)["seed"] == 9
+    (tmp_path / "again.toml").write_text(out, encoding="utf-8")
+    assert load_scenario(tmp_path / "again.toml") == load_scenario("examples/small", ["robots.count=3"], 9)
+
+
+def test_schema_is_json(capsys: pytest.CaptureFixture[str]) -> None:
+    """The schema goes to the output as JSON."""
+    code, out, _ = run(capsys, "scenario", "schema")
+    assert code == 0
+    assert json.loads(out)["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+
+
+def test_list_names_the_shipped_scenarios(capsys: pytest.CaptureFixture[str]) -> None:
+    """Each shipped scenario is a line with its name and what it is for."""
+    code, out, _ = run(capsys, "scenario", "list")
+    assert code == 0
+    assert [line.split()[0] for line in out.splitlines()] == list(shipped_scenarios())
+    assert all(len(line.split()) > 3 for line in out.splitlines())
+
+
+def test_a_negative_seed_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    """A seed below 0 on the command line is exit code 2."""
+    code, _, err = run(capsys, "scenario", "show", "paper-250", "--seed", "-1")
+    assert code == 2
+    assert "Traceback" not in err

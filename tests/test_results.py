@@ -1,0 +1,217 @@
+"""Running through the library, and the result's files."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from attrs import evolve
+
+import rmfs_core
+from rmfs_core import InputError, Result, RuleError, hookimpl, load_scenario
+from rmfs_core.results import load_result
+from rmfs_core.scenario.model import RunSection
+
+SCENARIO = """
+seed = 5
+[instance]
+orders = 10
+skus = 10
+pods = 8
+skus_per_pod = 3
+[layout]
+block_rows = 3
+block_columns = 2
+stations_east = 1
+[robots]
+count = 3
+[rules]
+poa = "pod-match"
+pps = "demand"
+"""
+
+FAILING_RULE = """
+import attrs
+from rmfs_core import Path, hookimpl
+
+@attrs.define
+class Failing:
+    @hookimpl
+    def plan_path(self, warehouse, robot, goal):
+        if any(order.unpicked_items < order.items for order in warehouse.orders):
+            raise ValueError("out of ideas")
+        return Path(warehouse.travel.fastest_path(robot.cell, robot.heading, goal, robot.pod is not None))
+"""
+
+FILES = {"result.json", "orders.csv", "visits.csv", "periods.csv"}
+
+
+class Interrupting:
+    """Observer that acts as if a person pressed Ctrl-C after some events."""
+
+    def __init__(self, after: int) -> None:
+        self.left = after
+        self.ended: list[tuple[int, str]] = []
+
+    @hookimpl
+    def on_event(self) -> None:
+        """Interrupt when it is time."""
+        self.left -= 1
+        if self.left == 0:
+            raise KeyboardInterrupt
+
+    @hookimpl
+    def run_ended(self, tick: int, status: str) -> None:
+        """Take note."""
+        self.ended.append((tick, status))
+
+
+@pytest.fixture
+def scenario_file(tmp_path: Path) -> Path:
+    """Return a small scenario's file, with a rule beside it that fails after the first pick."""
+    (tmp_path / "failing.py").write_text(FAILING_RULE, encoding="utf-8")
+    path = tmp_path / "small.toml"
+    path.write_text(SCENARIO, encoding="utf-8")
+    return path
+
+
+def same(one: Result, other: Result) -> bool:
+    """Whether two results are equal but for wall-clock times."""
+
+    def untimed(result: Result) -> dict[str, Any]:
+        content = result.to_dict()
+        del content["timing"]
+        periods = [{key: value for key, value in row.items() if key != "seconds"} for row in result.periods]
+        return content | {"orders": result.orders, "visits": result.visits, "periods": periods}
+
+    return untimed(one) == untimed(other)
+
+
+def test_a_complete_run(scenario_file: Path) -> None:
+    """Every order is complete, tables and metrics agree, and wall-clock figures are apart."""
+    result = rmfs_core.run(scenario_file)
+    assert (result.status, result.seed, result.error) == ("complete", 5, None)
+    assert result.metrics["orders_completed"] == len(result.orders) == 10
+    assert result.metrics["picks"] == sum(row["picks"] for row in result.visits)
+    assert result.metrics["pod_station_visits"] == len(result.visits)
+    assert result.metrics["makespan_s"] == max(row["completed_s"] for row in result.orders)
+    assert result.timing["wall_s"] > 0
+    assert result.timing["hook_s"].keys() >= {"assign_orders", "select_pods"}
+    assert {"rmfs", "python", "numpy"} <= result.versions.keys()
+
+
+def test_saved_and_loaded(scenario_file: Path, tmp_path: Path) -> None:
+    """A result read back is the result that was saved; the scenario in it is resolved."""
+    result = rmfs_core.run(scenario_file, out=tmp_path / "out")
+    loaded = load_result(tmp_path / "out")
+    assert {path.name for path in (tmp_path / "out").iterdir()} == FILES
+    assert loaded.to_dict() == result.to_dict()
+    assert (loaded.orders, loaded.visits, loaded.periods) == (result.orders, result.visits, result.periods)
+    assert loaded.scenario == result.scenario
+    assert json.loads((tmp_path / "out" / "result.json").read_text())["scenario"]["stations"]["item_capacity"] == 15
+
+
+def test_same_seed_same_result_and_another_seed_another(scenario_file: Path) -> None:
+    """Runs of one seed are equal; a scenario object with the file's content gives the same as the file."""
+    first = rmfs_core.run(scenario_file, seed=3)
+    assert same(first, rmfs_core.run(load_scenario(scenario_file), seed=3))
+    assert not same(first, rmfs_core.run(scenario_file, seed=4))
+
+
+def test_overrides_need_a_file(scenario_file: Path) -> None:
+    """Overrides change a file's values, and are refused with a scenario object."""
+    assert rmfs_core.run(scenario_file, overrides=["instance.orders=4"]).metrics["orders_total"] == 4
+    with pytest.raises(InputError, match="expected a scenario file"):
+        rmfs_core.run(load_scenario(scenario_file), overrides=["seed=2"])
+
+
+def test_a_run_that_ends_before_its_orders_do(scenario_file: Path) -> None:
+    """With run.until_s the result is partial, and the makespan is that time."""
+    scenario = evolve(load_scenario(scenario_file), run=RunSection(until_s=60.0))
+    result = rmfs_core.run(scenario)
+    assert (result.status, result.interrupted) == ("partial", False)
+    assert result.metrics["makespan_s"] == 60.0
+    assert result.metrics["orders_completed"] < 10
+
+
+def test_no_orders_at_all(scenario_file: Path, tmp_path: Path) -> None:
+    """A run without orders is complete at once, and its files can be read back."""
+    result = rmfs_core.run(scenario_file, overrides=["instance.orders=0"], out=tmp_path / "out")
+    assert result.status == "complete"
+    assert result.metrics["turnover_s"] is None
+    assert load_result(tmp_path / "out").orders == []
+
+
+def test_an_interrupted_run_keeps_what_was_measured(scenario_file: Path, tmp_path: Path) -> None:
+    """Ctrl-C gives a partial result, saved and with its trace; observers are told of the end once."""
+    observer = Interrupting(after=60)
+    result = rmfs_core.run(scenario_file, observers=[observer], out=tmp_path / "out", trace=True)
+    assert (result.status, result.interrupted) == ("partial", True)
+    assert observer.ended == [(round(result.metrics["makespan_s"] * 1000), "partial")]
+    assert load_result(tmp_path / "out").status == "partial"
+    assert (tmp_path / "out" / "trace.jsonl.gz").exists()
+
+
+def test_a_failed_run_keeps_what_was_measured(scenario_file: Path, tmp_path: Path) -> None:
+    """The error carries the result of what was done until then, and the same is saved."""
+    with pytest.raises(RuleError, match="out of ideas") as caught:
+        rmfs_core.run(scenario_file, overrides=["rules.pp=./failing.py:Failing"], out=tmp_path / "out")
+    result = caught.value.result
+    assert result is not None
+    assert result.status == "failed"
+    assert result.metrics["picks"] > 0
+    saved = load_result(tmp_path / "out")
+    assert saved.to_dict() == result.to_dict()
+    assert saved.error == str(caught.value)
+
+
+def test_files_beside_the_scenario_are_told_apart_by_their_digest(scenario_file: Path) -> None:
+    """The versions of a run include the content of each file that a rule came from."""
+    with pytest.raises(RuleError) as caught:
+        rmfs_core.run(scenario_file, overrides=["rules.pp=./failing.py:Failing"])
+    assert caught.value.result is not None
+    assert caught.value.result.versions["failing.py"].startswith("sha256:")
+
+
+def test_files_of_an_earlier_run_are_replaced(scenario_file: Path, tmp_path: Path) -> None:
+    """A folder describes one run: without a new trace, the old one goes. Other files stay."""
+    out = tmp_path / "out"
+    rmfs_core.run(scenario_file, out=out, trace=True)
+    (out / "notes.txt").write_text("mine")
+    rmfs_core.run(scenario_file, out=out, seed=9)
+    assert {path.name for path in out.iterdir()} == FILES | {"notes.txt"}
+    assert load_result(out).seed == 9
+
+
+def test_a_trace_needs_a_folder(scenario_file: Path) -> None:
+    """Asking for a trace without saying where is an input error."""
+    with pytest.raises(InputError, match="folder"):
+        rmfs_core.run(scenario_file, trace=True)
+
+
+def test_a_file_where_the_folder_should_be(scenario_file: Path) -> None:
+    """It is found before anything is simulated."""
+    with pytest.raises(InputError, match="expected a folder"):
+        rmfs_core.run(scenario_file, out=scenario_file)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "problem"),
+    [
+        ("result.json", "{", "result.json, line 1: this is no valid JSON"),
+        ("result.json", "[]", "the key `scenario` is missing"),
+        ("orders.csv", "order\n", "orders.csv, line 1: expected the columns"),
+        ("visits.csv", "visit,pod,station,robot,start_s,end_s,picks\n1,p,1,1,0.0,x,3\n", "visits.csv, line 2"),
+        ("visits.csv", "visit,pod,station,robot,start_s,end_s,picks\n1,p\n", "visits.csv, line 2"),
+        ("periods.csv", None, "periods.csv: cannot be read"),
+    ],
+)
+def test_a_broken_result(scenario_file: Path, tmp_path: Path, name: str, content: str | None, problem: str) -> None:
+    """The message names the file, the line where it is known, and what is wrong."""
+    rmfs_core.run(scenario_file, out=tmp_path / "out")
+    (tmp_path / "out" / name).unlink()
+    if content is not None:
+        (tmp_path / "out" / name).write_text(content)
+    with pytest.raises(InputError) as caught:
+        load_result(tmp_path / "out")
+    assert problem in str(caught.value)
