@@ -14,7 +14,7 @@ from attrs import define, field
 from numpy.typing import NDArray
 
 from rmfs_mip.period import Line
-from rmfs_mip.reduction import Reduced
+from rmfs_mip.reduction import OrderType, Reduced
 from rmfs_mip.solution import Model
 from rmfs_mip.solver import Program
 
@@ -35,9 +35,12 @@ class Aggregated:
         Type to column.
     q
         (kind of line, station) to column.
+    splits
+        How many orders may newly be split; None for any number.
     """
 
     program: Program
+    splits: int | None = None
     x: dict[tuple[int, int], int] = field(factory=dict)
     y: dict[tuple[int, int], int] = field(factory=dict)
     n: dict[int, int] = field(factory=dict)
@@ -80,7 +83,7 @@ class Builder:
         self.weight = weight
         self.splits = splits if reduced.model is not Model.INTEGRATED else 0
         self.gains = gains
-        self.model = Aggregated(Program.empty())
+        self.model = Aggregated(Program.empty(), self.splits)
         self.objective: dict[int, float] = {}  # objective (1), without its constant
         stations = range(len(reduced.capacities))
         self.filling: list[dict[int, float]] = [{} for _ in stations]  # columns and items that take places
@@ -93,7 +96,9 @@ class Builder:
             self._pods(station)
         if self.splits is not None:
             self._whole_orders()
-        if self.splits != 0 or any(kind.begun for kind in self.reduced.types):
+        if self.reduced.model is not Model.INTEGRATED and (
+            self.splits != 0 or any(kind.begun for kind in self.reduced.types)
+        ):
             self._split_orders()
         self._limits()
         program = self.model.program
@@ -154,19 +159,20 @@ class Builder:
         for number, kind in enumerate(self.reduced.types):
             if kind.begun and self.reduced.model is not Model.INTEGRATED:
                 continue  # it is split already: its lines go where they like
-            if self.reduced.model is Model.SPLIT_OVER_TIME and self._incomplete(kind.orders[0], kind.lines):
+            if self.reduced.model is Model.SPLIT_OVER_TIME and self._incomplete(kind):
                 continue  # a line of it has to stay, so it would be split
             for station, room in enumerate(self.reduced.capacities):
                 most = min(len(kind.orders), room // kind.size)
                 if most < 1 or not self._obtainable(station, kind.lines):
                     continue
                 column = self.model.y[number, station] = self.model.program.column(upper=most)
-                self._take(station, column, kind.size, kind.orders[0])
+                self._take(station, column, kind.size)
+                self._gain(column, kind.size, kind.orders[0])
                 for sku, _ in kind.lines:
                     self._need(station, sku, column, most)
 
-    def _incomplete(self, order: int, lines: Sequence[Line]) -> bool:
-        return len(lines) < len(self.reduced.period.lines[order])
+    def _incomplete(self, kind: OrderType) -> bool:
+        return len(kind.lines) < len(self.reduced.period.lines[kind.orders[0]])
 
     def _obtainable(self, station: int, lines: Sequence[Line]) -> bool:
         covered = self.reduced.period.covered[station]
@@ -174,31 +180,59 @@ class Builder:
 
     def _split_orders(self) -> None:
         """n and q."""
-        reduced, program = self.reduced, self.model.program
-        over_time = reduced.model is Model.SPLIT_OVER_TIME
-        free: dict[Line, int] = {}  # lines that are there without a decision on their order
-        chosen: dict[Line, list[int]] = {}  # columns n of the types that have the line
+        free: dict[Line, int] = {}  # lines that are there without a decision
+        chosen: dict[Line, list[int]] = {}  # columns that decide how many lines of a kind are assigned
         fresh: list[int] = []
-        for number, kind in enumerate(reduced.types):
-            if over_time and (kind.begun or self.splits is None):
+        for number, kind in enumerate(self.reduced.types):
+            if self._freely_split(kind):
                 for line in kind.lines:
-                    free[line] = free.get(line, 0) + len(kind.orders)
-                continue
-            if self.splits is not None and not kind.begun:
-                if self.splits == 0 or (len(kind.lines) < 2 and not self._incomplete(kind.orders[0], kind.lines)):
-                    continue
-            most = len(kind.orders) if over_time else min(len(kind.orders), sum(reduced.capacities) // kind.size)
-            column = self.model.n[number] = program.column(upper=most)
-            if not kind.begun:
-                fresh.append(column)
-            for line in kind.lines:
-                chosen.setdefault(line, []).append(column)
+                    if self._ranked:
+                        chosen.setdefault(line, []).append(self._ranked_line(line, kind))
+                    else:
+                        free[line] = free.get(line, 0) + len(kind.orders)
+            elif self._splittable(kind):
+                column = self._split_type(number, kind)
+                if not kind.begun:
+                    fresh.append(column)
+                for line in kind.lines:
+                    by_line = self._ranked_line(line, kind, column) if self._ranked else column
+                    chosen.setdefault(line, []).append(by_line)
         for line in sorted({*free, *chosen}):
-            self._flows(line, free.get(line, 0), chosen.get(line, []), at_most=over_time)
+            self._flows(line, free.get(line, 0), chosen.get(line, []))
         if self.splits is not None and fresh:
-            program.row(fresh, [1.0] * len(fresh), "<", self.splits)  # (18)
+            self.model.program.row(fresh, [1.0] * len(fresh), "<", self.splits)  # (18)
 
-    def _flows(self, line: Line, free: int, chosen: list[int], *, at_most: bool) -> None:
+    @property
+    def _ranked(self) -> bool:
+        """Whether single lines are worth something: split over time, with the orders' age as second objective."""
+        return self.reduced.model is Model.SPLIT_OVER_TIME and self.gains is not None and self.gains.order is not None
+
+    def _freely_split(self, kind: OrderType) -> bool:
+        """Whether any of the lines may be assigned anywhere, or not."""
+        return self.reduced.model is Model.SPLIT_OVER_TIME and (kind.begun or self.splits is None)
+
+    def _splittable(self, kind: OrderType) -> bool:
+        if self.splits is None or kind.begun:
+            return True
+        return self.splits > 0 and (len(kind.lines) > 1 or self._incomplete(kind))
+
+    def _split_type(self, number: int, kind: OrderType) -> int:
+        most = len(kind.orders)
+        if self.reduced.model is Model.SPLIT_AMONG_STATIONS:
+            most = min(most, sum(self.reduced.capacities) // kind.size)
+        column = self.model.n[number] = self.model.program.column(upper=most)
+        if self.reduced.model is Model.SPLIT_AMONG_STATIONS:
+            self._gain(column, kind.size, kind.orders[0])
+        return column
+
+    def _ranked_line(self, line: Line, kind: OrderType, of_type: int | None = None) -> int:
+        column = self.model.program.column()
+        self._gain(column, line[1], kind.orders[0])
+        if of_type is not None:
+            self.model.program.row([column, of_type], [1.0, -1.0], "<", 0.0)
+        return column
+
+    def _flows(self, line: Line, free: int, chosen: list[int]) -> None:
         reduced, program = self.reduced, self.model.program
         sku, quantity = line
         supply = free + int(sum(program.upper[column] for column in chosen))
@@ -208,17 +242,20 @@ class Builder:
             if most < 1 or not self._obtainable(station, [line]):
                 continue
             column = self.model.q[line, station] = program.column(upper=most, whole=not reduced.period.single_items)
-            self._take(station, column, quantity, None)
+            self._take(station, column, quantity)
             self._need(station, sku, column, most)
             columns.append(column)
         factors = [1.0] * len(columns) + [-1.0] * len(chosen)
+        at_most = reduced.model is Model.SPLIT_OVER_TIME and not self._ranked
         if columns or chosen:
             program.row([*columns, *chosen], factors, "<" if at_most else "=", free)  # (11), (11.1)
 
-    def _take(self, station: int, column: int, items: int, order: int | None) -> None:
+    def _take(self, station: int, column: int, items: int) -> None:
         self.filling[station][column] = float(items)
         self.objective[column] = -self.weight * items
-        if self.gains is not None and self.gains.order is not None and order is not None:
+
+    def _gain(self, column: int, items: int, order: int) -> None:
+        if self.gains is not None and self.gains.order is not None:
             self.model.program.cost[column] = -float(self.gains.order[order]) * items
 
     def _need(self, station: int, sku: int, column: int, most: int) -> None:

@@ -106,7 +106,9 @@ class Reduced:
         """Types of the orders with lines that can be assigned, in the order of their oldest."""
         found: dict[tuple[tuple[Line, ...], bool, int], list[int]] = {}
         for order in self.orders:
-            key = (self.lines_of(order), self.period.begun_before(order), -1 if self.counted else order)
+            lines = self.lines_of(order)
+            alone = not self.counted or len(lines) < len(self.period.lines[order])
+            key = (lines, self.period.begun_before(order), order if alone else -1)
             found.setdefault(key, []).append(order)
         return tuple(
             OrderType(lines, sum(q for _, q in lines), begun, tuple(orders))

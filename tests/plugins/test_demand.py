@@ -89,3 +89,11 @@ def test_a_leaving_pod_goes_on_without_a_fetch(put_at_station: Callable[[Warehou
     assign(world, (0, 1), (1, 0))
     assert decide(world, 0) == [("p", 1)]
     assert decide(world, 1) == [("p", 1), ("q", 0)]
+
+
+def test_a_leaving_pod_is_sent_once_in_a_decision(put_at_station: Callable[[Warehouse, int, int], None]) -> None:
+    """Stations 2 and 3 both want what only it holds; the second has to wait."""
+    world = small_world({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, capacities=[9, 9, 9])
+    put_at_station(world, 0, 0)
+    assign(world, (0, 1), (1, 2))
+    assert decide(world) == [("p", 1)]

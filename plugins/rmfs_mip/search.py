@@ -1,0 +1,161 @@
+"""Solves one period exactly: first by bounds that need no solver, then by the aggregated model.
+
+1. A lower bound on objective (1). Whatever the model, its solution is one of split-over-time (propositions 2 and 3), so
+   with W_u > 1 the fewest new visits that let demand flow into all places bound it (`rmfs_mip.flow`).
+2. A solution: the visits that fill most, and what `rmfs_mip.filling` assigns to them. It is optimal where it meets the bound.
+3. Else the solver, asked for a solution that is at least as good as the bound and better than the one at hand. There is
+   none: the one at hand is optimal.
+"""
+
+from __future__ import annotations
+
+import time
+
+from attrs import define, evolve
+
+from rmfs_mip.aggregated import Builder
+from rmfs_mip.check import newly_split
+from rmfs_mip.decoding import covered_with, parts_of, visits_of
+from rmfs_mip.filling import fill, fill_with_orders
+from rmfs_mip.flow import MOST_STATIONS, Network, fewest_visits, greedy_visits
+from rmfs_mip.period import Period
+from rmfs_mip.reduction import Reduced, masks_of
+from rmfs_mip.solution import Model, Part, Solution, items_of
+from rmfs_mip.solver import Limits
+
+Visits = tuple[tuple[int, int], ...]
+
+
+@define
+class Search:
+    """What is known about the optimum of a period.
+
+    Parameters
+    ----------
+    reduced
+        The period.
+    weight
+        W_u.
+    limits
+        Solver and limits.
+    splits
+        How many orders may newly be split; None for any number.
+    """
+
+    reduced: Reduced
+    weight: float
+    limits: Limits
+    splits: int | None = None
+    bound: float = float("-inf")
+    best: Solution | None = None
+    deadline: float | None = None
+
+    @property
+    def whole(self) -> bool:
+        """Whether the objective is always a whole number."""
+        return float(self.weight).is_integer()
+
+    def run(self) -> Solution:
+        """Return an optimal solution (or, where a limit comes first, the best found, marked so)."""
+        if self.limits.max_seconds is not None:
+            self.deadline = time.monotonic() + self.limits.max_seconds
+        self.offer((), (), "bounds")
+        if not self.reduced.candidates.any():
+            self.bound = self.incumbent.objective
+        elif self.weight > 1 and len(self.reduced.capacities) <= MOST_STATIONS:
+            self._by_bounds()
+        if not self.proven:
+            self._by_solver()
+        return evolve(self.incumbent, bound=min(self.bound, self.incumbent.objective))
+
+    @property
+    def incumbent(self) -> Solution:
+        """The best solution so far."""
+        assert self.best is not None
+        return self.best
+
+    @property
+    def proven(self) -> bool:
+        """Whether nothing can be better than the best solution so far."""
+        step = 1 - 1e-6 if self.whole else 1e-6
+        return self.incumbent.objective - self.bound < step
+
+    def offer(self, visits: Visits, parts: tuple[Part, ...], how: str) -> None:
+        """Keep a solution if it is better and splits no more orders than allowed."""
+        period = self.reduced.period
+        used = {(pod, s) for pod, s in visits if self._useful(pod, s, parts)}
+        taken = sum(items_of(period, part) for part in parts) if not period.single_items else _lines(parts)
+        value = period.visits_before + len(used) + self.weight * (sum(period.capacities) - taken)
+        if self.best is not None and value >= self.best.objective:
+            return
+        before = {(pod, s) for s, pods in enumerate(period.inbound) for pod in pods}
+        found = Solution(parts, tuple(sorted(before | used)), value, self.bound, how)
+        if self.splits is None or len(newly_split(period, found)) <= self.splits:
+            self.best = found
+
+    def _useful(self, pod: int, station: int, parts: tuple[Part, ...]) -> bool:
+        skus = self.reduced.period.stock.contents[pod]
+        return any(part.station == station and sku in skus for part in parts for sku in part.skus)
+
+    def _by_bounds(self) -> None:
+        reduced = self.reduced
+        network = network_of(reduced)
+        flow = network.flow()
+        base = reduced.period.visits_before + self.weight * (sum(reduced.capacities) - network.target)
+        visits: Visits = ()
+        if flow >= network.target:
+            self.bound = base
+        else:
+            self.bound = base + max(1, fewest_visits(network))
+            visits, _ = greedy_visits(network)
+        self._try(visits, "bounds" if visits else "flow")
+
+    def _try(self, visits: Visits, how: str) -> None:
+        covered = covered_with(self.reduced, visits)
+        if self.reduced.period.single_items or self.reduced.model is Model.INTEGRATED:
+            self.offer(visits, fill(self.reduced, covered), how)
+        if self.splits is not None and self.reduced.model is Model.SPLIT_AMONG_STATIONS:
+            self.offer(visits, fill_with_orders(self.reduced, covered), how)
+
+    def _by_solver(self) -> None:
+        builder = Builder(self.reduced, self.weight, self.splits)
+        model = builder.build()
+        ceiling = self.incumbent.objective - (1 if self.whole else 0)
+        if not builder.objective:  # nothing can be assigned
+            self.bound = self.incumbent.objective
+            return
+        builder.limit_objective(self.bound, ceiling)
+        left = None if self.deadline is None else self.deadline - time.monotonic()
+        outcome = model.program.solve(self.limits, absolute_gap=0.999 if self.whole else 1e-6, seconds=left)
+        if outcome.values is not None:
+            self.offer(visits_of(model, outcome.values), parts_of(self.reduced, model, outcome.values), "solver")
+        elif outcome.bound == float("inf"):
+            outcome = evolve(outcome, bound=self.incumbent.objective, optimal=True)
+        exact = outcome.optimal and self.limits.gap == 0
+        self.bound = self.incumbent.objective if exact else max(self.bound, outcome.bound)
+        if not self.proven:
+            self.best = evolve(self.incumbent, how="stopped")
+
+
+def network_of(reduced: Reduced) -> Network:
+    """Return demand and stations of a period for `rmfs_mip.flow`."""
+    return Network(
+        reduced.reachable,
+        reduced.demand,
+        reduced.period.stock.holds,
+        masks_of(reduced.period.covered),
+        min(reduced.reachable_sum, int(reduced.demand.sum())),
+    )
+
+
+def solve_aggregated(
+    period: Period, kind: Model, weight: float, limits: Limits, packing_capacity: int | None = None
+) -> Solution:
+    """Solve a period by its aggregated form."""
+    free = packing_capacity is None or kind is Model.INTEGRATED
+    splits = None if packing_capacity is None or free else max(packing_capacity - period.split_open, 0)
+    return Search(Reduced(period, kind), weight, limits, splits).run()
+
+
+def _lines(parts: tuple[Part, ...]) -> int:
+    return sum(len(part.skus) for part in parts)

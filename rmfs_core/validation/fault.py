@@ -1,0 +1,107 @@
+"""What can be wrong with a trace."""
+
+from __future__ import annotations
+
+from attrs import frozen
+
+from rmfs_core.clock import to_seconds
+
+
+@frozen
+class Fault:
+    """Something in a trace that cannot have happened.
+
+    Parameters
+    ----------
+    kind
+        One of `KINDS`.
+    tick
+        When, in ticks since the start of the run.
+    sentence
+        What, with the names of robots, pods, cells, stations and orders.
+    """
+
+    kind: str
+    tick: int
+    sentence: str
+
+    @property
+    def time_s(self) -> float:
+        """When, in seconds since the start of the run."""
+        return to_seconds(self.tick)
+
+
+KINDS: dict[str, str] = {
+    # The trace as such
+    "header": "the header contradicts itself",
+    "unknown-id": "an event names something that does not exist",
+    "time-order": "an event lies before the one above it, or behind the end of the run",
+    # Robots
+    "teleport": "a run starts where the robot is not",
+    "time-overlap": "a robot does two things at once",
+    "negative-time": "a robot waits or turns for less than no time",
+    "not-straight": "a run follows neither a row nor a column",
+    "distance": "the distance of a run is not that between its ends",
+    "heading": "a robot drives in another direction than it faces",
+    "turn-time": "a turn takes another time than the formula",
+    "too-fast": "a run beats the limits of speed and acceleration",
+    "too-slow": "a run takes longer than the formula",
+    "wall": "a robot drives through a wall",
+    "one-way": "a robot leaves a cell in a direction in which it may not be left",
+    "queue-lane": "a robot uses the queue of a station that it does not go to",
+    "collision": "two robots hold a cell at once",
+    "swap": "two robots drive through each other",
+    # Pods
+    "pod-mismatch": "a robot drives with another load than it lifted",
+    "through-stored-pod": "a robot with a pod drives into a stored pod",
+    "storage-crossed": "a robot with a pod crosses a storage location",
+    "pod-not-there": "a pod is lifted where it does not stand",
+    "pod-in-use": "a pod is lifted or set down that another robot carries, or none",
+    "robot-loaded": "a robot with a pod lifts another one",
+    "robot-elsewhere": "a robot lifts, sets down, queues or serves where it does not stand",
+    "lift-time": "lifting or setting down takes another time than it should",
+    "location-taken": "two pods stand in one storage location",
+    "no-storage-location": "a pod stands somewhere else than in a storage location",
+    "no-task": "a robot lifts a pod that it was not told to fetch",
+    "robot-busy": "a robot gets a task while it has one",
+    # Lines and visits
+    "queue-too-long": "a station has more pods in line than its queue holds",
+    "queue-order": "a pod is served before one that came earlier",
+    "station-busy": "two pods are at one station",
+    "not-bound": "a pod visits a station that it is not bound for, or not yet",
+    "bound-twice": "a pod is sent to a station for which it is bound already",
+    "visit-number": "visits are not counted up one by one",
+    "visit-end": "a visit ends that is not under way",
+    "visit-picks": "a visit reports another number of picks than it had",
+    "moved-in-visit": "a robot leaves its station during the visit",
+    "next-station": "a pod goes on to somewhere else than its visit's end says",
+    "left-early": "a pod leaves a station that it can still serve",
+    # Picks
+    "no-visit": "an item is picked from a pod that is not at the station",
+    "pick-time": "a pick takes another time than it should",
+    "handle-time": "handling an item takes another time than it should",
+    "picker-busy": "a picker starts an item before the last one is handled",
+    "not-ordered": "an item is picked that the order does not have",
+    "not-assigned": "an item is picked at a station where it is not assigned",
+    "picked-twice": "more items are picked than were ordered",
+    "sku-not-on-pod": "an item is picked from a pod without the SKU",
+    "stock-negative": "more items are picked from a pod than it held",
+    # Orders
+    "arrival": "an order arrives at another time than it should, or twice",
+    "assigned-before-arrival": "an order is assigned before it arrived",
+    "line-assigned": "a line is assigned that the order does not have or that was assigned before",
+    "items": "a part has another number of items than its lines",
+    "complete-flag": "an order is said to be fully assigned and is not, or the other way round",
+    "capacity-exceeded": "a station has more assigned than its capacity",
+    "completed-early": "an order is complete with items left",
+    "completed-late": "an order is complete at another time than its last pick",
+    "completed-twice": "an order is completed again",
+    "order-left": "the run is complete and an order is not",
+    "status": "all orders are complete and the run is not",
+    "period": "periods are not counted up one by one",
+    "decision-size": "a decision reports another number of assignments or trips than it had",
+    # The result
+    "other-run": "the result beside the trace is that of another run",
+    "metric": "a metric is not what the events amount to",
+}
+"""Every kind of fault by its name, and what it means."""
