@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from attrs import field, frozen
+from attrs import field, frozen, validators
 
 
 def _as_tuple(values: Iterable[Any]) -> tuple[Any, ...]:
     """Accept any sequence; what is none is found and named by the kernel's checks."""
     return tuple(values) if isinstance(values, Iterable) else (values,)
+
+
+def _a_number(_instance: object, attribute: Any, value: object) -> None:
+    if value is not None and (isinstance(value, bool) or not isinstance(value, (int, float))):
+        raise TypeError(f"{attribute.name} is {value!r}; expected a number or None")
 
 
 @frozen
@@ -52,10 +57,10 @@ class SolveReport:
         Whether a time or gap limit ended the solve before the proof.
     """
 
-    status: str
-    objective: float | None = None
-    bound: float | None = None
-    stopped_early: bool = False
+    status: str = field(validator=validators.instance_of(str))
+    objective: float | None = field(default=None, validator=_a_number)
+    bound: float | None = field(default=None, validator=_a_number)
+    stopped_early: bool = field(default=False, validator=validators.instance_of(bool))
 
 
 @frozen
@@ -93,6 +98,6 @@ class Leg:
 
 @frozen
 class Path:
-    """PP: the legs a robot drives, one after another. Empty when the robot is already there."""
+    """PP: the legs a robot drives, at least one. A path may end before the goal: PP is asked again there."""
 
     legs: tuple[Leg, ...] = field(default=(), converter=_as_tuple)

@@ -6,7 +6,19 @@ arguments it does not need. The classes named here are documented in `rmfs_core.
 
 Rules only look at the warehouse and return values; the kernel checks each decision and applies it. A decision that is
 impossible ends the run with an error that names the rule. Draw random numbers from ``rng`` only: it is the rule's own
-stream, spawned from the scenario's seed. Everything here is there since version 0.1.
+stream, spawned from the scenario's seed. Ids are whole numbers; numpy integers are accepted. Everything here is there
+since version 0.1.
+
+What else the kernel has to know of a rule, the class declares as attributes:
+
+``needs``
+    Tuple of what the rule relies on, from `rmfs_core.simulation.needs.NEEDS` (such as ``"unlimited stock"``). A
+    scenario that lacks it is refused.
+``splits_over_time``
+    True for a rule that may leave lines of an order in the backlog: it is asked when the smallest open line fits, not
+    only when the smallest order does.
+``packing_capacity``
+    Number of split orders that may be open at once, or None: a decision that exceeds it is refused.
 """
 
 from __future__ import annotations
@@ -73,7 +85,8 @@ class DecisionHooks:
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod, rng: np.random.Generator) -> int:
         """PR: name the storage location a pod goes back to.
 
-        Called when a pod leaves a station and is bound for no other.
+        Called when a pod leaves a station and is bound for no other, or the next station's queue is full (then the pod
+        is stored, and fetched again when there is room: no robot holds one place while it waits for another).
 
         :param warehouse: the warehouse now; choose from ``warehouse.free_storage_locations``.
         :param pod: the pod; ``pod.cell`` is where it stands.
@@ -107,9 +120,9 @@ class DecisionHooks:
 
 
 class FilterHooks:
-    """Prefilters form a chain in the order in which the scenario lists them."""
+    """Prefilters form a chain in the order in which the scenario lists them; each is asked on its own."""
 
-    @hookspec
+    @hookspec(firstresult=True)
     def filter_backlog(
         self, warehouse: WarehouseView, orders: Sequence[Order], rng: np.random.Generator
     ) -> Sequence[Order]:
@@ -120,7 +133,7 @@ class FilterHooks:
         :param warehouse: the warehouse now, with the whole backlog.
         :param orders: what the filters before this one left, oldest first.
         :param rng: the rule's random generator.
-        :return: some of ``orders``; their order does not matter.
+        :return: some of ``orders``. Neither order nor repetition matters; the assigning rule sees them oldest first.
         """
 
 

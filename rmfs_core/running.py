@@ -17,7 +17,7 @@ from rmfs_core.layout import make_layout
 from rmfs_core.observers import Metrics, Tables, TraceWriter
 from rmfs_core.plugins import RuleSet
 from rmfs_core.results import TRACE_FILE, Result
-from rmfs_core.scenario import Scenario, load_scenario
+from rmfs_core.scenario import Scenario, load_scenario, located
 from rmfs_core.simulation.engine import Simulation
 
 
@@ -115,8 +115,9 @@ def _resolve(scenario: Scenario | str | Path, seed: int | None, overrides: Seque
 
 
 def _prepare(scenario: Scenario, observers: Sequence[object], allow_inline_rules: bool) -> _Measured:
-    rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
-    instance, layout = make_instance(scenario), make_layout(scenario)
+    with located(scenario):
+        rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
+        instance, layout = make_instance(scenario), make_layout(scenario)
     metrics, tables = Metrics(), Tables()
     # Who is registered last is told first: whatever another observer does wrong, metrics and tables have it already.
     for observer in (*observers, tables, metrics):

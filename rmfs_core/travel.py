@@ -52,8 +52,8 @@ class Travel:
     """
 
     def __init__(self, layout: Layout, motion: Motion) -> None:
-        self.layout = layout
-        self.motion = motion
+        self._layout = layout
+        self._motion = motion
         longest = max(layout.width, layout.height)
         self._runs = np.array([motion.run_ticks(cells) for cells in range(longest + 1)], dtype=np.int64)
         self._turns = np.array([motion.turn_ticks(0, heading) for heading in range(4)], dtype=np.int64)
@@ -61,9 +61,21 @@ class Travel:
         self._lane = layout.lane
         self._floor = layout.kind == CellKind.FLOOR
         self._under = self._floor | (layout.kind == CellKind.STORAGE)
+        for array in (self._runs, self._turns, self._offsets, self._floor, self._under):
+            array.setflags(write=False)
         self._tables: OrderedDict[tuple[int, int, bool], NDArray[np.int64]] = OrderedDict()
         self._bytes = 0
         self._load_searches()
+
+    @property
+    def layout(self) -> Layout:
+        """The grid."""
+        return self._layout
+
+    @property
+    def motion(self) -> Motion:
+        """Kinematics of the robots."""
+        return self._motion
 
     def _load_searches(self) -> None:
         """Load the compiled searches now (or compile them), not within the first decision that needs them."""
@@ -93,7 +105,7 @@ class Travel:
 
         table = self._kept((cell, heading, loaded))
         if table is None:
-            table = travel_search.times_from(cell, heading, *self._grid(cell, loaded))
+            table = travel_search.times_from(cell, heading, self._lane, *self._grid(cell, loaded))
             self._keep((cell, heading, loaded), table)
         return table
 
@@ -154,7 +166,7 @@ class Travel:
         passable = self._floor if loaded else self._under
         if self._lane[end] >= 0:
             passable = passable | (self._lane == self._lane[end])
-        return self.layout.moves, passable, self._lane, self._offsets, self._runs, self._turns
+        return self.layout.moves, passable, self._offsets, self._runs, self._turns
 
     def _kept(self, key: tuple[int, int, bool]) -> NDArray[np.int64] | None:
         table = self._tables.get(key)

@@ -16,7 +16,7 @@ FAR = 1 << 40
 
 
 @njit(cache=True)
-def times_to(goal, moves, passable, lane, offsets, runs, turns):  # type: ignore[no-untyped-def]  # noqa: ARG001
+def times_to(goal, moves, passable, offsets, runs, turns):  # type: ignore[no-untyped-def]
     """Ticks from each (cell, heading) to rest at ``goal``: a search backwards from it."""
     cells = len(moves)
     times = np.full((cells, 4), FAR, np.int64)
@@ -50,7 +50,7 @@ def times_to(goal, moves, passable, lane, offsets, runs, turns):  # type: ignore
 
 
 @njit(cache=True)
-def times_from(start, start_heading, moves, passable, lane, offsets, runs, turns):  # type: ignore[no-untyped-def]
+def times_from(start, start_heading, lane, moves, passable, offsets, runs, turns):  # type: ignore[no-untyped-def]
     """Ticks from standing at ``start`` to rest in each cell, whatever the heading there."""
     cells = len(moves)
     times = np.full((cells, 4), FAR, np.int64)
@@ -86,7 +86,7 @@ def times_from(start, start_heading, moves, passable, lane, offsets, runs, turns
 
 
 @njit(cache=True)
-def descend(cell, heading, goal, times, moves, passable, lane, offsets, runs, turns):  # type: ignore[no-untyped-def]  # noqa: ARG001
+def descend(cell, heading, goal, times, moves, passable, offsets, runs, turns):  # type: ignore[no-untyped-def]
     """Ends of the runs of a fastest path, read off the table of ``times_to``."""
     ends = []
     while cell != goal:

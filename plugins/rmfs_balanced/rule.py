@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from rmfs_core.warehouse import Pod, Robot, WarehouseView
 
 
+NOWHERE = -1
+
+
 def _not_negative(_instance: object, _attribute: Any, value: float) -> None:
     if not 0 <= value < math.inf:
         raise ValueError(f"expected a number >= 0, found {value}")
@@ -67,7 +70,7 @@ class Balanced:
             waiting.setdefault(pod.bound_for[0], []).append(pod)
         tasks, left = [], []
         for robot in warehouse.idle_robots:
-            own = waiting.get(self._station_of[robot.id])
+            own = waiting.get(self._station_of.get(robot.id, NOWHERE))
             if own:
                 tasks.append(TaskAssignment(robot.id, own.pop(0).id))
             else:

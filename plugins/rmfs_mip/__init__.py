@@ -4,6 +4,6 @@ Xie, Thieme, Krenzler, Li, "Efficient order picking methods in robotic mobile fu
 https://doi.org/10.48550/arXiv.1902.03092. Numbers in parentheses are that paper's equations.
 """
 
-# from rmfs_mip.rules import Integrated, SplitAmongStations, SplitOverTime
+from rmfs_mip.rules import Integrated, SplitAmongStations, SplitOverTime
 
 __all__ = ["Integrated", "SplitAmongStations", "SplitOverTime"]

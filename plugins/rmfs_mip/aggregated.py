@@ -19,6 +19,10 @@ from rmfs_mip.solution import Model
 from rmfs_mip.solver import Program
 
 
+PREFERENCE = 1e-3
+"""What a pod costs more that is bound for another station already: it would come later. Small enough to decide ties only."""
+
+
 @define
 class Aggregated:
     """The program and where its variables are.
@@ -105,6 +109,8 @@ class Builder:
         if self.gains is None:
             for column, cost in self.objective.items():
                 program.cost[column] = cost
+            for (pod, _), column in self.model.x.items():
+                program.cost[column] += PREFERENCE * (1 - self.reduced.period.idle[pod])
             program.constant = self.constant
         return self.model
 
@@ -126,13 +132,14 @@ class Builder:
         reduced, program = self.reduced, self.model.program
         period = reduced.period
         wanted = self._wanted(station) & ~period.covered[station]
-        value = None if self.gains is None else self.gains.pod
+        gains = None if self.gains is None else self.gains.pod
+        value = period.idle if gains is None else gains + period.idle / 2
         bringing: dict[int, list[int]] = {}
         for pod in reduced.classes(wanted, value):
             column = self.model.x[pod, station] = program.column()
             self.objective[column] = 1.0
-            if value is not None:
-                program.cost[column] = -float(value[pod])
+            if gains is not None:
+                program.cost[column] = -float(gains[pod])
             for sku in period.stock.contents[pod]:
                 if wanted[sku]:
                     bringing.setdefault(sku, []).append(column)

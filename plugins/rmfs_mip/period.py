@@ -69,6 +69,8 @@ class Period:
         Ids of the backlog's orders, oldest first.
     line_order, line_sku, line_quantity
         Open lines: position of the order (ascending), SKU id, number of items.
+    busy
+        Positions of the pods that are bound for any station, also for one without free capacity, ascending.
     begun
         Whether parts of the order were assigned in earlier periods (so that it is split already).
     split_open
@@ -83,6 +85,7 @@ class Period:
     line_order: NDArray[np.int64] = field(converter=_integers)
     line_sku: NDArray[np.int64] = field(converter=_integers)
     line_quantity: NDArray[np.int64] = field(converter=_integers)
+    busy: tuple[int, ...] = ()
     begun: tuple[bool, ...] = ()
     split_open: int = 0
 
@@ -111,6 +114,7 @@ class Period:
             line_order=lines.order,
             line_sku=lines.sku,
             line_quantity=lines.quantity,
+            busy=tuple(sorted({position[pod.id] for station in warehouse.stations for pod in station.inbound_pods})),
             begun=tuple(bool(order.stations) for order in backlog) if packing else (),
             split_open=warehouse.split_orders_open if packing else 0,
         )
@@ -141,6 +145,13 @@ class Period:
         """Whether every line is for one item, as the paper assumes."""
         return bool((self.line_quantity == 1).all())
 
+    @cached_property
+    def idle(self) -> NDArray[np.float64]:
+        """1 for each pod that is bound for no station, else 0. Shape (pods,)."""
+        idle = np.ones(len(self.stock.pods))
+        idle[list(self.busy)] = 0.0
+        return idle
+
     @property
     def visits_before(self) -> int:
         """Pods of P_s over the stations: the constant that they add to the objective (1)."""
@@ -158,6 +169,7 @@ class Period:
             "inbound": self.inbound,
             "orders": self.orders,
             "lines": self.lines,
+            "busy": self.busy,
             "begun": self.begun,
             "split_open": self.split_open,
         }
@@ -174,6 +186,7 @@ class Period:
             tuple(tuple(pods) for pods in data["inbound"]),
             tuple(data["orders"]),
             *columns,
+            busy=tuple(data["busy"]),
             begun=tuple(data["begun"]),
             split_open=data["split_open"],
         )

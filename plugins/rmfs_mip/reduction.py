@@ -135,7 +135,7 @@ class Reduced:
             return highest(sums_of([kind.size for kind in self.types for _ in kind.orders], room), room)
         return min(room, int(self.demand.sum()))
 
-    def classes(self, wanted: NDArray[np.bool_], value: NDArray[np.float64] | None = None) -> list[int]:
+    def classes(self, wanted: NDArray[np.bool_], value: NDArray[np.float64]) -> list[int]:
         """Return one pod (position) for every class of pods that no other class dominates.
 
         Parameters
@@ -151,12 +151,10 @@ class Reduced:
         if not len(useful):
             return []
         brings, sizes = brings[useful], sizes[useful]
+        worth = value[useful]
         within = brings @ brings.T == sizes[:, None]  # [a, b]: a brings nothing that b does not bring
+        within &= worth[:, None] <= worth[None, :]
         strictly = within & ~within.T
-        if value is not None:
-            worth = value[useful]
-            within &= worth[:, None] <= worth[None, :]
-            strictly = within & ~within.T
         first = np.arange(len(useful))[:, None] > np.arange(len(useful))[None, :]
         dominated = (strictly | (within & within.T & first)).any(axis=1)
         return [int(p) for p in useful[~dominated]]

@@ -2,7 +2,8 @@
 
 1. A lower bound on objective (1). Whatever the model, its solution is one of split-over-time (propositions 2 and 3), so
    with W_u > 1 the fewest new visits that let demand flow into all places bound it (`rmfs_mip.flow`).
-2. A solution: the visits that fill most, and what `rmfs_mip.filling` assigns to them. It is optimal where it meets the bound.
+2. A solution: the visits that fill most (or those that whole orders need, `rmfs_mip.construct`), and what
+   `rmfs_mip.filling` assigns to them. It is optimal where it meets the bound.
 3. Else the solver, asked for a solution that is at least as good as the bound and better than the one at hand. There is
    none: the one at hand is optimal.
 """
@@ -15,6 +16,7 @@ from attrs import define, evolve
 
 from rmfs_mip.aggregated import Builder
 from rmfs_mip.check import newly_split
+from rmfs_mip.construct import whole_order_visits
 from rmfs_mip.decoding import covered_with, parts_of, visits_of
 from rmfs_mip.filling import fill, fill_with_orders
 from rmfs_mip.flow import MOST_STATIONS, Network, fewest_visits, greedy_visits
@@ -64,15 +66,24 @@ class Search:
             self.bound = self.incumbent.objective
         elif self.weight > 1 and len(self.reduced.capacities) <= MOST_STATIONS:
             self._by_bounds()
+        if not self.proven and self.reduced.model is not Model.SPLIT_OVER_TIME:
+            self._try(whole_order_visits(self.reduced, self.weight), "search")
         if not self.proven:
             self._by_solver()
-        return evolve(self.incumbent, bound=min(self.bound, self.incumbent.objective))
+        bound = self.incumbent.objective if self.proven else self.bound
+        self.best = evolve(self.incumbent, bound=bound)
+        return self.best
 
     @property
     def incumbent(self) -> Solution:
         """The best solution so far."""
         assert self.best is not None
         return self.best
+
+    @property
+    def seconds_left(self) -> float | None:
+        """What is left of the time limit."""
+        return None if self.deadline is None else self.deadline - time.monotonic()
 
     @property
     def proven(self) -> bool:
@@ -107,7 +118,7 @@ class Search:
             self.bound = base
         else:
             self.bound = base + max(1, fewest_visits(network))
-            visits, _ = greedy_visits(network)
+            visits, _ = greedy_visits(network, reduced.period.idle)
         self._try(visits, "bounds" if visits else "flow")
 
     def _try(self, visits: Visits, how: str) -> None:
@@ -125,14 +136,14 @@ class Search:
             self.bound = self.incumbent.objective
             return
         builder.limit_objective(self.bound, ceiling)
-        left = None if self.deadline is None else self.deadline - time.monotonic()
-        outcome = model.program.solve(self.limits, absolute_gap=0.999 if self.whole else 1e-6, seconds=left)
+        gap = 0.9 if self.whole else 1e-6  # below 1 by more than `PREFERENCE` can add up to
+        outcome = model.program.solve(self.limits, absolute_gap=gap, seconds=self.seconds_left)
         if outcome.values is not None:
             self.offer(visits_of(model, outcome.values), parts_of(self.reduced, model, outcome.values), "solver")
         elif outcome.bound == float("inf"):
             outcome = evolve(outcome, bound=self.incumbent.objective, optimal=True)
         exact = outcome.optimal and self.limits.gap == 0
-        self.bound = self.incumbent.objective if exact else max(self.bound, outcome.bound)
+        self.bound = self.incumbent.objective if exact else max(self.bound, outcome.bound - 0.1)
         if not self.proven:
             self.best = evolve(self.incumbent, how="stopped")
 
@@ -148,13 +159,14 @@ def network_of(reduced: Reduced) -> Network:
     )
 
 
-def solve_aggregated(
+def search_for(
     period: Period, kind: Model, weight: float, limits: Limits, packing_capacity: int | None = None
-) -> Solution:
-    """Solve a period by its aggregated form."""
-    free = packing_capacity is None or kind is Model.INTEGRATED
-    splits = None if packing_capacity is None or free else max(packing_capacity - period.split_open, 0)
-    return Search(Reduced(period, kind), weight, limits, splits).run()
+) -> Search:
+    """Return the search that solves a period by its aggregated form."""
+    splits = None
+    if packing_capacity is not None and kind is not Model.INTEGRATED:
+        splits = max(packing_capacity - period.split_open, 0)
+    return Search(Reduced(period, kind), weight, limits, splits)
 
 
 def _lines(parts: tuple[Part, ...]) -> int:

@@ -79,6 +79,7 @@ class Layout:
         lane = np.full(self.kind.shape, -1, dtype=np.int64)
         for i, cells in enumerate(self.stations):
             lane[[cells.station, *cells.queue]] = i
+        lane.setflags(write=False)
         return lane
 
     def may_step(self, cell: int, heading: int) -> bool:

@@ -171,6 +171,12 @@ class RunSection:
     until_s: float | None = key(
         "Simulated time at which the run ends even if orders are left", None, unit="s", check=POSITIVE
     )
+    standstill_s: float = key(
+        "Simulated time that a robot may be on its way to one place before the run is ended with an error",
+        3600.0,
+        unit="s",
+        check=POSITIVE,
+    )
     decision_limit_s: float | None = key(
         "Wall-clock limit of a single decision; a rule that takes longer ends the run with an error. Off when left out",
         None,

@@ -48,7 +48,7 @@ class Asker:
         start = time.perf_counter()
         try:
             answer = rule.hook(**arguments)
-        except Exception as error:
+        except (Exception, SystemExit, GeneratorExit) as error:  # whatever a rule does, the run ends in order
             raise self.raised(rule, error) from error
         seconds = time.perf_counter() - start
         self.seconds[name] = self.seconds.get(name, 0.0) + seconds
@@ -64,7 +64,7 @@ class Asker:
         except ImpossibleError as problem:
             raise self.error(rule, str(problem)) from None
 
-    def raised(self, rule: BoundRule, error: Exception) -> RuleError:
+    def raised(self, rule: BoundRule, error: BaseException) -> RuleError:
         """Return the error that says what a rule raised, and where."""
         return self.error(rule, f"raised {_raised(error)}")
 
@@ -94,7 +94,7 @@ def _a(answer: object) -> str:
     return "None" if answer is None else f"{type(answer).__name__} {answer!r:.80}"
 
 
-def _raised(error: Exception) -> str:
+def _raised(error: BaseException) -> str:
     text = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
     frame = error.__traceback__
     while frame is not None and frame.tb_next is not None:

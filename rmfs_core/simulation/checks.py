@@ -2,37 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
-from typing import Any
+import operator
+from collections.abc import Container, Iterable, Sequence
+from typing import TypeVar
+
+import numpy as np
 
 from rmfs_core.decisions import Leg, OrderAssignment, PodTrip, TaskAssignment
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.warehouse import Order, Pod, Robot, Station, Warehouse
 
+T = TypeVar("T")
+LONGEST_WAIT_TICKS = 3_600_000
+"""A leg may wait an hour: longer than any traffic jam, short enough to find a rule that never goes on."""
 
-def known(kind: str, identifier: Any, among: Sequence[Any]) -> Any:
+
+def whole(what: str, value: object) -> int:
+    """Return a whole number, which numpy's integers are too and True is not."""
+    try:
+        if not isinstance(value, (bool, np.bool_)):
+            return operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        pass
+    raise ImpossibleError(f"named {what} {value!r}; expected a whole number")
+
+
+def known(kind: str, identifier: object, among: Sequence[T]) -> T:
     """Return the order, pod, station or robot with an id."""
-    if isinstance(identifier, bool) or not isinstance(identifier, int):
-        raise ImpossibleError(f"named {kind} {identifier!r}; expected an id, a whole number")
-    if not 0 <= identifier < len(among):
-        raise ImpossibleError(f"named {kind} {identifier}, which does not exist; ids are 0 to {len(among) - 1}")
-    return among[identifier]
+    index = whole(kind, identifier)
+    if not 0 <= index < len(among):
+        raise ImpossibleError(f"named {kind} {index}, which does not exist; ids are 0 to {len(among) - 1}")
+    return among[index]
 
 
-def assignment(warehouse: Warehouse, given: OrderAssignment, seen: Container[int]) -> tuple[Order, Station, list[int]]:
-    """Check an order assignment; return order, station and the SKUs of the lines to assign."""
-    order: Order = known("order", given.order, warehouse.orders)
-    station: Station = known("station", given.station, warehouse.stations)
-    if order.id not in seen or not order._open:
+def assignment(
+    warehouse: Warehouse, given: OrderAssignment, seen: Container[int] | None, period: int
+) -> tuple[Order, Station, list[int]]:
+    """Check an order assignment; return order, station and the SKUs of the lines to assign.
+
+    ``seen`` has the ids of the orders that the rule was shown; None: the whole backlog.
+    """
+    order = known("order", given.order, warehouse.orders)
+    station = known("station", given.station, warehouse.stations)
+    if not warehouse.in_backlog(order) or not (seen is None or order.id in seen):
         why = "was not in the backlog it was shown" if order._open else "has no open line left"
         raise ImpossibleError(f"assigned order {order.name} to station {station.name}, but the order {why}")
-    skus = list(order._open) if given.skus is None else list(given.skus)
-    if not skus or len(set(skus)) != len(skus):
-        raise ImpossibleError(f"assigned SKUs {given.skus} of order {order.name}; expected one or more, each once")
-    for sku in skus:
-        if sku not in order._open:
-            raise ImpossibleError(f"assigned SKU id {sku} of order {order.name}, which is no open line of it")
-    size = 1 if station.counts_orders else sum(order._open[sku].quantity for sku in skus)
+    skus = list(order._open) if given.skus is None else _skus(order, given.skus)
+    if station.counts_orders:
+        size = 0 if order.part_of(station.id, period) else 1
+    else:
+        size = sum(order._open[sku].quantity for sku in skus)
     if size > station.free_capacity:
         unit = "orders" if station.counts_orders else "items"
         raise ImpossibleError(
@@ -42,10 +61,22 @@ def assignment(warehouse: Warehouse, given: OrderAssignment, seen: Container[int
     return order, station, skus
 
 
+def _skus(order: Order, given: object) -> list[int]:
+    if not isinstance(given, Iterable) or isinstance(given, str):
+        raise ImpossibleError(f"assigned SKUs {given!r} of order {order.name}; expected a sequence of ids")
+    skus = [whole("SKU id", sku) for sku in given]
+    if not skus or len(set(skus)) != len(skus):
+        raise ImpossibleError(f"assigned SKUs {given} of order {order.name}; expected one or more, each once")
+    for sku in skus:
+        if sku not in order._open:
+            raise ImpossibleError(f"assigned SKU id {sku} of order {order.name}, which is no open line of it")
+    return skus
+
+
 def trip(warehouse: Warehouse, given: PodTrip) -> tuple[Pod, Station]:
     """Check that a pod can be bound for a station."""
-    pod: Pod = known("pod", given.pod, warehouse.pods)
-    station: Station = known("station", given.station, warehouse.stations)
+    pod = known("pod", given.pod, warehouse.pods)
+    station = known("station", given.station, warehouse.stations)
     if station.id in pod.bound_for:
         raise ImpossibleError(f"sent pod {pod.name} to station {station.name}, where it already is or is bound for")
     return pod, station
@@ -73,6 +104,15 @@ def covered(stations: Sequence[Station]) -> None:
             )
 
 
+def wanted(trips: Sequence[tuple[Pod, Station]]) -> None:
+    """Check that each pod a joint decision sends holds something that is wanted where it goes."""
+    for pod, station in trips:
+        if not any(request.sku in pod.contents for request in station.open_requests):
+            raise ImpossibleError(
+                f"sent pod {pod.name} to station {station.name}, but it holds no item of any request open there"
+            )
+
+
 def packing(warehouse: Warehouse, capacity: int | None) -> None:
     """Check that the split orders under way find room at the packing stations."""
     if capacity is not None and warehouse.split_orders_open > capacity:
@@ -83,8 +123,8 @@ def packing(warehouse: Warehouse, capacity: int | None) -> None:
 
 def task(warehouse: Warehouse, given: TaskAssignment) -> tuple[Robot, Pod]:
     """Check that a robot can fetch a pod."""
-    robot: Robot = known("robot", given.robot, warehouse.robots)
-    pod: Pod = known("pod", given.pod, warehouse.pods)
+    robot = known("robot", given.robot, warehouse.robots)
+    pod = known("pod", given.pod, warehouse.pods)
     if not robot.idle:
         raise ImpossibleError(f"gave pod {pod.name} to robot {robot.name}, which is busy")
     if pod.id not in warehouse.waiting:
@@ -92,9 +132,10 @@ def task(warehouse: Warehouse, given: TaskAssignment) -> tuple[Robot, Pod]:
     return robot, pod
 
 
-def storage_location(warehouse: Warehouse, pod: Pod, cell: int) -> int:
-    """Check that a pod can be stored in a cell."""
+def storage_location(warehouse: Warehouse, pod: Pod, given: object) -> int:
+    """Check that a pod can be stored in a cell; return the cell."""
     layout = warehouse.travel.layout
+    cell = whole("cell", given)
     if cell not in warehouse.free_locations:
         if not 0 <= cell < layout.width * layout.height:
             what = f"cell {cell}, which is not on the grid"
@@ -106,23 +147,29 @@ def storage_location(warehouse: Warehouse, pod: Pod, cell: int) -> int:
     return cell
 
 
-def path(warehouse: Warehouse, robot: Robot, goal: int, legs: Sequence[Leg]) -> None:
-    """Check that a robot can drive a path, and that the path gets anywhere."""
+def path(warehouse: Warehouse, robot: Robot, goal: int, legs: Sequence[Leg]) -> list[Leg]:
+    """Check that a robot can drive a path, and that the path gets anywhere; return its legs."""
     travel = warehouse.travel
-    loaded = robot.pod is not None
     cells = travel.layout.width * travel.layout.height
     if not legs:
         raise ImpossibleError(f"gave robot {robot.name} an empty path to {travel.layout.where(goal)}")
+    checked: list[Leg] = []
     at = robot.cell
     for leg in legs:
         if not isinstance(leg, Leg):
             raise ImpossibleError(f"returned a path with {type(leg).__name__} {leg!r:.80} in it; expected Leg only")
-        if not 0 <= leg.to < cells:
-            raise ImpossibleError(f"sent robot {robot.name} to cell {leg.to}, which is not on the grid")
-        if leg.wait_ticks < 0 or (leg.to == at and leg.wait_ticks == 0):
-            raise ImpossibleError(f"gave robot {robot.name} a leg that waits {leg.wait_ticks} ticks and goes nowhere")
-        if leg.to != at:
-            problem = travel.run_problem(robot.cell, at, leg.to, goal, loaded)
+        to, wait = whole("cell", leg.to), whole("wait_ticks", leg.wait_ticks)
+        if not 0 <= to < cells:
+            raise ImpossibleError(f"sent robot {robot.name} to cell {to}, which is not on the grid")
+        if not 0 <= wait <= LONGEST_WAIT_TICKS or (to == at and wait == 0):
+            raise ImpossibleError(
+                f"gave robot {robot.name} a leg that waits {wait} ticks{' and goes nowhere' if to == at else ''}; "
+                f"expected 0 to {LONGEST_WAIT_TICKS}, and at least 1 for a leg that only waits"
+            )
+        if to != at:
+            problem = travel.run_problem(robot.cell, at, to, goal, robot.pod is not None)
             if problem is not None:
                 raise ImpossibleError(f"gave robot {robot.name} an impossible path: {problem}")
-        at = leg.to
+        checked.append(Leg(to, wait))
+        at = to
+    return checked

@@ -33,6 +33,7 @@ from rmfs_core.scenario.model import Scenario
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import Asker, instance_of
 from rmfs_core.simulation.info import RunInfo
+from rmfs_core.simulation.needs import check_needs
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.simulation.setup import open_warehouse
 from rmfs_core.warehouse import Pod, Request, Robot, Station
@@ -59,6 +60,7 @@ class Simulation:
         self.scenario = scenario
         self.rules = rules
         self.env = simpy.Environment()
+        check_needs(rules, scenario, instance)
         opening = open_warehouse(scenario, instance, layout)
         self.warehouse = opening.warehouse
         self.motion = self.warehouse.travel.motion
@@ -74,7 +76,8 @@ class Simulation:
         n = len(self.warehouse.stations)
         self._picker_free = [0] * n
         self._line_moved = [self.env.event() for _ in range(n)]
-        self._place_freed: list[list[simpy.Event]] = [[] for _ in range(n)]
+        self._waiting_for_place: list[list[simpy.Event]] = [[] for _ in range(n)]
+        self._standstill_ticks = to_ticks(scenario.run.standstill_s)
         self._visits = 0
         self._completed = 0
         self.status = "partial"
@@ -157,7 +160,7 @@ class Simulation:
         line = station._line
         if robot not in line:
             yield from self._drive(robot, station.cells.slot(len(line)))
-            line.append(robot)
+            self.warehouse.join_line(robot, station)
             self._tell(QueueJoined(tick=self.now, robot=robot.id, pod=pod.id, station=station.id))
         slots = (station.cell, *station.cells.queue)
         while True:
@@ -175,11 +178,10 @@ class Simulation:
         self._visits += 1
         visit, picks = self._visits, 0
         self._tell(VisitStarted(tick=self.now, visit=visit, robot=robot.id, pod=pod.id, station=station.id))
-        while self.warehouse.next_request(station, pod) is not None:
+        while (request := self.warehouse.next_request(station, pod)) is not None:
+            self.warehouse.secure(request, pod)
             if self._picker_free[station.id] > self.now:
                 yield self._until(self._picker_free[station.id])
-            request = self.warehouse.next_request(station, pod)
-            assert request is not None
             yield from self._pick(request, pod, station, visit)
             picks += 1
         following = self._leave(robot, pod, station)
@@ -229,7 +231,14 @@ class Simulation:
     def _drive(self, robot: Robot, goal: int | None) -> Process:
         """Drive to a cell, one event a leg; the rule is asked again where its path ends before the goal."""
         assert goal is not None
+        started = self.now
         while robot.cell != goal:
+            if self.now - started > self._standstill_ticks:
+                where = self.warehouse.travel.layout.where(goal)
+                problem = (
+                    f"robot {robot.name} has been on its way to {where} for {to_seconds(self.now - started):.0f} s"
+                )
+                raise self.asker.error(self.rules.pp, f"{problem} without arriving (run.standstill_s)")
             for leg in self._plan(robot, goal):
                 yield from self._leg(robot, leg)
 
@@ -274,18 +283,19 @@ class Simulation:
             self.warehouse.take_task(robot, pod)
             self.warehouse.lift(robot, pod)
             robot._cell = station.cells.slot(len(station._line))
-            station._line.append(robot)
+            self.warehouse.join_line(robot, station)
             station._claims += 1
             placed.append((robot, pod))
         return placed
 
     def _take_place(self, station: Station) -> Process:
         """Wait for a place at a station: a pod sets out only when it will find room in the queue."""
-        while station.queue_room <= 0:
-            freed = self.env.event()
-            self._place_freed[station.id].append(freed)
-            yield freed
-        station._claims += 1
+        if station.queue_room > 0:
+            station._claims += 1
+        else:
+            handed_over = self.env.event()
+            self._waiting_for_place[station.id].append(handed_over)
+            yield handed_over
 
     def _leave(self, robot: Robot, pod: Pod, station: Station) -> Station | None:
         """Leave the station cell; return the next station, or None when the pod is to be stored.
@@ -293,13 +303,13 @@ class Simulation:
         A pod goes on only when the next queue has room for it. Otherwise it is stored and fetched again later: no robot
         ever holds one place while it waits for another, so full queues cannot block each other.
         """
-        self.warehouse.leave(pod, station)
-        station._line.remove(robot)
-        station._claims -= 1
+        self.warehouse.leave(robot, pod, station)
         moved, self._line_moved[station.id] = self._line_moved[station.id], self.env.event()
         moved.succeed()
-        if self._place_freed[station.id]:
-            self._place_freed[station.id].pop(0).succeed()
+        if self._waiting_for_place[station.id]:
+            self._waiting_for_place[station.id].pop(0).succeed()  # the place goes to who has waited longest
+        else:
+            station._claims -= 1
         if not pod.bound_for:
             return None
         following = self.warehouse.stations[pod.bound_for[0]]
@@ -308,14 +318,12 @@ class Simulation:
         following._claims += 1
         return following
 
-    def _plan(self, robot: Robot, goal: int) -> tuple[Leg, ...]:
+    def _plan(self, robot: Robot, goal: int) -> list[Leg]:
         rule = self.rules.pp
         answer, _ = self.asker.ask(rule, warehouse=self.view, robot=robot, goal=goal, rng=self._stream(rule))
 
-        def check() -> tuple[Leg, ...]:
-            legs = instance_of(answer, Path).legs
-            checks.path(self.warehouse, robot, goal, legs)
-            return legs
+        def check() -> list[Leg]:
+            return checks.path(self.warehouse, robot, goal, instance_of(answer, Path).legs)
 
         return self.asker.apply(rule, check)
 
@@ -328,19 +336,25 @@ class Simulation:
     def _stream(self, rule: BoundRule) -> np.random.Generator:
         generator = self._streams.get(id(rule))
         if generator is None:
-            generator = self._streams[id(rule)] = stream(self.scenario.seed, f"rule {rule.role} {rule.name}")
+            generator = self._streams[id(rule)] = stream(self.scenario.seed, self._purpose(rule))
         return generator
+
+    def _purpose(self, rule: BoundRule) -> str:
+        """Name a rule's random stream: by role and name, and by place among filters of the same name."""
+        same = [other for other in self.rules.filters if other.name == rule.name]
+        place = f" {same.index(rule) + 1}" if rule in same else ""
+        return f"rule {rule.role} {rule.name}{place}"
 
     def _tell(self, event: Event) -> None:
         try:
             self._on_event(event=event)
-        except Exception as error:
+        except (Exception, SystemExit, GeneratorExit) as error:
             observer = self._raised_in(error)
             if observer is None:
                 raise
             raise self.asker.raised(observer, error) from error
 
-    def _raised_in(self, error: Exception) -> BoundRule | None:
+    def _raised_in(self, error: BaseException) -> BoundRule | None:
         """Return the scenario's observer that an error came from."""
         frame = error.__traceback__
         while frame is not None:

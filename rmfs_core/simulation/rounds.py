@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Container, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, TaskAssignment
+from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
 from rmfs_core.events import DecisionMade, Event, OrderAssigned, TaskAssigned, TripDecided
-from rmfs_core.plugins import BoundRule, RuleSet
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import Asker, ImpossibleError, instance_of, sequence_of
-from rmfs_core.warehouse import Order, Pod, Robot, Warehouse, WarehouseView
+from rmfs_core.warehouse import Order, Pod, Robot, Station, Warehouse, WarehouseView
+
+if TYPE_CHECKING:
+    from rmfs_core.plugins import BoundRule, RuleSet
+
+T = TypeVar("T")
 
 
 class Decisions:
@@ -48,7 +53,8 @@ class Decisions:
         self.rules = rules
         self.streams = streams
         self.asker = asker
-        self.tell = tell
+        self._tell = tell
+        self._pending: list[Event] = []
         self.start_task = start_task
         self.periods = 0
         assigning = rules.poa_pps or rules.poa
@@ -71,11 +77,7 @@ class Decisions:
         """Ask PR where a pod goes back to, and keep the place free for it."""
         rule = self.rules.pr
         answer, _ = self._ask(rule, pod=pod)
-
-        def check() -> int:
-            return checks.storage_location(self.warehouse, pod, _whole(answer))
-
-        location = self.asker.apply(rule, check)
+        location = self.asker.apply(rule, lambda: checks.storage_location(self.warehouse, pod, answer))
         self.warehouse.reserve(location)
         return location
 
@@ -83,49 +85,64 @@ class Decisions:
 
     def _assign_orders(self) -> bool:
         """Ask for one period; return whether anything was decided."""
-        self.periods += 1
-        rule = self.assigning
-        backlog = self._filtered()
-        view = self.view if backlog is None else WarehouseView(self.warehouse, backlog)
+        view, shown, filtering_s = self._shown_backlog()
         seen = len(view.backlog)
-        shown = {order.id for order in view.backlog}
+        if not seen:
+            return False
+        rule, joint = self.assigning, self.rules.poa_pps is not None
+        self.periods += 1
         answer, seconds = self._ask(rule, view=view)
 
         def apply() -> JointDecision:
-            if self.rules.poa_pps is None:
-                decision = JointDecision(sequence_of(answer, OrderAssignment))
-            else:
-                decision = instance_of(answer, JointDecision)
-                for given in sequence_of(decision.trips, PodTrip):
-                    self._bind(*checks.trip(self.warehouse, given))
-            for assignment in sequence_of(decision.assignments, OrderAssignment):
-                self._assign(assignment, shown)
-            if self.rules.poa_pps is not None:
+            decision = (
+                instance_of(answer, JointDecision) if joint else JointDecision(sequence_of(answer, OrderAssignment))
+            )
+            if decision.report is not None:
+                instance_of(decision.report, SolveReport)
+            trips = self._nearer_first(
+                [checks.trip(self.warehouse, given) for given in sequence_of(decision.trips, PodTrip)]
+            )
+            for pod, station in trips:
+                self._bind(*checks.trip(self.warehouse, PodTrip(pod.id, station.id)))
+            for given in sequence_of(decision.assignments, OrderAssignment):
+                self._assign(given, shown)
+            if joint:
                 checks.covered(self.warehouse.stations)
+                checks.wanted(trips)
             checks.packing(self.warehouse, self.packing_capacity)
             return decision
 
-        decision = self.asker.apply(rule, apply)
-        decides = "POA" if self.rules.poa_pps is None else "POA+PPS"
-        self._tell_decision(rule, decides, seen, decision, seconds)
+        decision = self._apply(rule, apply)
+        self._tell_decision(rule, "POA+PPS" if joint else "POA", seen, decision, filtering_s + seconds)
         return bool(decision.assignments or decision.trips)
 
-    def _filtered(self) -> Sequence[Order] | None:
-        """Pass the backlog through the prefilters; None when there are none."""
+    def _shown_backlog(self) -> tuple[WarehouseView, Container[int] | None, float]:
+        """Pass the backlog through the prefilters; return the view, the ids shown (None: all), and the seconds."""
         if not self.rules.filters:
-            return None
-        orders: tuple[Order, ...] = self.warehouse.backlog
+            return self.view, None, 0.0
+        orders, total = self.warehouse.backlog, 0.0
         for rule in self.rules.filters:
-            answers, _ = self._ask(rule, orders=orders)
-            # Not a firstresult hook: the one rule called answers with a list of one, or of none when it returned None.
-            answer = answers[0] if answers else None
-            orders = self.asker.apply(rule, lambda answer=answer, before=orders: _kept(answer, before))  # type: ignore[misc]
-        return orders
+            answer, seconds = self._ask(rule, orders=orders)
+            orders = self.asker.apply(rule, partial(_kept, answer, orders))
+            total += seconds
+        return WarehouseView(self.warehouse, orders), {order.id for order in orders}, total
 
-    def _assign(self, given: OrderAssignment, seen: set[int]) -> None:
-        order, station, skus = checks.assignment(self.warehouse, given, seen)
-        items = self.warehouse.assign(order, station, skus)
-        self.tell(
+    def _nearer_first(self, trips: list[tuple[Pod, Station]]) -> list[tuple[Pod, Station]]:
+        """Let a pod that is sent to several stations at once visit the nearer ones first (in the trips' places)."""
+        by_pod: dict[int, list[Station]] = {}
+        for pod, station in trips:
+            by_pod.setdefault(pod.id, []).append(station)
+        for pod_id, stations in by_pod.items():
+            if len(stations) > 1:
+                cell = self.warehouse.pods[pod_id].cell
+                ticks = {s.id: int(self.warehouse.travel.times_to(s.cell, True)[cell].min()) for s in stations}
+                stations.sort(key=lambda s, ticks=ticks: (ticks[s.id], s.id))  # type: ignore[misc]
+        return [(pod, by_pod[pod.id].pop(0)) for pod, _ in trips]
+
+    def _assign(self, given: OrderAssignment, shown: Container[int] | None) -> None:
+        order, station, skus = checks.assignment(self.warehouse, given, shown, self.periods)
+        items = self.warehouse.assign(order, station, skus, self.periods)
+        self._keep(
             OrderAssigned(
                 tick=self.warehouse.now,
                 order=order.id,
@@ -162,12 +179,12 @@ class Decisions:
                 self._bind(pod, station)
             return JointDecision(trips=trips)
 
-        decision = self.asker.apply(rule, apply)
+        decision = self._apply(rule, apply)
         self._tell_decision(rule, "PPS", len(self.warehouse.backlog), decision, seconds)
 
-    def _bind(self, pod: Any, station: Any) -> None:
+    def _bind(self, pod: Pod, station: Station) -> None:
         self.warehouse.bind(pod, station)
-        self.tell(TripDecided(tick=self.warehouse.now, pod=pod.id, station=station.id))
+        self._keep(TripDecided(tick=self.warehouse.now, pod=pod.id, station=station.id))
 
     # TA
 
@@ -181,10 +198,22 @@ class Decisions:
             for given in sequence_of(answer, TaskAssignment):
                 robot, pod = checks.task(self.warehouse, given)
                 self.warehouse.take_task(robot, pod)
-                self.tell(TaskAssigned(tick=self.warehouse.now, robot=robot.id, pod=pod.id))
+                self._keep(TaskAssigned(tick=self.warehouse.now, robot=robot.id, pod=pod.id))
                 self.start_task(robot, pod)
 
-        self.asker.apply(rule, apply)
+        self._apply(rule, apply)
+
+    def _apply(self, rule: BoundRule, apply: Callable[[], T]) -> T:
+        """Check and apply a decision. Observers are told when all of it was possible; else of nothing."""
+        self._pending.clear()
+        done = self.asker.apply(rule, apply)
+        for event in self._pending:
+            self._tell(event)
+        return done
+
+    def _keep(self, event: Event) -> None:
+        """Keep an event of the decision that is being applied until all of it is."""
+        self._pending.append(event)
 
     def _ask(self, rule: BoundRule, view: WarehouseView | None = None, **arguments: Any) -> tuple[Any, float]:
         return self.asker.ask(rule, warehouse=view or self.view, rng=self.streams(rule), **arguments)
@@ -193,7 +222,7 @@ class Decisions:
         self, rule: BoundRule, decides: str, backlog: int, decision: JointDecision, seconds: float
     ) -> None:
         report = decision.report
-        self.tell(
+        self._tell(
             DecisionMade(
                 tick=self.warehouse.now,
                 period=self.periods,
@@ -220,10 +249,3 @@ def _kept(answer: object, before: Sequence[Order]) -> tuple[Order, ...]:
             raise ImpossibleError(f"returned order {order.name}, which it was not given")
     chosen = {order.id for order in kept}
     return tuple(order for order in before if order.id in chosen)
-
-
-def _whole(answer: object) -> int:
-    """Accept numpy integers where an id is expected."""
-    if isinstance(answer, np.integer):
-        return int(answer)
-    return instance_of(answer, int)

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from functools import cache
+from typing import Any
 
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.errors import InputError
+from rmfs_core.events import Event
 from rmfs_core.layout import CellKind
 from rmfs_core.observers.trace_reader import Trace
 from rmfs_core.validation.fault import KINDS, Fault
+
+Handlers = Mapping[type[Event], Callable[[Any], None]]
+"""What a check does at each kind of event."""
 
 
 class Case:

@@ -99,6 +99,7 @@ KINDS: dict[str, str] = {
     "order-left": "the run is complete and an order is not",
     "status": "all orders are complete and the run is not",
     "period": "periods are not counted up one by one",
+    "backlog": "a decision reports another backlog than there was",
     "decision-size": "a decision reports another number of assignments or trips than it had",
     # The result
     "other-run": "the result beside the trace is that of another run",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rmfs_core.events import QueueJoined, TripDecided, VisitEnded, VisitStarted
-from rmfs_core.validation.case import Case
+from rmfs_core.validation.case import Case, Handlers
 from rmfs_core.validation.state import PodState, State, Visit
 
 
@@ -14,7 +14,7 @@ class LineCheck:
         self.case = case
         self.state = state
         self.visits = 0
-        self.handlers = {
+        self.handlers: Handlers = {
             TripDecided: self.trip,
             QueueJoined: self.joined,
             VisitStarted: self.started,
@@ -89,7 +89,7 @@ class LineCheck:
                 station.line.remove(visit.robot)
         station.visit = None
         pod.bound = [entry for entry in pod.bound if entry[0] != event.station]
-        pod.next_station = event.next_station
+        pod.next_station, pod.to_storage = event.next_station, event.next_station is None
         if event.next_station is not None and not any(entry[0] == event.next_station for entry in pod.bound):
             going = case.station(event.next_station)
             case.add("not-bound", event.tick, f"{leaves} for {going}, which it is not bound for")
@@ -114,12 +114,10 @@ class LineCheck:
         if event.station not in _first(pod):
             bound = " or ".join(case.station(station) for station in _first(pod)) or "no station"
             case.add("not-bound", event.tick, f"{doing}, but {case.pod(event.pod)} is bound for {bound} first")
-        if pod.next_station not in (None, event.station):
-            case.add(
-                "next-station",
-                event.tick,
-                f"{doing}, but {case.pod(event.pod)} was to go on to {case.station(pod.next_station)}",
-            )
+        if pod.to_storage or pod.next_station not in (None, event.station):
+            going = "to storage" if pod.next_station is None else f"on to {case.station(pod.next_station)}"
+            case.add("next-station", event.tick, f"{doing}, but {case.pod(event.pod)} was to go {going}")
+            pod.to_storage = False
         if isinstance(event, VisitStarted):
             pod.next_station = None
 

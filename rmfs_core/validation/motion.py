@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rmfs_core.events import RobotMoved
 from rmfs_core.layout import CellKind
-from rmfs_core.validation.case import Case, seconds
+from rmfs_core.validation.case import Case, Handlers, seconds
 from rmfs_core.validation.state import RobotState, State
 
 
@@ -14,7 +14,7 @@ class MotionCheck:
     def __init__(self, case: Case, state: State) -> None:
         self.case = case
         self.state = state
-        self.handlers = {RobotMoved: self.moved}
+        self.handlers: Handlers = {RobotMoved: self.moved}
 
     def moved(self, event: RobotMoved) -> None:
         """Check a leg, and note where the robot is now."""
@@ -24,7 +24,8 @@ class MotionCheck:
             self.case.add(
                 "teleport",
                 event.tick,
-                f"{name} starts a run at {self.case.where(event.origin)}, but it stood at {self.case.where(robot.cell)}",
+                f"{name} starts a run at {self.case.where(event.origin)}, "
+                f"but it stood at {self.case.where(robot.cell)}",
             )
         if event.start_tick < robot.free_tick:
             self.case.add(
@@ -52,7 +53,9 @@ class MotionCheck:
                 case.add("not-straight", event.tick, f"{name} drives {run}, which is no straight run")
             elif towards != event.heading:
                 case.add(
-                    "heading", event.tick, f"{name} drives {run} in heading {towards}, but faces heading {event.heading}"
+                    "heading",
+                    event.tick,
+                    f"{name} drives {run} in heading {towards}, but faces heading {event.heading}",
                 )
         distance = case.layout.distance(event.origin, event.to)
         if event.distance_m != distance:
@@ -87,7 +90,7 @@ class WayCheck:
     def __init__(self, case: Case, state: State) -> None:
         self.case = case
         self.state = state
-        self.handlers = {RobotMoved: self.moved}
+        self.handlers: Handlers = {RobotMoved: self.moved}
 
     def moved(self, event: RobotMoved) -> None:
         """Check the cells of a leg."""

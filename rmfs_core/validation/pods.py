@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rmfs_core.events import PodLifted, PodStored, TaskAssigned
-from rmfs_core.validation.case import Case, seconds
+from rmfs_core.validation.case import Case, Handlers, seconds
 from rmfs_core.validation.state import State
 
 
@@ -13,7 +13,7 @@ class PodCheck:
     def __init__(self, case: Case, state: State) -> None:
         self.case = case
         self.state = state
-        self.handlers = {TaskAssigned: self.task, PodLifted: self.lifted, PodStored: self.stored}
+        self.handlers: Handlers = {TaskAssigned: self.task, PodLifted: self.lifted, PodStored: self.stored}
 
     def task(self, event: TaskAssigned) -> None:
         """Check that a robot has no other task."""
@@ -59,6 +59,7 @@ class PodCheck:
         if pod.next_station is not None:
             bound = case.station(pod.next_station)
             case.add("next-station", event.tick, f"{stores}, but was to carry it on to {bound}")
+        pod.next_station, pod.to_storage = None, False
         self.state.put(event.pod, event.cell)
         robot.task = None
 

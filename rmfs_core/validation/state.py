@@ -30,7 +30,7 @@ class RobotState:
 class PodState:
     """A pod: its storage location or the robot that carries it, items left, where it is bound for and since when.
 
-    ``next_station`` is what the end of its last visit said.
+    ``next_station`` is what the end of its last visit said; ``to_storage`` that it said there is none.
     """
 
     location: int | None
@@ -38,6 +38,7 @@ class PodState:
     stock: dict[int, int | None]
     bound: list[tuple[int, int]]
     next_station: int | None = None
+    to_storage: bool = False
 
 
 @define

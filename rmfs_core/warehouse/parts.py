@@ -17,6 +17,17 @@ UNLIMITED = 1 << 40
 """Number of items that stands for an unlimited stock: more than any run can pick, and safe in sums."""
 
 
+class ReadOnly:
+    """Base of what rules see: public attributes are set once and never again."""
+
+    __slots__ = ()
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if not name.startswith("_") and hasattr(self, name):
+            raise AttributeError(f"{type(self).__name__}.{name} is read-only")
+        object.__setattr__(self, name, value)
+
+
 class OrderLine(NamedTuple):
     """One SKU (id) and how many items of it are wanted."""
 
@@ -24,7 +35,7 @@ class OrderLine(NamedTuple):
     quantity: int
 
 
-class Order:
+class Order(ReadOnly):
     """A pick order in the backlog or at stations."""
 
     __slots__ = (
@@ -72,6 +83,10 @@ class Order:
         """Whether it is known to be split: parts at several stations or of several periods, or lines left to assign."""
         return len(self._parts) > 1 or bool(self._parts and self._open)
 
+    def part_of(self, station: int, period: int) -> Part | None:
+        """Return what a period has assigned of it to a station so far."""
+        return next((part for part in self._parts if part.station == station and part.period == period), None)
+
     @property
     def stations(self) -> tuple[int, ...]:
         """Ids of the stations that parts of the order were assigned to, in the order of assignment, without repeats."""
@@ -81,19 +96,30 @@ class Order:
         return f"Order({self.name!r}, lines={self.lines})"
 
 
-class Part:
+class Part(ReadOnly):
     """What one period assigned of an order to a station; it takes up capacity until its last item is picked."""
 
-    __slots__ = ("items", "order", "station", "unpicked")
+    __slots__ = ("_items", "_unpicked", "order", "period", "station")
 
-    def __init__(self, order: Order, station: int, items: int) -> None:
+    def __init__(self, order: Order, station: int, period: int) -> None:
         self.order = order
         self.station = station
-        self.items = items
-        self.unpicked = items
+        self.period = period
+        self._items = 0
+        self._unpicked = 0
+
+    @property
+    def items(self) -> int:
+        """Number of items of the part."""
+        return self._items
+
+    @property
+    def unpicked_items(self) -> int:
+        """Number of its items not yet picked."""
+        return self._unpicked
 
 
-class Request:
+class Request(ReadOnly):
     """Extract request: one item of an order line wanted at a station."""
 
     __slots__ = ("_pod", "id", "order", "part", "sku", "station")
@@ -115,7 +141,7 @@ class Request:
         return f"Request(order={self.order.name!r}, sku={self.sku}, station={self.station}, covered={self.covered})"
 
 
-class Pod:
+class Pod(ReadOnly):
     """A pod: its contents, where it is, and which stations it is bound for."""
 
     __slots__ = ("_carrier", "_cell", "_contents", "_itinerary", "_location", "_promised", "_view", "id", "name")
@@ -167,7 +193,7 @@ class Pod:
         return f"Pod({self.name!r}, location={self._location}, bound_for={self._itinerary})"
 
 
-class Station:
+class Station(ReadOnly):
     """A picking station with its queue."""
 
     __slots__ = (
@@ -245,7 +271,7 @@ class Station:
         return f"Station({self.name}, load={self._load}/{self.capacity}, requests={len(self._requests)})"
 
 
-class Robot:
+class Robot(ReadOnly):
     """A robot: where it is, what it does."""
 
     __slots__ = ("_cell", "_heading", "_pod", "_task", "id", "name")

@@ -2,7 +2,7 @@
 
 Stock is promised: as soon as a request is open at a station and a pod inbound there holds a free item of its SKU, that
 item is promised to the request. A request is covered exactly when something is promised to it. Promises say what is
-still needed; which pod serves a request in the end is decided by arrival (`next_request`, `fulfil`).
+still needed; which pod serves a request in the end is decided by arrival (`next_request`, `secure`).
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class Warehouse:
     def backlog_lines(self) -> BacklogLines:
         """Open lines of the backlog as arrays."""
         if self._backlog_lines is None:
-            self._backlog_lines = self._lines.of(self._backlog)
+            self._backlog_lines = self._lines.backlog()
         return self._backlog_lines
 
     def pods_with(self, sku: int) -> tuple[Pod, ...]:
@@ -101,6 +101,10 @@ class Warehouse:
     def size_at(self, order: Order, station: Station) -> int:
         """Capacity that the open lines of an order take up at a station."""
         return 1 if station.counts_orders else order.open_items
+
+    def in_backlog(self, order: Order) -> bool:
+        """Whether an order has arrived and has open lines."""
+        return order.id in self._backlog
 
     def fits_smallest(self, *, single_line: bool) -> bool:
         """Whether some station has room for the smallest order of the backlog (or its smallest line)."""
@@ -158,14 +162,18 @@ class Warehouse:
         """Put an order into the backlog."""
         self.arrived.append(order)
         self._backlog[order.id] = order
+        self._lines.add(order)
         self._sizes[order.open_items] += 1
         for line in order.lines:
             self._line_sizes[line.quantity] += 1
             self.open_demand[line.sku] += line.quantity
         self._backlog_changed()
 
-    def assign(self, order: Order, station: Station, skus: Sequence[int]) -> int:
-        """Turn open lines of an order into requests at a station (one part); return their number of items."""
+    def assign(self, order: Order, station: Station, skus: Sequence[int], period: int = 1) -> int:
+        """Turn open lines of an order into requests at a station; return their number of items.
+
+        What one period assigns of an order to a station is one part, in however many steps it does.
+        """
         was_split = order.split
         lines = [order._open.pop(sku) for sku in skus]
         items = sum(line.quantity for line in lines)
@@ -174,15 +182,20 @@ class Warehouse:
         for line in lines:
             _drop(self._line_sizes, line.quantity)
             self._lines.close(order, line.sku)
-        part = Part(order, station.id, items)
-        order._parts.append(part)
         if order._open:
             self._sizes[order._open_size] += 1
         else:
             del self._backlog[order.id]
-        self.split_orders_open += order.split - was_split
         self._backlog_changed()
-        station._load += 1 if station.counts_orders else items
+        part = order.part_of(station.id, period)
+        if part is None:
+            part = Part(order, station.id, period)
+            order._parts.append(part)
+            station._load += station.counts_orders
+        station._load += 0 if station.counts_orders else items
+        part._items += items
+        part._unpicked += items
+        self.split_orders_open += order.split - was_split
         for line in lines:
             for _ in range(line.quantity):
                 request = Request(self._next_request, part, line.sku)
@@ -225,21 +238,51 @@ class Warehouse:
         if pod._itinerary:
             self.waiting[pod.id] = pod
 
-    def leave(self, pod: Pod, station: Station) -> None:
-        """End a visit: the pod is no longer bound for the station."""
+    def join_line(self, robot: Robot, station: Station) -> None:
+        """Let a robot with a pod join the line of a station, at its end."""
+        station._line.append(robot)
+
+    def leave(self, robot: Robot, pod: Pod, station: Station) -> None:
+        """End a visit: the robot leaves the line, and the pod is no longer bound for the station."""
+        station._line.remove(robot)
         pod._itinerary.remove(station.id)
         del station._inbound[pod.id]
 
+    def secure(self, request: Request, pod: Pod) -> None:
+        """Make sure that the item for a request is promised from the pod that is about to serve it."""
+        if request._pod is pod:
+            return
+        same_sku = self.stations[request.station]._by_sku[request.sku]
+        # The pod's item may be promised to a younger request here: the two swap what they were promised.
+        younger = next((other for other in same_sku.values() if other._pod is pod), None)
+        if younger is not None:
+            younger._pod, request._pod = request._pod, pod
+            return
+        released = request._pod
+        if released is not None:
+            _withdraw(request)
+        _promise(request, pod)
+        if released is not None:
+            for station in released._itinerary:
+                self._promise_items(released, self.stations[station])
+
     def fulfil(self, request: Request, pod: Pod) -> None:
         """Pick the item of a request from a pod that stands at its station."""
+        self.secure(request, pod)
         station = self.stations[request.station]
-        self._take_item(request, pod, station)
+        _withdraw(request)
+        if pod._contents[request.sku] < UNLIMITED:
+            pod._contents[request.sku] -= 1
+        del station._requests[request.id]
+        del station._by_sku[request.sku][request.id]
+        if not station._by_sku[request.sku]:
+            del station._by_sku[request.sku]
         self.open_demand[request.sku] -= 1
         order, part = request.order, request.part
         order._unpicked -= 1
-        part.unpicked -= 1
-        if part.unpicked == 0:
-            station._load -= 1 if station.counts_orders else part.items
+        part._unpicked -= 1
+        if part._unpicked == 0:
+            station._load -= 1 if station.counts_orders else part._items
         if order._unpicked == 0 and order.split:
             self.split_orders_open -= 1
 
@@ -259,34 +302,13 @@ class Warehouse:
                         break
                     _promise(request, pod)
 
-    def _take_item(self, request: Request, pod: Pod, station: Station) -> None:
-        """Take one item off the pod, close the request, and keep all promises consistent."""
-        same_sku = station._by_sku[request.sku]
-        del station._requests[request.id]
-        del same_sku[request.id]
-        if request._pod is not pod:
-            # The item may be promised to a younger request here: the two swap what they were promised.
-            younger = next((other for other in same_sku.values() if other._pod is pod), None)
-            if younger is not None:
-                younger._pod, request._pod = request._pod, pod
-        if not same_sku:
-            del station._by_sku[request.sku]
-        released = request._pod
-        if released is not None:
-            _withdraw(request)
-        if pod._contents[request.sku] < UNLIMITED:
-            pod._contents[request.sku] -= 1
-        if released is not None and released is not pod:
-            for other_station in released._itinerary:
-                self._promise_items(released, self.stations[other_station])
-
     def _backlog_changed(self) -> None:
         self._backlog_tuple = None
         self._backlog_lines = None
 
 
 class _Lines:
-    """All order lines of a run as arrays, with a mark on those that are open."""
+    """All order lines of a run as arrays; the open lines of the backlog are kept in compact form."""
 
     def __init__(self, orders: Sequence[Order]) -> None:
         rows = [(order.id, line.sku, line.quantity) for order in orders for line in order.lines]
@@ -294,21 +316,29 @@ class _Lines:
         self.order, self.sku, self.quantity = table[:, 0], table[:, 1], table[:, 2]
         self.start = np.concatenate(([0], np.cumsum([len(order.lines) for order in orders]))).astype(np.int64)
         self.open = np.ones(len(rows), dtype=bool)
-        self.position = np.zeros(len(orders), dtype=np.int64)
+        self.current = np.zeros(0, dtype=np.int64)
+        self.arrived: list[int] = []
+
+    def add(self, order: Order) -> None:
+        """Take in the lines of an order that arrived."""
+        self.arrived.append(order.id)
 
     def close(self, order: Order, sku: int) -> None:
         """Mark a line as assigned."""
         at = next(i for i, line in enumerate(order.lines) if line.sku == sku)
         self.open[self.start[order.id] + at] = False
 
-    def of(self, backlog: dict[int, Order]) -> BacklogLines:
-        """Open lines of the backlog's orders. The backlog is in order of id, as the lines are."""
-        ids = np.fromiter(backlog, dtype=np.int64, count=len(backlog))
-        inside = np.zeros(len(self.position), dtype=bool)
-        inside[ids] = True
-        self.position[ids] = np.arange(len(ids))
-        chosen = np.flatnonzero(self.open & inside[self.order])
-        return BacklogLines(self.position[self.order[chosen]], self.sku[chosen], self.quantity[chosen])
+    def backlog(self) -> BacklogLines:
+        """Return the open lines of the orders that arrived, oldest order first."""
+        if self.arrived:
+            new = [np.arange(self.start[i], self.start[i + 1]) for i in self.arrived]
+            self.current = np.concatenate([self.current, *new])
+            self.arrived.clear()
+        self.current = self.current[self.open[self.current]]
+        order = self.order[self.current]
+        position = np.zeros(len(order), dtype=np.int64)
+        np.cumsum(order[1:] != order[:-1], out=position[1:])
+        return BacklogLines(position, self.sku[self.current], self.quantity[self.current])
 
 
 def _promise(request: Request, pod: Pod) -> None:

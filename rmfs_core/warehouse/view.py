@@ -9,7 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from rmfs_core.clock import to_seconds
-from rmfs_core.warehouse.parts import Order, Pod, Robot, Station
+from rmfs_core.warehouse.parts import Order, Pod, ReadOnly, Robot, Station
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,9 +34,16 @@ class BacklogLines:
     sku: NDArray[np.int64]
     quantity: NDArray[np.int64]
 
+    def __attrs_post_init__(self) -> None:
+        for array in (self.order, self.sku, self.quantity):
+            array.setflags(write=False)
 
-class WarehouseView:
-    """The warehouse as it is now, for looking only."""
+
+class WarehouseView(ReadOnly):
+    """The warehouse as it is now, for looking only.
+
+    Properties that return several objects make a tuple at each access: name it once where it is used in a loop.
+    """
 
     __slots__ = ("_backlog", "_lines", "_state")
 
@@ -44,6 +51,11 @@ class WarehouseView:
         self._state = state
         self._backlog = None if backlog is None else tuple(backlog)
         self._lines: BacklogLines | None = None
+
+    @property
+    def now_tick(self) -> int:
+        """Simulated time in ticks of 1 ms, the unit of travel times and of `Leg.wait_ticks`."""
+        return self._state.now
 
     @property
     def now_s(self) -> float:
@@ -115,9 +127,9 @@ class WarehouseView:
         return tuple(self._state.waiting.values())
 
     @property
-    def free_storage_locations(self) -> Sequence[int]:
+    def free_storage_locations(self) -> tuple[int, ...]:
         """Cell indices of the storage locations with no pod in them or on its way to them, ascending."""
-        return self._state.free_locations
+        return tuple(self._state.free_locations)
 
     @property
     def blocked_locations(self) -> tuple[int, ...]:

@@ -95,7 +95,7 @@ def literal_assignments(world: Warehouse, score: Score) -> Iterator[tuple[int, i
         _, age, _, station_id = min(pairs)
         order = world.backlog[age]
         yield order.id, station_id
-        world.assign(order, world.stations[station_id], list(order._open))
+        world.assign(order, world.stations[station_id], list(order._open), period=2)
 
 
 def match(world: Warehouse, order: Order, station: Station) -> int:

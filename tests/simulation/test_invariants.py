@@ -88,7 +88,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
         layout=LayoutSection(
             block_rows=rows,
             block_columns=draw(st.integers(1, 3)),
-            block_length=draw(st.integers(1, 4)),
+            block_length=draw(st.integers(2, 4)),
             hall_width=draw(st.integers(1, 3)),
             stations_east=east,
             stations_west=west,

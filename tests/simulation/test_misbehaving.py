@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rmfs_core.errors import InputError, RuleError
-from rmfs_core.events import ItemPicked
+from rmfs_core.events import ItemPicked, OrderAssigned
 from rmfs_core.scenario.model import RunSection
 from rmfs_core.testing import small_instance
 
@@ -15,7 +15,7 @@ Prepare = Callable[..., "TinyRun"]  # type: ignore[name-defined]  # noqa: F821
 HEAD = """
 import time
 from attrs import define
-from rmfs_core import JointDecision, Leg, OrderAssignment, Path, PodTrip, TaskAssignment, hookimpl
+from rmfs_core import JointDecision, Leg, OrderAssignment, Path, PodTrip, SolveReport, TaskAssignment, hookimpl
 
 @define
 class Bad:
@@ -38,12 +38,14 @@ HOOKS = {role: signature.split("(")[0] for role, signature in SIGNATURES.items()
 WRONG = [
     # Whatever the hook: raising, None, a wrong type
     *((role, "raise RuntimeError('no idea')", "raised RuntimeError: no idea (") for role in SIGNATURES),
-    *((role, "return None", "returned None; expected ") for role in SIGNATURES),
-    *((role, "return 'pod'", "returned str 'pod'; expected ") for role in SIGNATURES),
+    *((role, "return None", "returned None; expected ") for role in SIGNATURES if role != "pr"),
+    *((role, "return 'pod'", "returned str 'pod'; expected ") for role in SIGNATURES if role != "pr"),
+    ("pr", "return None", "named cell None; expected a whole number"),
+    ("pr", "return 'pod'", "named cell 'pod'; expected a whole number"),
     # POA
     ("poa", "return [3]", "returned a sequence with int 3 in it; expected OrderAssignment only"),
     ("poa", "return [OrderAssignment(9, 0)]", "named order 9, which does not exist; ids are 0 to 2"),
-    ("poa", "return [OrderAssignment('1', 0)]", "named order '1'; expected an id, a whole number"),
+    ("poa", "return [OrderAssignment('1', 0)]", "named order '1'; expected a whole number"),
     ("poa", "return [OrderAssignment(0, 5)]", "named station 5, which does not exist; ids are 0 to 0"),
     (
         "poa",
@@ -66,6 +68,11 @@ WRONG = [
         "return [OrderAssignment(2, 0)]",
         "assigned order late to station 1, but the order was not in the backlog it was shown",
     ),
+    ("poa", "return [OrderAssignment(0.0, 0)]", "named order 0.0; expected a whole number"),
+    ("poa", "return [OrderAssignment(True, 0)]", "named order True; expected a whole number"),
+    ("poa", "return [OrderAssignment(0, 0, skus=5)]", "assigned SKUs 5 of order one; expected a sequence of ids"),
+    ("poa", "return [OrderAssignment(0, 0, skus=(0.0,))]", "named SKU id 0.0; expected a whole number"),
+    ("poa", "raise SystemExit(0)", "raised SystemExit: 0 ("),
     # PPS
     ("pps", "return [PodTrip(9, 0)]", "named pod 9, which does not exist; ids are 0 to 2"),
     ("pps", "return [PodTrip(0, 0), PodTrip(0, 0)]", "sent pod p to station 1, where it already is or is bound for"),
@@ -84,7 +91,15 @@ WRONG = [
     ),
     ("poa_pps", "return JointDecision([], [PodTrip(0, 7)])", "named station 7, which does not exist; ids are 0 to 0"),
     ("poa_pps", "return JointDecision([OrderAssignment(1, 0)], [PodTrip(0, 0)])", "it takes 3 items, but only 2 of 2"),
+    (
+        "poa_pps",
+        "return JointDecision([], [PodTrip(2, 0)])",
+        "sent pod r to station 1, but it holds no item of any request open there",
+    ),
+    ("poa_pps", "return JointDecision([], [], report='fine')", "returned str 'fine'; expected SolveReport"),
+    ("poa_pps", "return JointDecision([], [], SolveReport('optimal', objective='x'))", "objective is 'x'; expected a"),
     # PR
+    ("pr", "return 2.5", "named cell 2.5; expected a whole number"),
     ("pr", "return -1", "stores pod p at cell -1, which is not on the grid"),
     ("pr", "return warehouse.stations[0].cell", "which is no storage location"),
     ("pr", "return warehouse.home(warehouse.pods[1])", "which is taken"),
@@ -96,6 +111,10 @@ WRONG = [
     ("pp", "return Path()", "gave robot 1 an empty path to "),
     ("pp", "return Path([Leg(-5)])", "sent robot 1 to cell -5, which is not on the grid"),
     ("pp", "return Path([Leg(robot.cell)])", "gave robot 1 a leg that waits 0 ticks and goes nowhere"),
+    ("pp", "return Path([Leg(robot.cell, 10**14)])", "gave robot 1 a leg that waits 100000000000000 ticks"),
+    ("pp", "return Path([Leg(robot.cell, 0.5)])", "named wait_ticks 0.5; expected a whole number"),
+    ("pp", "return Path([Leg(None)])", "named cell None; expected a whole number"),
+    ("pp", "return Path([Leg(robot.cell, 60000)])", "without arriving (run.standstill_s)"),
     ("pp", "return Path([3])", "returned a path with int 3 in it; expected Leg only"),
     ("pp", "return Path([Leg(warehouse.stations[0].cell)])", "gave robot 1 an impossible path: "),
     # Filter
@@ -136,6 +155,33 @@ def test_a_wrong_decision_ends_the_run_with_its_reason(
     assert text.startswith(f'rule "./bad.py:Bad" (bad.py inline), {HOOKS[role]}, at {time}: ')
     assert message in text
     assert run.simulation.status != "complete"
+
+
+def test_observers_are_told_nothing_of_a_decision_that_is_half_impossible(tiny_run: Prepare, tmp_path: Path) -> None:
+    """The first assignment was fine, the second not: results know of neither."""
+    run = prepare_bad(tiny_run, tmp_path, "poa", "return [OrderAssignment(0, 0), OrderAssignment(99, 0)]")
+    with pytest.raises(RuleError, match="named order 99"):
+        run.simulation.run()
+    assert not run.recorder.of(OrderAssigned)
+
+
+def test_numpy_integers_are_ids_too(tiny_run: Prepare, tmp_path: Path) -> None:
+    """A rule that finds its answer with argmax need not convert it."""
+    body = "import numpy as np; return [OrderAssignment(np.int64(o.id), np.int64(0)) for o in warehouse.backlog[:1]]"
+    run = prepare_bad(tiny_run, tmp_path, "poa", body)
+    with pytest.raises(RuleError, match="it takes 3 items"):  # only because the order is too large
+        run.simulation.run()
+    assert len(run.recorder.of(OrderAssigned)) >= 1
+
+
+def test_a_need_that_is_not_met_is_refused(tiny_run: Prepare, tmp_path: Path) -> None:
+    """A rule that declares unlimited stock as its need is not run on an instance with finite stock."""
+    name = write_rule(tmp_path, "poa", "return []")
+    (tmp_path / "bad.py").write_text(
+        (tmp_path / "bad.py").read_text().replace("class Bad:", "class Bad:\n    needs = ('unlimited stock',)")
+    )
+    with pytest.raises(InputError, match=r"rules\.poa: rule .* needs pods whose SKUs never run out, but"):
+        tiny_run(small_instance({"1": ["a"]}, {"p": {"a": 3}}), poa=name)
 
 
 def test_what_was_picked_before_the_error_was_told(tiny_run: Prepare, tmp_path: Path) -> None:

@@ -45,6 +45,40 @@ def test_order_capacity_counts_orders() -> None:
     assert not view.fits(world.orders[1], world.stations[0])
 
 
+def test_one_period_makes_one_part_of_an_order_at_a_station() -> None:
+    """Lines assigned one by one in the same period count together until the last is picked; the order is not split."""
+    world = small_world({"1": ["a", "b", "c"]}, {"p": ["a", "b", "c"]}, capacities=[5])
+    order, station = world.orders[0], world.stations[0]
+    put_at_station(world, 0)
+    for sku in range(3):
+        world.assign(order, station, [sku], period=1)
+    assert not order.split
+    assert world.split_orders_open == 0
+    first = world.next_request(station, world.pods[0])
+    assert first is not None
+    world.fulfil(first, world.pods[0])
+    assert station.load == 3
+
+
+def test_a_secured_item_is_not_given_away() -> None:
+    """From the start of a pick its item is promised to it: an order that comes meanwhile is not covered by it."""
+    world = small_world({"1": ["a"], "2": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}}, capacities=[5, 5])
+    here, there = world.stations
+    first, second = world.pods
+    world.bind(second, here)
+    world.assign(world.orders[0], here, [0])
+    put_at_station(world, first.id)
+    world.bind(first, there)
+    request = world.next_request(here, first)
+    assert request is not None
+    world.secure(request, first)
+    world.assign(world.orders[1], there, [0])
+    assert [r.covered for r in there.open_requests] == [False]
+    world.fulfil(request, first)
+    assert first.free_items(0) == 0
+    check_promises(world)
+
+
 def test_an_item_is_promised_once() -> None:
     """Two requests for a SKU, one item inbound: one request is covered, the other waits for a second pod."""
     world = small_world({"1": ["a"], "2": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}})
@@ -97,7 +131,7 @@ def test_a_partly_assigned_order_keeps_its_age() -> None:
     assert world.split_orders_open == 1
     lines = world.backlog_lines
     assert (lines.order.tolist(), lines.sku.tolist()) == ([0, 1], [0, 0])
-    world.assign(world.orders[0], world.stations[0], [0])
+    world.assign(world.orders[0], world.stations[0], [0], period=2)
     put_at_station(world, 0)
     while (request := world.next_request(world.stations[0], world.pods[0])) is not None:
         world.fulfil(request, world.pods[0])
@@ -112,8 +146,16 @@ def test_the_view_is_for_looking_only() -> None:
         view.stations[0].load = 3  # type: ignore[misc]
     with pytest.raises(AttributeError):
         view.pods[0].location = 3  # type: ignore[misc]
+    with pytest.raises(AttributeError, match=r"Station\.capacity is read-only"):
+        view.stations[0].capacity = 1000
+    with pytest.raises(AttributeError):
+        view.travel.motion = None  # type: ignore[misc,assignment]
     with pytest.raises(TypeError):
         view.pods[0].contents[0] = 3  # type: ignore[index]
+    for array in (view.backlog_lines.sku, view.travel.layout.lane, view.travel.layout.kind):
+        with pytest.raises(ValueError, match="read-only"):
+            array[:] = 0
+    assert isinstance(view.free_storage_locations, tuple)
     view.open_demand()[0] = 99
     assert view.open_demand()[0] == 1
 

@@ -1,0 +1,184 @@
+"""Joint POA+PPS rules ``integrated``, ``split-among-stations`` and ``split-over-time``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+from attrs import define, field, validators
+
+from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport, hookimpl
+from rmfs_mip.check import violation
+from rmfs_mip.paper import solve_printed
+from rmfs_mip.period import Period, Stock
+from rmfs_mip.search import search_for
+from rmfs_mip.solution import Model, Solution
+from rmfs_mip.solver import Limits
+from rmfs_mip.ties import break_ties
+
+if TYPE_CHECKING:
+    from rmfs_core.warehouse import Pod, WarehouseView
+
+
+@define(kw_only=True)
+class _Joint:
+    """What the three rules share: parameters, and the way from the warehouse to a decision."""
+
+    model: ClassVar[Model]
+    splits_over_time: ClassVar[bool] = False
+    needs: ClassVar[tuple[str, ...]] = ("unlimited stock", "item capacity")
+
+    formulation: Literal["aggregated", "paper"] = field(
+        default="aggregated", validator=validators.in_(("aggregated", "paper"))
+    )
+    solver: Literal["highs", "cbc", "gurobi"] = field(
+        default="highs", validator=validators.in_(("highs", "cbc", "gurobi"))
+    )
+    threads: int = field(default=1, validator=validators.ge(1))
+    max_seconds: float | None = field(default=None, validator=validators.optional(validators.gt(0)))
+    gap: float = field(default=0.0, validator=validators.ge(0))
+    unused_capacity_weight: float = field(default=2.0, validator=validators.gt(0))
+    tie_break: Literal["solver", "oldest", "demand"] = field(
+        default="solver", validator=validators.in_(("solver", "oldest", "demand"))
+    )
+    _stock: Stock | None = field(default=None, init=False, repr=False, eq=False)
+    _pods: tuple[Pod, ...] | None = field(default=None, init=False, repr=False, eq=False)
+
+    def __attrs_post_init__(self) -> None:
+        if self.formulation == "paper" and self.tie_break != "solver":
+            raise ValueError('tie_break needs formulation = "aggregated"; the printed models leave ties to the solver')
+
+    @property
+    def _packing_capacity(self) -> int | None:
+        return None
+
+    @hookimpl
+    def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
+        """Solve one period."""
+        period = Period.of(warehouse, self._stock_of(warehouse), packing=self._packing_capacity is not None)
+        solution = self.solve(period)
+        return _decision(period, solution)
+
+    def solve(self, period: Period) -> Solution:
+        """Solve a period and hold the solution against the printed constraints."""
+        limits = Limits(self.solver, self.threads, self.max_seconds, self.gap)
+        weight, packing = self.unused_capacity_weight, self._packing_capacity
+        if self.formulation == "paper":
+            solution = solve_printed(period, self.model, weight, limits, packing)
+        else:
+            search = search_for(period, self.model, weight, limits, packing)
+            search.run()
+            solution = break_ties(search, self.tie_break)
+        wrong = violation(period, solution, self.model, weight, packing)
+        if wrong is not None:
+            raise RuntimeError(f"the solution violates the printed model: {wrong}")
+        return solution
+
+    def _stock_of(self, warehouse: WarehouseView) -> Stock:
+        """Return the pods' contents, which never change while stock is unlimited."""
+        if self._stock is None or self._pods is not warehouse.pods:
+            if not warehouse.unlimited_stock:
+                raise ValueError(
+                    "the models assume that a pod has enough of every SKU it holds; leave the quantities of the pods "
+                    "empty (unlimited), or choose a POA and a PPS rule"
+                )
+            if any(station.counts_orders for station in warehouse.stations):
+                raise ValueError(
+                    "the models count items; set stations.item_capacity in place of stations.order_capacity, or choose "
+                    "a POA and a PPS rule"
+                )
+            self._pods = warehouse.pods
+            self._stock = Stock.of(warehouse.pods, warehouse.n_skus)
+        return self._stock
+
+
+def _decision(period: Period, solution: Solution) -> JointDecision:
+    assignments = tuple(
+        OrderAssignment(period.orders[part.order], period.stations[part.station], part.skus)
+        for part in sorted(solution.parts, key=lambda part: (part.order, part.station))
+    )
+    trips = tuple(
+        PodTrip(period.stock.pods[pod], period.stations[station])
+        for pod, station in solution.visits
+        if pod not in period.inbound[station]
+    )
+    status = "stopped" if solution.stopped_early else "optimal"
+    report = SolveReport(status, float(solution.objective), float(solution.bound), solution.stopped_early)
+    return JointDecision(assignments, trips, report)
+
+
+_PARAMETERS = """
+
+    Parameters
+    ----------
+    formulation
+        ``"aggregated"`` (same optimum, much faster) or ``"paper"`` (one variable and row as printed, for study).
+    solver
+        ``"highs"``, ``"cbc"`` or ``"gurobi"`` (where installed), through python-mip.
+    threads
+        Threads of the solver. With one, the same seed gives the same result everywhere.
+    max_seconds
+        Wall-clock limit for one period. A period that it ends is marked as stopped early; none by default.
+    gap
+        Relative gap at which a solve may stop; such a period is marked, too.
+    unused_capacity_weight
+        W_u in the objective (1): what a free place that stays unused costs, in pod-station visits.
+    tie_break
+        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper), ``"oldest"`` (among
+        the optima the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants).
+        The optimum of (1) is never given up."""
+_PACKING = """
+    packing_capacity
+        C: split orders that the packing stations have room for, those already open included (18); none by default."""
+_REFERENCE = """
+
+    References
+    ----------
+    L. Xie, N. Thieme, R. Krenzler, H. Li: Efficient order picking methods in robotic mobile fulfillment systems.
+    arXiv:1902.03092, 2019. https://doi.org/10.48550/arXiv.1902.03092
+    """
+
+
+@define(kw_only=True)
+class Integrated(_Joint):
+    """Assign whole orders and select pods together, with the fewest pod-station visits.
+
+    Minimises (1) ``sum of x_ps + W_u * sum of u_s`` over the pods p sent to or already at the stations s and the places
+    u_s that stay free there, such that each assigned order goes to one station (2), (3), no station gets more items
+    than it has places (4), and each of its SKUs is on a pod there (5), (6).
+    """
+
+    model: ClassVar[Model] = Model.INTEGRATED
+
+
+@define(kw_only=True)
+class SplitAmongStations(_Joint):
+    """As ``integrated``, but the lines of an order may go to several stations, all in the same period.
+
+    (2) and (3) give way to (2.1), (3.1), (11) to (14): an assigned order has each line at exactly one station.
+    """
+
+    model: ClassVar[Model] = Model.SPLIT_AMONG_STATIONS
+    packing_capacity: int | None = field(default=None, validator=validators.optional(validators.ge(0)))
+
+    @property
+    def _packing_capacity(self) -> int | None:
+        return self.packing_capacity
+
+
+@define(kw_only=True)
+class SplitOverTime(_Joint):
+    """As ``split-among-stations``, but lines of an order may also stay in the backlog for later periods (11.1), (15)."""
+
+    model: ClassVar[Model] = Model.SPLIT_OVER_TIME
+    splits_over_time: ClassVar[bool] = True
+    packing_capacity: int | None = field(default=None, validator=validators.optional(validators.ge(0)))
+
+    @property
+    def _packing_capacity(self) -> int | None:
+        return self.packing_capacity
+
+
+for _rule in (Integrated, SplitAmongStations, SplitOverTime):
+    _rule.__doc__ = f"{_rule.__doc__ or ''}".rstrip() + _PARAMETERS + (
+        "" if _rule is Integrated else _PACKING
+    ) + _REFERENCE

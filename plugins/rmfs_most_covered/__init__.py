@@ -1,0 +1,50 @@
+"""Filter ``most-covered``: the paper's prefilter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from attrs import define, field, validators
+
+from rmfs_core import hookimpl
+
+if TYPE_CHECKING:
+    from rmfs_core.warehouse import Order, WarehouseView
+
+
+@define
+class MostCovered:
+    """Keep the n orders with the highest share of lines that pods at the stations can serve already.
+
+    The share of an order is the number of its open lines whose SKU is on a pod at or bound for any station, divided by
+    the number of its open lines. Ties go to the older order.
+
+    Parameters
+    ----------
+    n
+        How many orders to keep.
+
+    References
+    ----------
+    L. Xie, N. Thieme, R. Krenzler, H. Li: Efficient order picking methods in robotic mobile fulfillment systems,
+    Section 4.2. arXiv:1902.03092, 2019. https://doi.org/10.48550/arXiv.1902.03092
+    """
+
+    n: int = field(validator=validators.ge(1))
+
+    @hookimpl
+    def filter_backlog(self, warehouse: WarehouseView, orders: Sequence[Order]) -> Sequence[Order]:
+        """Keep the orders with the highest shares."""
+        there = np.zeros(warehouse.n_skus, dtype=bool)
+        for pod in {pod for station in warehouse.stations for pod in station.inbound_pods}:
+            there[[sku for sku in pod.contents if pod.contents[sku] > 0]] = True
+        shares = [_share(order, there) for order in orders]
+        best = sorted(range(len(orders)), key=lambda position: (-shares[position], position))[: self.n]
+        return [orders[position] for position in best]
+
+
+def _share(order: Order, there: np.typing.NDArray[np.bool_]) -> float:
+    lines = order.open_lines
+    return sum(bool(there[line.sku]) for line in lines) / len(lines)

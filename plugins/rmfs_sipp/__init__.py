@@ -1,0 +1,5 @@
+"""PP rule ``sipp``."""
+
+from rmfs_sipp.rule import Sipp
+
+__all__ = ["Sipp"]

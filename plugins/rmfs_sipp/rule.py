@@ -1,0 +1,83 @@
+"""Safe interval path planning with exact kinematics."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from attrs import define, field
+
+from rmfs_core.decisions import Leg
+from rmfs_core.traffic import TimedPath, timed_path
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from rmfs_core.traffic import Query, Reservations, Roads
+
+
+@define(eq=False)
+class _Memory:
+    """Arrays of the compiled search, kept from query to query."""
+
+    states: tuple[NDArray[np.int64], ...] = ()
+    windows: tuple[NDArray[np.int64], ...] = ()
+    searches: int = 0
+
+    def next(self, table: Reservations) -> int:
+        """Make room for a search of a table and return the search's number."""
+        if not self.states or len(self.states[0]) < 4 * table.pool_size:
+            self.states = tuple(np.zeros(4 * table.pool_size, dtype=np.int64) for _ in range(5))
+            self.searches = 0
+        if not self.windows or self.windows[0].shape[1] < table.size + 2:
+            self.windows = tuple(np.zeros((4, 2 * table.size + 64), dtype=np.int64) for _ in range(2))
+        self.searches += 1
+        return self.searches
+
+
+@define
+class Sipp:
+    """Drive the path that arrives first among the reservations of the other robots.
+
+    A search over (cell, heading, gap between reservations) at rest. From a state a robot waits, turns, and drives a
+    straight run of any length that ends at rest. For a run, the departures at which all its cells are free are a few
+    windows; they are narrowed cell by cell, once for all lengths, since runs differ only where they brake. Of each gap
+    that a run can end in only the earliest arrival counts: whoever comes earlier can wait there until any later
+    time. Estimates are exact times without traffic, and never earlier than the goal is free for good, because a path
+    has to end with a hold of the goal without end. Among equal estimates the state nearest to the goal goes
+    first, then the one with the lower number: the result is the same on every machine.
+
+    The arrival is the earliest that any path made of such moves has, waiting times being free to the tick.
+
+    References
+    ----------
+    H. Ma, W. Hoenig, T. K. S. Kumar, N. Ayanian, S. Koenig: Lifelong path planning with kinematic constraints for
+    multi-agent pickup and delivery. AAAI 2019. https://doi.org/10.1609/aaai.v33i01.33017651
+    """
+
+    _memory: _Memory = field(init=False, factory=_Memory, repr=False, eq=False)
+
+    def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
+        """Return the path that arrives first and may stay at the goal for ever; None when there is none."""
+        from rmfs_sipp import compiled
+
+        number = self._memory.next(table)
+        tracks = roads.tracks(query.goal, query.loaded)
+        rows = compiled.search(
+            query.cell, query.heading, query.start_tick, query.goal, query.robot, number, tracks, table.arrays,
+            self._memory.states, self._memory.windows,
+        )  # fmt: skip
+        return None if rows is None else timed_path(roads, query, _legs(roads, query, rows.tolist()))
+
+
+def _legs(roads: Roads, query: Query, rows: list[list[int]]) -> tuple[Leg, ...]:
+    """Turn runs (end, departure, arrival) into legs."""
+    legs = []
+    cell, heading, tick = query.cell, query.heading, query.start_tick
+    for to, departure, arrival in rows:
+        towards = roads.travel.heading(cell, to)
+        assert towards is not None
+        turn = int(roads.passing.turns[(towards - heading) % 4])
+        legs.append(Leg(to, departure - turn - tick))
+        cell, heading, tick = to, towards, arrival
+    return tuple(legs)

@@ -1,0 +1,25 @@
+"""Robots in each other's way: when a path occupies which cell, and the table of who has reserved what."""
+
+from rmfs_core.traffic.passing import PassingTimes, passing_s
+from rmfs_core.traffic.paths import FOREVER, Occupancy, Query, TimedPath, occupancy, timed_path
+from rmfs_core.traffic.planner import Planner
+from rmfs_core.traffic.reservations import Intervals, Reservations, ReservedError
+from rmfs_core.traffic.roads import Roads, Tracks, roads_on
+
+__all__ = [
+    "FOREVER",
+    "Intervals",
+    "Occupancy",
+    "PassingTimes",
+    "Planner",
+    "Query",
+    "Reservations",
+    "ReservedError",
+    "Roads",
+    "TimedPath",
+    "Tracks",
+    "occupancy",
+    "passing_s",
+    "roads_on",
+    "timed_path",
+]

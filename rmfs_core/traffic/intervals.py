@@ -1,0 +1,195 @@
+"""Compiled work on the intervals of a reservation table.
+
+The intervals of a cell lie side by side in a pool: those of cell ``c`` are entries ``first[c]`` to
+``first[c] + count[c]``, ascending and disjoint, with ``room[c]`` entries set aside, at least one more than there are.
+The gap before entry ``p`` is known by ``p``, the one after the last entry by the entry behind it: so every gap of every
+cell has a number of its own, below the pool's size.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+FOREVER = 1 << 50
+
+
+@njit(cache=True)
+def conflict(cells, begins, ends, me, first, count, since, until, owner):  # type: ignore[no-untyped-def]
+    """Position of the first interval that overlaps one of another owner, and that one's entry; (-1, -1) if none."""
+    for i in range(len(cells)):
+        cell = cells[i]
+        for p in range(first[cell], first[cell] + count[cell]):
+            if since[p] >= ends[i]:
+                break
+            if until[p] > begins[i] and owner[p] != me:
+                return i, p
+    return -1, -1
+
+
+@njit(cache=True)
+def insert(cells, begins, ends, begin_at, me, used, first, count, room, since, until, owner):  # type: ignore[no-untyped-def]
+    """Insert intervals from ``begin_at`` on; what touches or overlaps one of the same owner becomes one with it.
+
+    Returns how many are in, and how much of the pool is used; fewer than all are in when the pool has no room left.
+    """
+    for i in range(begin_at, len(cells)):
+        cell, begin, end = cells[i], begins[i], ends[i]
+        if count[cell] + 1 >= room[cell]:
+            wanted = 2 * room[cell]
+            if used + wanted > len(since):
+                return i, used
+            _move(cell, used, first, count, since, until, owner)
+            room[cell] = wanted
+            used += wanted
+        low = first[cell]
+        high = low + count[cell]
+        p = low
+        while p < high and (until[p] < begin or (until[p] == begin and owner[p] != me)):
+            p += 1
+        q = p
+        while q < high and since[q] <= end and owner[q] == me:
+            begin = min(begin, since[q])
+            end = max(end, until[q])
+            q += 1
+        if q == p:
+            for r in range(high, p, -1):
+                since[r], until[r], owner[r] = since[r - 1], until[r - 1], owner[r - 1]
+            count[cell] += 1
+        else:
+            for r in range(q, high):
+                s = r - (q - p - 1)
+                since[s], until[s], owner[s] = since[r], until[r], owner[r]
+            count[cell] -= q - p - 1
+        since[p], until[p], owner[p] = begin, end, me
+    return len(cells), used
+
+
+@njit(cache=True)
+def _move(cell, to, first, count, since, until, owner):  # type: ignore[no-untyped-def]
+    """Move the intervals of a cell to another place in the pool."""
+    for i in range(count[cell]):
+        p, q = first[cell] + i, to + i
+        since[q], until[q], owner[q] = since[p], until[p], owner[p]
+    first[cell] = to
+
+
+@njit(cache=True)
+def remove(cells, me, first, count, since, until, owner):  # type: ignore[no-untyped-def]
+    """Remove the intervals of an owner from some cells."""
+    for i in range(len(cells)):
+        cell = cells[i]
+        q = first[cell]
+        for p in range(first[cell], first[cell] + count[cell]):
+            if owner[p] != me:
+                since[q], until[q], owner[q] = since[p], until[p], owner[p]
+                q += 1
+        count[cell] = q - first[cell]
+
+
+@njit(cache=True)
+def forget(tick, first, count, since, until, owner):  # type: ignore[no-untyped-def]
+    """Remove what ended by ``tick``."""
+    for cell in range(len(first)):
+        low = first[cell]
+        past = 0
+        while past < count[cell] and until[low + past] <= tick:
+            past += 1
+        if past:
+            for p in range(low, low + count[cell] - past):
+                since[p], until[p], owner[p] = since[p + past], until[p + past], owner[p + past]
+            count[cell] -= past
+
+
+@njit(cache=True)
+def pack(first, count, room, since, until, owner, to_since, to_until, to_owner):  # type: ignore[no-untyped-def]
+    """Copy all intervals to another pool, with little room to spare; returns how much of it is used."""
+    used = 0
+    for cell in range(len(first)):
+        for i in range(count[cell]):
+            p, q = first[cell] + i, used + i
+            to_since[q], to_until[q], to_owner[q] = since[p], until[p], owner[p]
+        first[cell] = used
+        room[cell] = count[cell] + 2
+        used += room[cell]
+    return used
+
+
+@njit(cache=True)
+def last_end(first, count, until):  # type: ignore[no-untyped-def]
+    """Latest end of an interval that has one; 0 if there is none."""
+    latest = 0
+    for cell in range(len(first)):
+        for p in range(first[cell], first[cell] + count[cell]):
+            if until[p] < FOREVER:
+                latest = max(latest, until[p])
+    return latest
+
+
+@njit(cache=True)
+def gap_at(cell, tick, me, table):  # type: ignore[no-untyped-def]
+    """Number and end of the gap of a cell that holds ``tick``; (-1, -1) when another has the cell then."""
+    first, count, since, until, owner = table
+    p, end = first[cell], first[cell] + count[cell]
+    while p < end and (owner[p] == me or until[p] <= tick):
+        p += 1
+    if p == end:
+        return p, FOREVER
+    if since[p] <= tick:
+        return -1, -1
+    return p, since[p]
+
+
+@njit(cache=True)
+def free_for_good(cell, me, table):  # type: ignore[no-untyped-def]
+    """Tick from which on nobody else has a cell any more: 0 if nobody does, FOREVER if someone stays."""
+    first, count, since, until, owner = table
+    for p in range(first[cell] + count[cell] - 1, first[cell] - 1, -1):
+        if owner[p] != me:
+            return until[p]
+    return 0
+
+
+@njit(cache=True)
+def is_free(cell, begin, end, me, table):  # type: ignore[no-untyped-def]
+    """Whether nobody else has a cell between two ticks."""
+    first, count, since, until, owner = table
+    for p in range(first[cell], first[cell] + count[cell]):
+        if since[p] >= end:
+            return True
+        if until[p] > begin and owner[p] != me:
+            return False
+    return True
+
+
+@njit(cache=True)
+def narrow(low, high, n, to_low, to_high, cell, enter, leave, me, table):  # type: ignore[no-untyped-def]
+    """Narrow windows of departure to those in which a cell is free as well.
+
+    Windows are closed, ascending and disjoint: ``low[i]`` to ``high[i]``. The run has the cell from ``enter`` to
+    ``leave`` ticks after its departure. Writes the narrower windows to ``to_low`` and ``to_high``, returns their number.
+    """
+    first, count, since, until, owner = table
+    m = w = 0
+    p, end = first[cell], first[cell] + count[cell]
+    free_since = np.int64(-FOREVER)
+    while w < n:
+        while p < end and owner[p] == me:
+            p += 1
+        earliest = free_since - enter
+        latest = (since[p] if p < end else FOREVER) - leave
+        while w < n and high[w] < earliest:
+            w += 1
+        while w < n and low[w] <= latest:
+            begin, stop = max(low[w], earliest), min(high[w], latest)
+            if begin <= stop:
+                to_low[m], to_high[m] = begin, stop
+                m += 1
+            if high[w] > latest:
+                break
+            w += 1
+        if p >= end:
+            break
+        free_since = until[p]
+        p += 1
+    return m

@@ -1,0 +1,136 @@
+"""What a planner is asked, what it answers, and which cells the answer occupies when."""
+
+from __future__ import annotations
+
+import numpy as np
+from attrs import field, frozen
+from numpy.typing import NDArray
+
+from rmfs_core.decisions import Leg, Path
+from rmfs_core.traffic.roads import Roads
+
+FOREVER = 1 << 50
+"""End, in ticks, of what has no end."""
+
+
+@frozen
+class Query:
+    """A robot asks for a path.
+
+    Parameters
+    ----------
+    robot
+        Its id, the owner of its reservations; they do not stand in its own way.
+    cell, heading
+        Where it stands at rest.
+    start_tick
+        When it may set out.
+    goal
+        Cell index it has to reach.
+    loaded
+        Whether it carries a pod.
+    """
+
+    robot: int
+    cell: int
+    heading: int
+    start_tick: int
+    goal: int
+    loaded: bool = False
+
+
+@frozen
+class TimedPath:
+    """A path with its times.
+
+    Parameters
+    ----------
+    cell, heading, start_tick
+        Where and when it begins, at rest.
+    legs
+        What is driven. A leg waits, turns and runs; the next one follows at once.
+    end, end_heading
+        Where it ends: not the goal, where a window ended it before.
+    end_tick
+        When the robot is at rest there.
+    """
+
+    cell: int
+    heading: int
+    start_tick: int
+    legs: tuple[Leg, ...] = field(converter=tuple)
+    end: int
+    end_heading: int
+    end_tick: int
+
+    @property
+    def path(self) -> Path:
+        """The decision that the hook `plan_path` returns."""
+        return Path(self.legs)
+
+
+@frozen(eq=False)
+class Occupancy:
+    """Cells and the half-open intervals of ticks in which they are occupied: arrays of equal length."""
+
+    cells: NDArray[np.int64]
+    since: NDArray[np.int64]
+    until: NDArray[np.int64]
+
+
+def timed_path(roads: Roads, query: Query, legs: tuple[Leg, ...]) -> TimedPath:
+    """Return a path with its times, from its legs alone: wait, turn, run, and on."""
+    cell, heading, tick = query.cell, query.heading, query.start_tick
+    for leg in legs:
+        tick += leg.wait_ticks
+        if leg.to != cell:
+            towards, length = _run(roads, cell, leg.to)
+            tick += int(roads.passing.turns[(towards - heading) % 4] + roads.passing.runs[length])
+            cell, heading = leg.to, towards
+    return TimedPath(query.cell, query.heading, query.start_tick, legs, cell, heading, tick)
+
+
+def occupancy(roads: Roads, path: TimedPath, since: int | None = None) -> Occupancy:
+    """Return the cells that a path occupies, each with its time; the last one without end.
+
+    The first cell is occupied from ``since`` (left out: from the start of the path) to reaching the second one. Where
+    a robot stops, the cell is its own from leaving the one before to reaching the one after, turn and wait included.
+
+    Parameters
+    ----------
+    roads
+        The layout.
+    path
+        The path.
+    since
+        When the robot came to the path's first cell.
+    """
+    cells, begins, ends = [], [], []
+    cell, heading, tick = path.cell, path.heading, path.start_tick
+    begin = path.start_tick if since is None else since
+    for leg in path.legs:
+        tick += leg.wait_ticks
+        if leg.to == cell:
+            continue
+        towards, length = _run(roads, cell, leg.to)
+        tick += int(roads.passing.turns[(towards - heading) % 4])
+        enter, leave = tick + roads.passing.enter[length], tick + roads.passing.leave[length]
+        enter[0] = begin
+        cells.append(cell + int(roads.offsets[towards]) * np.arange(length, dtype=np.int64))
+        begins.append(enter[:length])
+        ends.append(leave[:length])
+        begin = int(enter[length])
+        tick += int(roads.passing.runs[length])
+        cell, heading = leg.to, towards
+    cells.append(np.array([cell], dtype=np.int64))
+    begins.append(np.array([begin], dtype=np.int64))
+    ends.append(np.array([FOREVER], dtype=np.int64))
+    return Occupancy(np.concatenate(cells), np.concatenate(begins), np.concatenate(ends))
+
+
+def _run(roads: Roads, cell: int, to: int) -> tuple[int, int]:
+    """Heading and number of cells of a straight run."""
+    heading = roads.travel.heading(cell, to)
+    if heading is None:
+        raise ValueError(f"{roads.layout.where(cell)} to {roads.layout.where(to)} is no straight run")
+    return heading, roads.layout.distance(cell, to)

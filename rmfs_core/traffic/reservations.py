@@ -1,0 +1,186 @@
+"""The reservation table: who has which cell when."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rmfs_core.traffic.paths import FOREVER, Occupancy
+
+ROOM = 4
+"""Entries set aside for each cell at first."""
+
+
+class ReservedError(ValueError):
+    """A cell is to be reserved that another has then.
+
+    Parameters
+    ----------
+    cell
+        Cell index.
+    owner, since, until
+        Who has it, and between which ticks.
+    """
+
+    def __init__(self, cell: int, owner: int, since: int, until: int) -> None:
+        ends = "for ever" if until >= FOREVER else f"to {until}"
+        super().__init__(f"cell {cell} is reserved by {owner} from tick {since} {ends}")
+        self.cell = cell
+        self.owner = owner
+        self.since = since
+        self.until = until
+
+
+class Intervals(NamedTuple):
+    """The table's arrays for a compiled search; `rmfs_core.traffic.intervals` says how they are laid out."""
+
+    first: NDArray[np.int64]
+    count: NDArray[np.int64]
+    since: NDArray[np.int64]
+    until: NDArray[np.int64]
+    owner: NDArray[np.int64]
+
+
+class Reservations:
+    """Intervals of ticks, half-open, in which cells are reserved. No two owners ever have a cell at once.
+
+    Parameters
+    ----------
+    cells
+        Number of cells of the layout.
+    """
+
+    def __init__(self, cells: int) -> None:
+        self._first = np.arange(cells, dtype=np.int64) * ROOM
+        self._count = np.zeros(cells, dtype=np.int64)
+        self._room = np.full(cells, ROOM, dtype=np.int64)
+        self._used = cells * ROOM
+        pool = 2 * self._used
+        self._since = np.zeros(pool, dtype=np.int64)
+        self._until = np.zeros(pool, dtype=np.int64)
+        self._owner = np.full(pool, -1, dtype=np.int64)
+        self._cells_of: dict[int, NDArray[np.int64]] = {}
+
+    # Looking
+
+    @property
+    def arrays(self) -> Intervals:
+        """The arrays as they are now; they are others after the next change."""
+        return Intervals(self._first, self._count, self._since, self._until, self._owner)
+
+    @property
+    def size(self) -> int:
+        """Number of intervals."""
+        return int(self._count.sum())
+
+    @property
+    def pool_size(self) -> int:
+        """Upper bound of the gaps' numbers."""
+        return len(self._since)
+
+    def reserved(self, cell: int) -> list[tuple[int, int, int]]:
+        """(owner, since, until) of a cell's intervals, ascending."""
+        entries = range(int(self._first[cell]), int(self._first[cell] + self._count[cell]))
+        return [(int(self._owner[p]), int(self._since[p]), int(self._until[p])) for p in entries]
+
+    def safe_intervals(self, cell: int, owner: int = -1) -> list[tuple[int, int]]:
+        """Gaps, half-open and ascending, in which nobody but ``owner`` has a cell; the first begins at ``-FOREVER``."""
+        gaps, free_since = [], -FOREVER
+        for who, since, until in self.reserved(cell):
+            if who != owner:
+                if since > free_since:
+                    gaps.append((free_since, since))
+                free_since = until
+        return [*gaps, (free_since, FOREVER)] if free_since < FOREVER else gaps
+
+    def blocker(self, cell: int, since: int, until: int = FOREVER, owner: int = -1) -> int | None:
+        """Return who else than ``owner`` has a cell first between two ticks; None when nobody does."""
+        for who, begin, end in self.reserved(cell):
+            if who != owner and begin < until and end > since:
+                return who
+        return None
+
+    def can_be_held(self, cell: int, since: int, owner: int = -1) -> bool:
+        """Whether ``owner`` could stay in a cell for ever from a tick on."""
+        return self.blocker(cell, since, FOREVER, owner) is None
+
+    def cells_of(self, owner: int) -> frozenset[int]:
+        """Cells in which an owner has made reservations, not yet released."""
+        return frozenset(map(int, self._cells_of.get(owner, ())))
+
+    # Changing
+
+    def commit(self, owner: int, occupancy: Occupancy) -> None:
+        """Reserve what a path occupies in place of all that its owner had before.
+
+        Raises
+        ------
+        ReservedError
+            When another has one of the cells then; nothing is changed in that case.
+        """
+        self.check(owner, occupancy)
+        self.release(owner)
+        self._insert(owner, occupancy)
+
+    def add(self, owner: int, occupancy: Occupancy) -> None:
+        """Reserve more for an owner; as `commit`, but what it had stays."""
+        self.check(owner, occupancy)
+        self._insert(owner, occupancy)
+
+    def hold(self, owner: int, cell: int, since: int, until: int = FOREVER) -> None:
+        """Reserve one cell more for an owner, without end unless it is given."""
+        cells, begins, ends = (np.array([value], dtype=np.int64) for value in (cell, since, until))
+        self.add(owner, Occupancy(cells, begins, ends))
+
+    def check(self, owner: int, occupancy: Occupancy) -> None:
+        """Raise `ReservedError` when another has one of the cells then."""
+        from rmfs_core.traffic import intervals
+
+        found, entry = intervals.conflict(occupancy.cells, occupancy.since, occupancy.until, owner, *self.arrays)
+        if found >= 0:
+            cell = int(occupancy.cells[found])
+            raise ReservedError(cell, int(self._owner[entry]), int(self._since[entry]), int(self._until[entry]))
+
+    def release(self, owner: int) -> None:
+        """Remove all that an owner has reserved."""
+        from rmfs_core.traffic import intervals
+
+        cells = self._cells_of.pop(owner, None)
+        if cells is not None:
+            intervals.remove(cells, owner, *self.arrays)
+
+    def forget_before(self, tick: int) -> None:
+        """Remove what ended by a tick, so that the table stays as small as what is to come."""
+        from rmfs_core.traffic import intervals
+
+        intervals.forget(tick, *self.arrays)
+
+    def _insert(self, owner: int, new: Occupancy) -> None:
+        from rmfs_core.traffic import intervals
+
+        done = 0
+        while True:
+            done, self._used = intervals.insert(
+                new.cells, new.since, new.until, done, owner, self._used, self._first, self._count, self._room,
+                self._since, self._until, self._owner,
+            )  # fmt: skip
+            if done == len(new.cells):
+                break
+            self._grow()
+        before = self._cells_of.get(owner)
+        self._cells_of[owner] = new.cells if before is None else np.union1d(before, new.cells)
+
+    def _grow(self) -> None:
+        """Pack the pool, into a larger one where that leaves little room."""
+        from rmfs_core.traffic import intervals
+
+        needed = self.size + 2 * len(self._first)
+        pool = max(len(self._since), 2 * needed)
+        since, until = np.zeros(pool, dtype=np.int64), np.zeros(pool, dtype=np.int64)
+        owner = np.full(pool, -1, dtype=np.int64)
+        self._used = intervals.pack(
+            self._first, self._count, self._room, self._since, self._until, self._owner, since, until, owner
+        )
+        self._since, self._until, self._owner = since, until, owner

@@ -1,0 +1,91 @@
+"""What path planning needs to know of a layout, as arrays that compiled searches read."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rmfs_core.layout import STEPS, CellKind
+from rmfs_core.traffic.passing import PassingTimes
+from rmfs_core.travel import Travel
+
+Ints = NDArray[np.int64]
+
+
+class Tracks(NamedTuple):
+    """Arrays of one goal and load for a compiled search.
+
+    Parameters
+    ----------
+    moves
+        Bits of the headings in which each cell may be left (`Layout.moves`).
+    passable
+        Cells that may be crossed.
+    offsets
+        Step in cell index per heading.
+    runs, turns, enter, leave, common
+        See `PassingTimes`.
+    times
+        Ticks of the fastest way to the goal from each (cell, heading), other robots ignored.
+    """
+
+    moves: NDArray[np.int8]
+    passable: NDArray[np.bool_]
+    offsets: Ints
+    runs: Ints
+    turns: Ints
+    enter: Ints
+    leave: Ints
+    common: Ints
+    times: Ints
+
+
+@lru_cache(maxsize=8)
+def roads_on(travel: Travel) -> Roads:
+    """Return the roads of a layout and kind of robot; runs of one process share them."""
+    return Roads(travel)
+
+
+class Roads:
+    """A layout as path planning sees it.
+
+    Parameters
+    ----------
+    travel
+        Exact travel times on the layout; also names the layout and the robots' kinematics.
+    """
+
+    def __init__(self, travel: Travel) -> None:
+        self.travel = travel
+        self.layout = travel.layout
+        self.cells = len(travel.layout.kind)
+        self.passing = PassingTimes(travel.motion, max(travel.layout.width, travel.layout.height))
+        self.offsets = np.array([column + row * self.layout.width for column, row in STEPS], dtype=np.int64)
+        self._lane = self.layout.lane
+        self._floor: NDArray[np.bool_] = self.layout.kind == CellKind.FLOOR
+        self._under: NDArray[np.bool_] = self._floor | (self.layout.kind == CellKind.STORAGE)
+
+    def passable(self, goal: int, loaded: bool) -> NDArray[np.bool_]:
+        """Cells that a robot may cross on its way to a goal, by the rules of `rmfs_core.travel`. Shape (cells,)."""
+        passable = self._floor if loaded else self._under
+        if self._lane[goal] >= 0:
+            return passable | (self._lane == self._lane[goal])
+        return passable
+
+    def tracks(self, goal: int, loaded: bool) -> Tracks:
+        """Return the arrays of a goal for a compiled search."""
+        passing = self.passing
+        return Tracks(
+            self.layout.moves,
+            self.passable(goal, loaded),
+            self.offsets,
+            passing.runs,
+            passing.turns,
+            passing.enter,
+            passing.leave,
+            passing.common,
+            self.travel.times_to(goal, loaded),
+        )

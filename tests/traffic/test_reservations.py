@@ -1,0 +1,123 @@
+"""The reservation table."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rmfs_core.traffic import FOREVER, Occupancy, Reservations, ReservedError
+
+
+def occupy(*intervals: tuple[int, int, int]) -> Occupancy:
+    """Cells with since and until, as a path would occupy them."""
+    return Occupancy(*(np.array(column, dtype=np.int64) for column in zip(*intervals, strict=True)))
+
+
+def test_gaps_are_what_reservations_leave() -> None:
+    """Half-open intervals touch without overlap; a hold without end leaves no last gap; one's own do not count."""
+    table = Reservations(3)
+    table.hold(7, 1, 10, 20)
+    table.hold(8, 1, 20, 30)
+    assert table.safe_intervals(1) == [(-FOREVER, 10), (30, FOREVER)]
+    assert table.safe_intervals(1, owner=8) == [(-FOREVER, 10), (20, FOREVER)]
+    table.hold(9, 1, 40)
+    assert table.safe_intervals(1) == [(-FOREVER, 10), (30, 40)]
+    assert table.safe_intervals(0) == [(-FOREVER, FOREVER)]
+    assert table.blocker(1, 0, 15) == 7
+    assert table.blocker(1, 30, 40) is None
+    assert not table.can_be_held(1, 30)
+    assert table.can_be_held(1, 30, owner=9)
+
+
+def test_what_another_has_is_refused_whole() -> None:
+    """A path that hits a reservation changes nothing, and the error says who has the cell when."""
+    table = Reservations(3)
+    table.hold(1, 2, 5)
+    table.commit(0, occupy((0, 0, 10)))
+    with pytest.raises(ReservedError, match="cell 2 is reserved by 1 from tick 5 for ever") as refused:
+        table.commit(0, occupy((1, 0, 10), (2, 0, 6)))
+    assert (refused.value.cell, refused.value.owner) == (2, 1)
+    assert table.reserved(0) == [(0, 0, 10)]
+    assert table.reserved(1) == []
+
+
+def test_a_commit_replaces_what_was_there() -> None:
+    """The old path goes when the new one comes; a release takes all."""
+    table = Reservations(4)
+    table.commit(0, occupy((0, 0, 10), (1, 5, FOREVER)))
+    table.commit(0, occupy((1, 5, 20), (2, 15, FOREVER)))
+    assert (table.reserved(0), table.reserved(1)) == ([], [(0, 5, 20)])
+    assert table.cells_of(0) == {1, 2}
+    table.release(0)
+    assert table.size == 0
+
+
+def test_own_intervals_are_joined_behind_anothers() -> None:
+    """An interval that begins where another's ends, and overlaps its own owner's next one, becomes one with that."""
+    table = Reservations(1)
+    table.hold(1, 0, 0, 10)
+    table.hold(0, 0, 12, 20)
+    table.hold(0, 0, 10, 15)
+    assert table.reserved(0) == [(1, 0, 10), (0, 10, 20)]
+
+
+def test_the_past_is_forgotten() -> None:
+    """What ended by a tick goes, what is still going on stays."""
+    table = Reservations(2)
+    table.commit(0, occupy((0, 0, 10), (0, 20, 30), (1, 5, 11)))
+    table.forget_before(10)
+    assert (table.reserved(0), table.reserved(1)) == ([(0, 20, 30)], [(0, 5, 11)])
+
+
+@given(
+    steps=st.lists(
+        st.one_of(
+            st.tuples(st.just("hold"), st.integers(0, 3), st.integers(0, 2), st.integers(0, 60), st.integers(1, 9)),
+            st.tuples(st.just("release"), st.integers(0, 3)),
+            st.tuples(st.just("forget"), st.integers(0, 60)),
+        ),
+        max_size=60,
+    )
+)
+@settings(deadline=None)
+def test_the_table_equals_a_list_of_who_has_what(steps: list[tuple[str | int, ...]]) -> None:
+    """Whatever is reserved, released and forgotten in whatever order, each tick of each cell has the right owner."""
+    table, model = Reservations(3), {}
+    forgotten = 0
+    for step in steps:
+        match step:
+            case ("hold", int(who), int(cell), int(since), int(length)):
+                ticks = [(cell, tick) for tick in range(since, since + length)]
+                free = all(model.get(tick, who) == who for tick in ticks)
+                if any(tick < forgotten for _, tick in ticks):
+                    continue
+                if free:
+                    table.hold(who, cell, since, since + length)
+                    model.update(dict.fromkeys(ticks, who))
+                else:
+                    with pytest.raises(ReservedError):
+                        table.hold(who, cell, since, since + length)
+            case ("release", int(who)):
+                table.release(who)
+                model = {tick: owner for tick, owner in model.items() if owner != who}
+            case ("forget", int(until)):
+                forgotten = max(forgotten, until)
+                table.forget_before(until)
+    got = {(cell, t): who for cell in range(3) for who, a, b in table.reserved(cell) for t in range(a, b)}
+    later = {key: who for key, who in model.items() if key[1] >= forgotten}
+    assert {key: who for key, who in got.items() if key[1] >= forgotten} == later
+    for cell in range(3):
+        entries = table.reserved(cell)
+        assert all(a < b for _, a, b in entries)
+        assert all(one[2] <= other[1] for one, other in zip(entries, entries[1:], strict=False))
+
+
+def test_the_pool_grows() -> None:
+    """Many intervals on few cells, interleaved, all arrive."""
+    table = Reservations(2)
+    for i in range(500):
+        table.hold(i % 7, i % 2, 10 * ((i * 37) % 500), 10 * ((i * 37) % 500) + 5)
+    assert table.size == 500
+    assert [a for _, a, _ in table.reserved(0)] == sorted(10 * ((i * 37) % 500) for i in range(0, 500, 2))
