@@ -1,8 +1,9 @@
 """The models in the aggregated form: same optimum as the printed one, far fewer columns and rows.
 
-x_cs: a class of new pods is sent to a station. y_Ts: how many orders of a type go to a station as a whole.
-n_T: how many are split. q_ks: how many lines of a kind (SKU and number of items) that split orders have go to a station.
-z_is: whether SKU i is brought to a station that P_s does not cover it at; where one class alone brings it, that is x_cs.
+- x_cs: a class of new pods is sent to a station.
+- y_Ts: how many orders of a type go to a station as a whole; n_T: how many are split.
+- q_ks: how many lines of a kind (SKU and number of items) that split orders have go to a station.
+- z_is: whether a SKU that P_s does not cover is brought to a station; where one class alone brings it, that is x_cs.
 """
 
 from __future__ import annotations
@@ -18,9 +19,8 @@ from rmfs_mip.reduction import OrderType, Reduced
 from rmfs_mip.solution import Model
 from rmfs_mip.solver import Program
 
-
 PREFERENCE = 1e-3
-"""What a pod costs more that is bound for another station already: it would come later. Small enough to decide ties only."""
+"""What a pod costs more that is bound for another station, where it is wanted first. Decides ties only."""
 
 
 @define
@@ -277,7 +277,8 @@ class Builder:
             if sum(program.upper[column] * items for column, items in taking.items()) > room:
                 program.row(list(taking), list(taking.values()), "<", room)  # (4)
         for number, kind in enumerate(self.reduced.types):
-            columns = [self.model.y[number, s] for s in range(len(self.reduced.capacities)) if (number, s) in self.model.y]
+            stations = range(len(self.reduced.capacities))
+            columns = [self.model.y[number, s] for s in stations if (number, s) in self.model.y]
             if number in self.model.n:
                 columns.append(self.model.n[number])
             if sum(program.upper[column] for column in columns) > len(kind.orders):

@@ -130,7 +130,10 @@ def _packing(period: Period, solution: Solution, packing_capacity: int) -> Itera
 
 
 def newly_split(period: Period, solution: Solution) -> list[int]:
-    """Orders (positions) with y_o^l = 1: at several stations, or with lines left in the backlog, and whole until now."""
+    """Return the orders (positions) with y_o^l = 1.
+
+    They are at several stations, or have lines left in the backlog, and were whole until now.
+    """
     stations: dict[int, set[int]] = {}
     lines: Counter[int] = Counter()
     for part in solution.parts:

@@ -1,4 +1,4 @@
-"""From the values of an aggregated model to lines of orders: the oldest order of a type, the oldest line of a SKU first."""
+"""From the values of an aggregated model to lines of orders: the oldest of a type or of a SKU first."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def fill_with_lines(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part,
     mask = masks_of(covered)[period.line_sku]
     lines = np.flatnonzero((mask > 0) & reduced.candidates)
     if len(period.capacities) == 1:
-        chosen = lines[: period.capacities[0]]
+        chosen = lines[: period.capacities[0]].tolist()
         stations = [0] * len(chosen)
     else:
         chosen, stations = _place(mask, lines, period.capacities, period.line_order)
@@ -98,10 +98,7 @@ def _covered_orders(reduced: Reduced, covered: NDArray[np.bool_]) -> list[dict[i
     period = reduced.period
     kept = reduced.candidates
     missing = np.array(
-        [
-            np.bincount(period.line_order[kept & ~row[period.line_sku]], minlength=len(period.orders))
-            for row in covered
-        ]
+        [np.bincount(period.line_order[kept & ~row[period.line_sku]], minlength=len(period.orders)) for row in covered]
     )
     everywhere = np.array(reduced.orders, dtype=np.int64)
     return [dict.fromkeys(everywhere[row[everywhere] == 0].tolist(), True) for row in missing]
@@ -125,7 +122,7 @@ def subset(sizes: Sequence[int], room: int) -> list[int]:
 
 
 def fill_with_split_orders(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part, ...]:
-    """Place whole orders line by line over the stations, such that the sum that is left stays one that orders can fill."""
+    """Place orders line by line over the stations, such that what is left stays a sum that orders can fill."""
     period = reduced.period
     mask = masks_of(covered).tolist()
     orders = [o for o in reduced.orders if all(mask[i] for i, _ in period.lines[o])]
@@ -167,4 +164,3 @@ def _place_orders(
             elif not later[position + 1] >> goal & 1:
                 goal = highest(later[position + 1], goal)
     return chosen, places
-

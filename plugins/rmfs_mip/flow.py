@@ -23,14 +23,16 @@ Floats = NDArray[np.float64]
 def outside(stations: int) -> Floats:
     """Return a table of masks by cuts: 1 where a station of the mask lies outside the cut."""
     sets = np.arange(1 << stations)
-    return ((sets[:, None] & ~sets[None, :]) != 0).astype(np.float64)
+    table: Floats = ((sets[:, None] & ~sets[None, :]) != 0).astype(np.float64)
+    return table
 
 
 @lru_cache(maxsize=256)
 def places(capacities: tuple[int, ...]) -> Floats:
     """Return the places of every cut."""
     sets = np.arange(1 << len(capacities))
-    return sum(((sets >> s) & 1) * c for s, c in enumerate(capacities)) + np.zeros(len(sets))  # type: ignore[return-value]
+    inside = (sets[:, None] >> np.arange(len(capacities))) & 1
+    return inside @ np.array(capacities, dtype=np.float64)
 
 
 @frozen(eq=False)
@@ -59,7 +61,8 @@ class Network:
 
     def bins(self) -> Floats:
         """Demand by mask."""
-        return np.bincount(self.mask, weights=self.demand, minlength=1 << len(self.capacities))
+        bins: Floats = np.bincount(self.mask, weights=self.demand, minlength=1 << len(self.capacities))
+        return bins
 
     def flow(self) -> int:
         """Places that the covered demand fills."""
@@ -67,7 +70,7 @@ class Network:
         return int((places(self.capacities) + self.bins() @ outside(stations)).min())
 
     def flows_with_one_more(self) -> tuple[Floats, Floats]:
-        """Return the flow with each pod added to each station, and the demand it newly covers. Shape (stations, pods)."""
+        """Return the flow with each pod added to each station, and the demand it newly covers: (stations, pods)."""
         stations = len(self.capacities)
         sets = 1 << stations
         by_mask = np.zeros((len(self.mask), sets))

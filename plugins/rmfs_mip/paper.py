@@ -1,8 +1,8 @@
 """The three models exactly as the paper prints them: one variable and one row for each of its own.
 
 For study, and as the oracle of `rmfs_mip.aggregated`. A line for q items takes q places in (4); the paper has q = 1.
-Packing capacity (3.2), (16) to (20): (18) is summed over the orders, an order that is split already does not count again,
-and in the split-over-time model an order with a line left in the backlog is split too.
+Packing capacity (3.2), (16) to (20): (18) is summed over the orders, an order that is split already does not count
+again, and in the split-over-time model an order with a line left in the backlog is split too.
 """
 
 from __future__ import annotations
@@ -31,13 +31,15 @@ class _Printed:
 
 def solve_printed(
     period: Period, kind: Model, weight: float, limits: Limits, packing_capacity: int | None = None
-) -> Solution | None:
-    """Build a model as printed and solve it; None when a limit ended the solve before a solution was found."""
+) -> Solution:
+    """Build a model as printed and solve it. Where a limit comes before any solution, nothing is assigned."""
     printed = build_printed(period, kind, weight, limits, packing_capacity)
     whole = float(weight).is_integer()
     outcome = optimise(printed.model, limits, absolute_gap=0.999 if whole else 1e-6, seconds=limits.max_seconds)
     if outcome.values is None:
-        return None
+        there = tuple((pod, station) for station, pods in enumerate(period.inbound) for pod in pods)
+        value = len(there) + weight * sum(period.capacities)
+        return Solution((), there, value, min(outcome.bound, value), "stopped")
     parts: dict[tuple[int, int], list[int]] = {}
     for (sku, order, station), variable in printed.y_ios.items():
         if variable.x > 0.5:
@@ -125,9 +127,7 @@ def _add_split_orders(p: _Printed, packing_capacity: int | None) -> None:
         _add_packing(p, packing_capacity, y_o, y_b)
 
 
-def _add_packing(
-    p: _Printed, packing_capacity: int, y_o: list[mip.Var], y_b: dict[tuple[int, int], mip.Var]
-) -> None:
+def _add_packing(p: _Printed, packing_capacity: int, y_o: list[mip.Var], y_b: dict[tuple[int, int], mip.Var]) -> None:
     m, stations = p.model, range(len(p.period.stations))
     split = []
     for o, lines in enumerate(p.period.lines):

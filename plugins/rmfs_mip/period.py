@@ -138,7 +138,8 @@ class Period:
     @cached_property
     def stocked(self) -> NDArray[np.bool_]:
         """SKUs that are on some pod. Shape (n_skus,)."""
-        return self.stock.holds.any(axis=0)
+        stocked: NDArray[np.bool_] = np.asarray(self.stock.holds.any(axis=0), dtype=np.bool_)
+        return stocked
 
     @cached_property
     def single_items(self) -> bool:
@@ -178,14 +179,16 @@ class Period:
     def from_json(cls, stock: Stock, data: Mapping[str, Any]) -> Period:
         """Read what `to_json` wrote."""
         lines = [(order, sku, number) for order, lines in enumerate(data["lines"]) for sku, number in lines]
-        columns = np.array(lines, dtype=np.int64).reshape(-1, 3).T
+        order, sku, number = np.array(lines, dtype=np.int64).reshape(-1, 3).T
         return cls(
             stock,
             tuple(data["stations"]),
             tuple(data["capacities"]),
             tuple(tuple(pods) for pods in data["inbound"]),
             tuple(data["orders"]),
-            *columns,
+            order,
+            sku,
+            number,
             busy=tuple(data["busy"]),
             begun=tuple(data["begun"]),
             split_open=data["split_open"],

@@ -34,7 +34,7 @@ class Places:
     def add(self, mask: int) -> bool:
         """Find a place for a line; return whether there was one."""
         start = [s for s in range(len(self.free)) if mask >> s & 1]
-        came: dict[int, tuple[int, int]] = {s: (-1, mask) for s in start}  # station -> (station before, kind moved in)
+        came: dict[int, tuple[int, int]] = dict.fromkeys(start, (-1, mask))  # station before, and kind moved in
         queue = deque(start)
         while queue:
             station = queue.popleft()
@@ -68,7 +68,8 @@ class Places:
 
     def take(self, mask: int, preferred: Sequence[int]) -> int:
         """Name a station for a line of this kind: a preferred one if lines of the kind stand there."""
-        for station in (*preferred, *range(len(self.free))):
+        stations: tuple[int, ...] = (*preferred, *range(len(self.free)))
+        for station in stations:
             if self.at[station].get(mask, 0) > 0:
                 self.at[station][mask] -= 1
                 return station

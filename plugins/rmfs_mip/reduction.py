@@ -83,11 +83,12 @@ class Reduced:
     def demand(self) -> NDArray[np.float64]:
         """Items wanted per SKU, of the lines that can be assigned."""
         kept = self.candidates
-        return np.bincount(
+        demand: NDArray[np.float64] = np.bincount(
             self.period.line_sku[kept],
             weights=self.period.line_quantity[kept].astype(np.float64),
             minlength=self.period.stock.n_skus,
         )
+        return demand
 
     @cached_property
     def orders(self) -> tuple[int, ...]:

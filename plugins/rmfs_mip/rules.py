@@ -106,7 +106,13 @@ def _decision(period: Period, solution: Solution) -> JointDecision:
     return JointDecision(assignments, trips, report)
 
 
-_PARAMETERS = """
+@define(kw_only=True)
+class Integrated(_Joint):
+    """Assign whole orders and select pods together, with the fewest pod-station visits.
+
+    Minimises (1) ``sum of x_ps + W_u * sum of u_s`` over the pods p sent to or already at the stations s and the places
+    u_s that stay free there, such that each assigned order goes to one station (2), (3), no station gets more items
+    than it has places (4), and each of its SKUs is on a pod there (5), (6).
 
     Parameters
     ----------
@@ -125,26 +131,12 @@ _PARAMETERS = """
     tie_break
         Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper), ``"oldest"`` (among
         the optima the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants).
-        The optimum of (1) is never given up."""
-_PACKING = """
-    packing_capacity
-        C: split orders that the packing stations have room for, those already open included (18); none by default."""
-_REFERENCE = """
+        The optimum of (1) is never given up.
 
     References
     ----------
     L. Xie, N. Thieme, R. Krenzler, H. Li: Efficient order picking methods in robotic mobile fulfillment systems.
     arXiv:1902.03092, 2019. https://doi.org/10.48550/arXiv.1902.03092
-    """
-
-
-@define(kw_only=True)
-class Integrated(_Joint):
-    """Assign whole orders and select pods together, with the fewest pod-station visits.
-
-    Minimises (1) ``sum of x_ps + W_u * sum of u_s`` over the pods p sent to or already at the stations s and the places
-    u_s that stay free there, such that each assigned order goes to one station (2), (3), no station gets more items
-    than it has places (4), and each of its SKUs is on a pod there (5), (6).
     """
 
     model: ClassVar[Model] = Model.INTEGRATED
@@ -155,6 +147,32 @@ class SplitAmongStations(_Joint):
     """As ``integrated``, but the lines of an order may go to several stations, all in the same period.
 
     (2) and (3) give way to (2.1), (3.1), (11) to (14): an assigned order has each line at exactly one station.
+
+    Parameters
+    ----------
+    formulation
+        ``"aggregated"`` (same optimum, much faster) or ``"paper"`` (one variable and row as printed, for study).
+    solver
+        ``"highs"``, ``"cbc"`` or ``"gurobi"`` (where installed), through python-mip.
+    threads
+        Threads of the solver. With one, the same seed gives the same result everywhere.
+    max_seconds
+        Wall-clock limit for one period. A period that it ends is marked as stopped early; none by default.
+    gap
+        Relative gap at which a solve may stop; such a period is marked, too.
+    unused_capacity_weight
+        W_u in the objective (1): what a free place that stays unused costs, in pod-station visits.
+    tie_break
+        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper), ``"oldest"`` (among
+        the optima the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants).
+        The optimum of (1) is never given up.
+    packing_capacity
+        C: split orders that the packing stations have room for, those already open included (18); none by default.
+
+    References
+    ----------
+    L. Xie, N. Thieme, R. Krenzler, H. Li: Efficient order picking methods in robotic mobile fulfillment systems.
+    arXiv:1902.03092, 2019. https://doi.org/10.48550/arXiv.1902.03092
     """
 
     model: ClassVar[Model] = Model.SPLIT_AMONG_STATIONS
@@ -167,7 +185,36 @@ class SplitAmongStations(_Joint):
 
 @define(kw_only=True)
 class SplitOverTime(_Joint):
-    """As ``split-among-stations``, but lines of an order may also stay in the backlog for later periods (11.1), (15)."""
+    """As ``split-among-stations``, but lines of an order may also stay in the backlog for later periods.
+
+    (11) gives way to (11.1) and (15): a line of an assigned order is at one station or goes back to the backlog.
+
+    Parameters
+    ----------
+    formulation
+        ``"aggregated"`` (same optimum, much faster) or ``"paper"`` (one variable and row as printed, for study).
+    solver
+        ``"highs"``, ``"cbc"`` or ``"gurobi"`` (where installed), through python-mip.
+    threads
+        Threads of the solver. With one, the same seed gives the same result everywhere.
+    max_seconds
+        Wall-clock limit for one period. A period that it ends is marked as stopped early; none by default.
+    gap
+        Relative gap at which a solve may stop; such a period is marked, too.
+    unused_capacity_weight
+        W_u in the objective (1): what a free place that stays unused costs, in pod-station visits.
+    tie_break
+        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper), ``"oldest"`` (among
+        the optima the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants).
+        The optimum of (1) is never given up.
+    packing_capacity
+        C: split orders that the packing stations have room for, those already open included (18); none by default.
+
+    References
+    ----------
+    L. Xie, N. Thieme, R. Krenzler, H. Li: Efficient order picking methods in robotic mobile fulfillment systems.
+    arXiv:1902.03092, 2019. https://doi.org/10.48550/arXiv.1902.03092
+    """
 
     model: ClassVar[Model] = Model.SPLIT_OVER_TIME
     splits_over_time: ClassVar[bool] = True
@@ -176,9 +223,3 @@ class SplitOverTime(_Joint):
     @property
     def _packing_capacity(self) -> int | None:
         return self.packing_capacity
-
-
-for _rule in (Integrated, SplitAmongStations, SplitOverTime):
-    _rule.__doc__ = f"{_rule.__doc__ or ''}".rstrip() + _PARAMETERS + (
-        "" if _rule is Integrated else _PACKING
-    ) + _REFERENCE

@@ -66,8 +66,8 @@ class Search:
             self.bound = self.incumbent.objective
         elif self.weight > 1 and len(self.reduced.capacities) <= MOST_STATIONS:
             self._by_bounds()
-        if not self.proven and self.reduced.model is not Model.SPLIT_OVER_TIME:
-            self._try(whole_order_visits(self.reduced, self.weight), "search")
+        if not self.proven:
+            self._by_whole_orders()
         if not self.proven:
             self._by_solver()
         bound = self.incumbent.objective if self.proven else self.bound
@@ -125,8 +125,14 @@ class Search:
         covered = covered_with(self.reduced, visits)
         if self.reduced.period.single_items or self.reduced.model is Model.INTEGRATED:
             self.offer(visits, fill(self.reduced, covered), how)
-        if self.splits is not None and self.reduced.model is Model.SPLIT_AMONG_STATIONS:
-            self.offer(visits, fill_with_orders(self.reduced, covered), how)
+
+    def _by_whole_orders(self) -> None:
+        """Make sure that there is a solution to fall back on: one of the integrated model is one of all three."""
+        whole = Reduced(self.reduced.period, Model.INTEGRATED)
+        if whole.candidates.any():
+            visits = whole_order_visits(whole, self.weight)
+            self.offer(visits, fill_with_orders(whole, covered_with(whole, visits)), "search")
+            self._try(visits, "search")
 
     def _by_solver(self) -> None:
         builder = Builder(self.reduced, self.weight, self.splits)

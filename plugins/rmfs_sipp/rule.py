@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from attrs import define, field
 
-from rmfs_core.decisions import Leg
-from rmfs_core.traffic import TimedPath, timed_path
+from rmfs_core.traffic import TimedPath, legs_of, timed_path
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -67,17 +66,4 @@ class Sipp:
             query.cell, query.heading, query.start_tick, query.goal, query.robot, number, tracks, table.arrays,
             self._memory.states, self._memory.windows,
         )  # fmt: skip
-        return None if rows is None else timed_path(roads, query, _legs(roads, query, rows.tolist()))
-
-
-def _legs(roads: Roads, query: Query, rows: list[list[int]]) -> tuple[Leg, ...]:
-    """Turn runs (end, departure, arrival) into legs."""
-    legs = []
-    cell, heading, tick = query.cell, query.heading, query.start_tick
-    for to, departure, arrival in rows:
-        towards = roads.travel.heading(cell, to)
-        assert towards is not None
-        turn = int(roads.passing.turns[(towards - heading) % 4])
-        legs.append(Leg(to, departure - turn - tick))
-        cell, heading, tick = to, towards, arrival
-    return tuple(legs)
+        return None if rows is None else timed_path(roads, query, legs_of(roads, query, rows.tolist()))

@@ -95,12 +95,7 @@ def _pods_at_stations(scenario: Scenario, instance: Instance, layout: Layout) ->
             raise InputError(
                 place, f"found {len(names)} pods; the station and its queue hold {scenario.stations.queue_length + 1}"
             )
-        for name in names:
-            if name not in pods:
-                raise InputError(place, f"no pod {name!r} with contents; expected names such as {next(iter(pods))!r}")
-            placed.append((int(station) - 1, pods[name]))
-    if len({pod for _, pod in placed}) < len(placed):
-        raise InputError("instance.pods_at_stations", "found a pod at two places; expected each at most once")
+        placed += [(int(station) - 1, pods[name]) for name in names]
     if len(placed) > scenario.robots.count:
         raise InputError(
             "instance.pods_at_stations",

@@ -90,6 +90,24 @@ def timed_path(roads: Roads, query: Query, legs: tuple[Leg, ...]) -> TimedPath:
     return TimedPath(query.cell, query.heading, query.start_tick, legs, cell, heading, tick)
 
 
+def legs_of(roads: Roads, query: Query, rows: list[list[int]]) -> tuple[Leg, ...]:
+    """Turn what a search found, rows of (end, departure, arrival) of each run, into legs.
+
+    A row that ends where it begins only waits until its arrival.
+    """
+    legs = []
+    cell, heading, tick = query.cell, query.heading, query.start_tick
+    for to, departure, arrival in rows:
+        if to == cell:
+            legs.append(Leg(to, arrival - tick))
+        else:
+            towards, _ = _run(roads, cell, to)
+            legs.append(Leg(to, departure - int(roads.passing.turns[(towards - heading) % 4]) - tick))
+            cell, heading = to, towards
+        tick = arrival
+    return tuple(legs)
+
+
 def occupancy(roads: Roads, path: TimedPath, since: int | None = None) -> Occupancy:
     """Return the cells that a path occupies, each with its time; the last one without end.
 

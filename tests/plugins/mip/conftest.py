@@ -7,7 +7,6 @@ from itertools import combinations, product
 
 import numpy as np
 import pytest
-
 from rmfs_mip.period import Period, Stock
 from rmfs_mip.solution import Model
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from rmfs_mip.check import newly_split, violation
 from rmfs_mip.period import Period, Stock
 from rmfs_mip.solution import Model, Part, Solution
@@ -60,7 +59,7 @@ def test_the_violated_constraint_is_named(period, named, model, wrong):
 
 
 def test_packing_capacity(period):
-    """A split order needs a place (18), also when a line of it stays in the backlog; one that is split already does not."""
+    """A split order needs a place (18), also when a line stays in the backlog; not if it was split already."""
     split = solution([(0, 0, (0,)), (0, 1, (1,))])
     assert violation(period, split, AMONG, 2, 1) is None
     assert violation(period, split, AMONG, 2, 0).startswith("(18) packing capacity")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from rmfs_mip.check import violation
 from rmfs_mip.paper import solve_printed
 from rmfs_mip.search import search_for

@@ -12,7 +12,13 @@ from rmfs_core.testing import small_world
 from rmfs_core.warehouse import WarehouseView
 
 RULES = (Integrated, SplitAmongStations, SplitOverTime)
-SMALL = ["instance.orders=20", "layout.block_rows=5", "layout.block_columns=3", "layout.stations_east=2", "instance.pods=30"]
+SMALL = [
+    "instance.orders=20",
+    "layout.block_rows=5",
+    "layout.block_columns=3",
+    "layout.stations_east=2",
+    "instance.pods=30",
+]
 
 
 @pytest.mark.parametrize("rule", RULES)

@@ -1,0 +1,5 @@
+"""PP rule ``whca-n``."""
+
+from rmfs_whca.rule import WhcaN
+
+__all__ = ["WhcaN"]

@@ -1,0 +1,136 @@
+"""The compiled search behind `rmfs_whca`: A* over (cell, heading, time) at rest, in integer arrays.
+
+A node is a row (cell, heading, time, end of the gap, parent); nodes are numbered as they are found, and of equally
+good ones the older goes first.
+"""
+
+from __future__ import annotations
+
+from heapq import heappop, heappush
+
+import numpy as np
+from numba import njit
+
+from rmfs_core.traffic.intervals import free_for_good, gap_at, is_free, last_end
+
+FOREVER = 1 << 50
+FAR = 1 << 40
+CELL, HEADING, TIME, GAP_END, PARENT = range(5)
+
+
+@njit(cache=True)
+def search(cell, heading, start, goal, me, window_end, wait, max_nodes, tracks, table):  # type: ignore[no-untyped-def]
+    """Runs of the path found, as rows (end, departure, arrival), the last one perhaps a wait; None without a path."""
+    times = tracks.times
+    gap, end = gap_at(cell, start, me, table)
+    if gap < 0 or times[cell, heading] >= FAR:
+        return None
+    bound = np.int64(0)
+    if window_end >= FOREVER:
+        bound = free_for_good(goal, me, table)
+        if bound >= FOREVER:
+            return None
+    # From then on nothing changes any more: waiting is of no use, and of each (cell, heading) only one visit counts.
+    settled = last_end(table.first, table.count, table.until)
+    known = np.full(4 * len(table.first), FOREVER, np.int64)
+    seen = {np.int64(start * len(known) + 4 * cell + heading)}
+    nodes = np.empty((1024, 5), np.int64)
+    nodes[0] = np.array([cell, heading, start, end, -1])
+    n = 1
+    queue = [(max(start + times[cell, heading], bound), times[cell, heading], 0)]
+    while queue and n < max_nodes:
+        _, _, i = heappop(queue)
+        at, time = nodes[i, CELL], nodes[i, TIME]
+        if nodes[i, GAP_END] >= FOREVER and (at == goal or time >= window_end):
+            return _runs(i, nodes, tracks)
+        if time >= window_end:
+            continue
+        if n + 4 * len(tracks.runs) >= len(nodes):
+            larger = np.empty((2 * len(nodes) + 4 * len(tracks.runs), 5), np.int64)
+            larger[:n] = nodes[:n]
+            nodes = larger
+        before = n
+        if time < settled and time + wait <= nodes[i, GAP_END]:
+            nodes[n] = nodes[i]
+            nodes[n, TIME], nodes[n, PARENT] = time + wait, i
+            n += 1
+        n = _expand(i, n, goal, me, nodes, tracks, table)
+        kept = before
+        for j in range(before, n):
+            state, time = 4 * nodes[j, CELL] + nodes[j, HEADING], nodes[j, TIME]
+            key = np.int64(time * len(known) + state)
+            if time >= known[state] or key in seen:
+                continue
+            if time >= settled:
+                known[state] = time
+            else:
+                seen.add(key)
+            nodes[kept] = nodes[j]
+            rest = times[nodes[j, CELL], nodes[j, HEADING]]
+            heappush(queue, (max(time + rest, bound), rest, kept))
+            kept += 1
+        n = kept
+    return None
+
+
+@njit(cache=True)
+def _expand(i, n, goal, me, nodes, tracks, table):  # type: ignore[no-untyped-def]
+    """Append what turns and runs at once lead to from node ``i``; returns the number of nodes then."""
+    cell, heading, leave_by = nodes[i, CELL], nodes[i, HEADING], nodes[i, GAP_END]
+    longest = len(tracks.runs) - 1
+    for difference in (0, 1, 3, 2):
+        towards = (heading + difference) % 4
+        offset = tracks.offsets[towards]
+        departure = nodes[i, TIME] + tracks.turns[difference]
+        common, length, at = 1, 0, cell
+        while tracks.moves[at] >> towards & 1:
+            at += offset
+            length += 1
+            if not (tracks.passable[at] or at == goal):
+                break
+            common = _passed(cell, offset, common, min(tracks.common[length], length), longest, departure, me, tracks, table)
+            if common < min(tracks.common[length], length):
+                break
+            arrival = departure + tracks.runs[length]
+            if (
+                departure + tracks.leave[length, 0] <= leave_by
+                and tracks.times[at, towards] < FAR
+                and _passed(cell, offset, common, length, length, departure, me, tracks, table) == length
+            ):
+                gap, end = gap_at(at, departure + tracks.enter[length, length], me, table)
+                if gap >= 0 and arrival <= end:
+                    nodes[n, CELL], nodes[n, HEADING], nodes[n, TIME] = at, towards, arrival
+                    nodes[n, GAP_END], nodes[n, PARENT] = end, i
+                    n += 1
+            if not tracks.passable[at]:
+                break
+    return n
+
+
+@njit(cache=True)
+def _passed(cell, offset, begin, end, length, departure, me, tracks, table):  # type: ignore[no-untyped-def]
+    """First of the cells ``begin`` to ``end`` of a run that is not free when it is passed; ``end`` if all are."""
+    for i in range(begin, end):
+        there = cell + i * offset
+        enter, leave = departure + tracks.enter[length, i], departure + tracks.leave[length, i]
+        if table.count[there] and not is_free(there, enter, leave, me, table):
+            return i
+    return end
+
+
+@njit(cache=True)
+def _runs(i, nodes, tracks):  # type: ignore[no-untyped-def]
+    """Read the runs of a path back from its last node; waits between runs are left to the times."""
+    rows = []
+    last = True
+    while nodes[i, PARENT] >= 0:
+        before = nodes[i, PARENT]
+        length = abs(nodes[i, CELL] - nodes[before, CELL]) // abs(tracks.offsets[nodes[i, HEADING]])
+        if length or last:
+            rows.append((nodes[i, CELL], nodes[i, TIME] - tracks.runs[length], nodes[i, TIME]))
+        last = False
+        i = before
+    found = np.empty((len(rows), 3), np.int64)
+    for j in range(len(rows)):
+        found[len(rows) - 1 - j] = np.array(rows[j])
+    return found
