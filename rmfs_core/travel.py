@@ -166,6 +166,7 @@ class Travel:
         passable = self._floor if loaded else self._under
         if self._lane[end] >= 0:
             passable = passable | (self._lane == self._lane[end])
+            passable.setflags(write=False)  # as the others are: the searches are compiled for one type of array
         return self.layout.moves, passable, self._offsets, self._runs, self._turns
 
     def _kept(self, key: tuple[int, int, bool]) -> NDArray[np.int64] | None:
