@@ -16,7 +16,7 @@ from rmfs_core.instance import make_instance
 from rmfs_core.layout import make_layout
 from rmfs_core.observers import Metrics, Tables, TraceWriter
 from rmfs_core.plugins import RuleSet
-from rmfs_core.results import TRACE_FILE, Result
+from rmfs_core.results import RESULT_FILE, TABLE_FILES, TRACE_FILE, Result
 from rmfs_core.scenario import Scenario, load_scenario, located
 from rmfs_core.simulation.engine import Simulation
 
@@ -66,8 +66,9 @@ def run(
     """
     if trace and out is None:
         raise InputError("trace", "a trace needs a folder to be written to; expected `out` with it")
-    measured = _prepare(_resolve(scenario, seed, overrides), observers, allow_inline_rules)
-    folder = None if out is None else output_folder(out)
+    resolved = _resolve(scenario, seed, overrides)
+    measured = _prepare(resolved, observers, allow_inline_rules)
+    folder = None if out is None else _folder_for_results(out, resolved)
     writer = TraceWriter(folder / TRACE_FILE) if folder is not None and trace else None
     if writer is not None:
         measured.simulation.rules.register_observer(writer)
@@ -94,6 +95,23 @@ class _Measured:
     metrics: Metrics
     tables: Tables
     versions: dict[str, str]
+
+
+def _folder_for_results(out: str | Path, scenario: Scenario) -> Path:
+    """Return the output folder, unless results would replace what is no result."""
+    folder = output_folder(out)
+    names = [name for name, _ in TABLE_FILES.values()]
+    for key in ("orders_file", "pods_file"):
+        given = getattr(scenario.instance, key)
+        if given is not None and (Path(scenario.folder) / given).resolve() in [(folder / n).resolve() for n in names]:
+            raise InputError(str(folder), f"results would replace `instance.{key}`, {given}; expected another folder")
+    foreign = [name for name in names if (folder / name).exists()]
+    if foreign and not (folder / RESULT_FILE).exists():
+        raise InputError(
+            str(folder),
+            f"found a file {foreign[0]} that no run of rmfs has written; expected a folder for results alone",
+        )
+    return folder
 
 
 @frozen

@@ -32,6 +32,17 @@ def test_the_readmes_rule_runs(tmp_path: Path) -> None:
     assert len(block("rule").strip().splitlines()) <= 25
 
 
+def test_the_readmes_map_is_fit_for_use(tmp_path: Path) -> None:
+    """The example of a text map is a layout that a scenario can run on."""
+    (tmp_path / "map.txt").write_text(block("map"), encoding="utf-8")
+    (tmp_path / "s.toml").write_text(
+        "[instance]\norders = 5\nskus = 6\npods = 6\n[robots]\ncount = 2\n[stations]\nqueue_length = 3\n"
+        '[layout]\nmap_file = "map.txt"\n[rules]\npoa = "pod-match"\npps = "demand"\n',
+        encoding="utf-8",
+    )
+    assert rmfs_core.run(tmp_path / "s.toml").metrics["orders_completed"] == 5
+
+
 def test_the_readmes_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
     """The library example prints status and figures."""
     example = re.search(r"From Python:\n\n```python\n(.*?)```", README, re.DOTALL)

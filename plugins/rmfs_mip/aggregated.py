@@ -131,7 +131,7 @@ class Builder:
         """x and z of a station."""
         reduced, program = self.reduced, self.model.program
         period = reduced.period
-        wanted = self._wanted(station) & ~period.covered[station]
+        wanted = reduced.wanted(station) & ~period.covered[station]
         gains = None if self.gains is None else self.gains.pod
         value = period.idle if gains is None else gains + period.idle / 2
         bringing: dict[int, list[int]] = {}
@@ -149,17 +149,6 @@ class Builder:
                 continue
             z = self.brought[station][sku] = program.column(whole=False)
             program.row([*columns, z], [1.0] * len(columns) + [-1.0], ">", 0.0)  # (5)
-
-    def _wanted(self, station: int) -> NDArray[np.bool_]:
-        wanted = np.zeros(self.reduced.period.stock.n_skus, dtype=np.bool_)
-        room = self.reduced.capacities[station]
-        for kind in self.reduced.types:
-            if self.splits == 0 and kind.size > room and not kind.begun:
-                continue
-            for sku, quantity in kind.lines:
-                if quantity <= room:
-                    wanted[sku] = True
-        return wanted
 
     def _whole_orders(self) -> None:
         """y: orders (or what is left of them) that go to one station."""

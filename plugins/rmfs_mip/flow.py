@@ -32,7 +32,7 @@ def places(capacities: tuple[int, ...]) -> Floats:
     """Return the places of every cut."""
     sets = np.arange(1 << len(capacities))
     inside = (sets[:, None] >> np.arange(len(capacities))) & 1
-    return inside @ np.array(capacities, dtype=np.float64)
+    return inside.astype(np.float64) @ np.array(capacities, dtype=np.float64)
 
 
 @frozen(eq=False)
@@ -61,8 +61,8 @@ class Network:
 
     def bins(self) -> Floats:
         """Demand by mask."""
-        bins: Floats = np.bincount(self.mask, weights=self.demand, minlength=1 << len(self.capacities))
-        return bins
+        bins = np.bincount(self.mask, weights=self.demand, minlength=1 << len(self.capacities))
+        return bins.astype(np.float64, copy=False)
 
     def flow(self) -> int:
         """Places that the covered demand fills."""

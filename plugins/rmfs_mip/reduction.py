@@ -83,12 +83,12 @@ class Reduced:
     def demand(self) -> NDArray[np.float64]:
         """Items wanted per SKU, of the lines that can be assigned."""
         kept = self.candidates
-        demand: NDArray[np.float64] = np.bincount(
+        demand = np.bincount(
             self.period.line_sku[kept],
             weights=self.period.line_quantity[kept].astype(np.float64),
             minlength=self.period.stock.n_skus,
         )
-        return demand
+        return demand.astype(np.float64, copy=False)
 
     @cached_property
     def orders(self) -> tuple[int, ...]:
@@ -135,6 +135,18 @@ class Reduced:
         if self.model is Model.SPLIT_AMONG_STATIONS:
             return highest(sums_of([kind.size for kind in self.types for _ in kind.orders], room), room)
         return min(room, int(self.demand.sum()))
+
+    def wanted(self, station: int, *, whole: bool = False) -> NDArray[np.bool_]:
+        """Return the SKUs of lines that can be assigned to a station; ``whole``: with their whole order there."""
+        period, room = self.period, self.capacities[station]
+        kept = self.candidates & (period.line_quantity <= room)
+        if whole or self.model is Model.INTEGRATED:
+            n = len(period.orders)
+            sizes = np.bincount(period.line_order, weights=period.line_quantity, minlength=n)
+            kept = kept & (sizes <= room)[period.line_order]
+        wanted = np.zeros(period.stock.n_skus, dtype=np.bool_)
+        wanted[period.line_sku[kept]] = True
+        return wanted
 
     def classes(self, wanted: NDArray[np.bool_], value: NDArray[np.float64]) -> list[int]:
         """Return one pod (position) for every class of pods that no other class dominates.

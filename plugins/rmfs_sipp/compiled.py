@@ -19,7 +19,7 @@ from rmfs_core.traffic.intervals import free_for_good, gap_at, narrow
 
 FOREVER = 1 << 50
 FAR = 1 << 40
-SLACK = 2000
+SLACK = 5000
 """Ticks by which the limit of a state grows when it is queued again; twice as far each time."""
 
 
@@ -43,7 +43,9 @@ def search(cell, heading, start, goal, me, number, tracks, table, states, window
     first_state = 4 * gap + heading
     stamp[first_state], arrival[first_state], parent[first_state] = number, start, -1
     where[first_state], gap_end[first_state] = cell, end
-    queue = [(max(start + times[cell, heading], bound), times[cell, heading], np.int64(first_state), np.int64(start), -1)]
+    queue = [
+        (max(start + times[cell, heading], bound), times[cell, heading], np.int64(first_state), np.int64(start), -1)
+    ]
     found = np.int64(FOREVER)
     while queue:
         _, rest, state, time, done = heappop(queue)

@@ -1,7 +1,9 @@
 """The compiled search behind `rmfs_whca`: A* over (cell, heading, time) at rest, in integer arrays.
 
-A node is a row (cell, heading, time, end of the gap, parent); nodes are numbered as they are found, and of equally
-good ones the older goes first.
+A node is a row (cell, heading, time, end of the gap, parent, gap). Nodes are numbered as they are found, and of equally
+good ones the older goes first. Of nodes in the same cell and gap with the same heading, less than a wait apart, only
+the earliest counts: the others could do hardly anything that it cannot, and there would be countless ones, since runs take
+times of all kinds. A robot that may stay where it is always has a path: its chain of waits reaches the window's end.
 """
 
 from __future__ import annotations
@@ -9,13 +11,14 @@ from __future__ import annotations
 from heapq import heappop, heappush
 
 import numpy as np
-from numba import njit
+from numba import njit, types
+from numba.typed import Dict
 
 from rmfs_core.traffic.intervals import free_for_good, gap_at, is_free, last_end
 
 FOREVER = 1 << 50
 FAR = 1 << 40
-CELL, HEADING, TIME, GAP_END, PARENT = range(5)
+CELL, HEADING, TIME, GAP_END, PARENT, GAP = range(6)
 
 
 @njit(cache=True)
@@ -30,12 +33,14 @@ def search(cell, heading, start, goal, me, window_end, wait, max_nodes, tracks, 
         bound = free_for_good(goal, me, table)
         if bound >= FOREVER:
             return None
-    # From then on nothing changes any more: waiting is of no use, and of each (cell, heading) only one visit counts.
+    # From then on nothing changes any more: waiting is of no use, and only the first visit of a (cell, heading) counts.
     settled = last_end(table.first, table.count, table.until)
-    known = np.full(4 * len(table.first), FOREVER, np.int64)
-    seen = {np.int64(start * len(known) + 4 * cell + heading)}
-    nodes = np.empty((1024, 5), np.int64)
-    nodes[0] = np.array([cell, heading, start, end, -1])
+    if window_end < FOREVER:
+        settled = max(settled, window_end)
+    steps = max(settled - start, 0) // wait + 1
+    earliest = Dict.empty(types.int64, types.int64)
+    nodes = np.empty((1024, 6), np.int64)
+    nodes[0] = np.array([cell, heading, start, end, -1, gap])
     n = 1
     queue = [(max(start + times[cell, heading], bound), times[cell, heading], 0)]
     while queue and n < max_nodes:
@@ -46,7 +51,7 @@ def search(cell, heading, start, goal, me, window_end, wait, max_nodes, tracks, 
         if time >= window_end:
             continue
         if n + 4 * len(tracks.runs) >= len(nodes):
-            larger = np.empty((2 * len(nodes) + 4 * len(tracks.runs), 5), np.int64)
+            larger = np.empty((2 * len(nodes) + 4 * len(tracks.runs), 6), np.int64)
             larger[:n] = nodes[:n]
             nodes = larger
         before = n
@@ -57,14 +62,12 @@ def search(cell, heading, start, goal, me, window_end, wait, max_nodes, tracks, 
         n = _expand(i, n, goal, me, nodes, tracks, table)
         kept = before
         for j in range(before, n):
-            state, time = 4 * nodes[j, CELL] + nodes[j, HEADING], nodes[j, TIME]
-            key = np.int64(time * len(known) + state)
-            if time >= known[state] or key in seen:
+            time = nodes[j, TIME]
+            step = min((time - start) // wait, steps)
+            key = np.int64(4 * (nodes[j, GAP] * (steps + 1) + step) + nodes[j, HEADING])
+            if time >= earliest.get(key, FOREVER):
                 continue
-            if time >= settled:
-                known[state] = time
-            else:
-                seen.add(key)
+            earliest[key] = time
             nodes[kept] = nodes[j]
             rest = times[nodes[j, CELL], nodes[j, HEADING]]
             heappush(queue, (max(time + rest, bound), rest, kept))
@@ -88,7 +91,9 @@ def _expand(i, n, goal, me, nodes, tracks, table):  # type: ignore[no-untyped-de
             length += 1
             if not (tracks.passable[at] or at == goal):
                 break
-            common = _passed(cell, offset, common, min(tracks.common[length], length), longest, departure, me, tracks, table)
+            common = _passed(
+                cell, offset, common, min(tracks.common[length], length), longest, departure, me, tracks, table
+            )
             if common < min(tracks.common[length], length):
                 break
             arrival = departure + tracks.runs[length]
@@ -100,7 +105,7 @@ def _expand(i, n, goal, me, nodes, tracks, table):  # type: ignore[no-untyped-de
                 gap, end = gap_at(at, departure + tracks.enter[length, length], me, table)
                 if gap >= 0 and arrival <= end:
                     nodes[n, CELL], nodes[n, HEADING], nodes[n, TIME] = at, towards, arrival
-                    nodes[n, GAP_END], nodes[n, PARENT] = end, i
+                    nodes[n, GAP_END], nodes[n, PARENT], nodes[n, GAP] = end, i, gap
                     n += 1
             if not tracks.passable[at]:
                 break

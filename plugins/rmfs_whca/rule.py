@@ -28,10 +28,11 @@ def _at_least_a_tick(_instance: object, _attribute: Any, value: float) -> None:
 class WhcaN:
     """Drive a fast path among the reservations of the other robots, planned for a window of time.
 
-    A* over (cell, heading, time) at rest. A robot waits ``wait_s``, or turns and drives a straight run of any length that
-    ends at rest; going straight on is a longer run from the last stop. Within the window reservations are kept clear
-    of; the rest of the way is estimated by its exact time without traffic. The path ends where the window does, or at
-    the goal, and always in a cell that nobody else has reserved from then on, so that it can be held.
+    A* over (cell, heading, time) at rest, times less than a wait apart counting as one. A robot waits ``wait_s``, or
+    turns and drives a straight run of any length that ends at rest; going straight on is a longer run from the last
+    stop. Within the window reservations are kept clear of; the rest of the way is estimated by its exact time without
+    traffic. The path ends where the window does, or at the goal, and always in a cell that nobody else has reserved
+    from then on, so that it can be held.
 
     Parameters
     ----------

@@ -14,6 +14,7 @@ COMMANDS = {
     "rules": "rmfs_core.cli.rules:rules",
     "scenario": "rmfs_core.cli.scenario:scenario",
     "generate": "rmfs_core.cli.generate:generate",
+    "plan": "rmfs_core.cli.plan:plan",
     "validate": "rmfs_core.cli.validate:validate",
 }
 

@@ -11,6 +11,9 @@ if TYPE_CHECKING:
 
     from rmfs_core.plugins.description import RuleDescription
 
+WIDE = 120
+"""From this many columns on the table has the references too."""
+
 PIPE_WIDTH = 200
 """Columns of the table where the output is no terminal."""
 
@@ -69,20 +72,25 @@ def _print_table(found: list[RuleDescription]) -> None:
     table.add_column("Rule", no_wrap=True, style="bold")
     table.add_column("Decides", no_wrap=True)
     table.add_column("From", no_wrap=True, style="dim")
-    table.add_column("Parameters", min_width=12)
+    table.add_column("Parameters", overflow="fold", min_width=12)
     table.add_column("What it does", min_width=20)
-    table.add_column("Reference", style="dim", overflow="fold")
+    console = _console()
+    wide = console.width >= WIDE
+    if wide:
+        table.add_column("Reference", style="dim", no_wrap=True)
     for rule in found:
         what = Text(rule.summary) if rule.error is None else Text(rule.error, style="red")
-        table.add_row(
+        cells = [
             Text(rule.name),
             Text("\n".join(rule.decides)),
             Text(f"{rule.distribution} {rule.version}"),
             Text("\n".join(parameter.shown() for parameter in rule.parameters)),
             what,
-            Text(rule.short_references()),
-        )
-    _console().print(table)
+        ]
+        table.add_row(*cells, *([Text(rule.short_references())] if wide else []))
+    console.print(table)
+    if not wide:
+        console.print(Text("`rmfs rules NAME` shows parameters, formula and reference of a rule.", style="dim"))
 
 
 def _print_details(rule: RuleDescription) -> None:

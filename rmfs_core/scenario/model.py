@@ -185,6 +185,19 @@ class RunSection:
     )
 
 
+GENERATED = frozenset(("orders", "skus", "pods", "skus_per_pod", "max_lines", "items_per_sku", "arrivals"))
+DRAWN = frozenset(("block_rows", "block_columns", "block_length", "hall_width", "stations_east", "stations_west"))
+
+
+def replaced_keys(section: object) -> tuple[str, frozenset[str]]:
+    """Return the key of a section that names a file, and the keys that have no meaning beside it."""
+    if isinstance(section, InstanceSection) and section.orders_file is not None:
+        return "orders_file", GENERATED
+    if isinstance(section, LayoutSection) and section.map_file is not None:
+        return "map_file", DRAWN
+    return "", frozenset()
+
+
 @frozen
 class Scenario:
     """A whole run: what is there, which rules decide, and the seed of every random stream.

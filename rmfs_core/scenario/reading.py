@@ -13,7 +13,7 @@ from attrs import evolve
 
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.checks import nearest
-from rmfs_core.scenario.model import Scenario
+from rmfs_core.scenario.model import Scenario, replaced_keys
 from rmfs_core.scenario.overrides import apply_overrides, parse_override
 from rmfs_core.scenario.rulenames import check_rule_name, rule_choices
 from rmfs_core.scenario.shipped import shipped_scenarios
@@ -57,6 +57,7 @@ def load_scenario(path: str | Path, overrides: Sequence[str] = (), seed: int | N
         data = {**data, "seed": seed}
     try:
         scenario = evolve(structure(data), folder=str(file.parent), source=source)
+        _check_replaced(scenario, data)
         check_rule_names(scenario)
     except KeyProblem as problem:
         raise InputError(source.place_of(problem.path), problem.problem) from None
@@ -91,6 +92,15 @@ def located(scenario: Scenario) -> Iterator[None]:
         if scenario.source is None or path[0] not in fields_of(Scenario):
             raise
         raise InputError(scenario.source.place_of(path), error.problem) from error
+
+
+def _check_replaced(scenario: Scenario, data: Mapping[str, Any]) -> None:
+    """Raise KeyProblem for a key that a file named beside it makes meaningless: it would be ignored in silence."""
+    for name in ("instance", "layout"):
+        file, replaced = replaced_keys(getattr(scenario, name))
+        for key in data.get(name, {}):
+            if key in replaced:
+                raise KeyProblem(f"has no meaning beside `{name}.{file}`; leave one of them out", (name, key))
 
 
 def check_rule_names(scenario: Scenario) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import attrs
 
-from rmfs_core.scenario.model import RuleChoice, Scenario
+from rmfs_core.scenario.model import RuleChoice, Scenario, replaced_keys
 from rmfs_core.scenario.structuring import fields_of
 from rmfs_core.scenario.tomltext import toml_key, toml_value
 
@@ -43,7 +43,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, RuleChoice):
         return {"rule": value.rule, **plain(value.parameters)} if value.parameters else value.rule
     if attrs.has(type(value)):
-        entries = ((key, getattr(value, key)) for key in fields_of(type(value)))
+        _, replaced = replaced_keys(value)
+        entries = ((key, getattr(value, key)) for key in fields_of(type(value)) if key not in replaced)
         return {key: plain(entry) for key, entry in entries if entry is not None}
     if isinstance(value, (list, tuple)):
         return [plain(entry) for entry in value]
@@ -56,9 +57,10 @@ def _section_lines(path: tuple[str, ...], section: object, comments: bool) -> li
     """Values first, then the tables below: TOML wants a table's own keys before those of the next header."""
     values: list[str] = []
     tables: list[str] = []
+    _, replaced = replaced_keys(section)
     for key, attribute in fields_of(type(section)).items():
         value = getattr(section, key)
-        if value is None:
+        if value is None or key in replaced:
             continue
         below = attrs.has(type(value)) and not isinstance(value, RuleChoice)
         lines = tables if below else values

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Collection, Container, Iterable, Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -46,7 +46,7 @@ def assignment(
     station = known("station", given.station, warehouse.stations)
     if not warehouse.in_backlog(order) or not (seen is None or order.id in seen):
         why = "was not in the backlog it was shown" if order._open else "has no open line left"
-        raise ImpossibleError(f"assigned order {order.name} to station {station.name}, but the order {why}")
+        raise ImpossibleError(f"assigned order {order.label} to station {station.label}, but the order {why}")
     skus = list(order._open) if given.skus is None else _skus(order, given.skus)
     if station.counts_orders:
         size = 0 if order.part_of(station.id, period) else 1
@@ -55,7 +55,7 @@ def assignment(
     if size > station.free_capacity:
         unit = "orders" if station.counts_orders else "items"
         raise ImpossibleError(
-            f"assigned order {order.name} to station {station.name}: it takes {size} {unit}, "
+            f"assigned order {order.label} to station {station.label}: it takes {size} {unit}, "
             f"but only {station.free_capacity} of {station.capacity} are free"
         )
     return order, station, skus
@@ -63,13 +63,13 @@ def assignment(
 
 def _skus(order: Order, given: object) -> list[int]:
     if not isinstance(given, Iterable) or isinstance(given, str):
-        raise ImpossibleError(f"assigned SKUs {given!r} of order {order.name}; expected a sequence of ids")
+        raise ImpossibleError(f"assigned SKUs {given!r} of order {order.label}; expected a sequence of ids")
     skus = [whole("SKU id", sku) for sku in given]
     if not skus or len(set(skus)) != len(skus):
-        raise ImpossibleError(f"assigned SKUs {given} of order {order.name}; expected one or more, each once")
+        raise ImpossibleError(f"assigned SKUs {given} of order {order.label}; expected one or more, each once")
     for sku in skus:
         if sku not in order._open:
-            raise ImpossibleError(f"assigned SKU id {sku} of order {order.name}, which is no open line of it")
+            raise ImpossibleError(f"assigned SKU id {sku} of order {order.label}, which is no open line of it")
     return skus
 
 
@@ -78,18 +78,23 @@ def trip(warehouse: Warehouse, given: PodTrip) -> tuple[Pod, Station]:
     pod = known("pod", given.pod, warehouse.pods)
     station = known("station", given.station, warehouse.stations)
     if station.id in pod.bound_for:
-        raise ImpossibleError(f"sent pod {pod.name} to station {station.name}, where it already is or is bound for")
+        raise ImpossibleError(f"sent pod {pod.label} to station {station.label}, where it already is or is bound for")
     return pod, station
 
 
-def selected_trip(warehouse: Warehouse, given: PodTrip, leaving: Container[int]) -> tuple[Pod, Station]:
-    """Check a trip that PPS decided: the pod is free or leaving, and serves an uncovered request."""
+def selected_trip(
+    warehouse: Warehouse, given: PodTrip, leaving: Container[int], uncovered: Sequence[Collection[int]]
+) -> tuple[Pod, Station]:
+    """Check a trip that PPS decided: the pod is free or leaving, and serves a request that was uncovered when asked.
+
+    ``uncovered`` has the SKU ids of the uncovered requests by station.
+    """
     pod, station = trip(warehouse, given)
     if pod.id not in leaving and (pod.location is None or pod.bound_for):
-        raise ImpossibleError(f"sent pod {pod.name} to station {station.name}, but the pod is in use")
-    if not any(pod.free_items(request.sku) > 0 for request in station.uncovered_requests):
+        raise ImpossibleError(f"sent pod {pod.label} to station {station.label}, but the pod is in use")
+    if not any(pod.free_items(sku) > 0 for sku in uncovered[station.id]):
         raise ImpossibleError(
-            f"sent pod {pod.name} to station {station.name}, but it holds no item of any request uncovered there"
+            f"sent pod {pod.label} to station {station.label}, but it holds no item of any request uncovered there"
         )
     return pod, station
 
@@ -99,7 +104,7 @@ def covered(stations: Sequence[Station]) -> None:
     for station in stations:
         for request in station.uncovered_requests:
             raise ImpossibleError(
-                f"assigned order {request.order.name} to station {station.name}, but no pod there or bound for it "
+                f"assigned order {request.order.label} to station {station.label}, but no pod there or bound for it "
                 f"has an item of SKU id {request.sku} left for it"
             )
 
@@ -109,7 +114,7 @@ def wanted(trips: Sequence[tuple[Pod, Station]]) -> None:
     for pod, station in trips:
         if not any(request.sku in pod.contents for request in station.open_requests):
             raise ImpossibleError(
-                f"sent pod {pod.name} to station {station.name}, but it holds no item of any request open there"
+                f"sent pod {pod.label} to station {station.label}, but it holds no item of any request open there"
             )
 
 
@@ -126,9 +131,9 @@ def task(warehouse: Warehouse, given: TaskAssignment) -> tuple[Robot, Pod]:
     robot = known("robot", given.robot, warehouse.robots)
     pod = known("pod", given.pod, warehouse.pods)
     if not robot.idle:
-        raise ImpossibleError(f"gave pod {pod.name} to robot {robot.name}, which is busy")
+        raise ImpossibleError(f"gave pod {pod.label} to robot {robot.label}, which is busy")
     if pod.id not in warehouse.waiting:
-        raise ImpossibleError(f"gave pod {pod.name} to robot {robot.name}, but the pod does not wait for a robot")
+        raise ImpossibleError(f"gave pod {pod.label} to robot {robot.label}, but the pod does not wait for a robot")
     return robot, pod
 
 
@@ -143,7 +148,7 @@ def storage_location(warehouse: Warehouse, pod: Pod, given: object) -> int:
             what = f"{layout.where(cell)} (cell {cell}), which is no storage location"
         else:
             what = f"{layout.where(cell)} (cell {cell}), which is taken"
-        raise ImpossibleError(f"stores pod {pod.name} at {what}")
+        raise ImpossibleError(f"stores pod {pod.label} at {what}")
     return cell
 
 
@@ -152,7 +157,7 @@ def path(warehouse: Warehouse, robot: Robot, goal: int, legs: Sequence[Leg]) -> 
     travel = warehouse.travel
     cells = travel.layout.width * travel.layout.height
     if not legs:
-        raise ImpossibleError(f"gave robot {robot.name} an empty path to {travel.layout.where(goal)}")
+        raise ImpossibleError(f"gave robot {robot.label} an empty path to {travel.layout.where(goal)}")
     checked: list[Leg] = []
     at = robot.cell
     for leg in legs:
@@ -160,16 +165,16 @@ def path(warehouse: Warehouse, robot: Robot, goal: int, legs: Sequence[Leg]) -> 
             raise ImpossibleError(f"returned a path with {type(leg).__name__} {leg!r:.80} in it; expected Leg only")
         to, wait = whole("cell", leg.to), whole("wait_ticks", leg.wait_ticks)
         if not 0 <= to < cells:
-            raise ImpossibleError(f"sent robot {robot.name} to cell {to}, which is not on the grid")
+            raise ImpossibleError(f"sent robot {robot.label} to cell {to}, which is not on the grid")
         if not 0 <= wait <= LONGEST_WAIT_TICKS or (to == at and wait == 0):
             raise ImpossibleError(
-                f"gave robot {robot.name} a leg that waits {wait} ticks{' and goes nowhere' if to == at else ''}; "
+                f"gave robot {robot.label} a leg that waits {wait} ticks{' and goes nowhere' if to == at else ''}; "
                 f"expected 0 to {LONGEST_WAIT_TICKS}, and at least 1 for a leg that only waits"
             )
         if to != at:
             problem = travel.run_problem(robot.cell, at, to, goal, robot.pod is not None)
             if problem is not None:
-                raise ImpossibleError(f"gave robot {robot.name} an impossible path: {problem}")
+                raise ImpossibleError(f"gave robot {robot.label} an impossible path: {problem}")
         checked.append(Leg(to, wait))
         at = to
     return checked

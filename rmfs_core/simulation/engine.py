@@ -365,11 +365,14 @@ class Simulation:
         return None
 
     def _standstill(self) -> str:
+        deciding = (self.rules.poa_pps, self.rules.poa, self.rules.pps, self.rules.ta)
+        asked = ", ".join(rule.describe() for rule in deciding if rule is not None)
         left = [order for order in self.warehouse.orders if order.unpicked_items]
         waiting = len(self.warehouse.backlog)
         uncovered = sum(len(station.uncovered_requests) for station in self.warehouse.stations)
         return (
             f"The run stands still at {to_seconds(self.now):.3f} s: {len(left)} orders are not complete "
             f"({waiting} in the backlog; {uncovered} open requests that no inbound pod can serve; "
-            f"{len(self.warehouse.waiting)} pods waiting for a robot), and no rule decides anything."
+            f"{len(self.warehouse.waiting)} pods waiting for a robot), and no rule decides anything "
+            f"(asked last: {asked})."
         )

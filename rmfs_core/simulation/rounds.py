@@ -157,7 +157,8 @@ class Decisions:
     # PPS
 
     def _select_pods(self, rule: BoundRule) -> None:
-        if not any(station.uncovered_requests for station in self.warehouse.stations):
+        uncovered = [{request.sku for request in s.uncovered_requests} for s in self.warehouse.stations]
+        if not any(uncovered):
             return
         leaving = {pod.id for pod in self.warehouse.leaving_pods()}
         idle = sum(robot.idle for robot in self.warehouse.robots)
@@ -170,7 +171,7 @@ class Decisions:
             trips = sequence_of(answer, PodTrip)
             fetches = 0
             for given in trips:
-                pod, station = checks.selected_trip(self.warehouse, given, leaving)
+                pod, station = checks.selected_trip(self.warehouse, given, leaving, uncovered)
                 fetches += pod.location is not None
                 if fetches > max_fetches:
                     raise ImpossibleError(

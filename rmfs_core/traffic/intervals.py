@@ -143,7 +143,7 @@ def gap_at(cell, tick, me, table):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def free_for_good(cell, me, table):  # type: ignore[no-untyped-def]
     """Tick from which on nobody else has a cell any more: 0 if nobody does, FOREVER if someone stays."""
-    first, count, since, until, owner = table
+    first, count, _, until, owner = table
     for p in range(first[cell] + count[cell] - 1, first[cell] - 1, -1):
         if owner[p] != me:
             return until[p]
@@ -167,7 +167,7 @@ def narrow(low, high, n, to_low, to_high, cell, enter, leave, me, table):  # typ
     """Narrow windows of departure to those in which a cell is free as well.
 
     Windows are closed, ascending and disjoint: ``low[i]`` to ``high[i]``. The run has the cell from ``enter`` to
-    ``leave`` ticks after its departure. Writes the narrower windows to ``to_low`` and ``to_high``, returns their number.
+    ``leave`` ticks after its departure. Writes the windows left to ``to_low`` and ``to_high``, returns their number.
     """
     first, count, since, until, owner = table
     m = w = 0

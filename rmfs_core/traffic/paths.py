@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from attrs import field, frozen
+from attrs import frozen
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import Leg, Path
@@ -58,7 +58,7 @@ class TimedPath:
     cell: int
     heading: int
     start_tick: int
-    legs: tuple[Leg, ...] = field(converter=tuple)
+    legs: tuple[Leg, ...]
     end: int
     end_heading: int
     end_tick: int

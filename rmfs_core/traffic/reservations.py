@@ -37,7 +37,7 @@ class Intervals(NamedTuple):
     """The table's arrays for a compiled search; `rmfs_core.traffic.intervals` says how they are laid out."""
 
     first: NDArray[np.int64]
-    count: NDArray[np.int64]
+    count: NDArray[np.int64]  # type: ignore[assignment]  # in place of the method of tuples
     since: NDArray[np.int64]
     until: NDArray[np.int64]
     owner: NDArray[np.int64]

@@ -72,7 +72,8 @@ class Roads:
         """Cells that a robot may cross on its way to a goal, by the rules of `rmfs_core.travel`. Shape (cells,)."""
         passable = self._floor if loaded else self._under
         if self._lane[goal] >= 0:
-            return passable | (self._lane == self._lane[goal])
+            own_queue: NDArray[np.bool_] = self._lane == self._lane[goal]
+            return np.logical_or(passable, own_queue)
         return passable
 
     def tracks(self, goal: int, loaded: bool) -> Tracks:

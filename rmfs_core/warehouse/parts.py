@@ -22,6 +22,14 @@ class ReadOnly:
 
     __slots__ = ()
 
+    id: int
+    name: str
+
+    @property
+    def label(self) -> str:
+        """Name and id, for messages: people know the name, rules return the id."""
+        return f"{self.name} (id {self.id})"
+
     def __setattr__(self, name: str, value: object) -> None:
         if not name.startswith("_") and hasattr(self, name):
             raise AttributeError(f"{type(self).__name__}.{name} is read-only")

@@ -218,3 +218,18 @@ def test_later_errors_get_the_line_of_their_key(tmp_path: Path) -> None:
         with pytest.raises(InputError) as caught, located(scenario):
             raise InputError(place, "wrong")
         assert str(caught.value) == f"{expected}: wrong"
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ('[instance]\norders = 7\norders_file = "o.csv"\npods_file = "p.csv"\n', "instance.orders"),
+        ('[layout]\nstations_east = 2\nmap_file = "map.txt"\n', "layout.stations_east"),
+    ],
+)
+def test_keys_that_a_file_replaces_are_refused(tmp_path: Path, text: str, key: str) -> None:
+    """A key without a meaning beside a file that is named is an error, not ignored in silence."""
+    file = tmp_path / "s.toml"
+    file.write_text(text + RULES, encoding="utf-8")
+    with pytest.raises(InputError, match=rf"line 2, {key}: has no meaning beside `\w+\.\w+_file`; leave one of them"):
+        load_scenario(file)

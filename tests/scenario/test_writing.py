@@ -54,7 +54,8 @@ SCENARIOS = st.builds(
     rules=TWO_RULES | st.builds(RulesSection, poa_pps=RULES),
     seed=st.integers(0, 2**63 - 1),
     instance=INSTANCES,
-    layout=st.builds(LayoutSection, block_rows=COUNTS, pod_fill=st.floats(0.01, 1), map_file=st.none() | TEXTS),
+    layout=st.builds(LayoutSection, block_rows=COUNTS, pod_fill=st.floats(0.01, 1))
+    | st.builds(LayoutSection, pod_fill=st.floats(0.01, 1), map_file=TEXTS),
     robots=st.builds(RobotsSection, count=COUNTS, top_speed_m_per_s=TIMES),
     stations=st.builds(StationsSection, item_capacity=CAPACITIES, order_capacity=st.none() | CAPACITIES),
     run=st.builds(RunSection, until_s=st.none() | TIMES),

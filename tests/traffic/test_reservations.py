@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -111,7 +113,7 @@ def test_the_table_equals_a_list_of_who_has_what(steps: list[tuple[str | int, ..
     for cell in range(3):
         entries = table.reserved(cell)
         assert all(a < b for _, a, b in entries)
-        assert all(one[2] <= other[1] for one, other in zip(entries, entries[1:], strict=False))
+        assert all(one[2] <= other[1] for one, other in pairwise(entries))
 
 
 def test_the_pool_grows() -> None:

@@ -105,3 +105,9 @@ def random_period_fixture() -> Callable[[int], Period]:
 def brute_force_fixture() -> Callable[[Period, Model, float], float]:
     """Return the brute force."""
     return brute_force
+
+
+@pytest.fixture(scope="session", name="choices")
+def choices_fixture() -> Callable[..., Iterator[tuple[int | None, ...]]]:
+    """Return the function that lists what a model can do with an order."""
+    return _choices

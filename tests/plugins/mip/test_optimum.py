@@ -85,9 +85,9 @@ def test_a_time_limit_is_told(random_period):
     """A solve that a limit ends says so, and its bound lies below its objective."""
     stopped = 0
     for seed in range(2, 300, 3):
-        search = search_for(random_period(seed), Model.INTEGRATED, 2, Limits(max_seconds=1e-9))
+        search = search_for(random_period(seed), Model.SPLIT_OVER_TIME, 2, Limits(max_seconds=1e-9), 1)
         solution = search.run()
-        assert violation(search.reduced.period, solution, Model.INTEGRATED, 2) is None
+        assert violation(search.reduced.period, solution, Model.SPLIT_OVER_TIME, 2, 1) is None
         assert solution.stopped_early == (solution.bound < solution.objective)
         stopped += solution.stopped_early
     assert stopped

@@ -12,13 +12,8 @@ from rmfs_core.testing import small_world
 from rmfs_core.warehouse import WarehouseView
 
 RULES = (Integrated, SplitAmongStations, SplitOverTime)
-SMALL = [
-    "instance.orders=20",
-    "layout.block_rows=5",
-    "layout.block_columns=3",
-    "layout.stations_east=2",
-    "instance.pods=30",
-]
+SMALL = [f"instance.{key}" for key in ("orders=20", "pods=30")]
+SMALL += [f"layout.{key}" for key in ("block_rows=5", "block_columns=3", "stations_east=2")]
 
 
 @pytest.mark.parametrize("rule", RULES)

@@ -1,4 +1,4 @@
-"""Random robots with committed paths, for tests and benchmarks of planners."""
+"""Random robots with committed paths: traffic for tests and benchmarks of planners."""
 
 from __future__ import annotations
 

@@ -1,0 +1,102 @@
+"""Planners by name: classes with a `Planner`'s search, or any PP rule by its hook `plan_path`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.metadata import entry_points
+from typing import Any
+
+import numpy as np
+import pluggy
+from attrs import frozen
+
+from rmfs_core.decisions import Path
+from rmfs_core.errors import InputError, RuleError
+from rmfs_core.hookspecs import DecisionHooks
+from rmfs_core.instance import Instance
+from rmfs_core.plugins.parameters import build
+from rmfs_core.plugins.sources import RuleSources, load_entry
+from rmfs_core.simulation import checks
+from rmfs_core.simulation.asking import ImpossibleError
+from rmfs_core.traffic import Planner, Query, Reservations, Roads, TimedPath, timed_path
+from rmfs_core.warehouse import Robot, Warehouse, WarehouseView
+
+GROUP = "rmfs.planners"
+"""Entry points of classes that only plan among reservations; PP rules of the group ``rmfs`` are found as well."""
+
+
+@frozen
+class Choice:
+    """A planner, and whether it is one that keeps clear of other robots' reservations."""
+
+    planner: Planner
+    exclusive: bool
+
+
+def find_planner(name: str, parameters: Mapping[str, Any], rng: np.random.Generator, folder: str = ".") -> Choice:
+    """Return the planner of a name, or of a file and class: ``./my_rule.py:MyRule``.
+
+    Parameters
+    ----------
+    name
+        As for ``rules.pp`` in a scenario.
+    parameters
+        Values of the rule's parameters.
+    rng
+        For rules that draw random numbers.
+    folder
+        Where files are looked for.
+
+    Raises
+    ------
+    InputError
+        When there is no such rule, it takes no such parameters, or it plans no paths.
+    """
+    offered = {entry.name: entry for entry in entry_points(group=GROUP)}
+    source = load_entry(offered[name], "--pp") if name in offered else RuleSources(folder).find(name, "--pp")
+    if not isinstance(source.target, type) or not hasattr(source.target, "__attrs_attrs__"):
+        raise InputError("--pp", f"{source.describe()} is no attrs class")
+    rule = build(source.target, parameters, "--set", source.describe())
+    if isinstance(rule, Planner):
+        return Choice(rule, exclusive=True)
+    if hasattr(rule, "plan_path"):
+        return Choice(HookPlanner(rule, source.describe(), rng), exclusive=False)
+    raise InputError("--pp", f"{source.describe()} plans no paths; expected a rule for PP, such as sipp or free-flow")
+
+
+class HookPlanner:
+    """Asks a PP rule through its hook, in a warehouse with one robot and nothing else.
+
+    Parameters
+    ----------
+    rule
+        The rule.
+    name
+        What to call it in errors.
+    rng
+        The rule's random generator.
+    """
+
+    def __init__(self, rule: object, name: str, rng: np.random.Generator) -> None:
+        self._hooks = pluggy.PluginManager("rmfs")
+        self._hooks.add_hookspecs(DecisionHooks)
+        self._hooks.register(rule)
+        self._name = name
+        self._rng = rng
+
+    def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:  # noqa: ARG002
+        """Return the rule's path; an empty one where the robot is at its goal."""
+        if query.cell == query.goal:
+            return timed_path(roads, query, ())
+        robot = Robot(0, query.cell, query.heading)
+        warehouse = Warehouse(Instance((), (), ()), roads.travel, (), (robot,), ())
+        warehouse.now = query.start_tick
+        view = WarehouseView(warehouse)
+        answer = self._hooks.hook.plan_path(warehouse=view, robot=robot, goal=query.goal, rng=self._rng)
+        if not isinstance(answer, Path):
+            raise RuleError(f"{self._name} returned {type(answer).__name__} from plan_path; expected a Path.")
+        try:
+            checks.path(warehouse, robot, query.goal, answer.legs)
+        except ImpossibleError as error:
+            raise RuleError(f"{self._name} {error}.") from error
+        return timed_path(roads, query, answer.legs)
