@@ -66,8 +66,8 @@ class DecisionHooks:
             nowhere else; the robot that carries them goes on).
         :param max_fetches: how many trips of stored pods may be decided now.
         :param rng: the rule's random generator.
-        :return: trips. Each pod at most once, and only to a station where it holds a free item (``pod.free_items``) for a
-            request that is uncovered now. An empty sequence sends nothing until something changes.
+        :return: trips. Each pod at most once, and only to a station where it holds a free item (``pod.free_items``)
+            for a request that is uncovered now. An empty sequence sends nothing until something changes.
         """
 
     @hookspec(firstresult=True)

@@ -8,7 +8,7 @@ import pytest
 import rmfs_core
 
 IMPLIED_MAKESPAN_S = 3571
-"""Computing time per order x 250 orders / share of simulated time (Tables 3 and 4): what the makespan must have been."""
+"""Computing time per order x 250 orders / share of simulated time (the paper's tables): the makespan they imply."""
 
 
 def test_example_2_sequential() -> None:

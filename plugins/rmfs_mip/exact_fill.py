@@ -13,7 +13,6 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
-from rmfs_mip.period import Period
 from rmfs_mip.reduction import Reduced, masks_of
 from rmfs_mip.solution import Model, Part
 
@@ -179,8 +178,9 @@ class ExactFill:
         return [[alike[line].pop(0)] for line in group.lines]
 
 
-def visits_worth_trying(reduced: Reduced, period: Period) -> list[tuple[int, int]]:
+def visits_worth_trying(reduced: Reduced) -> list[tuple[int, int]]:
     """Return a new visit (pod, station) for each class of pods that no other dominates."""
+    period = reduced.period
     visits = []
     for station in range(len(period.capacities)):
         wanted = reduced.wanted(station) & ~period.covered[station]

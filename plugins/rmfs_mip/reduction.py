@@ -136,11 +136,11 @@ class Reduced:
             return highest(sums_of([kind.size for kind in self.types for _ in kind.orders], room), room)
         return min(room, int(self.demand.sum()))
 
-    def wanted(self, station: int, *, whole: bool = False) -> NDArray[np.bool_]:
-        """Return the SKUs of lines that can be assigned to a station; ``whole``: with their whole order there."""
+    def wanted(self, station: int) -> NDArray[np.bool_]:
+        """Return the SKUs of lines that can be assigned to a station (for integrated: with their whole order)."""
         period, room = self.period, self.capacities[station]
         kept = self.candidates & (period.line_quantity <= room)
-        if whole or self.model is Model.INTEGRATED:
+        if self.model is Model.INTEGRATED:
             n = len(period.orders)
             sizes = np.bincount(period.line_order, weights=period.line_quantity, minlength=n)
             kept = kept & (sizes <= room)[period.line_order]

@@ -30,8 +30,11 @@ from rmfs_mip.solver import Limits
 
 Visits = tuple[tuple[int, int], ...]
 
-MOST_TRIES = 1500
-"""Sets of new visits that are tried before the solver takes over; one takes 0.05 to 0.1 ms."""
+MOST_TRIES = {Model.INTEGRATED: 150, Model.SPLIT_AMONG_STATIONS: 1500}
+"""Sets of several new visits that are tried before the solver takes over.
+
+One takes 0.05 to 0.1 ms; the solver 10 ms for the integrated model, several 100 ms for split-among-stations.
+"""
 
 
 @define
@@ -145,9 +148,9 @@ class Search:
             return
         room = sum(reduced.capacities)
         least = period.visits_before + self.weight * (room - reduced.reachable_sum)
-        single = visits_worth_trying(reduced, period)
+        single = visits_worth_trying(reduced)
         for number in range(len(single) + 1):
-            if number > 1 and comb(len(single), number) > MOST_TRIES:
+            if number > 1 and comb(len(single), number) > MOST_TRIES[reduced.model]:
                 return
             for visits in combinations(single, number):
                 covered = covered_with(reduced, visits)

@@ -15,11 +15,12 @@ from heapq import heappop, heappush
 import numpy as np
 from numba import njit
 
+from rmfs_core.traffic import FOREVER
 from rmfs_core.traffic.intervals import free_for_good, gap_at, narrow
+from rmfs_core.travel import UNREACHABLE
 
-FOREVER = 1 << 50
-FAR = 1 << 40
-SLACK = 5000
+FAR = UNREACHABLE
+SLACK = 2000
 """Ticks by which the limit of a state grows when it is queued again; twice as far each time."""
 
 
@@ -49,7 +50,7 @@ def search(cell, heading, start, goal, me, number, tracks, table, states, window
     found = np.int64(FOREVER)
     while queue:
         _, rest, state, time, done = heappop(queue)
-        if time > arrival[state]:
+        if time > arrival[state] or _turned(state, time, number, tracks.turns, stamp, arrival):
             continue
         if where[state] == goal and gap_end[state] >= FOREVER:
             return _runs(state, tracks, states)
@@ -79,7 +80,10 @@ def _expand(  # type: ignore[no-untyped-def]
         offset = tracks.offsets[towards]
         now = 0
         ready = time + tracks.turns[difference]
-        low[now, 0], high[now, 0] = ready, FOREVER
+        # No run clears the first cell faster than the longest one.
+        low[now, 0], high[now, 0] = ready, states[4][state] - tracks.leave[longest, 0]
+        if high[now, 0] < ready:
+            continue
         n, common, length, at = 1, 1, 0, cell
         while tracks.moves[at] >> towards & 1:
             at += offset
@@ -100,7 +104,10 @@ def _expand(  # type: ignore[no-untyped-def]
                     common += 1
                 if n == 0:
                     break
-                if max(low[now, 0] + tracks.runs[length] + rest, bound) < found:
+                departure = low[now, 0]
+                if max(departure + tracks.runs[length] + rest, bound) < found and _better(
+                    at, towards, length, departure, me, number, tracks, table, states
+                ):
                     found = _arrive(
                         state, cell, length, towards, at, rest, n, now, common, goal, me, number, bound, found, queue,
                         tracks, table, states, windows,
@@ -108,6 +115,47 @@ def _expand(  # type: ignore[no-untyped-def]
             if not tracks.passable[at]:
                 break
     return found, left
+
+
+@njit(cache=True)
+def _known(into, time, number, turns, stamp, arrival):  # type: ignore[no-untyped-def]
+    """Whether a state has been reached as early, or early enough with another heading."""
+    if stamp[into] == number and arrival[into] <= time:
+        return True
+    return _turned(into, time, number, turns, stamp, arrival)
+
+
+@njit(cache=True)
+def _turned(into, time, number, turns, stamp, arrival):  # type: ignore[no-untyped-def]
+    """Whether a robot got there so early with another heading that there was time for the turn."""
+    gap, heading = into // 4 * 4, into % 4
+    for difference in range(1, 4):
+        other = gap + (heading - difference) % 4
+        # A tick to spare: two turns rounded to ticks may take one less than the turn they add up to.
+        if stamp[other] == number and arrival[other] + turns[difference] < time:
+            return True
+    return False
+
+
+@njit(cache=True)
+def _better(at, towards, length, departure, me, number, tracks, table, states):  # type: ignore[no-untyped-def]
+    """Whether a run that departs no earlier could come into some gap of its last cell before all runs so far."""
+    first, count, since, until, owner = table
+    stamp, arrival = states[0], states[1]
+    p, end = first[at], first[at] + count[at]
+    free_since = np.int64(-FOREVER)
+    while True:
+        while p < end and owner[p] == me:
+            p += 1
+        free_until = since[p] if p < end else FOREVER
+        time = max(departure, free_since - tracks.enter[length, length]) + tracks.runs[length]
+        into = 4 * p + towards
+        if time <= free_until and not _known(into, time, number, tracks.turns, stamp, arrival):
+            return True
+        if p >= end:
+            return False
+        free_since = until[p]
+        p += 1
 
 
 @njit(cache=True)
@@ -143,7 +191,7 @@ def _arrive(  # type: ignore[no-untyped-def]
             break
         time = max(low[w], earliest) + tracks.runs[length]
         into = 4 * p + towards
-        if time <= free_until and (stamp[into] != number or time < arrival[into]):
+        if time <= free_until and not _known(into, time, number, tracks.turns, stamp, arrival):
             estimate = max(time + rest, bound)
             if estimate < found:
                 stamp[into], arrival[into], parent[into] = number, time, state

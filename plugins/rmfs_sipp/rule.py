@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from attrs import define, field
 
-from rmfs_core.traffic import TimedPath, legs_of, timed_path
+from rmfs_core.traffic import TimedPath, path_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -66,4 +66,4 @@ class Sipp:
             query.cell, query.heading, query.start_tick, query.goal, query.robot, number, tracks, table.arrays,
             self._memory.states, self._memory.windows,
         )  # fmt: skip
-        return None if rows is None else timed_path(roads, query, legs_of(roads, query, rows.tolist()))
+        return None if rows is None else path_of(roads, query, rows.tolist())

@@ -2,8 +2,9 @@
 
 A node is a row (cell, heading, time, end of the gap, parent, gap). Nodes are numbered as they are found, and of equally
 good ones the older goes first. Of nodes in the same cell and gap with the same heading, less than a wait apart, only
-the earliest counts: the others could do hardly anything that it cannot, and there would be countless ones, since runs take
-times of all kinds. A robot that may stay where it is always has a path: its chain of waits reaches the window's end.
+the earliest counts: the others could do hardly anything that it cannot, and there would be countless ones, since runs
+take times of all kinds. A robot that may stay where it is has a path always, unless the nodes run out: its chain of
+waits reaches the window's end.
 """
 
 from __future__ import annotations
@@ -14,10 +15,11 @@ import numpy as np
 from numba import njit, types
 from numba.typed import Dict
 
+from rmfs_core.traffic import FOREVER
 from rmfs_core.traffic.intervals import free_for_good, gap_at, is_free, last_end
+from rmfs_core.travel import UNREACHABLE
 
-FOREVER = 1 << 50
-FAR = 1 << 40
+FAR = UNREACHABLE
 CELL, HEADING, TIME, GAP_END, PARENT, GAP = range(6)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from attrs import define, field, validators
 
 from rmfs_core.clock import to_ticks
-from rmfs_core.traffic import FOREVER, TimedPath, legs_of, timed_path
+from rmfs_core.traffic import FOREVER, TimedPath, path_of
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Query, Reservations, Roads
@@ -72,4 +72,4 @@ class WhcaN:
             query.cell, query.heading, query.start_tick, query.goal, query.robot, end, to_ticks(self.wait_s),
             self.max_nodes, roads.tracks(query.goal, query.loaded), table.arrays,
         )  # fmt: skip
-        return None if rows is None else timed_path(roads, query, legs_of(roads, query, rows.tolist()))
+        return None if rows is None else path_of(roads, query, rows.tolist())

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from rmfs_core.bare.movingai import open_layout
+from rmfs_core.bare.roads import bare_roads
 from rmfs_core.layout import Layout, block_map, parse_map
 from rmfs_core.motion import Motion
 from rmfs_core.scenario.model import LayoutSection
@@ -20,14 +22,26 @@ def paper_roads() -> Roads:
     return roads_on(travel_on(_LAYOUTS["paper"], Motion()))
 
 
+def two_way(roads: Roads) -> Roads:
+    """Return the roads of the same free cells without one-way aisles: what a plain grid search knows of a layout."""
+    layout = roads.layout
+    free = roads.passable(layout.storage_locations[0], False).reshape(layout.height, layout.width)
+    return bare_roads(open_layout(free))
+
+
+def ends(roads: Roads) -> tuple[int, ...]:
+    """Cells that trips begin and end in: the storage locations, or every free cell where there are none."""
+    return roads.layout.storage_locations or tuple(map(int, np.flatnonzero(roads.layout.kind)))
+
+
 def crowd(roads: Roads, planner: Planner, robots: int, seed: int, warm_up: int = 2) -> tuple[Reservations, list[Query]]:
-    """Let robots drive between random storage locations; return the table and the query that each one asks next.
+    """Let robots drive between random places; return the table and the query that each one asks next.
 
     Each robot has a path committed all the time. Its next query is planned from the end of the one before, ``warm_up``
     times over, in the order in which robots arrive.
     """
     rng = np.random.default_rng(seed)
-    places = rng.permutation(np.array(roads.layout.storage_locations))
+    places = rng.permutation(np.array(ends(roads)))
     table = Reservations(roads.cells)
     queries = []
     for robot in range(robots):
@@ -55,8 +69,8 @@ def with_goal(query: Query, goal: int, loaded: bool) -> Query:
 
 
 def newcomer(roads: Roads, table: Reservations, robot: int, now: int, rng: np.random.Generator) -> Query:
-    """Return a query of one more robot, between two storage locations that it can stay at."""
+    """Return a query of one more robot, between two places that it can stay at."""
     while True:
-        start, goal = (int(rng.choice(roads.layout.storage_locations)) for _ in range(2))
+        start, goal = (int(rng.choice(ends(roads))) for _ in range(2))
         if start != goal and table.can_be_held(start, now) and table.can_be_held(goal, now + 3_600_000):
             return Query(robot, start, int(rng.integers(4)), now, goal, bool(rng.integers(2)))

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from attrs import frozen
+from numpy.typing import NDArray
 
 from rmfs_core.errors import InputError
 from rmfs_core.layout import EAST, NORTH, SOUTH, WEST, CellKind, Layout, parse_map
@@ -55,10 +56,11 @@ def read_map(path: str | Path) -> Layout:
             raise InputError(
                 f"{path}:{number}", f"unknown sign {unknown!r}; expected one of {' '.join(FREE + BLOCKED)}"
             )
-    return _layout(np.array([[sign in FREE for sign in row] for row in rows], dtype=bool))
+    return open_layout(np.array([[sign in FREE for sign in row] for row in rows], dtype=bool))
 
 
-def _layout(free: np.ndarray) -> Layout:
+def open_layout(free: NDArray[np.bool_]) -> Layout:
+    """Return a layout of floor and walls, on which robots step in all four directions. ``free`` is (rows, columns)."""
     height, width = free.shape
     moves = np.zeros((height, width), dtype=np.int8)
     moves[:, :-1] |= (free[:, :-1] & free[:, 1:]).astype(np.int8) << EAST

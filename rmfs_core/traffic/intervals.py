@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-FOREVER = 1 << 50
+from rmfs_core.traffic.paths import FOREVER
 
 
 @njit(cache=True)

@@ -3,8 +3,8 @@
 A robot drives a run of ``k`` cells from rest to rest. It occupies cell ``i`` of it from leaving cell ``i - 1`` (being
 on its centre for the last time) to reaching cell ``i + 1`` (being on its centre). Both moments are irrational in
 general. They are rounded outward, the first down and the second up to a tick, so that two robots whose intervals of
-ticks do not overlap never occupy a cell together: rounding costs at most 2 ms of a cell's time, and never hides an overlap.
-What differs from a whole tick by less than a nanosecond counts as whole, so that the last bit of a square root
+ticks do not overlap never occupy a cell together: rounding costs at most 2 ms of a cell's time, and never hides an
+overlap. What differs from a whole tick by less than a nanosecond counts as whole, so that the last bit of a square root
 decides nothing.
 """
 

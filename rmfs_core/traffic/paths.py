@@ -90,22 +90,23 @@ def timed_path(roads: Roads, query: Query, legs: tuple[Leg, ...]) -> TimedPath:
     return TimedPath(query.cell, query.heading, query.start_tick, legs, cell, heading, tick)
 
 
-def legs_of(roads: Roads, query: Query, rows: list[list[int]]) -> tuple[Leg, ...]:
-    """Turn what a search found, rows of (end, departure, arrival) of each run, into legs.
+def path_of(roads: Roads, query: Query, rows: list[list[int]]) -> TimedPath:
+    """Turn what a search found, rows of (end, departure, arrival) of each run, into a path.
 
     A row that ends where it begins only waits until its arrival.
     """
     legs = []
     cell, heading, tick = query.cell, query.heading, query.start_tick
+    turns = roads.turns
     for to, departure, arrival in rows:
         if to == cell:
             legs.append(Leg(to, arrival - tick))
         else:
             towards, _ = _run(roads, cell, to)
-            legs.append(Leg(to, departure - int(roads.passing.turns[(towards - heading) % 4]) - tick))
+            legs.append(Leg(to, departure - turns[(towards - heading) % 4] - tick))
             cell, heading = to, towards
         tick = arrival
-    return tuple(legs)
+    return TimedPath(query.cell, query.heading, query.start_tick, tuple(legs), cell, heading, tick)
 
 
 def occupancy(roads: Roads, path: TimedPath, since: int | None = None) -> Occupancy:

@@ -61,6 +61,7 @@ class Reservations:
         self._since = np.zeros(pool, dtype=np.int64)
         self._until = np.zeros(pool, dtype=np.int64)
         self._owner = np.full(pool, -1, dtype=np.int64)
+        self._size: int | None = 0
         self._cells_of: dict[int, NDArray[np.int64]] = {}
 
     # Looking
@@ -73,7 +74,9 @@ class Reservations:
     @property
     def size(self) -> int:
         """Number of intervals."""
-        return int(self._count.sum())
+        if self._size is None:
+            self._size = int(self._count.sum())
+        return self._size
 
     @property
     def pool_size(self) -> int:
@@ -150,12 +153,14 @@ class Reservations:
         cells = self._cells_of.pop(owner, None)
         if cells is not None:
             intervals.remove(cells, owner, *self.arrays)
+            self._size = None
 
     def forget_before(self, tick: int) -> None:
         """Remove what ended by a tick, so that the table stays as small as what is to come."""
         from rmfs_core.traffic import intervals
 
         intervals.forget(tick, *self.arrays)
+        self._size = None
 
     def _insert(self, owner: int, new: Occupancy) -> None:
         from rmfs_core.traffic import intervals
@@ -169,6 +174,7 @@ class Reservations:
             if done == len(new.cells):
                 break
             self._grow()
+        self._size = None
         before = self._cells_of.get(owner)
         self._cells_of[owner] = new.cells if before is None else np.union1d(before, new.cells)
 
@@ -176,7 +182,7 @@ class Reservations:
         """Pack the pool, into a larger one where that leaves little room."""
         from rmfs_core.traffic import intervals
 
-        needed = self.size + 2 * len(self._first)
+        needed = int(self._count.sum()) + 2 * len(self._first)
         pool = max(len(self._since), 2 * needed)
         since, until = np.zeros(pool, dtype=np.int64), np.zeros(pool, dtype=np.int64)
         owner = np.full(pool, -1, dtype=np.int64)

@@ -64,6 +64,7 @@ class Roads:
         self.cells = len(travel.layout.kind)
         self.passing = PassingTimes(travel.motion, max(travel.layout.width, travel.layout.height))
         self.offsets = np.array([column + row * self.layout.width for column, row in STEPS], dtype=np.int64)
+        self.turns = tuple(map(int, self.passing.turns))
         self._lane = self.layout.lane
         self._floor: NDArray[np.bool_] = self.layout.kind == CellKind.FLOOR
         self._under: NDArray[np.bool_] = self._floor | (self.layout.kind == CellKind.STORAGE)

@@ -103,7 +103,7 @@ WRONG = [
     (
         "poa_pps",
         "return JointDecision([OrderAssignment(0, 0)], [])",
-        "assigned order one (id 0) to station 1 (id 0), but no pod there or bound for it has an item of SKU id 0 left for it",
+        "assigned order one (id 0) to station 1 (id 0), but no pod there or bound for it has an item of SKU id 0 left",
     ),
     ("poa_pps", "return JointDecision([], [PodTrip(0, 7)])", "named station 7, which does not exist; ids are 0 to 0"),
     ("poa_pps", "return JointDecision([OrderAssignment(1, 0)], [PodTrip(0, 0)])", "it takes 3 items, but only 2 of 2"),
