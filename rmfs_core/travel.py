@@ -65,7 +65,6 @@ class Travel:
             array.setflags(write=False)
         self._tables: OrderedDict[tuple[int, int, bool], NDArray[np.int64]] = OrderedDict()
         self._bytes = 0
-        self._load_searches()
 
     @property
     def layout(self) -> Layout:
@@ -77,7 +76,7 @@ class Travel:
         """Kinematics of the robots."""
         return self._motion
 
-    def _load_searches(self) -> None:
+    def load_searches(self) -> None:
         """Load the compiled searches now (or compile them), not within the first decision that needs them."""
         station = self.layout.stations[0].station
         self.times_from(station, 0, loaded=True)

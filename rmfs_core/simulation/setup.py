@@ -59,9 +59,11 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
     stations = _stations(scenario, layout)
     robot_places = [locations[i] for i in stream(scenario.seed, "robot places").permutation(len(locations))]
     robots = [Robot(i, robot_places[i], NORTH) for i in range(scenario.robots.count)]
+    travel = travel_on(layout, motion_of(scenario.robots))
+    travel.load_searches()
     warehouse = Warehouse(
         instance,
-        travel_on(layout, motion_of(scenario.robots)),
+        travel,
         stations,
         robots,
         places[:n_pods],

@@ -27,7 +27,7 @@ PAPER_S_PER_ORDER = {
     Model.SPLIT_AMONG_STATIONS: 1.06,
     Model.SPLIT_OVER_TIME: 1.34,
 }
-FASTER = {Model.INTEGRATED: 20, Model.SPLIT_AMONG_STATIONS: 20, Model.SPLIT_OVER_TIME: 80}
+FASTER = {Model.INTEGRATED: 20, Model.SPLIT_AMONG_STATIONS: 20, Model.SPLIT_OVER_TIME: 500}
 
 
 @frozen
@@ -90,7 +90,5 @@ def test_later_periods(benchmark: Any, recorded: dict[Model, Recorded], model: M
     if benchmark.enabled:
         assert median(printed) / median(ours) >= FASTER[model]
         assert median(ours) < 0.005
-        if model is Model.SPLIT_AMONG_STATIONS and (tail >= 0.03 or per_order > 1.06 / 50):
-            pytest.xfail(f"95th percentile {tail * 1e3:.0f} ms, {per_order:.3f} s per order: not there yet")
         assert tail < 0.03
         assert per_order <= PAPER_S_PER_ORDER[model] / 50
