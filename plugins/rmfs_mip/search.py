@@ -4,12 +4,14 @@
    with W_u > 1 the fewest new visits that let demand flow into all places bound it (`rmfs_mip.flow`).
 2. A solution: the visits that fill most (or those that whole orders need, `rmfs_mip.construct`), and what
    `rmfs_mip.filling` assigns to them. It is optimal where it meets the bound.
-3. Else the solver, asked for a solution that is at least as good as the bound and better than the one at hand. There is
+3. Where the stations are alike, as at t = 1, column generation (`rmfs_mip.patterns`): a far better bound and solution.
+4. Else the solver, asked for a solution that is at least as good as the bound and better than the one at hand. There is
    none: the one at hand is optimal.
 """
 
 from __future__ import annotations
 
+import math
 import time
 from itertools import combinations
 from math import comb
@@ -23,6 +25,7 @@ from rmfs_mip.decoding import covered_with, parts_of, visits_of
 from rmfs_mip.exact_fill import ExactFill, visits_worth_trying
 from rmfs_mip.filling import fill, fill_with_orders
 from rmfs_mip.flow import MOST_STATIONS, Network, fewest_visits, greedy_visits
+from rmfs_mip.patterns import ColumnGeneration, alike, choose_among
 from rmfs_mip.period import Period
 from rmfs_mip.reduction import Reduced, masks_of
 from rmfs_mip.solution import Model, Part, Solution, items_of
@@ -79,6 +82,8 @@ class Search:
             self._by_exact_fill()
         if not self.proven:
             self._by_whole_orders()
+        if not self.proven and self.whole and alike(self.reduced):
+            self._by_patterns()
         if not self.proven:
             self._by_solver()
         bound = self.incumbent.objective if self.proven else self.bound
@@ -170,6 +175,27 @@ class Search:
             visits = whole_order_visits(whole, self.weight)
             self.offer(visits, fill_with_orders(whole, covered_with(whole, visits)), "search")
             self._try(visits, "search")
+
+    def _by_patterns(self) -> None:
+        """Bound by the relaxation over patterns, and try the best choice of the patterns that it needed."""
+        generation = ColumnGeneration(self.reduced, self.weight, self.limits, lambda: self.seconds_left)
+        generation.run()
+        self.bound = max(self.bound, self.reduced.period.visits_before + math.ceil(generation.bound - 1e-6))
+        chosen = generation.whole()
+        if chosen is not None:
+            self.offer(*chosen, "patterns")
+        left = self.seconds_left
+        if self.proven or not len(generation.prices) or (left is not None and left <= 0):
+            return
+        # A better solution consists of patterns whose values exceed the least one by no more than this in all.
+        most = self.incumbent.objective - self.reduced.period.visits_before - 1
+        sets = generation.pricing.close_sets(generation.prices, generation.least + most - generation.bound)
+        if sets is not None:
+            better, exact = choose_among(self.reduced, sets, self.weight, self.limits, left, most)
+            if better is not None:
+                self.offer(*better, "patterns")
+            if exact and self.limits.gap == 0:
+                self.bound = self.incumbent.objective
 
     def _by_solver(self) -> None:
         builder = Builder(self.reduced, self.weight, self.splits)
