@@ -8,6 +8,7 @@ from itertools import groupby
 from typing import Any
 
 import numpy as np
+import pluggy
 import simpy
 
 from rmfs_core.clock import to_seconds, to_ticks
@@ -101,7 +102,7 @@ class Simulation:
             When a rule misbehaves, or orders are left and nothing will ever happen again.
         """
         placed = self._place_at_stations()
-        self.rules.pm.hook.run_started(run=self._info)
+        self._call_observers(self.rules.pm.hook.run_started, run=self._info)
         self.env.process(self._arrivals())
         for robot, pod in placed:  # after the first round: a pod leaves only when that found nothing for it
             self.env.process(self._visit_stations(robot, pod))
@@ -346,8 +347,12 @@ class Simulation:
         return f"rule {rule.role} {rule.name}{place}"
 
     def _tell(self, event: Event) -> None:
+        self._call_observers(self._on_event, event=event)
+
+    def _call_observers(self, hook: pluggy.HookCaller, **arguments: Any) -> None:
+        """Call a hook of all observers; name the scenario's observer that fails."""
         try:
-            self._on_event(event=event)
+            hook(**arguments)
         except (Exception, SystemExit, GeneratorExit) as error:
             observer = self._raised_in(error)
             if observer is None:

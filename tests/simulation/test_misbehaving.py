@@ -235,13 +235,14 @@ def test_a_misspelt_hook_is_refused_before_the_run(tiny_run: Prepare, tmp_path: 
     assert "assign_orders" in str(caught.value)
 
 
-def test_an_observer_that_raises_is_named(tiny_run: Prepare, tmp_path: Path) -> None:
+@pytest.mark.parametrize("hook", ["on_event(self, event)", "run_started(self, run)"])
+def test_an_observer_that_raises_is_named(tiny_run: Prepare, tmp_path: Path, hook: str) -> None:
     """Observers cannot decide anything, but they can fail: the run ends with their name."""
     (tmp_path / "bad.py").write_text(
         "from attrs import define\nfrom rmfs_core import hookimpl\n@define\nclass Bad:\n"
-        "    @hookimpl\n    def on_event(self, event): raise RuntimeError('full')\n",
+        f"    @hookimpl\n    def {hook}: raise RuntimeError('full')\n",
         encoding="utf-8",
     )
     run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), observers=["./bad.py:Bad"])
-    with pytest.raises(RuleError, match=r'rule "\./bad\.py:Bad" .*on_event.*RuntimeError: full'):
+    with pytest.raises(RuleError, match=r'rule "\./bad\.py:Bad" .*RuntimeError: full'):
         run.simulation.run()
