@@ -180,7 +180,8 @@ class Search:
         """Bound by the relaxation over patterns, and try the best choice of the patterns that it needed."""
         generation = ColumnGeneration(self.reduced, self.weight, self.limits, lambda: self.seconds_left)
         generation.run()
-        self.bound = max(self.bound, self.reduced.period.visits_before + math.ceil(generation.bound - 1e-6))
+        if len(generation.prices):  # else the time was up before anything was known
+            self.bound = max(self.bound, self.reduced.period.visits_before + math.ceil(generation.bound - 1e-6))
         chosen = generation.whole()
         if chosen is not None:
             self.offer(*chosen, "patterns")

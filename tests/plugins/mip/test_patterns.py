@@ -101,3 +101,12 @@ def test_it_is_used_for_equal_stations_only(periods):
         )
         assert alike(Reduced(period, Model.INTEGRATED)) == (equal and len(period.stations) > 1)
         assert not alike(Reduced(period, Model.SPLIT_OVER_TIME))
+
+
+def test_a_time_limit_ends_it_in_order(equal_stations, patterns_only):
+    """With no time at all there is a solution all the same, marked as stopped unless it happens to be proven."""
+    for period in equal_stations[:40]:
+        found = search_for(period, Model.INTEGRATED, 2, Limits(max_seconds=1e-9)).run()
+        optimum = solve_printed(period, Model.INTEGRATED, 2, LIMITS).objective
+        assert found.bound <= optimum <= found.objective
+        assert found.stopped_early or found.objective == optimum

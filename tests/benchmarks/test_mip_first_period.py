@@ -1,0 +1,49 @@
+"""Period t = 1 of the paper's 24 instances: solved to proven optimality within the bar of each model, on one core.
+
+`make bench` measures and holds the bars; otherwise each is only begun, to see that it runs.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import pytest
+from rmfs_mip.period import Period, Stock
+from rmfs_mip.search import search_for
+from rmfs_mip.solution import Model
+from rmfs_mip.solver import Limits
+
+from rmfs_core.instance import make_instance
+from rmfs_core.layout import make_layout
+from rmfs_core.scenario import load_scenario
+from rmfs_core.simulation.setup import open_warehouse
+from rmfs_core.warehouse import WarehouseView
+
+BARS_S = {Model.SPLIT_OVER_TIME: 2.0, Model.SPLIT_AMONG_STATIONS: 30.0, Model.INTEGRATED: 120.0}
+INSTANCES = list(product((50, 150, 250), (20, 100), (50, 100), (2, 3)))
+
+
+def first_period(orders: int, skus: int, pods: int, alpha: int) -> Period:
+    """Return period t = 1 of an instance: all orders in the backlog, no pod at any station."""
+    numbers = {"orders": orders, "skus": skus, "pods": pods, "skus_per_pod": alpha}
+    scenario = load_scenario("paper-250", [f"instance.{key}={number}" for key, number in numbers.items()])
+    warehouse = open_warehouse(scenario, make_instance(scenario), make_layout(scenario)).warehouse
+    for order in warehouse.orders:
+        warehouse.order_arrives(order)
+    view = WarehouseView(warehouse)
+    return Period.of(view, Stock.of(view.pods, view.n_skus))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("instance", INSTANCES, ids=lambda instance: "-".join(map(str, instance)))
+@pytest.mark.parametrize("model", Model)
+def test_first_period(benchmark: Any, model: Model, instance: tuple[int, int, int, int]) -> None:
+    """Proven within the bar: 2 s (split-over-time), 30 s (split-among-stations), 120 s (integrated)."""
+    period = first_period(*instance)
+    limits = Limits(max_seconds=BARS_S[model] if benchmark.enabled else 0.1)
+    solution = benchmark.pedantic(lambda: search_for(period, model, 2, limits).run(), rounds=1)
+    benchmark.extra_info.update(objective=solution.objective, bound=solution.bound, how=solution.how)
+    assert solution.bound <= solution.objective + 1e-6
+    if benchmark.enabled:
+        assert not solution.stopped_early
