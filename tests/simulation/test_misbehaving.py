@@ -212,27 +212,32 @@ def test_what_was_picked_before_the_error_was_told(tiny_run: Prepare, tmp_path: 
     assert len(run.recorder.of(ItemPicked)) == 1
 
 
-def test_a_rule_that_takes_too_long_is_named_when_a_limit_is_set(tiny_run: Prepare, tmp_path: Path) -> None:
+@pytest.mark.parametrize("role", SIGNATURES)
+def test_a_rule_that_takes_too_long_is_named_when_a_limit_is_set(tiny_run: Prepare, tmp_path: Path, role: str) -> None:
     """run.decision_limit_s is checked for each decision; without it nothing depends on the clock."""
-    slow = RunSection(decision_limit_s=0.01)
-    run = prepare_bad(tiny_run, tmp_path, "poa", "time.sleep(0.05); return []", run=slow)
+    slow = RunSection(decision_limit_s=0.3)
+    run = prepare_bad(tiny_run, tmp_path, role, "time.sleep(0.35); return []", run=slow)
     with pytest.raises(
-        RuleError, match=r"assign_orders, at 0\.000 s: took 0\.\d+ s; the scenario allows run\.decision"
+        RuleError, match=rf"{HOOKS[role]}, at \d+\.\d+ s: took \S+ s; the scenario allows run\.decision_l"
     ):
         run.simulation.run()
 
 
-def test_a_misspelt_hook_is_refused_before_the_run(tiny_run: Prepare, tmp_path: Path) -> None:
+@pytest.mark.parametrize("role", SIGNATURES)
+def test_a_misspelt_hook_is_refused_before_the_run(tiny_run: Prepare, tmp_path: Path, role: str) -> None:
     """A method marked as hook that no hook has the name of: the error names the class and the nearest hook."""
+    hook = HOOKS[role]
     (tmp_path / "bad.py").write_text(
         "from attrs import define\nfrom rmfs_core import hookimpl\n@define\nclass Bad:\n"
-        "    @hookimpl\n    def assign_order(self, warehouse): return []\n",
+        f"    @hookimpl\n    def {hook}x(self, warehouse): return []\n",
         encoding="utf-8",
     )
+    chosen = {role: ["./bad.py:Bad"] if role == "filters" else "./bad.py:Bad"}
     with pytest.raises(InputError) as caught:
-        tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), poa="./bad.py:Bad")
+        tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), **chosen)
     assert "Bad" in str(caught.value)
-    assert "assign_orders" in str(caught.value)
+    assert f"{hook}x" in str(caught.value)
+    assert hook in str(caught.value).replace(f"{hook}x", "")
 
 
 @pytest.mark.parametrize("hook", ["on_event(self, event)", "run_started(self, run)"])
