@@ -1,5 +1,7 @@
 """Column generation for the integrated model where the stations are alike, as they are at t = 1.
 
+So it is for split-over-time, which is the same with every line as an order of its own.
+
 A pattern is what one station may get: pods and whole orders that they serve. With S equal stations of C free places,
 
     min sum_k c_k l_k   s.t.  sum_k l_k = S,   sum_k a_Tk l_k <= n_T for each type T of orders,   l_k >= 0 whole,
@@ -25,6 +27,7 @@ from attrs import define, evolve, field, frozen
 from numpy.typing import NDArray
 
 from rmfs_mip.aggregated import Builder
+from rmfs_mip.period import Period
 from rmfs_mip.reduction import Reduced
 from rmfs_mip.solution import Model, Part
 from rmfs_mip.solver import Limits, Program, new_model, optimise
@@ -68,6 +71,20 @@ def alike(reduced: Reduced) -> bool:
         and len(set(period.capacities)) == 1
         and bool((period.covered == period.covered[0]).all())
     )
+
+
+def lines_as_orders(period: Period) -> Period:
+    """Return the period in which every line is an order of its own: what split-over-time makes of it."""
+    n = len(period.line_sku)
+    return evolve(period, orders=tuple(range(n)), line_order=np.arange(n), begun=())
+
+
+def orders_of_lines(period: Period, parts: tuple[Part, ...]) -> tuple[Part, ...]:
+    """Return the parts of the real orders, from those of `lines_as_orders`."""
+    skus: dict[tuple[int, int], list[int]] = {}
+    for part in parts:
+        skus.setdefault((int(period.line_order[part.order]), part.station), []).extend(part.skus)
+    return tuple(Part(order, station, tuple(sorted(held))) for (order, station), held in sorted(skus.items()))
 
 
 @define

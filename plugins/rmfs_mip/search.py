@@ -25,7 +25,7 @@ from rmfs_mip.decoding import covered_with, parts_of, visits_of
 from rmfs_mip.exact_fill import ExactFill, visits_worth_trying
 from rmfs_mip.filling import fill, fill_with_orders
 from rmfs_mip.flow import MOST_STATIONS, Network, fewest_visits, greedy_visits
-from rmfs_mip.patterns import ColumnGeneration, alike, choose_among
+from rmfs_mip.patterns import ColumnGeneration, alike, choose_among, lines_as_orders, orders_of_lines
 from rmfs_mip.period import Period
 from rmfs_mip.reduction import Reduced, masks_of
 from rmfs_mip.solution import Model, Part, Solution, items_of
@@ -82,7 +82,7 @@ class Search:
             self._by_exact_fill()
         if not self.proven:
             self._by_whole_orders()
-        if not self.proven and self.whole and alike(self.reduced):
+        if not self.proven and self.whole:
             self._by_patterns()
         if not self.proven:
             self._by_solver()
@@ -178,25 +178,35 @@ class Search:
 
     def _by_patterns(self) -> None:
         """Bound by the relaxation over patterns, and try the best choice of the patterns that it needed."""
-        generation = ColumnGeneration(self.reduced, self.weight, self.limits, lambda: self.seconds_left)
+        reduced, period = self.reduced, self.reduced.period
+        if reduced.model is Model.SPLIT_OVER_TIME and self.splits is None and period.single_items:
+            reduced = Reduced(lines_as_orders(period), Model.INTEGRATED)  # each line goes where it likes
+        if not alike(reduced):
+            return
+        generation = ColumnGeneration(reduced, self.weight, self.limits, lambda: self.seconds_left)
         generation.run()
         if len(generation.prices):  # else the time was up before anything was known
-            self.bound = max(self.bound, self.reduced.period.visits_before + math.ceil(generation.bound - 1e-6))
+            self.bound = max(self.bound, period.visits_before + math.ceil(generation.bound - 1e-6))
         chosen = generation.whole()
         if chosen is not None:
-            self.offer(*chosen, "patterns")
+            self._offer_patterns(reduced, *chosen)
         left = self.seconds_left
         if self.proven or not len(generation.prices) or (left is not None and left <= 0):
             return
         # A better solution consists of patterns whose values exceed the least one by no more than this in all.
-        most = self.incumbent.objective - self.reduced.period.visits_before - 1
+        most = self.incumbent.objective - period.visits_before - 1
         sets = generation.pricing.close_sets(generation.prices, generation.least + most - generation.bound)
         if sets is not None:
-            better, exact = choose_among(self.reduced, sets, self.weight, self.limits, left, most)
+            better, exact = choose_among(reduced, sets, self.weight, self.limits, left, most)
             if better is not None:
-                self.offer(*better, "patterns")
+                self._offer_patterns(reduced, *better)
             if exact and self.limits.gap == 0:
                 self.bound = self.incumbent.objective
+
+    def _offer_patterns(self, reduced: Reduced, visits: Visits, parts: tuple[Part, ...]) -> None:
+        if reduced is not self.reduced:
+            parts = orders_of_lines(self.reduced.period, parts)
+        self.offer(visits, parts, "patterns")
 
     def _by_solver(self) -> None:
         builder = Builder(self.reduced, self.weight, self.splits)

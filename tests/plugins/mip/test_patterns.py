@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from attrs import evolve
 from rmfs_mip import patterns
+from rmfs_mip.check import violation
 from rmfs_mip.paper import solve_printed
 from rmfs_mip.patterns import ColumnGeneration, Pricing, alike
 from rmfs_mip.period import Period
@@ -38,12 +39,14 @@ def patterns_only(monkeypatch):
         monkeypatch.setattr(Search, step, lambda self: None)
 
 
-def test_the_optimum_is_that_of_the_printed_form(equal_stations, patterns_only):
-    """Whatever the patterns prove is true: 120 random periods."""
+@pytest.mark.parametrize("model", [Model.INTEGRATED, Model.SPLIT_OVER_TIME])
+def test_the_optimum_is_that_of_the_printed_form(equal_stations, patterns_only, model):
+    """Whatever the patterns prove is true, and what they choose satisfies the printed constraints: 120 periods."""
     by_patterns = 0
     for number, period in enumerate(equal_stations):
-        found = search_for(period, Model.INTEGRATED, 2, LIMITS).run()
-        assert found.objective == found.bound == solve_printed(period, Model.INTEGRATED, 2, LIMITS).objective, number
+        found = search_for(period, model, 2, LIMITS).run()
+        assert found.objective == found.bound == solve_printed(period, model, 2, LIMITS).objective, number
+        assert violation(period, found, model, 2) is None, number
         by_patterns += found.how == "patterns"
     assert by_patterns > 10
 
