@@ -74,21 +74,22 @@ class _Joint:
         return solution
 
     def _stock_of(self, warehouse: WarehouseView) -> Stock:
-        """Return the pods' contents, which never change while stock is unlimited."""
+        """Return the pods' contents, which never change: the rules need unlimited stock."""
         if self._stock is None or self._pods is not warehouse.pods:
-            if not warehouse.unlimited_stock:
-                raise ValueError(
-                    "the models assume that a pod has enough of every SKU it holds; leave the quantities of the pods "
-                    "empty (unlimited), or choose a POA and a PPS rule"
-                )
-            if any(station.counts_orders for station in warehouse.stations):
-                raise ValueError(
-                    "the models count items; set stations.item_capacity in place of stations.order_capacity, or choose "
-                    "a POA and a PPS rule"
-                )
             self._pods = warehouse.pods
             self._stock = Stock.of(warehouse.pods, warehouse.n_skus)
         return self._stock
+
+
+@define(kw_only=True)
+class _Split(_Joint):
+    """What the two rules that split orders share besides."""
+
+    packing_capacity: int | None = field(default=None, validator=validators.optional(validators.ge(0)))
+
+    @property
+    def _packing_capacity(self) -> int | None:
+        return self.packing_capacity
 
 
 def _decision(period: Period, solution: Solution) -> JointDecision:
@@ -143,7 +144,7 @@ class Integrated(_Joint):
 
 
 @define(kw_only=True)
-class SplitAmongStations(_Joint):
+class SplitAmongStations(_Split):
     """As ``integrated``, but the lines of an order may go to several stations, all in the same period.
 
     (2) and (3) give way to (2.1), (3.1), (11) to (14): an assigned order has each line at exactly one station.
@@ -176,15 +177,10 @@ class SplitAmongStations(_Joint):
     """
 
     model: ClassVar[Model] = Model.SPLIT_AMONG_STATIONS
-    packing_capacity: int | None = field(default=None, validator=validators.optional(validators.ge(0)))
-
-    @property
-    def _packing_capacity(self) -> int | None:
-        return self.packing_capacity
 
 
 @define(kw_only=True)
-class SplitOverTime(_Joint):
+class SplitOverTime(_Split):
     """As ``split-among-stations``, but lines of an order may also stay in the backlog for later periods.
 
     (11) gives way to (11.1) and (15): a line of an assigned order is at one station or goes back to the backlog.
@@ -218,8 +214,3 @@ class SplitOverTime(_Joint):
 
     model: ClassVar[Model] = Model.SPLIT_OVER_TIME
     splits_over_time: ClassVar[bool] = True
-    packing_capacity: int | None = field(default=None, validator=validators.optional(validators.ge(0)))
-
-    @property
-    def _packing_capacity(self) -> int | None:
-        return self.packing_capacity

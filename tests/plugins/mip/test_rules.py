@@ -48,18 +48,18 @@ def test_a_pod_that_is_there_costs_nothing():
 
 
 @pytest.mark.parametrize(
-    ("world", "said"),
+    ("override", "said"),
     [
-        (small_world({"1": ["a"]}, {"p": {"a": 3}}), "a pod has enough of every SKU"),
-        (small_world({"1": ["a"]}, {"p": ["a"]}, counts_orders=True), "stations.item_capacity"),
+        ("instance.items_per_sku=500", "needs pods whose SKUs never run out, but the instance has finite stock"),
+        ("stations.order_capacity=6", "needs stations that count items, but the scenario sets"),
     ],
     ids=["finite stock", "order capacity"],
 )
 @pytest.mark.parametrize("rule", RULES)
-def test_what_the_models_do_not_cover_is_refused(rule, world, said):
-    """The rule says what it needs and what to do."""
-    with pytest.raises(ValueError, match=said):
-        rule().assign_orders_and_pods(WarehouseView(world))
+def test_what_the_models_do_not_cover_is_refused(rule, override, said):
+    """What a rule needs and the scenario lacks is said before the run."""
+    with pytest.raises(InputError, match=said):
+        rmfs_core.run(f"paper-250-{rule.model}", overrides=[*SMALL, override])
 
 
 @pytest.mark.parametrize(
