@@ -17,6 +17,11 @@ What else the kernel has to know of a rule, the class declares as attributes:
 ``splits_over_time``
     True for a rule that may leave lines of an order in the backlog: it is asked when the smallest open line fits, not
     only when the smallest order does.
+``reserves``
+    How a PP rule keeps robots out of each other's way. None or left out: not at all, robots pass through each other.
+    ``"full paths"``: each path ends at the goal and is reserved for its robot, the goal without end. ``"windows"``: a
+    path may end wherever the robot may then stay, and the rule is asked again there. The kernel makes the reservations
+    and refuses a path that hits one.
 ``packing_capacity``
     Number of split orders that may be open at once, or None: a decision that exceeds it is refused.
 """
@@ -33,6 +38,7 @@ if TYPE_CHECKING:
     from rmfs_core.decisions import JointDecision, OrderAssignment, Path, PodTrip, TaskAssignment
     from rmfs_core.events import Event
     from rmfs_core.simulation.info import RunInfo
+    from rmfs_core.traffic.asking import Traffic
     from rmfs_core.warehouse import Order, Pod, Robot, WarehouseView
 
 hookspec = pluggy.HookspecMarker("rmfs")
@@ -107,7 +113,9 @@ class DecisionHooks:
         """
 
     @hookspec(firstresult=True)
-    def plan_path(self, warehouse: WarehouseView, robot: Robot, goal: int, rng: np.random.Generator) -> Path:
+    def plan_path(
+        self, warehouse: WarehouseView, robot: Robot, goal: int, traffic: Traffic | None, rng: np.random.Generator
+    ) -> Path:
         """PP: plan a robot's path from where it stands to a cell.
 
         Called when a robot has to go somewhere, and again where a path ends before the goal.
@@ -115,8 +123,11 @@ class DecisionHooks:
         :param warehouse: the warehouse now; ``warehouse.travel`` has the grid and exact travel times.
         :param robot: the robot: ``robot.cell``, ``robot.heading``, and ``robot.pod``, None when it drives empty.
         :param goal: the cell index it has to reach.
+        :param traffic: for a rule that ``reserves``: what the other robots have reserved, and from where and when this
+            robot can set out (`rmfs_core.traffic.asking.Traffic`); a robot that is on its way sets out where the leg
+            under way ends. None for a rule that does not.
         :param rng: the rule's random generator.
-        :return: the legs to drive.
+        :return: the legs to drive; none only for a robot that is to set out from the goal itself.
         """
 
 

@@ -54,6 +54,8 @@ def search(cell, heading, start, goal, me, number, tracks, table, states, window
             continue
         if where[state] == goal and gap_end[state] >= FOREVER:
             return _runs(state, tracks, states)
+        if where[state] == goal and parent[state] >= 0 and not tracks.passable[goal]:
+            continue  # a storage location is no way through for a robot with a pod
         limit = time + rest if done < 0 else done + SLACK * (1 + (done - time - rest) // SLACK)
         found, left = _expand(
             state, time, done, limit, goal, me, number, bound, found, queue, tracks, table, states, windows

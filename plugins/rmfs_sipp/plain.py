@@ -71,6 +71,8 @@ class PlainSearch:
                 continue
             if state[0] == query.goal and state[2] >= FOREVER:
                 return timed_path(self.roads, query, self._legs(state))
+            if state[0] == query.goal and state in self.parent and not self.passable[query.goal]:
+                continue  # a storage location is no way through for a robot with a pod
             self.expanded += 1
             for into, ticks, departure in self._successors(state, time):
                 rest = self.times[into[0]][into[1]]

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from attrs import define, field
 
+from rmfs_core import Path, hookimpl
 from rmfs_core.traffic import TimedPath, path_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rmfs_core.traffic import Query, Reservations, Roads
+    from rmfs_core.traffic.asking import Traffic
 
 
 @define(eq=False)
@@ -54,7 +56,15 @@ class Sipp:
     multi-agent pickup and delivery. AAAI 2019. https://doi.org/10.1609/aaai.v33i01.33017651
     """
 
+    reserves: ClassVar[str] = "full paths"
+
     _memory: _Memory = field(init=False, factory=_Memory, repr=False, eq=False)
+
+    @hookimpl
+    def plan_path(self, traffic: Traffic) -> Path | None:
+        """Return the path that arrives first; None when there is none, which the kernel's scheme excludes."""
+        path = self.search(traffic.roads, traffic.table, traffic.query)
+        return None if path is None else path.path
 
     def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
         """Return the path that arrives first and may stay at the goal for ever; None when there is none."""

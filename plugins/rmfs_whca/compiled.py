@@ -57,11 +57,13 @@ def search(cell, heading, start, goal, me, window_end, wait, max_nodes, tracks, 
             larger[:n] = nodes[:n]
             nodes = larger
         before = n
+        through = at != goal or nodes[i, PARENT] < 0 or tracks.passable[goal]
         if time < settled and time + wait <= nodes[i, GAP_END]:
             nodes[n] = nodes[i]
             nodes[n, TIME], nodes[n, PARENT] = time + wait, i
             n += 1
-        n = _expand(i, n, goal, me, nodes, tracks, table)
+        if through:  # a storage location is no way through for a robot with a pod
+            n = _expand(i, n, goal, me, nodes, tracks, table)
         kept = before
         for j in range(before, n):
             time = nodes[j, TIME]

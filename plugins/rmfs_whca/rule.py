@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from attrs import define, field, validators
 
+from rmfs_core import Leg, Path, hookimpl
 from rmfs_core.clock import to_ticks
 from rmfs_core.traffic import FOREVER, TimedPath, path_of
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Query, Reservations, Roads
+    from rmfs_core.traffic.asking import Traffic
 
 
 def _positive(_instance: object, _attribute: Any, value: float) -> None:
@@ -49,6 +51,8 @@ class WhcaN:
     fulfillment systems. arXiv:1706.09347. https://arxiv.org/abs/1706.09347
     """
 
+    reserves: ClassVar[str] = "windows"
+
     window_s: float = field(
         default=20.0,
         validator=_positive,
@@ -62,6 +66,14 @@ class WhcaN:
         validator=validators.ge(1),
         metadata={"doc": "Nodes after which a search gives up, as if there were no path"},
     )
+
+    @hookimpl
+    def plan_path(self, traffic: Traffic) -> Path:
+        """Return a path to the goal or to the end of the window; a wait where none leads anywhere."""
+        path = self.search(traffic.roads, traffic.table, traffic.query)
+        if path is None or not path.legs:
+            return Path((Leg(traffic.query.cell, to_ticks(self.wait_s)),))
+        return path.path
 
     def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
         """Return a path to the goal or to the end of the window, where the robot may stay; None when there is none."""

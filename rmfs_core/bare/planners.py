@@ -92,11 +92,13 @@ class HookPlanner:
         warehouse = Warehouse(Instance((), (), ()), roads.travel, (), (robot,), ())
         warehouse.now = query.start_tick
         view = WarehouseView(warehouse)
-        answer = self._hooks.hook.plan_path(warehouse=view, robot=robot, goal=query.goal, rng=self._rng)
+        answer = self._hooks.hook.plan_path(
+            warehouse=view, robot=robot, goal=query.goal, traffic=None, rng=self._rng
+        )
         if not isinstance(answer, Path):
             raise RuleError(f"{self._name} returned {type(answer).__name__} from plan_path; expected a Path.")
         try:
-            checks.path(warehouse, robot, query.goal, answer.legs)
+            checks.path(warehouse, robot, query.cell, query.goal, answer.legs)
         except ImpossibleError as error:
             raise RuleError(f"{self._name} {error}.") from error
         return timed_path(roads, query, answer.legs)

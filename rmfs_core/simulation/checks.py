@@ -152,14 +152,14 @@ def storage_location(warehouse: Warehouse, pod: Pod, given: object) -> int:
     return cell
 
 
-def path(warehouse: Warehouse, robot: Robot, goal: int, legs: Sequence[Leg]) -> list[Leg]:
-    """Check that a robot can drive a path, and that the path gets anywhere; return its legs."""
+def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, legs: Sequence[Leg]) -> list[Leg]:
+    """Check that a robot can drive a path from a cell, and that the path gets anywhere; return its legs."""
     travel = warehouse.travel
     cells = travel.layout.width * travel.layout.height
-    if not legs:
+    if not legs and start != goal:
         raise ImpossibleError(f"gave robot {robot.label} an empty path to {travel.layout.where(goal)}")
     checked: list[Leg] = []
-    at = robot.cell
+    at = start
     for leg in legs:
         if not isinstance(leg, Leg):
             raise ImpossibleError(f"returned a path with {type(leg).__name__} {leg!r:.80} in it; expected Leg only")
@@ -172,7 +172,7 @@ def path(warehouse: Warehouse, robot: Robot, goal: int, legs: Sequence[Leg]) -> 
                 f"expected 0 to {LONGEST_WAIT_TICKS}, and at least 1 for a leg that only waits"
             )
         if to != at:
-            problem = travel.run_problem(robot.cell, at, to, goal, robot.pod is not None)
+            problem = travel.run_problem(start, at, to, goal, robot.pod is not None)
             if problem is not None:
                 raise ImpossibleError(f"gave robot {robot.label} an impossible path: {problem}")
         checked.append(Leg(to, wait))

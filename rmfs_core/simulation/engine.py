@@ -12,7 +12,6 @@ import pluggy
 import simpy
 
 from rmfs_core.clock import to_seconds, to_ticks
-from rmfs_core.decisions import Leg, Path
 from rmfs_core.errors import StandstillError
 from rmfs_core.events import (
     Event,
@@ -21,8 +20,6 @@ from rmfs_core.events import (
     OrderCompleted,
     PodLifted,
     PodStored,
-    QueueJoined,
-    RobotMoved,
     VisitEnded,
     VisitStarted,
 )
@@ -31,15 +28,13 @@ from rmfs_core.layout import Layout
 from rmfs_core.plugins import BoundRule, RuleSet
 from rmfs_core.randomness import stream
 from rmfs_core.scenario.model import Scenario
-from rmfs_core.simulation import checks
-from rmfs_core.simulation.asking import Asker, instance_of
+from rmfs_core.simulation.asking import Asker
+from rmfs_core.simulation.driving import Process, Surroundings, driving_for
 from rmfs_core.simulation.info import RunInfo
 from rmfs_core.simulation.needs import check_needs
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.simulation.setup import open_warehouse
 from rmfs_core.warehouse import Pod, Request, Robot, Station
-
-Process = Generator[simpy.Event, Any, None]
 
 
 class Simulation:
@@ -76,9 +71,8 @@ class Simulation:
         self._handle_ticks = to_ticks(scenario.stations.handle_s)
         n = len(self.warehouse.stations)
         self._picker_free = [0] * n
-        self._line_moved = [self.env.event() for _ in range(n)]
         self._waiting_for_place: list[list[simpy.Event]] = [[] for _ in range(n)]
-        self._standstill_ticks = to_ticks(scenario.run.standstill_s)
+        self._driving = driving_for(self._surroundings())
         self._visits = 0
         self._completed = 0
         self.status = "partial"
@@ -141,7 +135,8 @@ class Simulation:
         yield from self._visit_stations(robot, pod)
 
     def _fetch(self, robot: Robot, pod: Pod) -> Process:
-        yield from self._drive(robot, pod.location)
+        assert pod.location is not None
+        yield from self._driving.to_location(robot, pod.location)
         yield from self._take_place(self.warehouse.stations[pod.bound_for[0]])
         start = self.now
         yield self._after(self.motion.lift_ticks)
@@ -152,27 +147,9 @@ class Simulation:
     def _visit_stations(self, robot: Robot, pod: Pod) -> Process:
         station: Station | None = self.warehouse.stations[pod.bound_for[0]]
         while station is not None:
-            yield from self._queue(robot, pod, station)
+            yield from self._driving.to_station(robot, station)
             station = yield from self._serve(robot, pod, station)
         yield from self._store(robot, pod)
-
-    def _queue(self, robot: Robot, pod: Pod, station: Station) -> Process:
-        """Drive to the end of the line, join it, and move up until the station is reached."""
-        line = station._line
-        if robot not in line:
-            yield from self._drive(robot, station.cells.slot(len(line)))
-            self.warehouse.join_line(robot, station)
-            self._tell(QueueJoined(tick=self.now, robot=robot.id, pod=pod.id, station=station.id))
-        slots = (station.cell, *station.cells.queue)
-        while True:
-            place = min(line.index(robot), len(slots) - 1)
-            # Whoever came while this robot was still driving may stand behind its own place: nobody backs up.
-            if robot.cell not in slots or slots.index(robot.cell) > place:
-                yield from self._drive(robot, slots[place])
-            elif line[0] is robot:
-                return
-            else:
-                yield self._line_moved[station.id]
 
     def _serve(self, robot: Robot, pod: Pod, station: Station) -> Generator[simpy.Event, Any, Station | None]:
         """Stand at the station while the pod serves requests there; return where the robot carries it on to."""
@@ -222,53 +199,12 @@ class Simulation:
         self.decisions.round()
 
     def _store(self, robot: Robot, pod: Pod) -> Process:
-        yield from self._drive(robot, self.decisions.storage_location(pod))
+        yield from self._driving.to_location(robot, self.decisions.storage_location(pod))
         start = self.now
         yield self._after(self.motion.lift_ticks)
         self.warehouse.store(robot, pod)
         self._tell(PodStored(tick=self.now, start_tick=start, robot=robot.id, pod=pod.id, cell=robot.cell))
         self.decisions.round()
-
-    def _drive(self, robot: Robot, goal: int | None) -> Process:
-        """Drive to a cell, one event a leg; the rule is asked again where its path ends before the goal."""
-        assert goal is not None
-        started = self.now
-        while robot.cell != goal:
-            if self.now - started > self._standstill_ticks:
-                where = self.warehouse.travel.layout.where(goal)
-                problem = (
-                    f"robot {robot.name} has been on its way to {where} for {to_seconds(self.now - started):.0f} s"
-                )
-                raise self.asker.error(self.rules.pp, f"{problem} without arriving (run.standstill_s)")
-            for leg in self._plan(robot, goal):
-                yield from self._leg(robot, leg)
-
-    def _leg(self, robot: Robot, leg: Leg) -> Process:
-        start, origin, heading = self.now, robot.cell, robot.heading
-        turn = distance = 0
-        if leg.to != origin:
-            towards = self.warehouse.travel.heading(origin, leg.to)
-            assert towards is not None
-            turn = self.motion.turn_ticks(heading, towards)
-            heading = towards
-            distance = self.warehouse.travel.layout.distance(origin, leg.to)
-        run = self.motion.run_ticks(distance) if distance else 0
-        yield self._after(leg.wait_ticks + turn + run)
-        robot._cell, robot._heading = leg.to, heading
-        self._tell(
-            RobotMoved(
-                tick=self.now,
-                start_tick=start,
-                robot=robot.id,
-                origin=origin,
-                to=leg.to,
-                heading=heading,
-                wait_ticks=leg.wait_ticks,
-                turn_ticks=turn,
-                distance_m=distance,
-                pod=robot.pod,
-            )
-        )
 
     # Between the processes
 
@@ -286,6 +222,7 @@ class Simulation:
             robot._cell = station.cells.slot(len(station._line))
             self.warehouse.join_line(robot, station)
             station._claims += 1
+            self._driving.place(robot, station)
             placed.append((robot, pod))
         return placed
 
@@ -305,8 +242,7 @@ class Simulation:
         ever holds one place while it waits for another, so full queues cannot block each other.
         """
         self.warehouse.leave(robot, pod, station)
-        moved, self._line_moved[station.id] = self._line_moved[station.id], self.env.event()
-        moved.succeed()
+        self._driving.left(station)
         if self._waiting_for_place[station.id]:
             self._waiting_for_place[station.id].pop(0).succeed()  # the place goes to who has waited longest
         else:
@@ -319,14 +255,19 @@ class Simulation:
         following._claims += 1
         return following
 
-    def _plan(self, robot: Robot, goal: int) -> list[Leg]:
-        rule = self.rules.pp
-        answer, _ = self.asker.ask(rule, warehouse=self.view, robot=robot, goal=goal, rng=self._stream(rule))
-
-        def check() -> list[Leg]:
-            return checks.path(self.warehouse, robot, goal, instance_of(answer, Path).legs)
-
-        return self.asker.apply(rule, check)
+    def _surroundings(self) -> Surroundings:
+        """What driving needs of this run."""
+        return Surroundings(
+            env=self.env,
+            warehouse=self.warehouse,
+            view=self.view,
+            rule=self.rules.pp,
+            rng=self._stream(self.rules.pp),
+            asker=self.asker,
+            tell=self._tell,
+            standstill_ticks=to_ticks(self.scenario.run.standstill_s),
+            seed=self.scenario.seed,
+        )
 
     def _until(self, tick: int) -> simpy.Event:
         return self._after(tick - self.now)

@@ -146,6 +146,13 @@ class Reservations:
             cell = int(occupancy.cells[found])
             raise ReservedError(cell, int(self._owner[entry]), int(self._since[entry]), int(self._until[entry]))
 
+    def is_free(self, owner: int, occupancy: Occupancy) -> bool:
+        """Whether nobody else has one of the cells then."""
+        from rmfs_core.traffic import intervals
+
+        found, _ = intervals.conflict(occupancy.cells, occupancy.since, occupancy.until, owner, *self.arrays)
+        return bool(found < 0)
+
     def release(self, owner: int) -> None:
         """Remove all that an owner has reserved."""
         from rmfs_core.traffic import intervals

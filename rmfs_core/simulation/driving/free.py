@@ -1,0 +1,73 @@
+"""Driving as if each robot were alone: robots pass through each other, and only the lines at the stations count."""
+
+from __future__ import annotations
+
+import simpy
+
+from rmfs_core.clock import to_seconds
+from rmfs_core.events import QueueJoined
+from rmfs_core.simulation.driving.base import Process, Surroundings
+from rmfs_core.warehouse import Robot, Station
+
+
+class FreeDriving:
+    """For PP rules that reserve nothing.
+
+    The line at a station is in order of arrival. A robot drives to the slot behind those in line when it sets out.
+
+    Parameters
+    ----------
+    run
+        The run.
+    """
+
+    def __init__(self, run: Surroundings) -> None:
+        self.run = run
+        self._line_moved: list[simpy.Event] = [run.env.event() for _ in run.warehouse.stations]
+
+    def place(self, robot: Robot, station: Station) -> None:
+        """Nothing is to be noted: the line itself says where the robot stands."""
+
+    def left(self, station: Station) -> None:
+        """Let those in line move up."""
+        moved, self._line_moved[station.id] = self._line_moved[station.id], self.run.env.event()
+        moved.succeed()
+
+    def to_location(self, robot: Robot, cell: int) -> Process:
+        """Drive to a storage location."""
+        yield from self._drive(robot, cell)
+
+    def to_station(self, robot: Robot, station: Station) -> Process:
+        """Drive to the end of the line, join it, and move up until the station is reached."""
+        line = station._line
+        if robot not in line:
+            yield from self._drive(robot, station.cells.slot(len(line)))
+            self.run.warehouse.join_line(robot, station)
+            assert robot.pod is not None
+            self.run.tell(QueueJoined(self.run.warehouse.now, robot=robot.id, pod=robot.pod, station=station.id))
+        slots = (station.cell, *station.cells.queue)
+        while True:
+            place = min(line.index(robot), len(slots) - 1)
+            # Whoever came while this robot was still driving may stand behind its own place: nobody backs up.
+            if robot.cell not in slots or slots.index(robot.cell) > place:
+                yield from self._drive(robot, slots[place])
+            elif line[0] is robot:
+                return
+            else:
+                yield self._line_moved[station.id]
+
+    def _drive(self, robot: Robot, goal: int) -> Process:
+        """Drive to a cell, one event a leg; the rule is asked again where its path ends before the goal."""
+        run = self.run
+        started = run.warehouse.now
+        while robot.cell != goal:
+            if run.warehouse.now - started > run.standstill_ticks:
+                where = run.warehouse.travel.layout.where(goal)
+                under_way_s = to_seconds(run.warehouse.now - started)
+                problem = f"robot {robot.name} has been on its way to {where} for {under_way_s:.0f} s"
+                raise run.asker.error(run.rule, f"{problem} without arriving (run.standstill_s)")
+            for leg in run.plan(robot, goal):
+                start = run.warehouse.now
+                heading, turn, ticks = run.turn_and_run(robot, leg)
+                yield run.after(leg.wait_ticks + turn + ticks)
+                run.arrive(robot, leg, heading, start, turn)

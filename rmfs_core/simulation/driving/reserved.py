@@ -1,0 +1,256 @@
+"""Driving along reserved paths: what full and windowed paths have in common.
+
+Every robot has a course: the legs that it has reserved and still has to drive, and a process that drives them. Legs
+may be replaced at any time by others that begin where the leg under way ends, or at once where the robot stands.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+import simpy
+from attrs import define, field
+
+from rmfs_core.clock import to_seconds
+from rmfs_core.decisions import Leg
+from rmfs_core.errors import InputError
+from rmfs_core.events import QueueJoined
+from rmfs_core.simulation.asking import ImpossibleError
+from rmfs_core.simulation.driving.base import Process, Surroundings
+from rmfs_core.traffic import Occupancy, Query, Reservations, ReservedError, occupancy, roads_on, timed_path
+from rmfs_core.traffic.asking import Traffic
+from rmfs_core.warehouse import Robot, Station
+
+FORGET_TICKS = 10_000
+"""How often reservations of the past are removed from the table."""
+
+
+@define(eq=False)
+class Course:
+    """What a robot drives.
+
+    Parameters
+    ----------
+    robot
+        The robot.
+    changed
+        Happens when the legs are replaced.
+    arrived
+        Happens when the robot is at rest in its goal.
+    goal
+        Cell in which its course shall end.
+    station
+        Station whose line it is in or on its way to.
+    legs
+        What is reserved and not yet begun.
+    under_way
+        The leg that it drives, with where and when that began and ends: (start, end of it) as queries.
+    since
+        Tick at which it came to rest, or was given a path.
+    """
+
+    robot: Robot
+    changed: simpy.Event
+    arrived: simpy.Event
+    goal: int
+    station: Station | None = None
+    legs: deque[Leg] = field(factory=deque)
+    under_way: tuple[Query, Query] | None = None
+    since: int = 0
+    joined: bool = False
+
+
+class ReservedDriving:
+    """Base of the ways to drive that keep robots out of each other's way.
+
+    Parameters
+    ----------
+    run
+        The run.
+
+    Raises
+    ------
+    InputError
+        When no storage location would be left for a robot to step aside.
+    """
+
+    def __init__(self, run: Surroundings) -> None:
+        self.run = run
+        self.env = run.env
+        travel = run.warehouse.travel
+        robots, locations = run.warehouse.robots, travel.layout.storage_locations
+        if len(robots) >= len(locations) and len(robots) > 1:
+            raise InputError(
+                "robots.count",
+                f"found {len(robots)} robots and {len(locations)} storage locations; {run.rule.describe()} needs one "
+                "location more than robots, so that one can always step aside",
+            )
+        self.roads = roads_on(travel)
+        self.table = Reservations(self.roads.cells)
+        self.courses = [Course(r, run.env.event(), run.env.event(), r.cell) for r in robots]
+        self.lines: list[list[Course]] = [[] for _ in run.warehouse.stations]
+        """Robots in the line of each station or with a place in it, first in line first."""
+        self._locations = np.array(locations, dtype=np.int64)
+        self._owner: dict[int, Course] = {course.goal: course for course in self.courses}
+        self._forgotten = 0
+        for course in self.courses:
+            self.table.hold(course.robot.id, course.robot.cell, 0)
+            run.env.process(self._follow(course))
+
+    def place(self, robot: Robot, station: Station) -> None:
+        """Take in a robot that stands in the line of a station from the start."""
+        course = self.courses[robot.id]
+        self.table.release(robot.id)
+        self.table.hold(robot.id, robot.cell, 0)
+        self._own(course, robot.cell)
+        course.station, course.joined = station, True
+        self.lines[station.id].append(course)
+
+    def left(self, station: Station) -> None:
+        """Nothing happens yet: those in line move up when the first has a path that leads away."""
+
+    # What the two kinds do differently
+
+    def _path_ended(self, course: Course) -> None:
+        """Do what is due when a course has no legs left."""
+        raise NotImplementedError
+
+    def _send(self, course: Course, goal: int) -> None:
+        """Give a robot a new goal."""
+        raise NotImplementedError
+
+    # Paths
+
+    def _departure(self, course: Course, goal: int) -> Query:
+        """From where and when a new path of a robot can begin."""
+        robot, loaded = course.robot, course.robot.pod is not None
+        if course.under_way is not None:
+            end = course.under_way[1]
+            return Query(robot.id, end.cell, end.heading, end.start_tick, goal, loaded)
+        return Query(robot.id, robot.cell, robot.heading, self.run.warehouse.now, goal, loaded)
+
+    def _ask(self, query: Query) -> list[Leg]:
+        """Ask the PP rule."""
+        robot = self.run.warehouse.robots[query.robot]
+        return self.run.plan(robot, query.goal, Traffic(self.roads, self.table, query))
+
+    def _commit(self, course: Course, query: Query, legs: Sequence[Leg]) -> Occupancy:
+        """Reserve a path in place of what the robot has not begun; return what it occupies."""
+        start, ahead = (query, legs) if course.under_way is None else self._with_leg_under_way(course, legs)
+        occupied = occupancy(self.roads, timed_path(self.roads, start, tuple(ahead)))
+        try:
+            self.table.commit(course.robot.id, occupied)
+        except ReservedError as error:
+            raise ImpossibleError(self._hits(course.robot, error)) from None
+        if course.under_way is None and not course.legs:
+            course.since = self.run.warehouse.now
+        course.legs = deque(legs)
+        changed, course.changed = course.changed, self.env.event()
+        changed.succeed()
+        if self.run.warehouse.now - self._forgotten > FORGET_TICKS:
+            self._forgotten = self.run.warehouse.now
+            self.table.forget_before(self._forgotten)
+        return occupied
+
+    @staticmethod
+    def _with_leg_under_way(course: Course, legs: Sequence[Leg]) -> tuple[Query, list[Leg]]:
+        assert course.under_way is not None
+        start, end = course.under_way
+        return start, [Leg(end.cell), *legs]
+
+    def _hits(self, robot: Robot, error: ReservedError) -> str:
+        where, other = self.roads.layout.where(error.cell), self.run.warehouse.robots[error.owner]
+        return (
+            f"gave robot {robot.name} a path that hits a reservation: robot {other.name} has {where} "
+            f"from {to_seconds(error.since):.3f} s on"
+        )
+
+    def _follow(self, course: Course) -> Process:
+        """Drive what is reserved, leg by leg, for ever."""
+        robot, run = course.robot, self.run
+        while True:
+            changed = course.changed
+            if not course.legs:
+                self._path_ended(course)
+                if not course.legs:
+                    yield course.changed
+                continue
+            if course.legs[0].wait_ticks:
+                yield run.after(course.legs[0].wait_ticks) | changed
+                if changed.triggered:
+                    continue
+            leg = course.legs.popleft()
+            if leg.to == robot.cell:
+                continue
+            heading, turn, ticks = run.turn_and_run(robot, leg)
+            now, loaded = run.warehouse.now, robot.pod is not None
+            course.under_way = (
+                Query(robot.id, robot.cell, robot.heading, now, leg.to, loaded),
+                Query(robot.id, leg.to, heading, now + turn + ticks, leg.to, loaded),
+            )
+            yield run.after(turn + ticks)
+            course.under_way = None
+            run.arrive(robot, Leg(leg.to, now - course.since), heading, course.since, turn)
+            course.since = run.warehouse.now
+            if course.station is not None and not course.joined:
+                self._join(course.station)
+
+    def _arrive(self, course: Course) -> None:
+        """Wake the process that waits for the robot."""
+        arrived, course.arrived = course.arrived, self.env.event()
+        arrived.succeed()
+
+    # Lines and places
+
+    def _join(self, station: Station) -> None:
+        """Let those who stand in the lane join the line, in the order of their places."""
+        lane = self.roads.layout.lane
+        for course in self.lines[station.id]:
+            if course.station is station and not course.joined:
+                robot = course.robot
+                if lane[robot.cell] != station.id:
+                    break
+                self.run.warehouse.join_line(robot, station)
+                course.joined = True
+                assert robot.pod is not None
+                self.run.tell(QueueJoined(self.run.warehouse.now, robot=robot.id, pod=robot.pod, station=station.id))
+
+    def _leave_line(self, course: Course) -> Station | None:
+        """Take a robot out of the line that it stood first in; return that line's station."""
+        station, course.station, course.joined = course.station, None, False
+        if station is not None:
+            self.lines[station.id].remove(course)
+        return station
+
+    def _own(self, course: Course, goal: int) -> None:
+        """Make a cell the one that a robot goes to and no other may."""
+        assert self._owner.get(goal, course) is course
+        self._disown(course)
+        self._owner[goal] = course
+        course.goal = goal
+
+    def _disown(self, course: Course) -> None:
+        """Give up the cell that a robot owns."""
+        if self._owner.get(course.goal) is course:
+            del self._owner[course.goal]
+
+    def _clear(self, goal: int, robot: Robot) -> None:
+        """Let an empty robot that rests in a storage location, or is to, step aside for another that has to go there."""
+        other = self._owner.get(goal)
+        if other is not None and other.robot is not robot:
+            assert other.robot.pod is None
+            self._send(other, self._refuge(other))
+
+    def _refuge(self, course: Course) -> int:
+        """Storage location nearest to an empty robot that no robot owns; if possible one whose pod nobody waits for."""
+        query = self._departure(course, course.goal)
+        warehouse = self.run.warehouse
+        wanted = {pod.location for pod in warehouse.waiting.values()}
+        times = warehouse.travel.times_from(query.cell, query.heading, False)[self._locations]
+        for i in np.lexsort((self._locations, times)):
+            cell = int(self._locations[i])
+            if cell not in self._owner and cell not in wanted:
+                return cell
+        return next(cell for cell in map(int, self._locations) if cell not in self._owner)

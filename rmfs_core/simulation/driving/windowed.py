@@ -1,0 +1,247 @@
+"""Driving paths planned for a window of time, as RAWSim-O does it for WHCA*_n.
+
+Non-volatile: reservations live on, and only robots that need a new path plan, at most one round of them per second of
+simulated time: robots with pods first, then those nearer to their goals. A robot plans when it is given a goal, where
+its path ends before the goal, and when the line it stands in moves. One that finds no path that moves it stays and asks
+again two seconds later; after thirty seconds it steps into a free cell beside it, drawn at random.
+
+The line at a station is in the order in which the reserved paths enter its queue. A robot is planned for to the place
+behind those ahead of it.
+
+There is no proof against deadlock: a robot that is on its way for ``run.standstill_s`` ends the run with an error that
+says who waits for whom.
+
+Source: M. Merschformann, L. Xie, D. Erdmann, Multi-agent path finding with kinematic constraints for robotic mobile
+fulfillment systems, arXiv:1706.09347.
+"""
+
+from __future__ import annotations
+
+from bisect import insort
+from collections.abc import Iterator
+
+from attrs import define
+
+from rmfs_core.clock import to_seconds
+from rmfs_core.decisions import Leg
+from rmfs_core.errors import StandstillError
+from rmfs_core.randomness import stream
+from rmfs_core.simulation.driving.base import Process, Surroundings
+from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
+from rmfs_core.traffic import Query, occupancy, timed_path
+from rmfs_core.travel import UNREACHABLE
+from rmfs_core.warehouse import Robot, Station
+
+ROUND_TICKS = 1000
+RETRY_TICKS = 2000
+PATIENCE_TICKS = 30_000
+
+
+@define
+class Errand:
+    """What a robot is about.
+
+    Parameters
+    ----------
+    set_out
+        Tick at which it was given its goal.
+    moved
+        Tick at which it moved last.
+    entry
+        Tick at which its path enters the queue of the station it goes to.
+    leaves
+        Station that it stands in front of until its path leads away.
+    """
+
+    set_out: int = 0
+    moved: int = 0
+    entry: int = -1
+    leaves: Station | None = None
+
+
+class WindowedDriving(ReservedDriving):
+    """For PP rules whose paths may end before the goal.
+
+    Parameters
+    ----------
+    run
+        The run.
+    """
+
+    def __init__(self, run: Surroundings) -> None:
+        super().__init__(run)
+        self._errands = [Errand() for _ in self.courses]
+        self._asking: dict[int, Course] = {}
+        self._round_due = False
+        self._last_round = -ROUND_TICKS
+        self._rng = stream(run.seed, "robots that step aside")
+
+    def to_location(self, robot: Robot, cell: int) -> Process:
+        """Drive to a storage location; whoever rests there is sent away first."""
+        course = self.courses[robot.id]
+        self._leave_station(course)
+        self._clear(cell, robot)
+        self._send(course, cell)
+        while robot.cell != cell or course.legs:
+            yield course.arrived
+
+    def to_station(self, robot: Robot, station: Station) -> Process:
+        """Drive to the end of the line, and move up until the robot stands in front of the picker."""
+        course = self.courses[robot.id]
+        if course.station is not station:
+            self._leave_station(course)
+            self._disown(course)
+            course.station, course.goal = station, station.cell
+            self._set_out(course)
+        while robot.cell != station.cell:
+            yield course.arrived
+
+    def _send(self, course: Course, goal: int) -> None:
+        if goal != course.goal or course.robot.cell != goal:
+            self._own(course, goal)
+            self._set_out(course)
+
+    def _set_out(self, course: Course) -> None:
+        errand = self._errands[course.robot.id]
+        errand.set_out = errand.moved = self.run.warehouse.now
+        self._request(course)
+
+    def _leave_station(self, course: Course) -> None:
+        """Note that a robot goes elsewhere; it stays in the line until its path leads away."""
+        if course.station is not None:
+            self._errands[course.robot.id].leaves = course.station
+            course.station, course.joined = None, False
+
+    def _target(self, course: Course) -> int:
+        """Cell that a robot is planned for to: its goal, or its place in a line as that is now."""
+        if course.station is None:
+            return course.goal
+        line = self.lines[course.station.id]
+        return course.station.cells.slot(line.index(course) if course in line else len(line))
+
+    # Planning rounds
+
+    def _path_ended(self, course: Course) -> None:
+        self._errands[course.robot.id].moved = self.run.warehouse.now
+        if course.robot.cell == self._target(course):
+            self._arrive(course)
+        else:
+            self._request(course)
+
+    def _request(self, course: Course) -> None:
+        """Let a robot plan in the next round."""
+        self._asking[course.robot.id] = course
+        if not self._round_due:
+            self._round_due = True
+            self.env.process(self._round(max(self._last_round + ROUND_TICKS - self.run.warehouse.now, 0)))
+
+    def _round(self, delay: int) -> Process:
+        yield self.run.after(delay)
+        self._round_due, self._last_round = False, self.run.warehouse.now
+        asking, self._asking = sorted(self._asking.values(), key=self._priority), {}
+        for course in asking:
+            self._plan(course)
+
+    def _priority(self, course: Course) -> tuple[bool, int, int]:
+        loaded = course.robot.pod is not None
+        query = self._departure(course, self._target(course))
+        return not loaded, self.run.warehouse.travel.ticks(query.cell, query.heading, query.goal, loaded), query.robot
+
+    def _plan(self, course: Course) -> None:
+        query = self._departure(course, self._target(course))
+        if query.cell == query.goal:
+            if not course.legs and course.under_way is None:
+                self._arrive(course)
+                return
+            legs: list[Leg] = []
+        else:
+            legs = self._ask(query)
+            if all(leg.to == query.cell for leg in legs):
+                legs = self._wait_or_step_aside(course, query)
+                if not legs:
+                    return
+        self._go(course, query, legs)
+
+    def _go(self, course: Course, query: Query, legs: list[Leg]) -> None:
+        """Reserve a path, and see whether it leads into a line or out of one."""
+        run, errand = self.run, self._errands[course.robot.id]
+        path = run.asker.apply(run.rule, lambda: self._commit(course, query, legs))
+        station, left = course.station, errand.leaves
+        if left is not None:
+            errand.leaves = None
+            self.lines[left.id].remove(course)
+            self._let_move_up(left)
+        if station is not None and course not in self.lines[station.id]:
+            enters = path.since[path.cells == station.cells.queue[-1]]
+            if len(enters):
+                errand.entry = int(enters[0])
+                insort(self.lines[station.id], course, key=lambda other: self._errands[other.robot.id].entry)
+
+    def _let_move_up(self, station: Station) -> None:
+        for course in self.lines[station.id]:
+            if course.under_way is None and not course.legs:
+                self._request(course)
+
+    # Robots that cannot move
+
+    def _wait_or_step_aside(self, course: Course, query: Query) -> list[Leg]:
+        """Legs into a free cell beside a robot that has stood for long; none before, when it just asks again later."""
+        now, errand = self.run.warehouse.now, self._errands[course.robot.id]
+        if now - errand.set_out > self.run.standstill_ticks:
+            raise StandstillError(self._who_waits_for_whom(course))
+        if course.under_way is not None or course.legs:
+            return []  # its path goes on; where that ends it asks again
+        if now - errand.moved >= PATIENCE_TICKS:
+            for leg in self._steps(query):
+                path = timed_path(self.roads, query, (leg,))
+                if self.table.is_free(query.robot, occupancy(self.roads, path)):
+                    return [leg]
+        self.env.process(self._ask_again(course))
+        return []
+
+    def _ask_again(self, course: Course) -> Process:
+        yield self.run.after(RETRY_TICKS)
+        if not course.legs and course.under_way is None:
+            self._request(course)
+
+    def _steps(self, query: Query) -> Iterator[Leg]:
+        """Steps into cells beside a robot that it may enter and get on from, in random order."""
+        passable, times = self.roads.passable(query.goal, query.loaded), self.roads.tracks(query.goal, query.loaded).times
+        for heading in map(int, self._rng.permutation(4)):
+            beside = self.roads.layout.neighbour(query.cell, heading)
+            if (
+                beside is not None
+                and self.roads.layout.may_step(query.cell, heading)
+                and (passable[beside] or beside == query.goal)
+                and times[beside, heading] < UNREACHABLE
+            ):
+                yield Leg(beside)
+
+    def _who_waits_for_whom(self, course: Course) -> str:
+        sentences = [self._waits_for(other) for other in self.courses if other is course or self._stands(other)]
+        on_its_way_s = to_seconds(self.run.warehouse.now - self._errands[course.robot.id].set_out)
+        return (
+            f"The run stands still at {to_seconds(self.run.warehouse.now):.3f} s: robot {course.robot.name} has been on "
+            f"its way for {on_its_way_s:.0f} s (run.standstill_s). {'; '.join(sentences)}. Paths were planned by "
+            f"{self.run.rule.describe()}, which has no proof against deadlock; rules.pp = \"sipp\" has."
+        )
+
+    def _stands(self, course: Course) -> bool:
+        """Whether a robot wants to move and does not."""
+        stands = course.under_way is None and course.robot.cell != self._target(course)
+        return stands and self.run.warehouse.now - self._errands[course.robot.id].moved >= RETRY_TICKS
+
+    def _waits_for(self, course: Course) -> str:
+        robot, layout = course.robot, self.roads.layout
+        target = self._target(course)
+        legs = self.run.warehouse.travel.fastest_path(robot.cell, robot.heading, target, robot.pod is not None)
+        heading = self.run.warehouse.travel.heading(robot.cell, legs[0].to)
+        assert heading is not None
+        ahead = layout.neighbour(robot.cell, heading)
+        assert ahead is not None
+        blocker = self.table.blocker(ahead, self.run.warehouse.now, owner=robot.id)
+        whom = "nobody holds it" if blocker is None else f"which robot {self.run.warehouse.robots[blocker].name} has"
+        return (
+            f"robot {robot.name} at {layout.where(robot.cell)} waits for {layout.where(ahead)}, {whom}, "
+            f"on its way to {layout.where(target)}"
+        )

@@ -1,0 +1,28 @@
+"""What a PP rule that reserves is asked with."""
+
+from __future__ import annotations
+
+from attrs import frozen
+
+from rmfs_core.traffic.paths import Query
+from rmfs_core.traffic.reservations import Reservations
+from rmfs_core.traffic.roads import Roads
+
+
+@frozen(eq=False)
+class Traffic:
+    """The other robots' reservations, and the path that is wanted among them.
+
+    Parameters
+    ----------
+    roads
+        The layout as path planning sees it.
+    table
+        Who has reserved which cell when. For looking only: the kernel reserves what a path occupies.
+    query
+        From where, when and where to. A robot that is on its way is planned for from the end of the leg under way.
+    """
+
+    roads: Roads
+    table: Reservations
+    query: Query
