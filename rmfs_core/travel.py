@@ -4,8 +4,8 @@ Robots drive straight runs between stops and turn only at a standstill, so the s
 rest, and its moves are turns and whole runs. Tables are computed on demand, one Dijkstra search each, and kept.
 
 Who may pass what: a robot without a pod drives over the floor and under stored pods. A robot with a pod drives over
-the floor only; storage cells are its start and its goal, never on its way. Queue and station cells are entered only on
-the way to a cell of the same queue.
+the floor only; storage cells are its start and its goal, never on its way. Queue cells are entered only on the way to a
+cell of the same queue, and a station is never driven through.
 """
 
 from __future__ import annotations
@@ -60,6 +60,7 @@ class Travel:
         self._offsets = np.array([column + row * layout.width for column, row in STEPS], dtype=np.int64)
         self._lane = layout.lane
         self._floor = layout.kind == CellKind.FLOOR
+        self._queue = layout.kind == CellKind.QUEUE
         self._under = self._floor | (layout.kind == CellKind.STORAGE)
         for array in (self._runs, self._turns, self._offsets, self._floor, self._under):
             array.setflags(write=False)
@@ -144,7 +145,7 @@ class Travel:
                 return f"no robot may go from {self.layout.where(cell)} in heading {heading}"
             cell += offset
             lane = int(self._lane[cell])
-            own_queue = lane >= 0 and lane in (int(self._lane[goal]), int(self._lane[start]))
+            own_queue = self._queue[cell] and lane in (int(self._lane[goal]), int(self._lane[start]))
             if not (passable[cell] or cell == goal or own_queue):
                 carrying = "with a pod" if loaded else "without a pod"
                 return f"a robot {carrying} may not pass {self.layout.where(cell)} on its way"
@@ -164,7 +165,7 @@ class Travel:
         """Return moves, passable cells (on the way from or to ``end``), offsets, run and turn times."""
         passable = self._floor if loaded else self._under
         if self._lane[end] >= 0:
-            passable = passable | (self._lane == self._lane[end])
+            passable = passable | ((self._lane == self._lane[end]) & self._queue)
             passable.setflags(write=False)  # as the others are: the searches are compiled for one type of array
         return self.layout.moves, passable, self._offsets, self._runs, self._turns
 

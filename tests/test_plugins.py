@@ -54,7 +54,7 @@ def test_a_rule_set_binds_each_role_to_its_rule() -> None:
     assert loaded.pps is not None
     bound = (loaded.poa, loaded.pps, loaded.pr, loaded.ta, loaded.pp)
     assert [rule.role for rule in bound] == ["poa", "pps", "pr", "ta", "pp"]
-    assert [rule.name for rule in bound] == ["pod-match", "demand", "nearest", "balanced", "free-flow"]
+    assert [rule.name for rule in bound] == ["pod-match", "demand", "nearest", "balanced", "sipp"]
     assert loaded.pps.describe() == f'rule "demand" (rmfs {version("rmfs")})'
     assert loaded.pps.hook.name == "select_pods"
     assert (loaded.poa_pps, loaded.filters, loaded.observers, loaded.inline_files) == (None, (), (), ())

@@ -153,7 +153,7 @@ class RulesSection:
     poa_pps: RuleChoice | None = key("A joint rule for both, in place of `poa` and `pps`", None)
     pr: RuleChoice = key("Pod repositioning: where a pod goes back to", RuleChoice("nearest"))
     ta: RuleChoice = key("Task allocation: tasks to robots", RuleChoice("balanced"))
-    pp: RuleChoice = key("Path planning", RuleChoice("free-flow"))
+    pp: RuleChoice = key("Path planning", RuleChoice("sipp"))
     filters: tuple[RuleChoice, ...] = key("Backlog prefilters, applied in this order", ())
     observers: tuple[RuleChoice, ...] = key("Observers of third parties to register", ())
 

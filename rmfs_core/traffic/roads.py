@@ -67,13 +67,14 @@ class Roads:
         self.turns = tuple(map(int, self.passing.turns))
         self._lane = self.layout.lane
         self._floor: NDArray[np.bool_] = self.layout.kind == CellKind.FLOOR
+        self._queue: NDArray[np.bool_] = self.layout.kind == CellKind.QUEUE
         self._under: NDArray[np.bool_] = self._floor | (self.layout.kind == CellKind.STORAGE)
 
     def passable(self, goal: int, loaded: bool) -> NDArray[np.bool_]:
         """Cells that a robot may cross on its way to a goal, by the rules of `rmfs_core.travel`. Shape (cells,)."""
         passable = self._floor if loaded else self._under
         if self._lane[goal] >= 0:
-            own_queue: NDArray[np.bool_] = self._lane == self._lane[goal]
+            own_queue: NDArray[np.bool_] = (self._lane == self._lane[goal]) & self._queue
             return np.logical_or(passable, own_queue)
         return passable
 
