@@ -9,6 +9,15 @@ impossible ends the run with an error that names the rule. Draw random numbers f
 stream, spawned from the scenario's seed. Ids are whole numbers; numpy integers are accepted. Everything here is there
 since version 0.1.
 
+Each hook has an example, a whole rule. Besides what it shows, it takes these names for granted::
+
+    from attrs import define
+    from rmfs_core import JointDecision, OrderAssignment, Path, PodTrip, TaskAssignment, hookimpl
+    from rmfs_core.events import ItemPicked
+    from rmfs_core.rule_helpers import send_pods
+
+What a rule remembers it forgets in `run_started`: then an instance can be used for any number of runs.
+
 What else the kernel has to know of a rule, the class declares as attributes:
 
 ``needs``
@@ -22,6 +31,9 @@ What else the kernel has to know of a rule, the class declares as attributes:
     ``"full paths"``: each path ends at the goal and is reserved for its robot, the goal without end. ``"windows"``: a
     path may end wherever the robot may then stay, and the rule is asked again there. The kernel makes the reservations
     and refuses a path that hits one.
+``searches``, ``prepare``
+    For a PP rule with compiled searches: a static method that returns the numba functions (a run says when they have
+    to be compiled first), and a method called with the `rmfs_core.traffic.Roads` before the run starts, to load them.
 ``packing_capacity``
     Number of split orders that may be open at once, or None: a decision that exceeds it is refused.
 """
@@ -58,6 +70,18 @@ class DecisionHooks:
         :param rng: the rule's random generator.
         :return: assignments, applied in this order; each must fit what is then free at its station.
             An empty sequence assigns nothing until something changes.
+
+        Example::
+
+            @define
+            class OldestThatFits:
+                @hookimpl
+                def assign_orders(self, warehouse):
+                    for order in warehouse.backlog:
+                        for station in warehouse.stations:
+                            if warehouse.fits(order, station):
+                                return [OrderAssignment(order.id, station.id)]  # one at a time: it is asked again
+                    return []
         """
 
     @hookspec(firstresult=True)
@@ -74,6 +98,14 @@ class DecisionHooks:
         :param rng: the rule's random generator.
         :return: trips. Each pod at most once, and only to a station where it holds a free item (``pod.free_items``)
             for a request that is uncovered now. An empty sequence sends nothing until something changes.
+
+        Example::
+
+            @define
+            class FirstPod:
+                @hookimpl
+                def select_pods(self, warehouse, max_fetches):
+                    return send_pods(warehouse, max_fetches, lambda station, pods: pods[0])
         """
 
     @hookspec(firstresult=True)
@@ -86,6 +118,24 @@ class DecisionHooks:
         :param rng: the rule's random generator.
         :return: assignments and the pod trips they need. Every assigned request must be servable by a pod inbound to
             its station once the trips are counted in.
+
+        Example::
+
+            @define
+            class OldestWithItsPods:
+                needs = ("unlimited stock",)
+
+                @hookimpl
+                def assign_orders_and_pods(self, warehouse):
+                    for order in warehouse.backlog:
+                        for station in warehouse.stations:
+                            if warehouse.fits(order, station):
+                                there = {sku for pod in station.inbound_pods for sku in pod.contents}
+                                missing = [line.sku for line in order.open_lines if line.sku not in there]
+                                pods = {warehouse.pods_with(sku)[0].id for sku in missing}
+                                trips = [PodTrip(pod, station.id) for pod in sorted(pods)]
+                                return JointDecision([OrderAssignment(order.id, station.id)], trips)
+                    return JointDecision()
         """
 
     @hookspec(firstresult=True)
@@ -99,6 +149,14 @@ class DecisionHooks:
         :param pod: the pod; ``pod.cell`` is where it stands.
         :param rng: the rule's random generator.
         :return: the cell index of a free storage location.
+
+        Example::
+
+            @define
+            class AnyPlace:
+                @hookimpl
+                def choose_storage_location(self, warehouse, rng):
+                    return rng.choice(warehouse.free_storage_locations)
         """
 
     @hookspec(firstresult=True)
@@ -110,6 +168,15 @@ class DecisionHooks:
         :param warehouse: the warehouse now.
         :param rng: the rule's random generator.
         :return: assignments; each robot and each pod at most once. Pods left out wait for the next round.
+
+        Example::
+
+            @define
+            class FirstRobot:
+                @hookimpl
+                def assign_tasks(self, warehouse):
+                    pairs = zip(warehouse.idle_robots, warehouse.waiting_pods)
+                    return [TaskAssignment(robot.id, pod.id) for robot, pod in pairs]
         """
 
     @hookspec(firstresult=True)
@@ -128,6 +195,15 @@ class DecisionHooks:
             under way ends. None for a rule that does not.
         :param rng: the rule's random generator.
         :return: the legs to drive; none only for a robot that is to set out from the goal itself.
+
+        Example::
+
+            @define
+            class Fastest:
+                @hookimpl
+                def plan_path(self, warehouse, robot, goal):
+                    loaded = robot.pod is not None
+                    return Path(warehouse.travel.fastest_path(robot.cell, robot.heading, goal, loaded))
         """
 
 
@@ -146,6 +222,14 @@ class FilterHooks:
         :param orders: what the filters before this one left, oldest first.
         :param rng: the rule's random generator.
         :return: some of ``orders``. Neither order nor repetition matters; the assigning rule sees them oldest first.
+
+        Example::
+
+            @define
+            class TwentyOldest:
+                @hookimpl
+                def filter_backlog(self, orders):
+                    return orders[:20]
         """
 
 
@@ -157,6 +241,14 @@ class ObserverHooks:
         """A run begins.
 
         :param run: scenario, instance, layout and the warehouse at time 0.
+
+        Example::
+
+            @define
+            class Announce:
+                @hookimpl
+                def run_started(self, run):
+                    print(len(run.instance.orders), "orders,", len(run.warehouse.robots), "robots")
         """
 
     @hookspec
@@ -164,6 +256,17 @@ class ObserverHooks:
         """Something happened.
 
         :param event: one of the classes of `rmfs_core.events`; frozen.
+
+        Example::
+
+            @define
+            class CountPicks:
+                picks: int = 0
+
+                @hookimpl
+                def on_event(self, event):
+                    if isinstance(event, ItemPicked):
+                        self.picks += 1
         """
 
     @hookspec
@@ -172,4 +275,12 @@ class ObserverHooks:
 
         :param tick: simulated time at the end, in ticks (1 ms).
         :param status: ``"complete"``, ``"partial"`` or ``"failed"``.
+
+        Example::
+
+            @define
+            class SayWhen:
+                @hookimpl
+                def run_ended(self, tick, status):
+                    print(f"{status} after {tick / 1000:.0f} s")
         """

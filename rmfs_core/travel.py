@@ -13,6 +13,8 @@ from __future__ import annotations
 from collections import OrderedDict
 from functools import lru_cache
 from pathlib import Path as FilePath
+from time import perf_counter
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,12 +28,24 @@ TABLES_BYTES = 128 << 20
 """Memory that the tables of one layout may take; the least recently used go first."""
 
 
-def needs_compiling() -> bool:
-    """Whether the searches have never been compiled on this machine (that takes some seconds, once)."""
+def needs_compiling(rule: type | None = None) -> bool:
+    """Whether searches have never been compiled on this machine (that takes some seconds, once).
+
+    Parameters
+    ----------
+    rule
+        Class of a PP rule whose own searches count too: what its static method ``searches`` returns, if it has one.
+    """
     from rmfs_core import travel_search
 
-    folder = travel_search.times_to.stats.cache_path
-    return folder is None or not any(FilePath(folder).glob("travel_search.times_to-*.nbi"))
+    searches = [travel_search.times_to, *getattr(rule, "searches", tuple)()]
+    return not all(_compiled(search) for search in searches)
+
+
+def _compiled(search: Any) -> bool:
+    folder = search.stats.cache_path
+    name = f"{search.py_func.__module__.rpartition('.')[2]}.{search.py_func.__qualname__}"
+    return folder is not None and any(FilePath(folder).glob(f"{name}-*.nbi"))
 
 
 @lru_cache(maxsize=8)
@@ -66,6 +80,12 @@ class Travel:
             array.setflags(write=False)
         self._tables: OrderedDict[tuple[int, int, bool], NDArray[np.int64]] = OrderedDict()
         self._bytes = 0
+        self._seconds = 0.0
+
+    @property
+    def seconds(self) -> float:
+        """Wall-clock seconds that tables have taken so far."""
+        return self._seconds
 
     @property
     def layout(self) -> Layout:
@@ -92,8 +112,10 @@ class Travel:
 
         table = self._kept((goal, -1, loaded))
         if table is None:
+            started = perf_counter()
             table = travel_search.times_to(goal, *self._grid(goal, loaded))
             self._keep((goal, -1, loaded), table)
+            self._seconds += perf_counter() - started
         return table
 
     def times_from(self, cell: int, heading: int, loaded: bool) -> NDArray[np.int64]:
@@ -105,8 +127,10 @@ class Travel:
 
         table = self._kept((cell, heading, loaded))
         if table is None:
+            started = perf_counter()
             table = travel_search.times_from(cell, heading, self._lane, *self._grid(cell, loaded))
             self._keep((cell, heading, loaded), table)
+            self._seconds += perf_counter() - started
         return table
 
     def ticks(self, cell: int, heading: int, goal: int, loaded: bool) -> int:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from attrs import define, field
 
 from rmfs_core import Path, hookimpl
-from rmfs_core.traffic import TimedPath, path_of
+from rmfs_core.traffic import Query, Reservations, TimedPath, path_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rmfs_core.traffic import Query, Reservations, Roads
+    from rmfs_core.traffic import Roads
     from rmfs_core.traffic.asking import Traffic
 
 
@@ -59,6 +59,18 @@ class Sipp:
     reserves: ClassVar[str] = "full paths"
 
     _memory: _Memory = field(init=False, factory=_Memory, repr=False, eq=False)
+
+    @staticmethod
+    def searches() -> tuple[Any, ...]:
+        """Return the compiled search."""
+        from rmfs_sipp import compiled
+
+        return (compiled.search,)
+
+    def prepare(self, roads: Roads) -> None:
+        """Load the compiled search, or compile it."""
+        locations = roads.layout.storage_locations
+        self.search(roads, Reservations(roads.cells), Query(0, locations[0], 0, 0, locations[-1]))
 
     @hookimpl
     def plan_path(self, traffic: Traffic) -> Path | None:

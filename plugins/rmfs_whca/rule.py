@@ -9,10 +9,10 @@ from attrs import define, field, validators
 
 from rmfs_core import Leg, Path, hookimpl
 from rmfs_core.clock import to_ticks
-from rmfs_core.traffic import FOREVER, TimedPath, path_of
+from rmfs_core.traffic import FOREVER, Query, Reservations, TimedPath, path_of
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Query, Reservations, Roads
+    from rmfs_core.traffic import Roads
     from rmfs_core.traffic.asking import Traffic
 
 
@@ -66,6 +66,18 @@ class WhcaN:
         validator=validators.ge(1),
         metadata={"doc": "Nodes after which a search gives up, as if there were no path"},
     )
+
+    @staticmethod
+    def searches() -> tuple[Any, ...]:
+        """Return the compiled search."""
+        from rmfs_whca import compiled
+
+        return (compiled.search,)
+
+    def prepare(self, roads: Roads) -> None:
+        """Load the compiled search, or compile it."""
+        locations = roads.layout.storage_locations
+        self.search(roads, Reservations(roads.cells), Query(0, locations[0], 0, 0, locations[-1]))
 
     @hookimpl
     def plan_path(self, traffic: Traffic) -> Path:

@@ -1,9 +1,8 @@
-"""Planners by name: classes with a `Planner`'s search, or any PP rule by its hook `plan_path`."""
+"""Planners by name: any PP rule, asked through its hook `plan_path`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib.metadata import entry_points
 from typing import Any
 
 import numpy as np
@@ -15,22 +14,21 @@ from rmfs_core.errors import InputError, RuleError
 from rmfs_core.hookspecs import DecisionHooks
 from rmfs_core.instance import Instance
 from rmfs_core.plugins.parameters import build
-from rmfs_core.plugins.sources import RuleSources, load_entry
+from rmfs_core.plugins.sources import RuleSources
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.traffic import Planner, Query, Reservations, Roads, TimedPath, timed_path
+from rmfs_core.traffic.asking import Traffic
 from rmfs_core.warehouse import Robot, Warehouse, WarehouseView
-
-GROUP = "rmfs.planners"
-"""Entry points of classes that only plan among reservations; PP rules of the group ``rmfs`` are found as well."""
 
 
 @frozen
 class Choice:
-    """A planner, and whether it is one that keeps clear of other robots' reservations."""
+    """A planner, whether it is one that keeps clear of other robots' reservations, and the rule's class."""
 
     planner: Planner
     exclusive: bool
+    rule: type
 
 
 def find_planner(name: str, parameters: Mapping[str, Any], rng: np.random.Generator, folder: str = ".") -> Choice:
@@ -52,15 +50,14 @@ def find_planner(name: str, parameters: Mapping[str, Any], rng: np.random.Genera
     InputError
         When there is no such rule, it takes no such parameters, or it plans no paths.
     """
-    offered = {entry.name: entry for entry in entry_points(group=GROUP)}
-    source = load_entry(offered[name], "--pp") if name in offered else RuleSources(folder).find(name, "--pp")
+    source = RuleSources(folder).find(name, "--pp")
     if not isinstance(source.target, type) or not hasattr(source.target, "__attrs_attrs__"):
         raise InputError("--pp", f"{source.describe()} is no attrs class")
     rule = build(source.target, parameters, "--set", source.describe())
-    if isinstance(rule, Planner):
-        return Choice(rule, exclusive=True)
     if hasattr(rule, "plan_path"):
-        return Choice(HookPlanner(rule, source.describe(), rng), exclusive=False)
+        return Choice(
+            HookPlanner(rule, source.describe(), rng), getattr(rule, "reserves", None) is not None, source.target
+        )
     raise InputError("--pp", f"{source.describe()} plans no paths; expected a rule for PP, such as sipp or free-flow")
 
 
@@ -81,20 +78,24 @@ class HookPlanner:
         self._hooks = pluggy.PluginManager("rmfs")
         self._hooks.add_hookspecs(DecisionHooks)
         self._hooks.register(rule)
+        self._reserves = getattr(rule, "reserves", None)
         self._name = name
         self._rng = rng
 
-    def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:  # noqa: ARG002
-        """Return the rule's path; an empty one where the robot is at its goal."""
-        if query.cell == query.goal:
+    def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
+        """Return the rule's path; None where a rule that reserves finds none."""
+        traffic = None if self._reserves is None else Traffic(roads, table, query)
+        if traffic is None and query.cell == query.goal:
             return timed_path(roads, query, ())
         robot = Robot(0, query.cell, query.heading)
         warehouse = Warehouse(Instance((), (), ()), roads.travel, (), (robot,), ())
         warehouse.now = query.start_tick
         view = WarehouseView(warehouse)
         answer = self._hooks.hook.plan_path(
-            warehouse=view, robot=robot, goal=query.goal, traffic=None, rng=self._rng
+            warehouse=view, robot=robot, goal=query.goal, traffic=traffic, rng=self._rng
         )
+        if answer is None and traffic is not None:
+            return None
         if not isinstance(answer, Path):
             raise RuleError(f"{self._name} returned {type(answer).__name__} from plan_path; expected a Path.")
         try:

@@ -39,11 +39,14 @@ def plan(
     from rmfs_core.bare import bare_roads, collisions, find_planner, plan_trips, random_trips, read_map, read_trips
     from rmfs_core.errors import RunError
     from rmfs_core.randomness import stream
+    from rmfs_core.travel import needs_compiling
 
     roads = bare_roads(read_map(map_file))
     choice = find_planner(pp, _parameters(values), stream(seed, f"rule pp {pp}"))
     trips = random_trips(roads, agents, seed, map_file) if scen is None else read_trips(scen, roads.layout, agents)
     _check_reach(roads, trips, scen or map_file)
+    if needs_compiling(choice.rule):
+        click.echo("Compiling the path search (once; takes some seconds) ...", err=True)
     started = time.perf_counter()
     plans = plan_trips(roads, choice.planner, trips, choice.exclusive)
     wall_s = time.perf_counter() - started

@@ -37,6 +37,32 @@ def print_summary(console: Console, name: str, result: Result) -> None:
     console.print(columns, width=min(console.width, NARROW + 24))
 
 
+PROFILE = {
+    "tables": "Tables of travel times",
+    "queries": "Path queries",
+    "rules": "Other decision rules",
+    "observers": "Observers (metrics, display, trace)",
+    "events": "Events: robots, stations, reservations",
+}
+
+
+def print_profile(console: Console, result: Result) -> None:
+    """Print what the wall-clock time of a run went to, and the time in each hook."""
+    seconds, hooks = result.timing["profile_s"], result.timing["hook_s"]
+    total = sum(seconds.values())
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column("Where the time went", header_style="bold cyan")
+    table.add_column("s", justify="right", header_style="bold cyan")
+    table.add_column("%", justify="right", header_style="bold cyan")
+    for key, label in PROFILE.items():
+        table.add_row(label, f"{seconds[key]:.3f}", f"{100 * seconds[key] / total:.1f}" if total else "")
+    table.add_section()
+    for hook, spent in sorted(hooks.items(), key=lambda entry: -entry[1]):
+        table.add_row(Text(f"  in {hook}", style="dim"), Text(f"{spent:.3f}", style="dim"), "")
+    console.print()
+    console.print(table)
+
+
 def _stack(groups: list[Table]) -> RenderableType:
     spaced: list[RenderableType] = []
     for group in groups:

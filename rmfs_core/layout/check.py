@@ -54,18 +54,19 @@ def check_layout(layout: Layout, place: str) -> None:
         f"cannot be reached with a pod from {home}",
     )
     for cells in layout.stations:
-        _check_station(layout, place, cells.station, cells.queue[-1])
+        _check_station(layout, place, cells.station, cells.queue[-1], aisles)
 
 
-def _check_station(layout: Layout, place: str, station: int, entry: int) -> None:
+def _check_station(layout: Layout, place: str, station: int, entry: int, aisles: set[int]) -> None:
     if not layout.moves[station]:
         raise InputError(f"{place}, {layout.where(station)}", "no floor beside the picking station to leave it")
     entered = any(
-        beside is not None and layout.kind[beside] == CellKind.FLOOR and layout.may_step(beside, (heading + 2) % 4)
+        beside in aisles and layout.may_step(beside, (heading + 2) % 4)
         for heading, beside in enumerate(_neighbours(layout, entry))
+        if beside is not None
     )
     if not entered:
-        raise InputError(f"{place}, {layout.where(entry)}", "no floor leads into the end of this queue")
+        raise InputError(f"{place}, {layout.where(entry)}", "no aisle leads into the end of this queue")
 
 
 def _neighbours(layout: Layout, cell: int) -> list[int | None]:

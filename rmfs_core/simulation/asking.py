@@ -28,12 +28,19 @@ class Asker:
         Returns the simulated time in ticks.
     limit_s
         Wall-clock seconds a single decision may take; None for no limit.
+    tables_s
+        Returns the wall-clock seconds that travel tables have taken, whoever asked for them.
     """
 
-    def __init__(self, now: Callable[[], int], limit_s: float | None) -> None:
+    def __init__(
+        self, now: Callable[[], int], limit_s: float | None, tables_s: Callable[[], float] = lambda: 0.0
+    ) -> None:
         self._now = now
         self._limit_s = limit_s
+        self._tables_s = tables_s
         self.seconds: dict[str, float] = {}
+        self.tables_in: dict[str, float] = {}
+        """Seconds of travel tables within each hook."""
         self.calls: dict[str, int] = {}
 
     def ask(self, rule: BoundRule, **arguments: Any) -> tuple[Any, float]:
@@ -45,13 +52,14 @@ class Asker:
             When the rule raises or takes longer than the limit.
         """
         name = rule.hook.name
-        start = time.perf_counter()
+        tables, start = self._tables_s(), time.perf_counter()
         try:
             answer = rule.hook(**arguments)
         except (Exception, SystemExit, GeneratorExit) as error:  # whatever a rule does, the run ends in order
             raise self.raised(rule, error) from error
         seconds = time.perf_counter() - start
         self.seconds[name] = self.seconds.get(name, 0.0) + seconds
+        self.tables_in[name] = self.tables_in.get(name, 0.0) + self._tables_s() - tables
         self.calls[name] = self.calls.get(name, 0) + 1
         if self._limit_s is not None and seconds > self._limit_s:
             raise self.error(rule, f"took {seconds:.3g} s; the scenario allows run.decision_limit_s = {self._limit_s}")

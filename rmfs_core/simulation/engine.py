@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Generator
 from itertools import groupby
 from typing import Any
@@ -60,7 +61,10 @@ class Simulation:
         opening = open_warehouse(scenario, instance, layout)
         self.warehouse = opening.warehouse
         self.motion = self.warehouse.travel.motion
-        self.asker = Asker(lambda: self.warehouse.now, scenario.run.decision_limit_s)
+        travel = self.warehouse.travel
+        self._tables_before_s = travel.seconds
+        self._observing_s = 0.0
+        self.asker = Asker(lambda: self.warehouse.now, scenario.run.decision_limit_s, lambda: travel.seconds)
         self._streams: dict[int, np.random.Generator] = {}
         self.decisions = Decisions(self.warehouse, rules, self._stream, self.asker, self._tell, self._start_task)
         self.view = self.decisions.view
@@ -86,6 +90,18 @@ class Simulation:
     def hook_seconds(self) -> dict[str, float]:
         """Wall-clock seconds spent in each hook's rules so far."""
         return dict(self.asker.seconds)
+
+    @property
+    def profile(self) -> dict[str, float]:
+        """Wall-clock seconds by what they went to: travel tables, path queries, the other rules, observers."""
+        rules = {name: s - self.asker.tables_in[name] for name, s in self.asker.seconds.items()}
+        queries = rules.pop("plan_path", 0.0)
+        return {
+            "tables": self.warehouse.travel.seconds - self._tables_before_s,
+            "queries": queries,
+            "rules": sum(rules.values()),
+            "observers": self._observing_s,
+        }
 
     def run(self) -> None:
         """Simulate until every order is complete or ``run.until_s`` is reached.
@@ -292,8 +308,10 @@ class Simulation:
 
     def _call_observers(self, hook: pluggy.HookCaller, **arguments: Any) -> None:
         """Call a hook of all observers; name the scenario's observer that fails."""
+        started = time.perf_counter()
         try:
             hook(**arguments)
+            self._observing_s += time.perf_counter() - started
         except (Exception, SystemExit, GeneratorExit) as error:
             observer = self._raised_in(error)
             if observer is None:

@@ -49,6 +49,7 @@ def test_one_way_aisles_are_one_way() -> None:
         (".#.\n###\n.qO\n...", "map: 1 cell(s) have no floor beside them, so no pod gets in or out: row 2, column 2"),
         ("#.\n..", "map: the layout has no picking station"),
         (".qO\n...", "map: the layout has no storage location"),
+        ("#@@@\n.@qO\n.<┘<", "map, row 2, column 3: no aisle leads into the end of this queue"),
         ("..#\n.qO", "map, row 2, column 3: no floor beside the picking station to leave it"),
     ],
 )

@@ -6,10 +6,11 @@ import tempfile
 from pathlib import Path
 
 import pytest
+from attrs import evolve
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from rmfs_core.errors import InputError
+from rmfs_core.errors import InputError, StandstillError
 from rmfs_core.instance import Instance, make_instance
 from rmfs_core.layout import Layout, block_map, check_layout, parse_map
 from rmfs_core.observers import TraceWriter
@@ -61,7 +62,7 @@ def layouts(draw: st.DrawFn, queue_length: int) -> tuple[LayoutSection, Layout]:
 
 
 @st.composite
-def attacks(draw: st.DrawFn, max_robots: int) -> tuple[Scenario, Instance, Layout]:
+def attacks(draw: st.DrawFn, max_robots: int, pp: str = "sipp") -> tuple[Scenario, Instance, Layout]:
     """Any shipped rules but for PP, 1 to ``max_robots`` robots, more work than the stations have places for."""
 
     def choose(*names: str) -> RuleChoice:
@@ -82,7 +83,7 @@ def attacks(draw: st.DrawFn, max_robots: int) -> tuple[Scenario, Instance, Layou
             **deciders,
             pr=choose("nearest", "fixed", "random"),
             ta=choose("nearest-robot", "balanced"),
-            pp=RuleChoice("sipp"),
+            pp=RuleChoice(pp),
         ),
         seed=draw(st.integers(0, 1000)),
         instance=InstanceSection(
@@ -123,6 +124,17 @@ def completes(scenario: Scenario, instance: Instance, layout: Layout) -> None:
 def test_small_fleets(attack: tuple[Scenario, Instance, Layout]) -> None:
     """Up to 12 robots: every run ends with every order complete."""
     completes(*attack)
+
+
+@given(attack=attacks(max_robots=12, pp="whca-n"))
+@settings(max_examples=40, **ANYTHING_GOES)
+def test_windows_end_in_order_or_with_the_reason(attack: tuple[Scenario, Instance, Layout]) -> None:
+    """Under `whca-n` a run completes without a collision, or ends with the error that says who waits for whom."""
+    scenario, instance, layout = attack
+    try:
+        completes(evolve(scenario, run=RunSection(standstill_s=600.0)), instance, layout)
+    except StandstillError as error:
+        assert " waits for row " in str(error)
 
 
 @pytest.mark.slow

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from rmfs_core.errors import InputError
 from rmfs_core.simulation.driving.base import Driving, Process, Surroundings
 from rmfs_core.simulation.driving.complete import CompleteDriving
@@ -10,7 +12,11 @@ from rmfs_core.simulation.driving.windowed import WindowedDriving
 
 __all__ = ["WAYS", "Driving", "Process", "Surroundings", "driving_for"]
 
-WAYS = {None: FreeDriving, "full paths": CompleteDriving, "windows": WindowedDriving}
+WAYS: dict[str | None, Callable[[Surroundings], Driving]] = {
+    None: FreeDriving,
+    "full paths": CompleteDriving,
+    "windows": WindowedDriving,
+}
 """Ways to drive by the attribute ``reserves`` of a PP rule's class."""
 
 
@@ -26,5 +32,4 @@ def driving_for(run: Surroundings) -> Driving:
     if reserves not in WAYS:
         known = ", ".join(repr(way) for way in WAYS)
         raise InputError("rules.pp", f"{run.rule.describe()} has reserves = {reserves!r}; expected one of {known}")
-    driving: Driving = WAYS[reserves](run)
-    return driving
+    return WAYS[reserves](run)

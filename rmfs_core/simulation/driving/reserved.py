@@ -98,6 +98,10 @@ class ReservedDriving:
         for course in self.courses:
             self.table.hold(course.robot.id, course.robot.cell, 0)
             run.env.process(self._follow(course))
+        self.table.forget_before(0)
+        prepare = getattr(run.rule.instance, "prepare", None)
+        if prepare is not None:
+            prepare(self.roads)
 
     def place(self, robot: Robot, station: Station) -> None:
         """Take in a robot that stands in the line of a station from the start."""
@@ -237,7 +241,7 @@ class ReservedDriving:
             del self._owner[course.goal]
 
     def _clear(self, goal: int, robot: Robot) -> None:
-        """Let an empty robot that rests in a storage location, or is to, step aside for another that has to go there."""
+        """Let an empty robot that owns a storage location step aside for another that has to go there."""
         other = self._owner.get(goal)
         if other is not None and other.robot is not robot:
             assert other.robot.pod is None

@@ -206,24 +206,25 @@ class WindowedDriving(ReservedDriving):
 
     def _steps(self, query: Query) -> Iterator[Leg]:
         """Steps into cells beside a robot that it may enter and get on from, in random order."""
-        passable, times = self.roads.passable(query.goal, query.loaded), self.roads.tracks(query.goal, query.loaded).times
+        tracks = self.roads.tracks(query.goal, query.loaded)
         for heading in map(int, self._rng.permutation(4)):
             beside = self.roads.layout.neighbour(query.cell, heading)
             if (
                 beside is not None
                 and self.roads.layout.may_step(query.cell, heading)
-                and (passable[beside] or beside == query.goal)
-                and times[beside, heading] < UNREACHABLE
+                and (tracks.passable[beside] or beside == query.goal)
+                and tracks.times[beside, heading] < UNREACHABLE
             ):
                 yield Leg(beside)
 
     def _who_waits_for_whom(self, course: Course) -> str:
         sentences = [self._waits_for(other) for other in self.courses if other is course or self._stands(other)]
-        on_its_way_s = to_seconds(self.run.warehouse.now - self._errands[course.robot.id].set_out)
+        now = self.run.warehouse.now
+        on_its_way_s = to_seconds(now - self._errands[course.robot.id].set_out)
         return (
-            f"The run stands still at {to_seconds(self.run.warehouse.now):.3f} s: robot {course.robot.name} has been on "
-            f"its way for {on_its_way_s:.0f} s (run.standstill_s). {'; '.join(sentences)}. Paths were planned by "
-            f"{self.run.rule.describe()}, which has no proof against deadlock; rules.pp = \"sipp\" has."
+            f"The run stands still at {to_seconds(now):.3f} s: robot {course.robot.name} has been on its way for "
+            f"{on_its_way_s:.0f} s (run.standstill_s). {'; '.join(sentences)}. Paths were planned by "
+            f'{self.run.rule.describe()}, which has no proof against deadlock; rules.pp = "sipp" has.'
         )
 
     def _stands(self, course: Course) -> bool:

@@ -1,0 +1,156 @@
+"""Robots that keep out of each other's way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import rmfs_core
+from rmfs_core.errors import InputError, RuleError, StandstillError
+from rmfs_core.events import Event, OrderCompleted, PodStored, QueueJoined, RobotMoved, TaskAssigned, VisitStarted
+from rmfs_core.layout import check_layout, parse_map
+from rmfs_core.results import load_result
+from rmfs_core.scenario.model import RuleChoice
+from rmfs_core.testing import small_instance, small_layout
+
+CORRIDOR_MAP = "\n".join(["#" + "." * 60 + "qO", "#.." + "@" * 57 + "...", "#.#" + "@" * 60, "@#@" + "@" * 60])
+"""One lane of nearly 60 cells, two-way, between all storage locations and the station."""
+
+CORRIDOR = parse_map(CORRIDOR_MAP, "corridor")
+INSTANCE = small_instance(
+    {f"o{i}": [sku] for i, sku in enumerate("abcd" * 4)}, {"1": ["a"], "2": ["b"], "3": ["c"], "4": ["d"]}
+)
+RULE = """
+from attrs import define
+from rmfs_core import Leg, Path, hookimpl
+
+@define
+class Mine:
+    reserves = {reserves!r}
+
+    @hookimpl
+    def plan_path(self, warehouse, robot, goal, traffic):
+        start = traffic.query
+        legs = warehouse.travel.fastest_path(start.cell, start.heading, goal, loaded=robot.pod is not None)
+        return Path({legs})
+"""
+
+
+def inline(folder: Path, reserves: str, legs: str = "legs") -> RuleChoice:
+    """Write a PP rule that heeds nobody and returns ``legs``."""
+    (folder / "mine.py").write_text(RULE.format(reserves=reserves, legs=legs))
+    return RuleChoice("./mine.py:Mine")
+
+
+@pytest.fixture(params=["sipp", "whca-n"])
+def pp(request: pytest.FixtureRequest) -> str:
+    """Return each rule that reserves."""
+    return str(request.param)
+
+
+def test_every_order_is_completed(tiny_run: Callable[..., Any], pp: str) -> None:
+    """More robots than the queue has cells: the run ends with every order complete."""
+    tiny = tiny_run(INSTANCE, capacity=3, robots=6, queue_length=1, pp=pp)
+    tiny.simulation.run()
+    assert len(tiny.recorder.of(OrderCompleted)) == 16
+
+
+def test_robots_line_up_and_are_served_in_order(tiny_run: Callable[..., Any], pp: str) -> None:
+    """Pods start their visits in the order in which they joined the queue."""
+    tiny = tiny_run(INSTANCE, capacity=3, robots=4, pp=pp)
+    tiny.simulation.run()
+    joined = [event.pod for event in tiny.recorder.of(QueueJoined)]
+    assert [event.pod for event in tiny.recorder.of(VisitStarted)] == joined
+
+
+def test_pods_at_the_station_from_the_start_are_served_first(tiny_run: Callable[..., Any], pp: str) -> None:
+    """Robots that stand in line at time 0 hold their cells, and the others queue behind them."""
+    tiny = tiny_run(INSTANCE, capacity=3, robots=4, pp=pp, at_stations={"1": ("2", "3")})
+    tiny.simulation.run()
+    assert [event.pod for event in tiny.recorder.of(VisitStarted)][:2] == [1, 2]
+    assert len(tiny.recorder.of(OrderCompleted)) == 16
+
+
+def moved_without_a_task(events: list[Event]) -> bool:
+    """Whether some robot drove though it had no task."""
+    busy: set[int] = set()
+    for event in events:
+        if isinstance(event, TaskAssigned):
+            busy.add(event.robot)
+        elif isinstance(event, PodStored):
+            busy.discard(event.robot)
+        elif isinstance(event, RobotMoved) and event.robot not in busy:
+            return True
+    return False
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_idle_robots_step_aside(tiny_run: Callable[..., Any], pp: str, seed: int) -> None:
+    """With a robot in all locations but one, robots are in each other's way all the time; empty ones give way."""
+    layout = small_layout(1, block_columns=1, queue_length=1)
+    tiny = tiny_run(
+        INSTANCE, capacity=3, robots=len(layout.storage_locations) - 1, queue_length=1, layout=layout, pp=pp, seed=seed
+    )
+    tiny.simulation.run()
+    assert len(tiny.recorder.of(OrderCompleted)) == 16
+    assert moved_without_a_task(tiny.recorder.events)
+
+
+def test_sipp_passes_a_corridor_for_one(tiny_run: Callable[..., Any]) -> None:
+    """Where only one robot at a time can pass, `sipp` lets the others wait where they block nobody."""
+    check_layout(CORRIDOR, "corridor")
+    tiny = tiny_run(INSTANCE, capacity=3, robots=3, layout=CORRIDOR, queue_length=1, pp="sipp")
+    tiny.simulation.run()
+    assert len(tiny.recorder.of(OrderCompleted)) == 16
+
+
+def test_a_standstill_says_who_waits_for_whom(tmp_path: Path) -> None:
+    """`whca-n` lets robots meet in the corridor: the error names them, their cells and who has those."""
+    (tmp_path / "map.txt").write_text(CORRIDOR_MAP + "\n")
+    (tmp_path / "s.toml").write_text(
+        'rules = { poa = "pod-match", pps = "demand", pp = "whca-n" }\n'
+        "instance = { orders = 20, skus = 4, pods = 4, skus_per_pod = 1 }\n"
+        'layout = { map_file = "map.txt", pod_fill = 0.1 }\nrobots = { count = 3 }\n'
+        "stations = { queue_length = 1, item_capacity = 4 }\nrun = { standstill_s = 300.0 }\n"
+    )
+    with pytest.raises(StandstillError, match=r"The run stands still at .* for 3\d\d s \(run.standstill_s\)") as caught:
+        rmfs_core.run(tmp_path / "s.toml", out=tmp_path / "out")
+    text = str(caught.value)
+    assert text.count(" waits for row 1, column ") >= 2
+    assert "which robot " in text
+    assert 'rule "whca-n" (rmfs' in text
+    kept = load_result(tmp_path / "out")
+    assert (kept.status, kept.error) == ("failed", text)
+    assert kept.metrics["distance_m"] > 0
+
+
+@pytest.mark.parametrize("reserves", ["full paths", "windows"])
+def test_a_path_that_hits_a_reservation_is_refused(tiny_run: Callable[..., Any], tmp_path: Path, reserves: str) -> None:
+    """A rule that heeds nobody is named, with the robot in the way and the cell."""
+    tiny = tiny_run(INSTANCE, capacity=3, robots=4, layout=CORRIDOR, queue_length=1, pp=inline(tmp_path, reserves))
+    with pytest.raises(RuleError, match=r"mine.py.*a path that hits a reservation: robot \d has row \d+, column \d+"):
+        tiny.simulation.run()
+
+
+def test_a_full_path_ends_at_the_goal(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
+    """A rule that promises full paths and stops short is refused."""
+    tiny = tiny_run(INSTANCE, capacity=3, robots=1, pp=inline(tmp_path, "full paths", "legs[:-1]"))
+    with pytest.raises(RuleError, match=r"gave robot 1 a path that ends at row .*, not at its goal row|an empty path"):
+        tiny.simulation.run()
+
+
+def test_reserves_is_one_of_a_few(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
+    """A misspelt attribute is named with what would be right."""
+    with pytest.raises(InputError, match="has reserves = 'paths'; expected one of None, 'full paths', 'windows'"):
+        tiny_run(INSTANCE, pp=inline(tmp_path, "paths"))
+
+
+def test_one_location_is_left_for_who_steps_aside(tiny_run: Callable[..., Any], pp: str) -> None:
+    """As many robots as storage locations are refused before the run."""
+    layout = small_layout(1, block_columns=1, queue_length=1)
+    count = len(layout.storage_locations)
+    with pytest.raises(InputError, match=rf"robots.count: found {count} robots and {count} storage locations"):
+        tiny_run(INSTANCE, capacity=3, robots=count, queue_length=1, layout=layout, pp=pp)
