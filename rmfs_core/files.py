@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import csv
+import gzip
 import io
 import json
 import math
 import operator
 import os
 import uuid
-from collections.abc import Iterable, Mapping, Sequence
+import zlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from rmfs_core.errors import InputError
 
@@ -133,3 +135,31 @@ def output_folder(path: str | Path) -> Path:
     if not os.access(folder, os.W_OK | os.X_OK):
         raise InputError(str(folder), "cannot be written to; expected a folder you may write to")
     return folder
+
+
+def read_json_lines(path: str | Path) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the JSON objects of a gzip file, one a line, each with its place for messages.
+
+    Raises
+    ------
+    InputError
+        With the file and the line when it cannot be read, is damaged or was cut off.
+    """
+    number = 0
+    try:
+        with gzip.open(path, "rt", encoding="utf-8") as stream:
+            for number, text in enumerate(stream, 1):
+                place = f"{path}, line {number}"
+                try:
+                    line = json.loads(text)
+                except json.JSONDecodeError as error:
+                    raise InputError(place, f"this is no valid JSON: {error}") from error
+                if not isinstance(line, dict):
+                    raise InputError(place, f"expected a JSON object, found {type(line).__name__}")
+                yield place, line
+    except EOFError as error:
+        raise InputError(f"{path}, line {number + 1}", "the file was cut off here") from error
+    except (gzip.BadGzipFile, zlib.error, UnicodeDecodeError) as error:
+        raise InputError(f"{path}, line {number + 1}", f"the file is damaged or no gzip file: {error}") from error
+    except OSError as error:
+        raise InputError(str(path), f"cannot be read: {error.strerror or error}") from error

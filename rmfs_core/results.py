@@ -17,6 +17,7 @@ from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
 
 RESULT_FILE = "result.json"
 TRACE_FILE = "trace.jsonl.gz"
+DECISIONS_FILE = "decisions.jsonl.gz"
 TABLE_FILES = {
     "orders": ("orders.csv", ORDER_COLUMNS),
     "visits": ("visits.csv", VISIT_COLUMNS),
@@ -50,6 +51,8 @@ class Result:
         Message of the error that ended a failed run.
     interrupted
         Whether a keyboard interrupt ended the run. (Not in the files.)
+    hook_calls
+        How often the rules of each hook were asked. (Not in the files.)
     """
 
     scenario: Scenario
@@ -63,6 +66,7 @@ class Result:
     periods: list[Row] = field(factory=list, repr=False)
     error: str | None = None
     interrupted: bool = False
+    hook_calls: dict[str, int] = field(factory=dict, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the content of result.json: everything but the tables."""

@@ -16,9 +16,10 @@ from rmfs_core.instance import make_instance
 from rmfs_core.layout import make_layout
 from rmfs_core.observers import Metrics, Tables, TraceWriter
 from rmfs_core.plugins import RuleSet
-from rmfs_core.results import RESULT_FILE, TABLE_FILES, TRACE_FILE, Result
+from rmfs_core.results import DECISIONS_FILE, RESULT_FILE, TABLE_FILES, TRACE_FILE, Result
 from rmfs_core.scenario import Scenario, load_scenario, located
 from rmfs_core.simulation.engine import Simulation
+from rmfs_core.states.recording import DecisionRecorder
 
 
 def run(
@@ -28,6 +29,7 @@ def run(
     overrides: Sequence[str] = (),
     out: str | Path | None = None,
     trace: bool = False,
+    record_decisions: bool = False,
     observers: Sequence[object] = (),
     allow_inline_rules: bool = True,
 ) -> Result:
@@ -42,9 +44,12 @@ def run(
     overrides
         ``key=value`` each, replacing values of the file; not for a `Scenario` object (see `attrs.evolve`).
     out
-        Folder to write the result's files to. Files of an earlier run there are replaced; its trace is deleted.
+        Folder to write the result's files to. Files of an earlier run there are replaced; its trace and decisions are
+        deleted.
     trace
         Whether to record the event trace too, ``trace.jsonl.gz`` in ``out``.
+    record_decisions
+        Whether to record what each rule saw and decided too, ``decisions.jsonl.gz`` in ``out``.
     observers
         Objects whose ``@hookimpl`` methods are told of every event, besides those that the scenario names.
     allow_inline_rules
@@ -64,22 +69,30 @@ def run(
         When a rule misbehaves or the run stands still. Its ``result`` has what was measured until then, status
         ``"failed"``, and is saved in ``out`` like any other.
     """
-    if trace and out is None:
-        raise InputError("trace", "a trace needs a folder to be written to; expected `out` with it")
+    for option, wanted in (("trace", trace), ("record_decisions", record_decisions)):
+        if wanted and out is None:
+            raise InputError(option, "what is recorded needs a folder to be written to; expected `out` with it")
     resolved = _resolve(scenario, seed, overrides)
     measured = _prepare(resolved, observers, allow_inline_rules)
     folder = None if out is None else _folder_for_results(out, resolved)
-    writer = TraceWriter(folder / TRACE_FILE) if folder is not None and trace else None
-    if writer is not None:
+    writers: dict[str, TraceWriter | DecisionRecorder] = {}
+    if folder is not None and trace:
+        writers[TRACE_FILE] = TraceWriter(folder / TRACE_FILE)
+    if folder is not None and record_decisions:
+        recorder = DecisionRecorder(folder / DECISIONS_FILE)
+        writers[DECISIONS_FILE] = measured.simulation.decisions.recorder = recorder
+    for writer in writers.values():
         measured.simulation.rules.register_observer(writer)
     try:
         outcome = _simulate(measured.simulation)
         result = _conclude(measured, outcome, folder)
     finally:
-        if writer is not None:
+        for writer in writers.values():
             writer.discard()
-    if folder is not None and writer is None:
-        (folder / TRACE_FILE).unlink(missing_ok=True)
+    if folder is not None:
+        for file in (TRACE_FILE, DECISIONS_FILE):
+            if file not in writers:
+                (folder / file).unlink(missing_ok=True)
     if isinstance(outcome.error, RunError):
         outcome.error.result = result
     if outcome.error is not None:
@@ -191,10 +204,18 @@ def _result(measured: _Measured, outcome: _Outcome) -> Result:
         versions=measured.versions,
         status=outcome.status,
         metrics=metrics.values(),
-        timing={**metrics.timing(outcome.wall_s), "hook_s": simulation.hook_seconds},
+        timing={
+            **metrics.timing(outcome.wall_s),
+            "hook_s": simulation.hook_seconds,
+            "profile_s": {
+                **simulation.profile,
+                "events": max(outcome.wall_s - sum(simulation.profile.values()), 0.0),
+            },
+        },
         orders=tables.orders,
         visits=tables.visits,
         periods=tables.periods,
         error=None if outcome.error is None else str(outcome.error),
         interrupted=outcome.interrupted,
+        hook_calls=dict(simulation.asker.calls),
     )

@@ -6,9 +6,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from attrs import evolve
 
 import rmfs_core
 from rmfs_core.cli import COMMANDS
+from rmfs_core.experiments import load_experiment, run_experiment
 from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -30,6 +32,17 @@ def test_the_readmes_rule_runs(tmp_path: Path) -> None:
     assert result.status == "complete"
     assert result.metrics["orders_completed"] == 50
     assert len(block("rule").strip().splitlines()) <= 25
+
+
+def test_the_readmes_experiment_compares_the_readmes_rule(tmp_path: Path) -> None:
+    """The experiment of the README, saved as it says beside the rule, runs every rule set on both instances."""
+    (tmp_path / "my_rule.py").write_text(block("rule"), encoding="utf-8")
+    (tmp_path / "my-experiment.toml").write_text(block("experiment"), encoding="utf-8")
+    experiment = load_experiment(tmp_path / "my-experiment.toml")
+    assert len(experiment.jobs()) == 30
+    result = run_experiment(evolve(experiment, seeds=(1,)), store=tmp_path / "runs")
+    assert [row["status"] for row in result.rows] == ["complete"] * 6
+    assert result.comparison().instance_sets == ("orders=50", "orders=100", "overall")
 
 
 def test_the_readmes_map_is_fit_for_use(tmp_path: Path) -> None:

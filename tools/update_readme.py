@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import attrs
-from click.testing import CliRunner
 
-from rmfs_core.cli import rmfs
+from rmfs_core.plugins.description import Parameter, installed_rules
 from rmfs_core.scenario.model import Scenario
 
 README = Path(__file__).resolve().parent.parent / "README.md"
@@ -49,18 +48,26 @@ def _default(f: attrs.Attribute[Any]) -> str:
 
 def rules_table() -> str:
     """Return the table of the rules that this distribution ships."""
-    listed = CliRunner().invoke(rmfs, ["rules", "--json"], catch_exceptions=False)
-    rows = ["| rule | decides | what it does | parameters |", "|---|---|---|---|"]
-    for rule in json.loads(listed.stdout):
-        if rule["distribution"] == "rmfs":
-            parameters = ", ".join(_parameter(parameter) for parameter in rule["parameters"])
-            rows.append(f"| `{rule['name']}` | {', '.join(rule['decides'])} | {rule['summary']} | {parameters} |")
+    rows = ["| rule | decides | what it does | parameters | reference |", "|---|---|---|---|---|"]
+    for rule in installed_rules():
+        if rule.distribution == "rmfs":
+            parameters = ", ".join(_parameter(parameter) for parameter in rule.parameters)
+            references = ", ".join(_link(number) for number in rule.short_references().splitlines())
+            cells = (f"`{rule.name}`", ", ".join(rule.decides), rule.summary, parameters, references)
+            rows.append(f"| {' | '.join(cells)} |")
     return "\n".join(rows)
 
 
-def _parameter(parameter: dict[str, Any]) -> str:
-    unit = f" {parameter['unit']}" if parameter.get("unit") else ""
-    return f"`{parameter['name']}` = {json.dumps(parameter.get('default'))}{unit}"
+def _parameter(parameter: Parameter) -> str:
+    if parameter.required:
+        return f"`{parameter.name}` (required)"
+    return f"`{parameter.name}` = {json.dumps(parameter.default)} {parameter.unit}".rstrip()
+
+
+def _link(number: str) -> str:
+    arxiv = number.lower().startswith("arxiv:")
+    address = f"https://arxiv.org/abs/{number[6:]}" if arxiv else f"https://doi.org/{number}"
+    return f"[{number}]({address})"
 
 
 def updated(text: str) -> str:

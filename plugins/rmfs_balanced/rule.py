@@ -60,6 +60,7 @@ class Balanced:
     _station_of: dict[int, int] = field(init=False, factory=dict)  # robot -> station
     _active: frozenset[int] = field(init=False, default=frozenset())
     _shared_at_s: float = field(init=False, default=-math.inf)
+    _robots: tuple[Robot, ...] = field(init=False, default=(), repr=False, eq=False)  # whose shares these are
 
     @hookimpl
     def assign_tasks(self, warehouse: WarehouseView) -> Sequence[TaskAssignment]:
@@ -82,6 +83,9 @@ class Balanced:
         return tasks
 
     def _reallocate(self, warehouse: WarehouseView) -> None:
+        if self._robots is not warehouse.robots:  # another run
+            self._robots = warehouse.robots
+            self._station_of, self._active, self._shared_at_s = {}, frozenset(), -math.inf
         active = frozenset(station.id for station in warehouse.stations if station.open_requests)
         due = warehouse.now_s - self._shared_at_s >= self.reallocation_s
         if due and active and active != self._active:

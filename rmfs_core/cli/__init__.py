@@ -11,11 +11,17 @@ from rmfs_core.errors import RmfsError
 
 COMMANDS = {
     "run": "rmfs_core.cli.run:run",
+    "compare": "rmfs_core.cli.compare:compare",
+    "reproduce": "rmfs_core.cli.reproduce:reproduce",
     "rules": "rmfs_core.cli.rules:rules",
+    "new-rule": "rmfs_core.cli.new_rule:new_rule",
     "scenario": "rmfs_core.cli.scenario:scenario",
     "generate": "rmfs_core.cli.generate:generate",
     "plan": "rmfs_core.cli.plan:plan",
     "validate": "rmfs_core.cli.validate:validate",
+    "explain": "rmfs_core.cli.explain:explain",
+    "decide": "rmfs_core.cli.decide:decide",
+    "bench": "rmfs_core.cli.bench:bench",
 }
 
 

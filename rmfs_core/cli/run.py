@@ -40,6 +40,8 @@ LONGEST_SUFFIX = 60
     f"[default: {RUNS_FOLDER}/<scenario>-seed<seed>, with what --set changed]",
 )
 @click.option("--trace", is_flag=True, help="Record every event in DIR/trace.jsonl.gz too.")
+@click.option("--record-decisions", is_flag=True, help="Record what each rule saw and decided, for `rmfs explain`.")
+@click.option("--profile", is_flag=True, help="Print where the wall-clock time went.")
 @click.option("--no-inline-rules", is_flag=True, help="Refuse rules from files beside the scenario.")
 @click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
 @click.option("--traceback", "show_traceback", is_flag=True, help="When a rule fails, print where in its code.")
@@ -49,6 +51,8 @@ def run(
     overrides: tuple[str, ...],
     out: Path | None,
     trace: bool,
+    record_decisions: bool,
+    profile: bool,
     no_inline_rules: bool,
     quiet: bool,
     show_traceback: bool,
@@ -60,7 +64,7 @@ def run(
     """
     from rich.console import Console
 
-    from rmfs_core.cli.summary import print_summary
+    from rmfs_core.cli.summary import print_profile, print_summary
     from rmfs_core.errors import RunError
     from rmfs_core.observers.progress import progress_for
     from rmfs_core.running import run as simulate
@@ -72,7 +76,7 @@ def run(
     notes = Console(stderr=True, quiet=quiet)
     if not no_inline_rules:
         _announce_inline_rules(notes, resolved)
-    _announce_compiling(notes)
+    announce_compiling(notes, resolved, allow_inline=not no_inline_rules)
     progress: Progress | None = None if quiet else progress_for(notes, name)
     try:
         with nullcontext() if progress is None else closing(progress):
@@ -80,6 +84,7 @@ def run(
                 resolved,
                 out=folder,
                 trace=trace,
+                record_decisions=record_decisions,
                 observers=() if progress is None else (progress,),
                 allow_inline_rules=not no_inline_rules,
             )
@@ -91,7 +96,9 @@ def run(
         raise
     console = Console(quiet=quiet)
     print_summary(console, name, result)
-    _report(console, result, folder, trace)
+    if profile:
+        print_profile(console, result)
+    _report(console, result, folder, trace=trace, record_decisions=record_decisions)
     if result.interrupted:
         raise click.Abort
 
@@ -119,16 +126,19 @@ def _announce_inline_rules(notes: Console, scenario: Scenario) -> None:
         _say(notes, f"Loading code from {Path(scenario.folder) / file}.")
 
 
-def _announce_compiling(notes: Console) -> None:
+def announce_compiling(notes: Console, scenario: Scenario, *, allow_inline: bool = True) -> None:
+    """Say that searches will be compiled, where they never were."""
+    from rmfs_core.plugins.sources import RuleSources
     from rmfs_core.travel import needs_compiling
 
-    if needs_compiling():
+    rule = RuleSources(scenario.folder, allow_inline).find(scenario.rules.pp.rule, "rules.pp").target
+    if needs_compiling(rule if isinstance(rule, type) else None):
         _say(notes, "Compiling the path search (once; takes some seconds) ...")
 
 
-def _report(console: Console, result: Result, folder: Path, trace: bool) -> None:
+def _report(console: Console, result: Result, folder: Path, *, trace: bool, record_decisions: bool) -> None:
     """Say what is not complete, and where the files are."""
-    from rmfs_core.results import RESULT_FILE, TABLE_FILES, TRACE_FILE
+    from rmfs_core.results import DECISIONS_FILE, RESULT_FILE, TABLE_FILES, TRACE_FILE
 
     console.print()
     if result.status == "partial":
@@ -136,6 +146,7 @@ def _report(console: Console, result: Result, folder: Path, trace: bool) -> None
         _say(
             console, f"The run ended with {total - done:,} of {total:,} orders left; the metrics are of what was done."
         )
-    files = [RESULT_FILE, *(file for file, _ in TABLE_FILES.values()), *([TRACE_FILE] if trace else [])]
+    files = [RESULT_FILE, *(file for file, _ in TABLE_FILES.values())]
+    files += [file for file, written in ((TRACE_FILE, trace), (DECISIONS_FILE, record_decisions)) if written]
     _say(console, f"Results in {folder}:")
     _say(console, f"  {', '.join(files)}")

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import gzip
-import json
-import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +12,7 @@ from attrs import frozen
 
 from rmfs_core.errors import InputError
 from rmfs_core.events import Event
+from rmfs_core.files import read_json_lines
 from rmfs_core.instance import Instance, OrderData, PodData
 from rmfs_core.layout import Layout, StationCells
 from rmfs_core.motion import Motion
@@ -68,7 +66,7 @@ def read_trace(path: str | Path) -> Trace:
     InputError
         With the file and the line when it is no trace, is damaged or was cut off.
     """
-    lines = _lines(Path(path))
+    lines = read_json_lines(path)
     place, first = next(lines, (str(path), {}))
     if first.get("format") != FORMAT:
         raise InputError(place, f"this is no trace; expected a header with the format {FORMAT!r}")
@@ -84,28 +82,6 @@ def read_trace(path: str | Path) -> Trace:
             return _trace(str(path), first, tuple(found), tick, status)
         found.append(_event(place, line))
     raise InputError(place, "the trace was cut off here; expected a last line with the event 'end'")
-
-
-def _lines(path: Path) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield each line with its place."""
-    number = 0
-    try:
-        with gzip.open(path, "rt", encoding="utf-8") as stream:
-            for number, text in enumerate(stream, 1):
-                place = f"{path}, line {number}"
-                try:
-                    line = json.loads(text)
-                except json.JSONDecodeError as error:
-                    raise InputError(place, f"this is no valid JSON: {error}") from error
-                if not isinstance(line, dict):
-                    raise InputError(place, f"expected a JSON object, found {type(line).__name__}")
-                yield place, line
-    except EOFError as error:
-        raise InputError(f"{path}, line {number + 1}", "the file was cut off here") from error
-    except (gzip.BadGzipFile, zlib.error, UnicodeDecodeError) as error:
-        raise InputError(f"{path}, line {number + 1}", f"the file is damaged or no gzip file: {error}") from error
-    except OSError as error:
-        raise InputError(str(path), f"cannot be read: {error.strerror or error}") from error
 
 
 def _is_int(value: object) -> bool:

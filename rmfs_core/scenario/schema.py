@@ -24,9 +24,7 @@ _RULE_TABLE = {
 def scenario_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of scenario files."""
     return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "rmfs scenario",
-        **_section(Scenario),
+        **schema_of(Scenario, "rmfs scenario"),
         "$defs": {
             "rule": {
                 "description": "A rule's name, ./file.py:Class, or a table of the rule and its parameters",
@@ -34,6 +32,11 @@ def scenario_schema() -> dict[str, Any]:
             }
         },
     }
+
+
+def schema_of(cls: type, title: str) -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of a class with documented keys, and those of its parts."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": title, **_section(cls)}
 
 
 def _section(cls: type) -> dict[str, Any]:
@@ -73,5 +76,8 @@ def _type(type_: Any) -> dict[str, Any]:
     if get_origin(type_) is tuple:
         return {"type": "array", "items": _type(arguments[0])}
     if get_origin(type_) is Mapping:
-        return {"type": "object", "additionalProperties": _type(arguments[1])}
+        values = _type(arguments[1])
+        if NoneType in get_args(arguments[1]):  # in TOML there is none; as a value in JSON it has a meaning of its own
+            values = {"anyOf": [values, {"type": "null"}]}
+        return {"type": "object", "additionalProperties": values}
     raise TypeError(f"no JSON Schema for {type_}")

@@ -6,6 +6,7 @@ import importlib.util
 from pathlib import Path
 
 PACKAGE = "rmfs_scenarios"  # the top-level folder `scenarios`, under the name it is installed by
+EXPERIMENTS = "experiments"  # the subfolder of the shipped experiments, which are no scenarios
 
 
 def shipped_folder() -> Path:
@@ -19,7 +20,8 @@ def shipped_folder() -> Path:
 def shipped_scenarios() -> dict[str, Path]:
     """Return the files of the shipped scenarios by name (``paper-250``, ``examples/small``), sorted."""
     folder = shipped_folder()
-    files = {path.relative_to(folder).with_suffix("").as_posix(): path for path in folder.rglob("*.toml")}
+    paths = (path.relative_to(folder) for path in folder.rglob("*.toml"))
+    files = {path.with_suffix("").as_posix(): folder / path for path in paths if path.parts[0] != EXPERIMENTS}
     return dict(sorted(files.items()))
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from types import NoneType, UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import attrs
 import cattrs
@@ -18,6 +18,9 @@ from rmfs_core.scenario.checks import nearest
 from rmfs_core.scenario.model import RuleChoice, Scenario
 from rmfs_core.scenario.source import KeyPath
 from rmfs_core.scenario.tomltext import shown
+
+
+T = TypeVar("T")
 
 
 class KeyProblem(Exception):  # noqa: N818 - never leaves this package: reading turns it into an InputError
@@ -35,7 +38,12 @@ class KeyProblem(Exception):  # noqa: N818 - never leaves this package: reading 
 
 def structure(data: Mapping[str, Any]) -> Scenario:
     """Return the scenario that ``data`` describes; raise KeyProblem for the first thing that is wrong."""
-    return _CONVERTER.structure(data, Scenario)
+    return structure_as(Scenario, data)
+
+
+def structure_as(cls: type[T], data: Any) -> T:
+    """Return the object of a class with documented keys that ``data`` describes; raise KeyProblem as `structure`."""
+    return _CONVERTER.structure(data, cls)
 
 
 def fields_of(cls: type) -> dict[str, attrs.Attribute[Any]]:
@@ -99,7 +107,8 @@ def _union(value: Any, type_: Any) -> Any:
     kinds = [kind for kind in get_args(type_) if kind is not NoneType]
     lists = [kind for kind in kinds if get_origin(kind) is tuple]
     single = [kind for kind in kinds if get_origin(kind) is not tuple]
-    return _CONVERTER.structure(value, (lists if lists and isinstance(value, (list, tuple)) else single)[0])
+    listed = lists and (isinstance(value, (list, tuple)) or not single)
+    return _CONVERTER.structure(value, (lists if listed else single)[0])
 
 
 def _rule(value: Any, _: Any) -> RuleChoice:

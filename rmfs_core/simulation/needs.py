@@ -31,10 +31,21 @@ def check_needs(rules: RuleSet, scenario: Scenario, instance: Instance) -> None:
     for rule in deciding:
         if rule is None:
             continue
-        for need in getattr(type(rule.instance), "needs", ()):
-            place = f"rules.{rule.role}"
-            if need not in NEEDS:
-                raise InputError(place, f"{rule.describe()} needs {need!r}; known are {', '.join(map(repr, NEEDS))}")
-            met, sentence = NEEDS[need]
-            if not met(scenario, instance):
-                raise InputError(place, f"{rule.describe()} needs {sentence}")
+        place = "rules.filters" if rule.role == "filter" else f"rules.{rule.role}"
+        lacks = unmet_need(type(rule.instance), scenario, instance, f"{place}: {rule.describe()}")
+        if lacks is not None:
+            raise InputError(place, f"{rule.describe()} needs {lacks}")
+
+
+def unmet_need(rule: type, scenario: Scenario, instance: Instance, name: str) -> str | None:
+    """Return what a rule's class needs and a scenario does not have, as the end of a sentence; None when it has all.
+
+    Raises `InputError` for a need that does not exist; ``name`` is what the message calls the rule.
+    """
+    for need in getattr(rule, "needs", ()):
+        if need not in NEEDS:
+            raise InputError(name, f"needs {need!r}; known are {', '.join(map(repr, NEEDS))}")
+        met, sentence = NEEDS[need]
+        if not met(scenario, instance):
+            return sentence
+    return None

@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
-from rmfs_core.events import DecisionMade, Event, OrderAssigned, TaskAssigned, TripDecided
+from rmfs_core.decisions import JointDecision
+from rmfs_core.events import DecisionMade, Event
 from rmfs_core.simulation import checks
-from rmfs_core.simulation.asking import Asker, ImpossibleError, instance_of, sequence_of
-from rmfs_core.warehouse import Order, Pod, Robot, Station, Warehouse, WarehouseView
+from rmfs_core.simulation.applying import apply_assignments, apply_selection, apply_tasks
+from rmfs_core.simulation.asking import Asker, ImpossibleError, sequence_of
+from rmfs_core.warehouse import Order, Pod, Robot, Warehouse, WarehouseView
 
 if TYPE_CHECKING:
     from rmfs_core.plugins import BoundRule, RuleSet
+    from rmfs_core.states.recording import DecisionRecorder
 
 T = TypeVar("T")
 
@@ -57,6 +59,7 @@ class Decisions:
         self._pending: list[Event] = []
         self.start_task = start_task
         self.periods = 0
+        self.recorder: DecisionRecorder | None = None
         assigning = rules.poa_pps or rules.poa
         assert assigning is not None
         self.assigning: BoundRule = assigning
@@ -94,23 +97,15 @@ class Decisions:
         answer, seconds = self._ask(rule, view=view)
 
         def apply() -> JointDecision:
-            decision = (
-                instance_of(answer, JointDecision) if joint else JointDecision(sequence_of(answer, OrderAssignment))
+            return apply_assignments(
+                self.warehouse,
+                answer,
+                joint=joint,
+                shown=shown,
+                period=self.periods,
+                packing_capacity=self.packing_capacity,
+                keep=self._keep,
             )
-            if decision.report is not None:
-                instance_of(decision.report, SolveReport)
-            trips = self._nearer_first(
-                [checks.trip(self.warehouse, given) for given in sequence_of(decision.trips, PodTrip)]
-            )
-            for pod, station in trips:
-                self._bind(*checks.trip(self.warehouse, PodTrip(pod.id, station.id)))
-            for given in sequence_of(decision.assignments, OrderAssignment):
-                self._assign(given, shown)
-            if joint:
-                checks.covered(self.warehouse.stations)
-                checks.wanted(trips)
-            checks.packing(self.warehouse, self.packing_capacity)
-            return decision
 
         decision = self._apply(rule, apply)
         self._tell_decision(rule, "POA+PPS" if joint else "POA", seen, decision, filtering_s + seconds)
@@ -127,33 +122,6 @@ class Decisions:
             total += seconds
         return WarehouseView(self.warehouse, orders), {order.id for order in orders}, total
 
-    def _nearer_first(self, trips: list[tuple[Pod, Station]]) -> list[tuple[Pod, Station]]:
-        """Let a pod that is sent to several stations at once visit the nearer ones first (in the trips' places)."""
-        by_pod: dict[int, list[Station]] = {}
-        for pod, station in trips:
-            by_pod.setdefault(pod.id, []).append(station)
-        for pod_id, stations in by_pod.items():
-            if len(stations) > 1:
-                cell = self.warehouse.pods[pod_id].cell
-                ticks = {s.id: int(self.warehouse.travel.times_to(s.cell, True)[cell].min()) for s in stations}
-                stations.sort(key=lambda s, ticks=ticks: (ticks[s.id], s.id))  # type: ignore[misc]
-        return [(pod, by_pod[pod.id].pop(0)) for pod, _ in trips]
-
-    def _assign(self, given: OrderAssignment, shown: Container[int] | None) -> None:
-        order, station, skus = checks.assignment(self.warehouse, given, shown, self.periods)
-        items = self.warehouse.assign(order, station, skus, self.periods)
-        self._keep(
-            OrderAssigned(
-                tick=self.warehouse.now,
-                order=order.id,
-                station=station.id,
-                skus=tuple(skus),
-                items=items,
-                period=self.periods,
-                complete=not order.open_lines,
-            )
-        )
-
     # PPS
 
     def _select_pods(self, rule: BoundRule) -> None:
@@ -168,24 +136,17 @@ class Decisions:
         answer, seconds = self._ask(rule, max_fetches=max_fetches)
 
         def apply() -> JointDecision:
-            trips = sequence_of(answer, PodTrip)
-            fetches = 0
-            for given in trips:
-                pod, station = checks.selected_trip(self.warehouse, given, leaving, uncovered)
-                fetches += pod.location is not None
-                if fetches > max_fetches:
-                    raise ImpossibleError(
-                        f"sent {fetches} stored pods on their way; at most {max_fetches} robots can start"
-                    )
-                self._bind(pod, station)
-            return JointDecision(trips=trips)
+            return apply_selection(
+                self.warehouse,
+                answer,
+                max_fetches=max_fetches,
+                leaving=leaving,
+                uncovered=uncovered,
+                keep=self._keep,
+            )
 
         decision = self._apply(rule, apply)
         self._tell_decision(rule, "PPS", len(self.warehouse.backlog), decision, seconds)
-
-    def _bind(self, pod: Pod, station: Station) -> None:
-        self.warehouse.bind(pod, station)
-        self._keep(TripDecided(tick=self.warehouse.now, pod=pod.id, station=station.id))
 
     # TA
 
@@ -195,14 +156,7 @@ class Decisions:
         rule = self.rules.ta
         answer, _ = self._ask(rule)
 
-        def apply() -> None:
-            for given in sequence_of(answer, TaskAssignment):
-                robot, pod = checks.task(self.warehouse, given)
-                self.warehouse.take_task(robot, pod)
-                self._keep(TaskAssigned(tick=self.warehouse.now, robot=robot.id, pod=pod.id))
-                self.start_task(robot, pod)
-
-        self._apply(rule, apply)
+        self._apply(rule, lambda: apply_tasks(self.warehouse, answer, self._keep, self.start_task))
 
     def _apply(self, rule: BoundRule, apply: Callable[[], T]) -> T:
         """Check and apply a decision. Observers are told when all of it was possible; else of nothing."""
@@ -217,7 +171,13 @@ class Decisions:
         self._pending.append(event)
 
     def _ask(self, rule: BoundRule, view: WarehouseView | None = None, **arguments: Any) -> tuple[Any, float]:
-        return self.asker.ask(rule, warehouse=view or self.view, rng=self.streams(rule), **arguments)
+        view, rng = view or self.view, self.streams(rule)
+        if self.recorder is not None:
+            self.recorder.asked(rule, view, rng, self.periods, arguments)
+        answer, seconds = self.asker.ask(rule, warehouse=view, rng=rng, **arguments)
+        if self.recorder is not None:
+            self.recorder.answered(answer)
+        return answer, seconds
 
     def _tell_decision(
         self, rule: BoundRule, decides: str, backlog: int, decision: JointDecision, seconds: float

@@ -269,10 +269,14 @@ class Warehouse:
     def fulfil(self, request: Request, pod: Pod) -> None:
         """Pick the item of a request from a pod that stands at its station."""
         self.secure(request, pod)
-        station = self.stations[request.station]
         _withdraw(request)
         if pod._contents[request.sku] < UNLIMITED:
             pod._contents[request.sku] -= 1
+        self.close(request)
+
+    def close(self, request: Request) -> None:
+        """Take the request of a picked item off the books."""
+        station = self.stations[request.station]
         del station._requests[request.id]
         del station._by_sku[request.sku][request.id]
         if not station._by_sku[request.sku]:

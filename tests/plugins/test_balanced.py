@@ -93,7 +93,7 @@ def test_without_help_a_pod_waits_for_a_robot_of_its_station() -> None:
     world.take_task(world.robots[own[1]], world.pods[1])
     assert decide(rule, world) == []
     helping = Balanced()
-    helping._station_of, helping._active = rule._station_of, frozenset({0, 2})
+    helping._robots, helping._station_of, helping._active = world.robots, rule._station_of, frozenset({0, 2})
     assert [pod for _, pod in decide(helping, world)] == [2, 3]
 
 
@@ -103,7 +103,7 @@ def test_a_station_without_robots_is_served_all_the_same() -> None:
     rule = Balanced(help_others=False)
     assert decide(rule, world) == [(0, 2)]
     world = world_with(0, 1, robots=1)
-    rule._active = frozenset({0, 1})
+    rule._robots, rule._active = world.robots, frozenset({0, 1})
     assert rule._station_of == {0: 2}
     assert decide(rule, world) == [(0, 1)]
 
@@ -128,6 +128,15 @@ def test_shares_are_kept_for_a_while() -> None:
     world.now = 60_000
     decide(rule, world)
     assert sorted(rule._station_of.values()) == [0, 1, 2, 2]
+
+
+def test_another_run_starts_without_shares() -> None:
+    """What an instance has worked out in one warehouse counts for nothing in the next, whatever the time there."""
+    rule = Balanced()
+    decide(rule, world_with(0, 0, 1))
+    world = world_with(1, 2)
+    assert decide(rule, world) == decide(Balanced(), world)
+    assert set(rule._station_of.values()) == {1, 2}
 
 
 @pytest.mark.parametrize("value", [-1.0, float("inf"), float("nan")])

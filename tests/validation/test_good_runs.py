@@ -45,6 +45,7 @@ def test_joint_rules(joint: str, pp: str, tmp_path: Path) -> None:
     assert validate_trace(tmp_path) == []
 
 
+@pytest.mark.parametrize("pp", shipped("PP"))
 @pytest.mark.parametrize(
     "settings",
     [
@@ -59,9 +60,9 @@ def test_joint_rules(joint: str, pp: str, tmp_path: Path) -> None:
         ("layout.pod_fill=1", "layout.stations_west=1"),
     ],
 )
-def test_settings(settings: tuple[str, ...], tmp_path: Path) -> None:
+def test_settings(settings: tuple[str, ...], pp: str, tmp_path: Path) -> None:
     """Capacity in orders, finite stock, arrivals, early ends, other robots: no faults."""
-    overrides = (*COMMON, "rules.pp=free-flow", *settings)
+    overrides = (*COMMON, f"rules.pp={pp}", *settings)
     rmfs_core.run("examples/small", overrides=overrides, out=tmp_path, trace=True)
     assert validate_trace(tmp_path) == []
 

@@ -1,0 +1,45 @@
+"""The worlds of benchmarks: three sizes, and rules for every decision that is not the one compared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from attrs import evolve
+
+from rmfs_core.scenario import RuleChoice, RulesSection, Scenario, load_scenario
+
+WORLDS = {"small": "examples/small", "250": "paper-250", "2000": "paper-2000"}
+"""Name of a world to the shipped scenario that has its layout, robots, stations, orders and pods."""
+
+FIXED = {"poa": "pod-match", "pps": "demand", "pr": "nearest", "ta": "nearest-robot", "pp": "free-flow"}
+"""The rule for each decision that is not compared. Robots do not see each other: quick, and the same for all."""
+
+
+def world_with(world: str, role: str, choice: RuleChoice, overrides: Sequence[str] = ()) -> Scenario:
+    """Return a world in which a rule plays its role, and the fixed rules all others.
+
+    Parameters
+    ----------
+    world
+        One of `WORLDS`.
+    role
+        ``"poa"``, ``"pps"``, ``"poa_pps"`` (which replaces both), ``"pr"``, ``"ta"``, ``"pp"`` or ``"filter"``.
+    choice
+        The rule.
+    overrides
+        ``key=value`` each, changing the world (``instance.orders=50``) or a fixed rule (``rules.pp=sipp``).
+    """
+    fixed = [f"rules.{other}={name}" for other, name in FIXED.items()]
+    scenario = load_scenario(WORLDS[world], [*fixed, "rules.filters=[]", *overrides])
+    rules: RulesSection = scenario.rules
+    if role == "poa_pps":
+        rules = evolve(rules, poa=None, pps=None, poa_pps=choice)
+    elif role == "filter":
+        rules = evolve(rules, filters=(choice,))
+    else:
+        playing: dict[str, Any] = {role: choice}
+        rules = evolve(rules, **playing)
+    # Rules from files are looked up where the command is given; the worlds themselves name no files.
+    return evolve(scenario, rules=rules, folder=str(Path.cwd()), source=None)

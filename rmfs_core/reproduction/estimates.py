@@ -1,0 +1,98 @@
+"""Means over instances and seeds, with 95 % confidence intervals, from rows of which each is a run."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from math import sqrt
+from statistics import fmean, stdev
+from typing import Any
+
+from attrs import frozen
+
+Row = Mapping[str, Any]
+Rows = Sequence[Row]
+Measure = Callable[[Row], float | None]
+
+
+@frozen
+class Estimate:
+    """A mean over seeds.
+
+    Parameters
+    ----------
+    mean
+        Mean over the seeds of the mean over a seed's runs.
+    half_width
+        Half of the 95 % confidence interval over seeds (Student t); None with fewer than two seeds.
+    runs
+        Runs that went in.
+    expected
+        Runs there should be: those that did not complete count here only.
+    """
+
+    mean: float
+    half_width: float | None
+    runs: int
+    expected: int
+
+
+def estimate(values: Iterable[tuple[int, float | None]]) -> Estimate | None:
+    """Return the estimate from pairs of seed and value; the value of a run that cannot count is None.
+
+    None when no value counts.
+    """
+    by_seed: dict[int, list[float]] = defaultdict(list)
+    expected = 0
+    for seed, value in values:
+        expected += 1
+        if value is not None:
+            by_seed[seed].append(value)
+    means = [fmean(of_seed) for of_seed in by_seed.values()]
+    if not means:
+        return None
+    return Estimate(fmean(means), _half_width(means), sum(map(len, by_seed.values())), expected)
+
+
+def _half_width(means: Sequence[float]) -> float | None:
+    if len(means) < 2:
+        return None
+    from scipy.stats import t
+
+    return float(t.ppf(0.975, len(means) - 1)) * stdev(means) / sqrt(len(means))
+
+
+def select(rows: Rows, **labels: object) -> list[Row]:
+    """Return the rows that have these labels (``rule_set="sequential"``)."""
+    return [row for row in rows if all(row[label] == value for label, value in labels.items())]
+
+
+def complete(row: Row) -> bool:
+    """Whether a run picked all of its orders; no other run counts for a figure."""
+    return bool(row["status"] == "complete")
+
+
+def mean_of(rows: Rows, measure: Measure) -> Estimate | None:
+    """Return the estimate of a measure over the rows."""
+    return estimate((row["seed"], measure(row) if complete(row) else None) for row in rows)
+
+
+def relative(rows: Rows, baseline: Rows, measure: Measure) -> Estimate | None:
+    """Return the estimate of a measure relative to the baseline's on the same instance and seed."""
+    of_baseline = {(row["instance"], row["seed"]): measure(row) for row in baseline if complete(row)}
+
+    def ratio(row: Row) -> float | None:
+        value, base = measure(row), of_baseline.get((row["instance"], row["seed"]))
+        return None if value is None or not base else value / base
+
+    return mean_of(rows, ratio)
+
+
+def metric(name: str) -> Measure:
+    """Return the measure that reads a column of the rows; a run that ended without a result lacks it."""
+
+    def read(row: Row) -> float | None:
+        value: float | None = row.get(name)
+        return value
+
+    return read

@@ -1,0 +1,128 @@
+"""Carrying out what a rule decided: each part is checked, then changes the warehouse, then becomes an event."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Container, Sequence
+
+from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
+from rmfs_core.events import Event, OrderAssigned, TaskAssigned, TripDecided
+from rmfs_core.simulation import checks
+from rmfs_core.simulation.asking import ImpossibleError, instance_of, sequence_of
+from rmfs_core.warehouse import Pod, Robot, Station, Warehouse
+
+Keep = Callable[[Event], None]
+
+
+def apply_assignments(
+    warehouse: Warehouse,
+    answer: object,
+    *,
+    joint: bool,
+    shown: Container[int] | None,
+    period: int,
+    packing_capacity: int | None,
+    keep: Keep,
+) -> JointDecision:
+    """Assign the orders of a POA or joint decision and bind the pods of its trips; return the decision.
+
+    Parameters
+    ----------
+    warehouse
+        The state.
+    answer
+        What the rule returned.
+    joint
+        Whether the rule decides POA and PPS together.
+    shown
+        Ids of the orders that the rule was shown; None: the whole backlog.
+    period
+        Number of the period.
+    packing_capacity
+        Split orders that may be open at once; None: any number.
+    keep
+        Takes the events.
+
+    Raises
+    ------
+    ImpossibleError
+        When the decision cannot be carried out; what came before in it has been.
+    """
+    decision = instance_of(answer, JointDecision) if joint else JointDecision(sequence_of(answer, OrderAssignment))
+    if decision.report is not None:
+        instance_of(decision.report, SolveReport)
+    trips = _nearer_first(warehouse, [checks.trip(warehouse, given) for given in sequence_of(decision.trips, PodTrip)])
+    for pod, station in trips:
+        _bind(warehouse, *checks.trip(warehouse, PodTrip(pod.id, station.id)), keep)
+    for given in sequence_of(decision.assignments, OrderAssignment):
+        _assign(warehouse, given, shown, period, keep)
+    if joint:
+        checks.covered(warehouse.stations)
+        checks.wanted(trips)
+    checks.packing(warehouse, packing_capacity)
+    return decision
+
+
+def apply_selection(
+    warehouse: Warehouse,
+    answer: object,
+    *,
+    max_fetches: int,
+    leaving: Container[int],
+    uncovered: Sequence[Collection[int]],
+    keep: Keep,
+) -> JointDecision:
+    """Bind the pods of a PPS decision; return it. ``leaving`` and ``uncovered`` as for `checks.selected_trip`."""
+    trips = sequence_of(answer, PodTrip)
+    fetches = 0
+    for given in trips:
+        pod, station = checks.selected_trip(warehouse, given, leaving, uncovered)
+        fetches += pod.location is not None
+        if fetches > max_fetches:
+            raise ImpossibleError(f"sent {fetches} stored pods on their way; at most {max_fetches} robots can start")
+        _bind(warehouse, pod, station, keep)
+    return JointDecision(trips=tuple(trips))
+
+
+def apply_tasks(warehouse: Warehouse, answer: object, keep: Keep, start: Callable[[Robot, Pod], None]) -> None:
+    """Give the robots of a TA decision their tasks; ``start`` sets each off."""
+    for given in sequence_of(answer, TaskAssignment):
+        robot, pod = checks.task(warehouse, given)
+        warehouse.take_task(robot, pod)
+        keep(TaskAssigned(tick=warehouse.now, robot=robot.id, pod=pod.id))
+        start(robot, pod)
+
+
+def _nearer_first(warehouse: Warehouse, trips: list[tuple[Pod, Station]]) -> list[tuple[Pod, Station]]:
+    """Let a pod that is sent to several stations at once visit the nearer ones first (in the trips' places)."""
+    by_pod: dict[int, list[Station]] = {}
+    for pod, station in trips:
+        by_pod.setdefault(pod.id, []).append(station)
+    for pod_id, stations in by_pod.items():
+        if len(stations) > 1:
+            cell = warehouse.pods[pod_id].cell
+            ticks = {s.id: int(warehouse.travel.times_to(s.cell, True)[cell].min()) for s in stations}
+            stations.sort(key=lambda s, ticks=ticks: (ticks[s.id], s.id))  # type: ignore[misc]
+    return [(pod, by_pod[pod.id].pop(0)) for pod, _ in trips]
+
+
+def _bind(warehouse: Warehouse, pod: Pod, station: Station, keep: Keep) -> None:
+    warehouse.bind(pod, station)
+    keep(TripDecided(tick=warehouse.now, pod=pod.id, station=station.id))
+
+
+def _assign(
+    warehouse: Warehouse, given: OrderAssignment, shown: Container[int] | None, period: int, keep: Keep
+) -> None:
+    order, station, skus = checks.assignment(warehouse, given, shown, period)
+    items = warehouse.assign(order, station, skus, period)
+    keep(
+        OrderAssigned(
+            tick=warehouse.now,
+            order=order.id,
+            station=station.id,
+            skus=tuple(skus),
+            items=items,
+            period=period,
+            complete=not order.open_lines,
+        )
+    )

@@ -1,0 +1,152 @@
+"""Recording a run's decisions, ``decisions.jsonl.gz``: one JSON object a line, compressed with gzip, UTF-8.
+
+First line, the header::
+
+    format, version   "rmfs-decisions", 1
+    scenario          the resolved scenario (as in result.json)
+    state             the state before the first event, as `rmfs_core.states.model` has it, without ``ask``
+
+Then one line a decision of POA, PPS, POA and PPS together, PR and TA, in the order in which they were made::
+
+    decides, rule     what was decided, and the name of the rule
+    change            what the state that the rule saw differs in from the one of the line before: a JSON merge patch
+                      (RFC 7396). Its ``ask`` says what was asked
+    decision          ``assignments`` (order, station, skus), ``trips`` (pod, station), ``tasks`` (robot, pod) or
+                      ``cell``; null when the rule answered nothing valid, which ended the run
+    report            of a rule that reports on its solve: status, objective, bound, stopped_early
+
+`rmfs_core.states.read_recording` reads it. The random generator of a rule is in the state (``random``) once it has
+drawn numbers; before that ``seed`` is enough.
+"""
+
+from __future__ import annotations
+
+import gzip
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rmfs_core.events import Event, OrderArrived, OrderAssigned
+from rmfs_core.files import AtomicFile, json_ready, to_json
+from rmfs_core.hookspecs import hookimpl
+from rmfs_core.plugins.hooks import LABEL_OF_ROLE
+from rmfs_core.scenario import scenario_to_dict
+from rmfs_core.states.answers import answer_to_dict
+from rmfs_core.states.model import DECIDES
+from rmfs_core.states.snapshots import Snapshots
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from rmfs_core.plugins import BoundRule
+    from rmfs_core.simulation.info import RunInfo
+    from rmfs_core.warehouse import WarehouseView
+
+RECORDING_FORMAT = "rmfs-decisions"
+RECORDING_VERSION = 1
+
+
+class DecisionRecorder:
+    """Observer that writes the decisions while the run goes on; the file has its name once the run has ended.
+
+    It is told of decisions by `rmfs_core.simulation.rounds`, before a rule is asked and when it has answered.
+
+    Parameters
+    ----------
+    path
+        The file.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self._file = AtomicFile(path)
+        # No file name and no time in the gzip header: equal runs have equal bytes.
+        self._lines = gzip.GzipFile(filename="", mode="wb", fileobj=self._file.stream, compresslevel=6, mtime=0)
+        self._open = True
+        self._asked: dict[str, Any] | None = None
+        self._fresh: dict[int, Any] = {}
+
+    @hookimpl
+    def run_started(self, run: RunInfo) -> None:
+        """Write the header."""
+        self._run = run
+        self._snapshots = Snapshots(run)
+        self._write(
+            {
+                "format": RECORDING_FORMAT,
+                "version": RECORDING_VERSION,
+                "scenario": json_ready(scenario_to_dict(run.scenario)),
+                "state": self._snapshots.state,
+            }
+        )
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        """Keep up with the orders."""
+        if isinstance(event, OrderArrived):
+            self._snapshots.order_arrived(event.order)
+        elif isinstance(event, OrderAssigned):
+            self._snapshots.order_assigned(event)
+
+    def asked(
+        self, rule: BoundRule, view: WarehouseView, rng: np.random.Generator, period: int, arguments: dict[str, Any]
+    ) -> None:
+        """Take down what a rule sees that is about to be asked."""
+        decides = LABEL_OF_ROLE[rule.role]
+        if decides not in DECIDES:
+            return
+        ask: dict[str, Any] = {"decides": decides, "period": period}
+        call: dict[str, Any] = {"ask": ask}
+        if "max_fetches" in arguments:
+            ask["max_fetches"] = arguments["max_fetches"]
+        if "pod" in arguments:
+            ask["pod"] = arguments["pod"].name
+        if view._backlog is not None:
+            call["backlog"] = [order.name for order in view.backlog]
+        generator = rng.bit_generator.state
+        if generator != self._fresh.setdefault(id(rule), generator):
+            call["random"] = _random(generator)
+        self._asked = {"decides": decides, "rule": rule.name, "change": self._snapshots.look(call), "decision": None}
+
+    def answered(self, answer: object) -> None:
+        """Take down what the rule answered that was asked last."""
+        if self._asked is None:
+            return
+        warehouse = self._run.warehouse._state
+        decision = answer_to_dict(warehouse, self._run.instance.skus, self._asked["decides"], answer)
+        report = None if decision is None else decision.pop("report", None)
+        self._asked["decision"] = decision
+        if report is not None:
+            self._asked["report"] = report
+        self._flush()
+
+    @hookimpl
+    def run_ended(self, tick: int, status: str) -> None:  # noqa: ARG002
+        """Give the file its name. A rule that was asked and failed leaves what it saw."""
+        self._flush()
+        self._lines.close()
+        self._file.commit()
+        self._open = False
+
+    def discard(self) -> None:
+        """Delete what was written of a run that did not come to an end; afterwards without effect."""
+        if self._open:
+            self._lines.close()
+            self._file.discard()
+            self._open = False
+
+    def _flush(self) -> None:
+        if self._asked is not None:
+            self._write(self._asked)
+            self._asked = None
+
+    def _write(self, line: dict[str, Any]) -> None:
+        self._lines.write(to_json(line).encode("utf-8") + b"\n")
+
+
+def _random(generator: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        "state": str(generator["state"]["state"]),
+        "increment": str(generator["state"]["inc"]),
+        "has_uint32": generator["has_uint32"],
+        "uinteger": generator["uinteger"],
+    }

@@ -1,0 +1,86 @@
+"""Robots that share the aisles: how many pods they bring, and how fast runs are simulated. `make bench` measures."""
+
+from __future__ import annotations
+
+import json
+import statistics
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+
+import rmfs_core
+
+FAST_PICKS = ("stations.pick_s=1.0", "stations.handle_s=1.0")
+"""With the paper's pick times the pickers are the bottleneck, and no path planning changes what they do."""
+
+LARGE = (
+    "robots.count=100",
+    "layout.block_rows=21",
+    "layout.block_columns=15",
+    "layout.stations_east=8",
+    "layout.stations_west=8",
+)
+"""2,520 storage locations and 16 stations."""
+
+MEASURED = """
+import json, resource, sys, time
+import rmfs_core
+overrides = sys.argv[1:]
+rmfs_core.run("paper-250", overrides=[*overrides, "instance.orders=20"])  # compile, import, and fill nothing else
+started = time.perf_counter()
+result = rmfs_core.run("paper-250", overrides=overrides)
+seconds = time.perf_counter() - started
+peak_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+print(json.dumps([result.status, result.metrics["makespan_s"], seconds, peak_mb]))
+"""
+
+
+def pods_per_hour(pp: str, robots: int, seed: int, *overrides: str) -> float:
+    """Pods brought to stations in an hour of simulated time."""
+    settings = [f"rules.pp={pp}", f"robots.count={robots}", *overrides]
+    metrics = rmfs_core.run("paper-250", seed=seed, overrides=settings).metrics
+    return float(metrics["pod_station_visits"] / metrics["makespan_s"] * 3600)
+
+
+@pytest.mark.parametrize(("robots", "bar"), [(8, 1.05), (32, 1.15)])
+def test_sipp_brings_more_pods(benchmark: Any, robots: int, bar: float) -> None:
+    """Bar: `sipp` brings so many times the pods of `whca-n`, mean of five seeds, where robots are the bottleneck."""
+    seeds = range(1, 6) if benchmark.enabled else range(1, 2)
+
+    def measure() -> dict[str, float]:
+        return {
+            pp: statistics.mean(pods_per_hour(pp, robots, seed, *FAST_PICKS) for seed in seeds)
+            for pp in ("free-flow", "sipp", "whca-n")
+        }
+
+    brought = benchmark.pedantic(measure, rounds=1)
+    if benchmark.enabled:
+        benchmark.extra_info.update({pp: round(pods, 1) for pp, pods in brought.items()})
+        benchmark.extra_info["ratio"] = round(brought["sipp"] / brought["whca-n"], 3)
+        assert brought["sipp"] >= bar * brought["whca-n"]
+
+
+@pytest.mark.parametrize(
+    ("settings", "bar"),
+    [(("robots.count=8",), 3000), (("robots.count=32",), 1000), (LARGE, 100)],
+    ids=["8", "32", "100"],
+)
+def test_a_whole_run_with_sipp(benchmark: Any, settings: tuple[str, ...], bar: float) -> None:
+    """Bar: so many simulated seconds per second with 250 orders, in less than 500 MB."""
+
+    def measure() -> tuple[str, float, float, float]:
+        command = [sys.executable, "-c", MEASURED, "rules.pp=sipp", *settings]
+        found: tuple[str, float, float, float] = json.loads(
+            subprocess.run(command, check=True, capture_output=True).stdout
+        )
+        return found
+
+    status, simulated_s, seconds, peak_mb = benchmark.pedantic(measure, rounds=1)
+    assert status == "complete"
+    if benchmark.enabled:
+        benchmark.extra_info["simulated_s_per_s"] = round(simulated_s / seconds)
+        benchmark.extra_info["peak_mb"] = round(peak_mb)
+        assert simulated_s / seconds >= bar
+        assert peak_mb < 500

@@ -1,0 +1,332 @@
+"""Nothing that a user meets is undocumented: hooks, rules, commands, scenario keys, needs.
+
+Each kind has a function that lists what is missing. It finds nothing in what is there, and it finds each gap in things
+made with gaps: so the tests can fail.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+import textwrap
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import attrs
+import click
+import pytest
+from attrs import define, evolve, field
+from click.testing import CliRunner
+
+from rmfs_core.cli import rmfs
+from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks
+from rmfs_core.plugins.description import Parameter, RuleDescription, installed_rules
+from rmfs_core.plugins.hooks import marked_methods
+from rmfs_core.scenario.model import RuleChoice, Scenario
+from rmfs_core.simulation.needs import NEEDS
+from rmfs_core.testing import ConformanceReport, check_rule
+
+README = (Path(__file__).resolve().parent.parent / "README.md").read_text(encoding="utf-8")
+
+
+def table(name: str) -> str:
+    """Return a table of the README that tools/update_readme.py writes."""
+    return README.partition(f"<!-- {name}: begin ")[2].partition(f"<!-- {name}: end -->")[0]
+
+
+# Hooks
+
+
+def hooks_of(*groups: type) -> dict[str, str]:
+    """Return the docstring of each hook."""
+    return {
+        name: inspect.getdoc(hook) or ""
+        for group in groups
+        for name, hook in vars(group).items()
+        if inspect.isfunction(hook)
+    }
+
+
+HOOKS = hooks_of(DecisionHooks, FilterHooks, ObserverHooks)
+
+
+def example_in(doc: str) -> str:
+    """Return the code of a docstring's example; empty where there is none."""
+    found = re.search(r"^Example::\n\n((?: {4}.*\n|\n)+)", doc + "\n", re.MULTILINE)
+    return textwrap.dedent(found[1]) if found else ""
+
+
+def gaps_in_hooks(hooks: dict[str, str]) -> list[str]:
+    """List hooks without a description or an example."""
+    gaps = []
+    for name, doc in hooks.items():
+        description = doc.partition("\n\n:param")[0].partition("\n\nExample::")[0]
+        if not re.match(r"[A-Z].*\.$", description, re.DOTALL):
+            gaps.append(f"{name} has no description")
+        if not example_in(doc):
+            gaps.append(f"{name} has no example")
+    return gaps
+
+
+def run_example(hook: str, doc: str) -> ConformanceReport:
+    """Run a hook's example, a rule that implements that hook alone, in the conformance suite."""
+    names: dict[str, Any] = {"__name__": "example"}
+    preamble = re.search(r"for granted::\n\n((?: {4}.*\n)+)", inspect.getmodule(DecisionHooks).__doc__ or "")
+    assert preamble is not None
+    exec(textwrap.dedent(preamble[1]) + example_in(doc), names)
+    (rule,) = (thing for thing in names.values() if getattr(thing, "__module__", "") == "example")
+    assert set(marked_methods(rule)) == {hook}
+    return check_rule(rule())
+
+
+def test_every_hook_has_a_description_and_an_example() -> None:
+    """Nothing is missing."""
+    assert len(HOOKS) == 10
+    assert gaps_in_hooks(HOOKS) == []
+
+
+@pytest.mark.parametrize("hook", HOOKS)
+def test_the_example_of_a_hook_runs(hook: str) -> None:
+    """It is a rule with no findings, and its hook is called."""
+    assert run_example(hook, HOOKS[hook]).times[hook].calls > 0
+
+
+class Undocumented:
+    """Hooks as nobody should write them."""
+
+    def bare(self) -> None: ...
+
+    def described(self) -> None:
+        """Something is decided."""
+
+    def exemplified(self) -> None:
+        """
+        Example::
+
+            pass
+        """
+
+
+def test_a_gap_in_a_hook_is_found() -> None:
+    """No docstring, no example, no description."""
+    assert gaps_in_hooks(hooks_of(Undocumented)) == [
+        "bare has no description",
+        "bare has no example",
+        "described has no example",
+        "exemplified has no description",
+    ]
+
+
+def test_an_example_that_does_not_work_is_found() -> None:
+    """A rule that does not conform, one for another hook, and code that does not even run."""
+    lazy = HOOKS["assign_orders"].replace("for station in warehouse.stations", "for station in ()")
+    with pytest.raises(AssertionError, match="starved order"):
+        run_example("assign_orders", lazy)
+    with pytest.raises(AssertionError):
+        run_example("select_pods", HOOKS["assign_orders"])
+    with pytest.raises(NameError):
+        run_example("assign_orders", HOOKS["assign_orders"].replace("@define", "@defined"))
+
+
+# Rules
+
+
+def squeezed(text: str) -> str:
+    """Return a text with every run of blanks as one, wherever its lines end."""
+    return " ".join(text.split())
+
+
+def gaps_in_rule(rule: RuleDescription, readme: str, shown: str) -> list[str]:
+    """List what a rule lacks in its docstring, in its row of the README, and in what `rmfs rules NAME` shows."""
+    row = next((line for line in readme.splitlines() if line.startswith(f"| `{rule.name}` |")), "")
+    gaps = [] if row else ["no row in the README"]
+    gaps += [] if rule.summary.endswith(".") else ["no summary"]
+    numbers = re.findall(r"10\.\d{4,}/\S+|arXiv:\S+", rule.short_references())
+    gaps += [] if numbers else ["no reference with its DOI or arXiv number"]
+    gaps += [f"{number} is not in the README's row" for number in numbers if row and number not in row]
+    gaps += [f"{number} is not shown" for number in numbers if number not in shown]
+    for parameter in rule.parameters:
+        gaps += [] if parameter.doc else [f"parameter {parameter.name} is not described"]
+        gaps += [] if not row or f"`{parameter.name}`" in row else [f"parameter {parameter.name} is not in the row"]
+        if f"{parameter.name} = " not in shown or squeezed(parameter.doc) not in squeezed(shown):
+            gaps.append(f"parameter {parameter.name} is not shown")
+    return gaps
+
+
+SHIPPED = {rule.name: rule for rule in installed_rules() if rule.distribution == "rmfs"}
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_every_shipped_rule_is_documented(name: str) -> None:
+    """Summary, reference, and each parameter: in the docstring, in `rmfs rules` and in the README."""
+    shown = CliRunner().invoke(rmfs, ["rules", name], catch_exceptions=False).stdout
+    assert gaps_in_rule(SHIPPED[name], table("rules"), shown) == []
+    listed = CliRunner().invoke(rmfs, ["rules"], catch_exceptions=False).stdout
+    for number in SHIPPED[name].short_references().splitlines():
+        assert number in listed
+
+
+def test_a_gap_in_a_rule_is_found() -> None:
+    """Whatever is left out is named."""
+    n = Parameter("n", "a whole number", False, 1, "", "How many.")
+    good = RuleDescription("x", "acme", "1", ("POA",), (n,), "Decides.", "https://doi.org/10.1016/j.x")
+    row, shown = "| `x` | POA | Decides. | `n` = 1 | 10.1016/j.x |", "n = 1 # How\n  many. 10.1016/j.x"
+    assert gaps_in_rule(good, row, shown) == []
+    assert gaps_in_rule(good, "", shown) == ["no row in the README"]
+    assert gaps_in_rule(good, row.replace("10.1016/j.x", ""), shown) == ["10.1016/j.x is not in the README's row"]
+    assert gaps_in_rule(good, row.replace("`n`", ""), shown) == ["parameter n is not in the row"]
+    assert gaps_in_rule(good, row, "") == ["10.1016/j.x is not shown", "parameter n is not shown"]
+    bare = evolve(good, summary="", reference="A colleague.", parameters=(evolve(n, doc=""),))
+    assert gaps_in_rule(bare, row, shown) == [
+        "no summary",
+        "no reference with its DOI or arXiv number",
+        "parameter n is not described",
+    ]
+
+
+# Commands
+
+
+def gaps_in_command(command: click.Command, called: str, readme: str) -> Iterator[str]:
+    """List commands, and their options and arguments, that are not described in the help or named in the README."""
+    context = click.Context(command, info_name=called)
+    if not command.help:
+        yield f"{called} has no help"
+    if isinstance(command, click.Group):
+        for name in command.list_commands(context):
+            below = command.get_command(context, name)
+            assert below is not None
+            yield from gaps_in_command(below, f"{called} {name}", readme)
+        return
+    if not re.search(rf"{called}\b", readme):
+        yield f"{called} is not in the README"
+    for parameter in command.params:
+        if isinstance(parameter, click.Option) and not parameter.help:
+            yield f"{called} {parameter.opts[0]} has no help"
+        if isinstance(parameter, click.Argument):
+            name = parameter.make_metavar(context).strip("[].")
+            if name not in (command.help or ""):
+                yield f"{called} {name} is not explained in the help"
+
+
+def test_every_command_and_option_is_documented() -> None:
+    """Each command has a help text and occurs in the README, each option and argument is explained."""
+    assert list(gaps_in_command(rmfs, "rmfs", README)) == []
+
+
+def test_a_gap_in_a_command_is_found() -> None:
+    """Whatever is left out is named, in groups of commands, too."""
+
+    @click.group(help="Tools.")
+    def tool() -> None: ...
+
+    @tool.command(help="Cut WOOD.")
+    @click.argument("wood")
+    @click.argument("board")
+    @click.option("--deep")
+    @click.option("--slow", help="Take your time.")
+    def saw() -> None: ...
+
+    @tool.command()
+    def drill() -> None: ...
+
+    assert list(gaps_in_command(tool, "tool", "With `tool saw` you can saw.")) == [
+        "tool drill has no help",
+        "tool drill is not in the README",
+        "tool saw BOARD is not explained in the help",
+        "tool saw --deep has no help",
+    ]
+
+
+# Scenario keys
+
+
+def gaps_in_keys(section: type, readme: str, prefix: str = "") -> Iterator[str]:
+    """List keys without a meaning, times without their unit, and keys that are not in the README with both."""
+    attrs.resolve_types(section)
+    for key in attrs.fields(section):
+        if key.metadata.get("internal"):
+            continue
+        path, meaning, unit = prefix + key.name, key.metadata.get("doc"), key.metadata.get("unit") or ""
+        if not meaning:
+            yield f"{path} has no meaning"
+            continue
+        if attrs.has(key.type) and key.type is not RuleChoice:
+            yield from gaps_in_keys(key.type, readme, f"{path}.")
+            continue
+        if key.name.endswith("_s") and not key.name.endswith("_per_s") and unit != "s":
+            yield f"{path} has no unit"
+        row = next((line for line in readme.splitlines() if line.startswith(f"| `{path}` |")), "")
+        if not row.replace("\\|", "|").endswith(f"| {unit} | {meaning} |"):
+            yield f"{path} is not in the README with its unit and meaning"
+
+
+def test_every_scenario_key_is_documented() -> None:
+    """Each key has its meaning, its unit and its row."""
+    assert list(gaps_in_keys(Scenario, table("keys"))) == []
+
+
+def test_a_gap_in_the_keys_is_found() -> None:
+    """Whatever is left out is named, in sections of the file, too."""
+
+    def key(doc: str, unit: str = "") -> Any:
+        return field(default=1, metadata={"doc": doc, "unit": unit})
+
+    @define
+    class Inner:
+        good: int = key("How good it is")
+        silent: int = key("")
+
+    @define
+    class File:
+        inner: Inner = field(factory=Inner, metadata={"doc": "The inner part"})
+        wait_s: float = key("How long to wait")
+        listed: int = key("How many", "cells")
+        unlisted: int = key("How many")
+
+    File.__annotations__["inner"] = Inner
+    readme = "| `inner.good` | 1 |  | How good it is |\n| `wait_s` | 1 |  | How long to wait |\n"
+    readme += "| `listed` | 1 | cells | How many |\n| `unlisted` | 1 | cells | How many |\n"
+    assert list(gaps_in_keys(File, readme)) == [
+        "inner.silent has no meaning",
+        "wait_s has no unit",
+        "unlisted is not in the README with its unit and meaning",
+    ]
+
+
+# Needs and the conformance suite
+
+
+def gaps_in_needs(needs: Any, readme: str) -> list[str]:
+    """List needs that have no row in the README."""
+    return [need for need in needs if f'| `"{need}"` |' not in readme]
+
+
+def test_every_need_is_documented() -> None:
+    """What a rule may need is in the README, and a need that is not there would be found."""
+    assert gaps_in_needs(NEEDS, README) == []
+    assert gaps_in_needs(["magic"], README) == ["magic"]
+
+
+def test_the_readmes_rule_conforms(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The README's test of the README's rule passes."""
+    rule, test = (
+        re.search(rf"<!-- {marker} -->\n```python\n(.*?)```", README, re.DOTALL) for marker in ("rule", "conformance")
+    )
+    assert rule is not None
+    assert test is not None
+    (tmp_path / "my_rule.py").write_text(rule[1], encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    names: dict[str, Any] = {}
+    exec(test[1], names)
+    names["test_it_conforms"]()
+
+
+def test_every_finding_is_documented() -> None:
+    """The README explains each kind that the suite can report."""
+    from rmfs_core.testing import conformance, trial
+
+    for kind in (trial.IMPOSSIBLE, trial.RAISED, trial.STARVED, trial.MUTATED, conformance.RANDOM, conformance.KEPT):
+        assert f"| `{kind}` |" in README
+        assert f'``"{kind}"``' in (conformance.Finding.__doc__ or "")

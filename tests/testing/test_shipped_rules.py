@@ -1,0 +1,23 @@
+"""Every shipped rule passes the conformance suite."""
+
+from typing import Any
+
+import pytest
+
+from rmfs_core.plugins import available_rules
+from rmfs_core.plugins.sources import origin
+from rmfs_core.testing import check_rule
+
+REQUIRED: dict[str, dict[str, Any]] = {"most-covered": {"n": 3}}
+"""Parameters of the rules that cannot do without."""
+
+SHIPPED = [name for name, entry in available_rules().items() if origin(entry)[0] == "rmfs"]
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_shipped_rule_conforms(name: str) -> None:
+    """No findings in any small world that has what the rule needs."""
+    rule = available_rules()[name].load()
+    report = check_rule(rule(**REQUIRED.get(name, {})))
+    assert len(report.worlds) + len(report.left_out) == 9
+    assert len(report.worlds) >= 7
