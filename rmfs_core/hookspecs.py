@@ -23,6 +23,8 @@ What else the kernel has to know of a rule, the class declares as attributes:
 ``needs``
     Tuple of what the rule relies on, from `rmfs_core.simulation.needs.NEEDS` (such as ``"unlimited stock"``). A
     scenario that lacks it is refused.
+``libraries``
+    Tuple of distributions that the rule computes with, such as a solver's: their versions are kept with the results.
 ``splits_over_time``
     True for a rule that may leave lines of an order in the backlog: it is asked when the smallest open line fits, not
     only when the smallest order does.

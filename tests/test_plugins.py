@@ -69,6 +69,13 @@ def test_distributions_name_everything_that_took_part(install: Install) -> None:
     assert found["numpy"] == version("numpy")
 
 
+def test_a_rule_s_own_libraries_took_part_too() -> None:
+    """The version of the solver is kept with the results of the rules that use it."""
+    loaded = load(poa=None, pps=None, poa_pps=RuleChoice("integrated"))
+    assert {"highspy", "mip"} <= set(loaded.distributions)
+    assert "mip" not in load().distributions
+
+
 def test_every_shipped_rule_can_be_selected() -> None:
     """Each rule answers its hook through the rule set."""
     for poa in ("pod-match", "common-lines", "first-come"):

@@ -26,6 +26,7 @@ class _Joint:
     model: ClassVar[Model]
     splits_over_time: ClassVar[bool] = False
     needs: ClassVar[tuple[str, ...]] = ("unlimited stock", "item capacity")
+    libraries: ClassVar[tuple[str, ...]] = ("highspy", "mip")
 
     formulation: Literal["aggregated", "paper"] = field(
         default="aggregated", validator=validators.in_(("aggregated", "paper"))

@@ -11,6 +11,7 @@ import click
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from rmfs_core.scenario import RuleChoice
     from rmfs_core.states import Answer, Recorded, Recording, State
     from rmfs_core.states.stories import Episode
 
@@ -76,13 +77,15 @@ def explain(
         tables.print_overview(console, recording)
     else:
         explained, others = _find(recording, period, decision)
-        _explain(console, explained, against, state_file, limit, allow_inline=not no_inline_rules)
+        choice = recording.choice_of(explained)
+        _explain(console, explained, choice, against, state_file, limit, allow_inline=not no_inline_rules)
         tables.print_others(console, others)
 
 
 def _explain(
     console: Console,
     explained: Recorded,
+    choice: RuleChoice,
     against: tuple[str, ...],
     state_file: Path | None,
     limit: int,
@@ -100,7 +103,7 @@ def _explain(
     outcome = None
     if explained.decision is not None:
         outcome = outcome_of(state, explained.decides, explained.decision, explained.place)
-    tables.print_decision(console, explained, state, limit)
+    tables.print_decision(console, explained, choice, state, limit)
     if answers:
         tables.print_comparison(console, explained, outcome, list(zip(against, answers, strict=True)))
     if state_file is not None:

@@ -14,6 +14,8 @@ from rich.text import Text
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.rule_helpers import ticks_to_station
+from rmfs_core.scenario import RuleChoice
+from rmfs_core.scenario.tomltext import toml_value
 from rmfs_core.states import Answer, Outcome, Recorded, Recording, State
 from rmfs_core.states.rebuilding import Scene, open_state
 from rmfs_core.states.stories import Episode, where_in
@@ -55,14 +57,13 @@ def print_story(console: Console, name: str, episodes: Sequence[Episode]) -> Non
     console.print(table)
 
 
-def print_decision(console: Console, recorded: Recorded, state: State, limit: int) -> None:
+def print_decision(console: Console, recorded: Recorded, choice: RuleChoice, state: State, limit: int) -> None:
     """Print the state that a rule saw, and what it decided."""
     scene = open_state(state, recorded.place)
-    _heading(
-        console,
-        f"Decision {recorded.number}: {recorded.decides} by {recorded.rule}, "
-        f"period {recorded.period}, at {recorded.time_s:,.3f} s",
-    )
+    parameters = ", ".join(f"{name} = {toml_value(value)}" for name, value in choice.parameters.items())
+    rule = f"{recorded.rule} ({parameters})" if parameters else recorded.rule
+    when = f"period {recorded.period}, at {recorded.time_s:,.3f} s"
+    _heading(console, f"Decision {recorded.number}: {recorded.decides} by {rule}, {when}")
     console.print(_stations(scene))
     decided = recorded.decision
     assigned: dict[str, list[str]] = {}

@@ -50,16 +50,16 @@ def reproduce(
     """
     from rich.console import Console
 
+    from rmfs_core.cli.run import announce_compiling
     from rmfs_core.experiments.progress import progress_for
     from rmfs_core.reproduction import choose_parts
     from rmfs_core.reproduction import reproduce as run_parts
-    from rmfs_core.travel import needs_compiling
+    from rmfs_core.scenario import load_scenario
 
     parts = choose_parts(only, quick)
     folder = out or Path("rmfs-runs") / ("reproduce-quick" if quick else "reproduce")
     notes = Console(stderr=True, quiet=quiet)
-    if needs_compiling():
-        _say(notes, "Compiling the path search (once; takes some seconds) ...")
+    announce_compiling(notes, load_scenario("paper-250"))  # all parts but the examples plan paths by its rule
     try:
         done = run_parts(
             parts,

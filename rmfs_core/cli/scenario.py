@@ -26,7 +26,7 @@ def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline
     from rmfs_core.layout import make_layout
     from rmfs_core.plugins import RuleSet
     from rmfs_core.scenario import load_scenario, located
-    from rmfs_core.simulation.setup import open_warehouse
+    from rmfs_core.simulation.engine import Simulation
 
     loaded = load_scenario(scenario, overrides, seed)
     with located(loaded):
@@ -35,7 +35,7 @@ def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline
             click.echo(f"Loaded code from {file}.", err=True)
         instance = make_instance(loaded)
         layout = make_layout(loaded)
-        open_warehouse(loaded, instance, layout)
+        Simulation(loaded, instance, layout, rules)
     items = sum(order.items for order in instance.orders)
     click.echo(
         f"{scenario} is valid: {len(instance.orders)} orders of {items} items, {len(instance.skus)} SKUs, "

@@ -16,7 +16,7 @@ from attrs import frozen
 
 from rmfs_core.motion import Motion
 from rmfs_core.plugins.nearest import listed
-from rmfs_core.scenario.checks import NOT_NEGATIVE, POSITIVE, Check, at_least
+from rmfs_core.scenario.checks import NOT_NEGATIVE, POSITIVE, Check
 from rmfs_core.scenario.model import LayoutSection, key
 from rmfs_core.scenario.schema import schema_of
 
@@ -25,14 +25,27 @@ VERSION = 1
 DECIDES = ("POA", "PPS", "POA+PPS", "PR", "TA")
 """The decisions that can be asked of a state."""
 
+MOST = 1_000_000_000
+"""Largest number of items, places and the like that a state may have."""
+
 
 def _one_of(*values: str | int) -> Check:
     return Check(listed(map(str, values), "or"), lambda value: value in values, {"enum": list(values)})
 
 
-_ITEMS = Check("numbers of items >= 0, or null", lambda held: all(n is None or n >= 0 for n in held.values()))
+def _number(least: int) -> Check:
+    """Return the check for a whole number that is no nonsense: sums of such numbers fit into 64 bits."""
+    schema = {"minimum": least, "maximum": MOST}
+    return Check(f"a whole number from {least} to {MOST:,}", lambda value: least <= value <= MOST, schema)
+
+
+_ITEMS = Check(
+    f"numbers of items from 0 to {MOST:,}, or null",
+    lambda held: all(n is None or 0 <= n <= MOST for n in held.values()),
+)
 _QUANTITIES = Check(
-    "one line or more, with quantities >= 1", lambda lines: bool(lines) and all(n >= 1 for n in lines.values())
+    f"one line or more, with quantities from 1 to {MOST:,}",
+    lambda lines: bool(lines) and all(1 <= n <= MOST for n in lines.values()),
 )
 
 
@@ -73,7 +86,7 @@ class PodState:
         "Cell of the storage location it stands in (row * width + column, from 0 in the north-west); "
         "left out while a robot carries it, and where the state has no layout",
         None,
-        check=at_least(0),
+        check=_number(0),
     )
     home: int | None = key("Cell of the storage location it stood in at first; left out: `cell`", None)
     bound_for: tuple[str, ...] | None = key(
@@ -88,21 +101,21 @@ class RequestState:
     order: str = key("Order it is for")
     sku: str = key("SKU")
     pod: str | None = key("Inbound pod that the item is promised from; left out: the first that has one free", None)
-    id: int | None = key("Number of the request; left out: counted on", None, check=at_least(0))
+    id: int | None = key("Number of the request; left out: counted on", None, check=_number(0))
 
 
 @frozen
 class StationState:
     """A picking station."""
 
-    item_capacity: int | None = key("Items that may be assigned at a time", None, unit="items", check=at_least(1))
+    item_capacity: int | None = key("Items that may be assigned at a time", None, unit="items", check=_number(1))
     order_capacity: int | None = key(
-        "Orders that may be assigned at a time, in place of `item_capacity`", None, unit="orders", check=at_least(1)
+        "Orders that may be assigned at a time, in place of `item_capacity`", None, unit="orders", check=_number(1)
     )
     queue_length: int | None = key(
         "Pods that can wait besides the one being worked on; left out: as the layout has it, or 12",
         None,
-        check=at_least(1),
+        check=_number(1),
     )
     requests: tuple[RequestState, ...] = key("Items to pick there, the oldest first", ())
     inbound: tuple[str, ...] | None = key(
@@ -110,7 +123,7 @@ class StationState:
     )
     line: tuple[str, ...] = key("Pods at the station (first) and in its queue", ())
     queue_room: int | None = key(
-        "Pods that could still set out for it; left out: what `line` leaves", None, check=at_least(0)
+        "Pods that could still set out for it; left out: what `line` leaves", None, check=_number(0)
     )
 
     def __attrs_post_init__(self) -> None:
@@ -124,7 +137,7 @@ class PartState:
 
     station: str = key("The station")
     skus: tuple[str, ...] = key("SKUs of the lines assigned; each line goes to one station whole")
-    period: int = key("Number of the period", 1, check=at_least(1))
+    period: int = key("Number of the period", 1, check=_number(1))
 
 
 @frozen
@@ -144,7 +157,7 @@ class OrderState:
 class RobotState:
     """A robot."""
 
-    cell: int | None = key("Cell where it stands; left out where the state has no layout", None, check=at_least(0))
+    cell: int | None = key("Cell where it stands; left out where the state has no layout", None, check=_number(0))
     heading: int = key("0 east, 1 north, 2 west, 3 south", 1, check=_one_of(0, 1, 2, 3))
     task: str | None = key("Pod it carries or is on its way to fetch; left out: none", None)
 
@@ -155,13 +168,13 @@ class AskState:
 
     decides: str | None = key("`POA`, `PPS`, `POA+PPS`, `PR` or `TA`", None, check=_one_of(*DECIDES))
     period: int | None = key(
-        "Number of the period; left out: one more than the latest that assigned anything", None, check=at_least(0)
+        "Number of the period; left out: one more than the latest that assigned anything", None, check=_number(0)
     )
     max_fetches: int | None = key(
         "PPS: stored pods that may be sent; left out: idle robots less waiting pods, no limit where robots are not "
         "listed",
         None,
-        check=at_least(0),
+        check=_number(0),
     )
     pod: str | None = key("PR: the pod to store", None)
 
@@ -209,7 +222,7 @@ class State:
         "Orders that the rule is shown; left out: all that have open lines (recorded where prefilters are in use)", None
     )
     ask: AskState = key("What is asked", factory=AskState)
-    seed: int = key("Seed of the rule's random generator, where `random` is left out", 1, check=at_least(0))
+    seed: int = key("Seed of the rule's random generator, where `random` is left out", 1, check=_number(0))
     random: RandomState | None = key("State of the rule's random generator, where it has drawn already", None)
 
 

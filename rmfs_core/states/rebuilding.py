@@ -164,9 +164,9 @@ def _layout(state: State, names: Names) -> Layout:
     """Return the grid; without one in the state, a stand-in with places enough, which rules do not get to see."""
     if not state.stations:
         names.wrong(("stations",), "found none; expected at least one picking station")
-    longest = max(station.queue_length or QUEUE_LENGTH for station in state.stations.values())
     if state.layout is None:
-        return _stand_in(len(state.stations), len(state.pods), longest)
+        return _stand_in(len(state.stations), len(state.pods))
+    longest = max(station.queue_length or QUEUE_LENGTH for station in state.stations.values())
     layout = _layout_of(state.layout, longest, place_of(names.source, ("layout",)))
     if len(layout.stations) != len(state.stations):
         names.wrong(
@@ -187,10 +187,10 @@ def _layout_of(given: LayoutState, queue_length: int, place: str) -> Layout:
 
 
 @lru_cache(maxsize=4)
-def _stand_in(stations: int, pods: int, queue_length: int) -> Layout:
+def _stand_in(stations: int, pods: int) -> Layout:
     rows = 2 * stations + 1
     section = LayoutSection(block_rows=rows, block_columns=1 + pods // (8 * rows), stations_east=stations)
-    return parse_map(block_map(section, queue_length), "stand-in")
+    return parse_map(block_map(section, QUEUE_LENGTH), "stand-in")
 
 
 def _stations(state: State, names: Names, layout: Layout) -> list[Station]:

@@ -9,7 +9,11 @@ from typing import Any
 import pytest
 
 import rmfs_core
+from rmfs_core.benchmarking import worlds
+from rmfs_core.benchmarking.bench import ROLES
 from rmfs_core.cli import main
+from rmfs_core.cli.bench import DECIDES, WORLDS
+from rmfs_core.plugins.hooks import LABEL_OF_ROLE
 
 FEW = ("--set", "instance.orders=10", "--world", "small")
 RULES = """
@@ -52,6 +56,12 @@ def acme(install: Any) -> None:
     """Install the rules above, as another distribution."""
     head = "import numpy as np\nfrom rmfs_core.rule_helpers import assign_best_pairs, send_pods\n"
     install("acme", {"nothing": "acme_rules:Nothing", "both": "acme_rules:Both"}, acme_rules=head + RULES)
+
+
+def test_what_can_be_chosen() -> None:
+    """The command offers the worlds that there are, and rules of every decision."""
+    assert tuple(worlds.WORLDS) == WORLDS
+    assert set(DECIDES) == {LABEL_OF_ROLE[role] for role in ROLES}
 
 
 def test_side_by_side(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 
 from rmfs_core.cli import main
+from rmfs_core.cli.decide import DECIDES
+from rmfs_core.states import model
 
 STATE = {
     "format": "rmfs-state",
@@ -98,6 +100,11 @@ def test_a_rule_from_a_file(decide: Any, tmp_path: Path, monkeypatch: pytest.Mon
     code, out, _ = decide("--rule", "./mine.py:Lazy")
     assert code == 0
     assert json.loads(out)["assignments"] == []
+
+
+def test_what_can_be_asked() -> None:
+    """The command offers what the format has."""
+    assert DECIDES == model.DECIDES
 
 
 def test_the_schema(capsys: pytest.CaptureFixture[str]) -> None:

@@ -21,6 +21,12 @@ WRONG = [
         '[instance]\norders_file = "no.csv"\npods_file = "no.csv"\n' + RULES,
         "Error: {folder}/no.csv: cannot be read: No such file or directory\n",
     ),
+    # what a rule needs
+    (
+        '[instance]\nitems_per_sku = 900\n[rules]\npoa_pps = "integrated"\n',
+        'Error: {file}, line 4, rules.poa_pps: rule "integrated" (rmfs 0.1.0) needs pods whose SKUs never run out, '
+        "but the instance has finite stock\n",
+    ),
     # pods, robots and stations against the layout
     (
         "[layout]\nstations_east = 2\n[stations]\nitem_capacity = [15, 15, 15]\n" + RULES,

@@ -121,19 +121,21 @@ def test_a_file_by_hand(by_hand: dict[str, Any], write: Callable[[Any], Path]) -
         (("version",), 2, "version", "expected version 1 of 'rmfs-state', found 2"),
         (("version",), True, "version", "expected version 1 of 'rmfs-state', found True"),
         (("orders", "A", "lines"), {}, "orders.A.lines", "expected one line or more"),
-        (("orders", "A", "lines", "milk"), 0, "orders.A.lines", "quantities >= 1"),
+        (("orders", "A", "lines", "milk"), 0, "orders.A.lines", "quantities from 1 to 1,000,000,000"),
         (("orders", "A", "lines", "milk"), "2", "orders.A.lines.milk", "expected a whole number"),
         (("orders", "A", "line"), {"milk": 1}, "orders.A.line", "unknown key; did you mean `lines`?"),
-        (("pods", "P1", "contents", "milk"), -1, "pods.P1.contents", "numbers of items >= 0, or null"),
-        (("pods", "P1", "cell"), -1, "pods.P1.cell", "expected a whole number >= 0"),
+        (("pods", "P1", "contents", "milk"), -1, "pods.P1.contents", "numbers of items from 0 to"),
+        (("pods", "P1", "cell"), -1, "pods.P1.cell", "a whole number from 0 to"),
         (("stations", "north"), {}, "stations.north", "either `item_capacity` or `order_capacity`"),
-        (("stations", "north", "item_capacity"), 0, "stations.north.item_capacity", "a whole number >= 1"),
+        (("stations", "north", "item_capacity"), 0, "stations.north.item_capacity", "a whole number from 1 to"),
         (("stations", "north", "requests"), [{"order": "A"}], "stations.north.requests[0].sku", "is missing"),
         (("stations", "north", "line"), "P1", "stations.north.line", "expected a list"),
         (("ask",), {"decides": "PP"}, "ask.decides", "expected POA, PPS, POA+PPS, PR or TA"),
         (("layout",), {}, "layout", "expected either `map` or `blocks`"),
         (("layout",), {"blocks": {"map_file": "x"}}, "layout", "expected no `map_file`"),
         (("robots",), {"r": {"heading": 4}}, "robots.r.heading", "expected 0, 1, 2 or 3"),
+        (("orders", "A", "lines", "milk"), 10**30, "orders.A.lines", "quantities from 1 to"),
+        (("orders", "A", "arrival_s"), float("nan"), "orders.A.arrival_s", "expected a number"),
         (("random",), {"state": "-1", "increment": "1"}, "random", "decimal digits"),
         (("random",), {"state": "os.system", "increment": "1"}, "random", "decimal digits"),
     ],
@@ -151,6 +153,12 @@ def test_what_is_wrong_is_named(
         state_from_dict(content, "s.json")
     assert caught.value.place == f"s.json, {place}"
     assert problem in caught.value.problem
+
+
+def test_numbers_out_of_all_bounds(by_hand: dict[str, Any]) -> None:
+    """A whole number that no float can hold is refused as well."""
+    with pytest.raises(InputError, match="out of all bounds"):
+        state_from_dict({**by_hand, "time_s": 10**400})
 
 
 @pytest.mark.parametrize("missing", ["format", "version", "pods", "stations", "orders"])

@@ -13,9 +13,11 @@ import pytest
 import rmfs_core
 from rmfs_core.files import to_json
 from rmfs_core.plugins import BoundRule
+from rmfs_core.plugins.single import load_rule
 from rmfs_core.states import decide, read_recording, state_from_dict, state_to_dict
-from rmfs_core.states.deciding import outcome_of
+from rmfs_core.states.deciding import ask, outcome_of
 from rmfs_core.states.rebuilding import open_state
+from rmfs_core.states.recorded import ROLE_OF_LABEL
 from rmfs_core.states.recording import DecisionRecorder
 from rmfs_core.warehouse import WarehouseView
 from rmfs_core.warehouse.parts import Part, ReadOnly
@@ -43,8 +45,11 @@ def test_every_decision_of_a_run_is_made_again(record: Any, settings: tuple[str,
     """Each recorded state, asked again, gives the same decision and report; and applying it does not fail."""
     recording = record(*settings)
     kinds: Counter[str] = Counter()
+    rules: dict[str, BoundRule] = {}
     for recorded in recording:
-        again = decide(recorded.state(), recording.choice_of(recorded), source=recorded.place)
+        if recorded.decides not in rules:
+            rules[recorded.decides] = load_rule(recording.choice_of(recorded), (ROLE_OF_LABEL[recorded.decides],))
+        again = ask(open_state(recorded.state(), recorded.place), rules[recorded.decides])
         assert again.decision == recorded.decision, recorded.place
         assert again.report == recorded.report, recorded.place
         assert outcome_of(recorded.state(), recorded.decides, recorded.decision or {}) == again.outcome
