@@ -104,6 +104,11 @@ def print_comparison(
         console.print(_outcomes(rows))
         if any(row is not None and row.uncovered for *_, row in rows):
             _say(console, "Not covered: open requests that no pod at the station or bound for it can serve yet.")
+        if any(report is not None for _, _, report, _ in rows):
+            _say(
+                console,
+                "Objective and bound are the rule's own; the paper's models count pods that are there already, too.",
+            )
     table = _table("Rule", "Decision")
     for name, decision, _, _ in rows:
         table.add_row(Text(name), Text(_in_words(recorded.content, decision)))
@@ -267,7 +272,7 @@ def _span(first: str, last: str) -> str:
 def _table(*columns: str, right: Sequence[str] = ()) -> Table:
     table = Table(box=box.SIMPLE_HEAD, header_style="bold cyan", pad_edge=False)
     for column in (*columns, *(name for name in right if name not in columns)):
-        table.add_column(column, justify="right" if column in right else "left")
+        table.add_column(column, justify="right" if column in right else "left", overflow="fold")
     return table
 
 

@@ -102,7 +102,7 @@ def computing_time(tables: Tables) -> Figure:
     _bars(axes[2], tables["time-per-order"], sets, METHODS)
     axes[2].set_title("Seconds an order, t > 1")
     for axis in axes:
-        axis.set_yscale("log")
+        _log_scale(axis)
     _legend(figure, METHODS, ("figure",))
     return figure
 
@@ -148,7 +148,7 @@ def large(tables: Tables) -> Figure:
     for column, method in enumerate(METHODS):
         _bar(axes[1], share, column, (method,), method, 1)
     axes[1].set_xticks([])
-    axes[1].set_yscale("log")
+    _log_scale(axes[1])
     axes[1].set_title("Computing time t > 1, % of simulated time")
     _legend(figure, METHODS, ("range", "figure"))
     return figure
@@ -174,6 +174,16 @@ def _bar(axis: Axes, table: Table, at: float, label: tuple[str, ...], method: st
         axis.bar(left, height, width, bottom=paper.low, align="edge", fill=False, edgecolor=PAPER, linewidth=THIN)
     elif paper is not None and paper.printed is not None:
         axis.hlines(paper.printed, at - width / 2, at + width / 2, color=PAPER, linewidth=THIN)
+
+
+def _log_scale(axis: Axes) -> None:
+    """Give bars a logarithmic scale that begins at a power of ten: one that began just below them would exaggerate."""
+    from matplotlib.patches import Rectangle
+
+    heights = [height for bar in axis.patches if isinstance(bar, Rectangle) and (height := bar.get_height()) > 0]
+    axis.set_yscale("log")
+    if heights:
+        axis.set_ylim(bottom=10.0 ** math.floor(math.log10(min(heights))))
 
 
 def _figure(rows: int, columns: int, height: float) -> tuple[Figure, list[Axes]]:
