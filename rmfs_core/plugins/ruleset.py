@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Collection, Iterator
+from functools import cache
 from importlib.metadata import version
 from typing import Any
 
@@ -200,8 +201,14 @@ def _bind(manager: pluggy.PluginManager, role: str, one: _Selected) -> BoundRule
     return BoundRule(role, source.name, one.instance, source.distribution, source.version, hook)
 
 
+@cache
+def _installed(library: str) -> str:
+    """Version of a library, read once."""
+    return version(library)
+
+
 def _versions(selected: Collection[_Selected]) -> dict[str, str]:
-    found = {name: version(name) for name in LIBRARIES} | {"python": platform.python_version()}
-    found |= {name: version(name) for one in selected for name in getattr(one.source.target, "libraries", ())}
+    found = {name: _installed(name) for name in LIBRARIES} | {"python": platform.python_version()}
+    found |= {name: _installed(name) for one in selected for name in getattr(one.source.target, "libraries", ())}
     found |= {one.source.distribution: one.source.version for one in selected if one.source.version != INLINE}
     return dict(sorted(found.items()))

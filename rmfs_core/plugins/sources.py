@@ -59,10 +59,11 @@ def origin(entry: EntryPoint) -> tuple[str, str]:
 
 def offers() -> dict[str, tuple[EntryPoint, ...]]:
     """Return every installed rule's entry points by name, ascending; more than one where distributions clash."""
-    found: dict[str, tuple[EntryPoint, ...]] = {}
-    for entry in sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, origin(entry))):
-        found[entry.name] = (*found.get(entry.name, ()), entry)
-    return found
+    found: dict[str, list[EntryPoint]] = {}
+    for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
+        found.setdefault(entry.name, []).append(entry)
+    # Who offers an entry point is read from files: only where it matters.
+    return {name: tuple(sorted(same, key=origin) if len(same) > 1 else same) for name, same in found.items()}
 
 
 def available_rules() -> Mapping[str, EntryPoint]:
