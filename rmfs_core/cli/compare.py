@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rmfs_core.cli.options import dask_option, jobs_option
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -17,14 +19,8 @@ RUNS_FOLDER = "runs"
 
 @click.command()
 @click.argument("experiment", metavar="EXPERIMENT", required=False)
-@click.option(
-    "--jobs",
-    "-j",
-    type=click.IntRange(min=1),
-    metavar="N",
-    help="Runs at a time. [default: one for each core; with --dask two for each thread of the cluster]",
-)
-@click.option("--dask", metavar="ADDRESS", help="Run on the workers of a Dask scheduler: tcp://host:8786.")
+@jobs_option
+@dask_option
 @click.option(
     "--out",
     type=click.Path(path_type=Path),

@@ -1,4 +1,4 @@
-"""What the commands that take a scenario have in common."""
+"""Options that several commands have in common."""
 
 from __future__ import annotations
 
@@ -17,3 +17,13 @@ set_option = click.option(
 )
 
 seed_option = click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Replace the scenario's seed.")
+
+jobs_option = click.option(
+    "--jobs",
+    "-j",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Runs at a time. [default: one for each core; with --dask two for each thread of the cluster]",
+)
+
+dask_option = click.option("--dask", metavar="ADDRESS", help="Run on the workers of a Dask scheduler: tcp://host:8786.")

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rmfs_core.cli.options import dask_option, jobs_option
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -23,14 +25,8 @@ if TYPE_CHECKING:
     help="Run this part alone: examples, instances, packing, prefilter or large. May be given several times.",
 )
 @click.option("--quick", is_flag=True, help="One seed of the instances of 50 orders, and the examples: under a minute.")
-@click.option(
-    "--jobs",
-    "-j",
-    type=click.IntRange(min=1),
-    metavar="N",
-    help="Runs at a time. [default: one for each core; with --dask two for each thread of the cluster]",
-)
-@click.option("--dask", metavar="ADDRESS", help="Run on the workers of a Dask scheduler: tcp://host:8786.")
+@jobs_option
+@dask_option
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
