@@ -56,8 +56,9 @@ def _lines(period: Period, solution: Solution) -> Iterator[str]:
     for part in solution.parts:
         if not part.skus:
             yield f"(13) order at a station without a line: {_order(period, part.order)}"
+        wanted = dict(period.lines_of(part.order))
         for sku in part.skus:
-            if sku not in dict(period.lines[part.order]):
+            if sku not in wanted:
                 yield f"(8) lines: SKU id {sku} is no open line of {_order(period, part.order)}"
             if (part.order, part.station, sku) in seen:
                 yield (
@@ -94,7 +95,7 @@ def _capacity(period: Period, solution: Solution) -> Iterator[str]:
     """(4) with u_s >= 0."""
     taken = [0] * len(period.stations)
     for part in solution.parts:
-        quantity = dict(period.lines[part.order])
+        quantity = dict(period.lines_of(part.order))
         taken[part.station] += sum(quantity[sku] for sku in part.skus)
     for station, (items, room) in enumerate(zip(taken, period.capacities, strict=True)):
         if items > room:
@@ -112,7 +113,7 @@ def _orders(period: Period, solution: Solution, model: Model) -> Iterator[str]:
         if model is Model.INTEGRATED and len(stations[order]) > 1:
             yield f"(3) one station: {_order(period, order)} is at {len(stations[order])} stations"
         equation = {Model.INTEGRATED: "(2)", Model.SPLIT_AMONG_STATIONS: "(11)", Model.SPLIT_OVER_TIME: "(11.1)"}[model]
-        for sku, _ in period.lines[order]:
+        for sku, _ in period.lines_of(order):
             if counts[sku] > 1:
                 yield f"{equation} lines: SKU id {sku} of {_order(period, order)} is assigned {counts[sku]} times"
             if counts[sku] < 1 and model is not Model.SPLIT_OVER_TIME:
@@ -142,7 +143,7 @@ def newly_split(period: Period, solution: Solution) -> list[int]:
     return [
         order
         for order, at in stations.items()
-        if not period.begun_before(order) and (len(at) > 1 or lines[order] < len(period.lines[order]))
+        if not period.begun_before(order) and (len(at) > 1 or lines[order] < len(period.lines_of(order)))
     ]
 
 

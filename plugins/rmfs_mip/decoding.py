@@ -24,6 +24,8 @@ def visits_of(model: Aggregated, values: Sequence[float]) -> tuple[tuple[int, in
 
 def covered_with(reduced: Reduced, visits: Sequence[tuple[int, int]]) -> NDArray[np.bool_]:
     """Return what the stations cover once the new visits are counted in."""
+    if not visits:
+        return reduced.period.covered
     covered = reduced.period.covered.copy()
     for pod, station in visits:
         covered[station] |= reduced.period.stock.holds[pod] > 0

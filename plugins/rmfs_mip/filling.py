@@ -31,7 +31,7 @@ def fill_with_lines(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part,
     """Place single lines, oldest first: a maximum flow with the oldest lines of all."""
     period = reduced.period
     mask = masks_of(covered)[period.line_sku]
-    lines = np.flatnonzero((mask > 0) & reduced.candidates)
+    lines = np.flatnonzero(mask if period.single_items else (mask > 0) & reduced.candidates)
     if len(period.capacities) == 1:
         chosen = lines[: period.capacities[0]].tolist()
         stations = [0] * len(chosen)
@@ -90,7 +90,7 @@ def fill_with_orders(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part
 
 
 def _whole(reduced: Reduced, order: int, station: int) -> Part:
-    return Part(order, station, tuple(sku for sku, _ in reduced.period.lines[order]))
+    return Part(order, station, tuple(sku for sku, _ in reduced.period.lines_of(order)))
 
 
 def _covered_orders(reduced: Reduced, covered: NDArray[np.bool_]) -> list[dict[int, bool]]:

@@ -9,8 +9,9 @@ A pattern is what one station may get: pods and whole orders that they serve. Wi
 where c_k is the number of new pods of pattern k plus W_u for each place it leaves free, and a_Tk how many orders of
 type T it takes. It has no symmetry, and its relaxation is close to the optimum.
 
-Patterns are priced exactly: by all sets of few pods (`rmfs_mip.pattern_search`), which suffices because a pattern with
-k pods is worth at least k, or else by the aggregated model of a single station.
+Patterns are priced exactly: by a search for sets of pods of one size after another (`rmfs_mip.pattern_search`), which
+ends because a pattern with k pods is worth at least k; where that takes too long, by the aggregated model of a single
+station.
 
 What the relaxation leaves open is settled from its prices: every better solution consists of patterns that are nearly
 as good as the best one, so their sets of pods are few, and a small program chooses among them (`choose_among`).
@@ -18,7 +19,6 @@ as good as the best one, so their sets of pods are few, and a small program choo
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 
 import mip
@@ -27,6 +27,7 @@ from attrs import define, evolve, field, frozen
 from numpy.typing import NDArray
 
 from rmfs_mip.aggregated import Builder
+from rmfs_mip.arrays import arrays_of
 from rmfs_mip.period import Period
 from rmfs_mip.reduction import Reduced
 from rmfs_mip.solution import Model, Part
@@ -35,14 +36,15 @@ from rmfs_mip.solver import Limits, Program, new_model, optimise
 Assigned = tuple[tuple[tuple[int, int], ...], tuple[Part, ...]]
 """Visits (pod, station) and parts."""
 
-MOST_PODS = 4
-"""Sets of up to so many pods are tried one by one, where they are at most `MOST_SETS`."""
-MOST_SETS = 5_000_000
+MOST_WORK = 2_000_000
+"""Steps of the search for sets of pods, each a fraction of a microsecond, before the aggregated model prices."""
 KEPT = 60
 """Sets of pods of each size that become patterns in one round."""
-MOST_CLOSE = 500
-"""Sets of pods from which a better solution, if there is one, is put together."""
+CLOSE_SETS = (100, 500, 2000)
+"""Sets of pods from which a better solution, if there is one, is put together: first the best few, then more."""
 CLOSE = 1e-6
+SAFE = 1e-4
+"""What rounding may add to a bound; far more than it does."""
 
 
 @frozen
@@ -63,14 +65,8 @@ class Priced:
 
 
 def alike(reduced: Reduced) -> bool:
-    """Whether column generation applies: integrated, several stations with equal room and equal SKUs at hand."""
-    period = reduced.period
-    return (
-        reduced.model is Model.INTEGRATED
-        and len(period.stations) > 1
-        and len(set(period.capacities)) == 1
-        and bool((period.covered == period.covered[0]).all())
-    )
+    """Whether column generation applies: integrated, and several interchangeable stations."""
+    return reduced.model is Model.INTEGRATED and reduced.interchangeable and len(reduced.capacities) > 1
 
 
 def lines_as_orders(period: Period) -> Period:
@@ -143,7 +139,7 @@ class ColumnGeneration:
         pricing = self.pricing
         prices, convexity = np.zeros(len(self.reduced.types)), float("inf")
         while True:
-            priced = pricing.by_sets(prices)
+            priced = pricing.by_sets(prices, convexity)
             if not self._take(priced, prices, convexity) and priced.bound is None:
                 proven = pricing.by_model(prices, self.seconds_left())
                 if proven is None or not self._take(proven, prices, convexity):
@@ -303,20 +299,22 @@ class Pricing:
         self.sizes = np.array([kind.size for kind in types], dtype=np.int64)
         self.counts = np.array([len(kind.orders) for kind in types], dtype=np.int64)
         self.missing = [[sku for sku, _ in kind.lines if not covered[sku]] for kind in types]
-        wanted = reduced.wanted(0) & ~covered
-        self.pods = reduced.classes(wanted, period.idle)
-        self.brings = [[sku for sku in period.stock.contents[pod] if wanted[sku]] for pod in self.pods]
+        self.arrays, self.pods = arrays_of(reduced)
+        skus = np.split(self.arrays.pod_sku, self.arrays.pod_start[1:-1])
+        self.brings = [held.tolist() for held in skus] if self.pods else []
+        type_of = {order: t for t, kind in enumerate(types) for order in kind.orders}
+        self.type_of = np.array([type_of[order] for order in reduced.orders], dtype=np.int64)
 
-    def by_sets(self, prices: NDArray[np.float64]) -> Priced:
-        """Return the best patterns of few pods; without a bound where better ones may have more."""
+    def by_sets(self, prices: NDArray[np.float64], limit: float) -> Priced:
+        """Return the best patterns worth less than ``limit``; without a bound where not all could be tried."""
         values = self.weight * self.sizes + prices
-        most = self.weight * self.room
+        most = float(self.weight * self.room)
         found: list[tuple[float, Pattern]] = []
-        least = float(most)
+        least = limit = min(most, limit)
         for number in range(len(self.pods) + 1):
             if number >= least - CLOSE:  # a pattern with so many pods is worth at least as much
                 return Priced(found, least)
-            sets = self._sets(number, values, KEPT)
+            sets = self._sets(number, values, number + most - limit, KEPT)
             if sets is None:
                 return Priced(found, None)
             for worth, chosen in sets:
@@ -324,31 +322,35 @@ class Pricing:
                 found.append((number + most - worth, self._pattern(chosen, values)))
         return Priced(found, least)
 
-    def close_sets(self, prices: NDArray[np.float64], limit: float) -> list[tuple[int, ...]] | None:
-        """Return all sets of pods (positions) with a pattern worth at most ``limit``; None when they are too many."""
-        values = self.weight * self.sizes + prices
-        most = self.weight * self.room
-        close: list[tuple[int, ...]] = []
-        for number in range(min(len(self.pods), int(limit + CLOSE)) + 1):
-            sets = self._sets(number, values, MOST_CLOSE)
-            if sets is None:
-                return None
-            within = [chosen for worth, chosen in sets if number + most - worth <= limit + CLOSE]
-            if len(within) == MOST_CLOSE:
-                return None
-            close += [tuple(self.pods[place] for place in chosen) for chosen in within]
-        return close if len(close) <= MOST_CLOSE else None
+    def close_sets(self, prices: NDArray[np.float64], limit: float) -> tuple[list[tuple[int, ...]], bool]:
+        """Return the sets of pods (positions) with a pattern worth at most ``limit``, best first, and if these are all.
 
-    def _sets(self, number: int, values: NDArray[np.float64], kept: int) -> list[tuple[float, list[int]]] | None:
+        No more than the last of `CLOSE_SETS` are returned.
+        """
+        values = self.weight * self.sizes + prices
+        most, kept = self.weight * self.room, CLOSE_SETS[-1]
+        close: list[tuple[float, tuple[int, ...]]] = []
+        complete = True
+        for number in range(min(len(self.pods), int(limit + SAFE)) + 1):
+            sets = self._sets(number, values, number + most - limit - SAFE, kept)
+            complete = complete and sets is not None and len(sets) < kept
+            for worth, chosen in sets or []:
+                close.append((number + most - worth, tuple(self.pods[place] for place in chosen)))
+        close.sort()
+        return [pods for _, pods in close[:kept]], complete and len(close) <= kept
+
+    def _sets(
+        self, number: int, values: NDArray[np.float64], least: float, kept: int
+    ) -> list[tuple[float, list[int]]] | None:
+        """Return the best sets of pods worth at least ``least``, None when they are too many to search."""
         from rmfs_mip import pattern_search
 
-        if number > MOST_PODS or math.comb(len(self.pods), number) > MOST_SETS:
+        work = np.zeros(1, dtype=np.int64)
+        values = values[self.type_of]
+        worths, sets = pattern_search.best_sets(self.arrays, number, values, least, kept, work, MOST_WORK)
+        if work[0] > MOST_WORK:
             return None
-        arrays = (*_flat(self.brings), *_flat(self.missing), self.sizes, self.counts, values)
-        worths, sets = pattern_search.best_sets(number, self.room, self.reduced.period.stock.n_skus, kept, *arrays)
-        return sorted(
-            (worth, chosen) for worth, chosen in zip(worths.tolist(), sets.tolist(), strict=True) if worth > -1
-        )
+        return sorted((worth, chosen) for worth, chosen in zip(worths.tolist(), sets.tolist(), strict=True))
 
     def _pattern(self, chosen: Sequence[int], values: NDArray[np.float64]) -> Pattern:
         """Return the best pattern of a set of pods (numbers of classes)."""
@@ -388,9 +390,3 @@ class Pricing:
         pods = tuple(pod for (pod, _), column in model.x.items() if outcome.values[column] > 0.5)
         orders = {t: round(outcome.values[c]) for (t, _), c in model.y.items() if outcome.values[c] > 0.5}
         return Priced([(outcome.objective, self._costed(pods, orders))], min(outcome.bound, outcome.objective))
-
-
-def _flat(lists: list[list[int]]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return where each list starts, and all lists one after another."""
-    starts = np.cumsum([0, *map(len, lists)]).astype(np.int64)
-    return starts, np.array([entry for entries in lists for entry in entries], dtype=np.int64)

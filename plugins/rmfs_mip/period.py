@@ -129,6 +129,12 @@ class Period:
             table[order].append((sku, quantity))
         return tuple(tuple(sorted(lines)) for lines in table)
 
+    def lines_of(self, order: int) -> tuple[Line, ...]:
+        """Open lines of one order (position), by SKU id: where few orders are asked for, faster than `lines`."""
+        first, last = np.searchsorted(self.line_order, (order, order + 1))
+        skus, quantities = self.line_sku[first:last].tolist(), self.line_quantity[first:last].tolist()
+        return tuple(sorted(zip(skus, quantities, strict=True)))
+
     @cached_property
     def covered(self) -> NDArray[np.bool_]:
         """SKUs that are at each station for nothing, on a pod of P_s. Shape (stations, n_skus)."""

@@ -67,6 +67,12 @@ class Reduced:
         return sum(self.capacities) if one_order else max(self.capacities, default=0)
 
     @cached_property
+    def interchangeable(self) -> bool:
+        """Whether the stations have equal room and cover the same SKUs, as at t = 1."""
+        covered = self.period.covered
+        return len(set(self.capacities)) == 1 and bool((covered == covered[0]).all())
+
+    @cached_property
     def candidates(self) -> NDArray[np.bool_]:
         """Lines that can be assigned. Shape (lines,)."""
         period = self.period
@@ -158,19 +164,31 @@ class Reduced:
         value
             What a pod is worth besides; a pod is dominated only by one that is worth as much.
         """
-        brings = self.period.stock.holds * wanted
-        sizes = brings.sum(axis=1)
-        useful = np.flatnonzero(sizes)
+        brings = (self.period.stock.holds > 0) & wanted
+        useful = np.flatnonzero(brings.any(axis=1))
         if not len(useful):
             return []
-        brings, sizes = brings[useful], sizes[useful]
         worth = value[useful]
-        within = brings @ brings.T == sizes[:, None]  # [a, b]: a brings nothing that b does not bring
+        within = _within(brings[useful])
         within &= worth[:, None] <= worth[None, :]
         strictly = within & ~within.T
         first = np.arange(len(useful))[:, None] > np.arange(len(useful))[None, :]
         dominated = (strictly | (within & within.T & first)).any(axis=1)
         return [int(p) for p in useful[~dominated]]
+
+
+def _within(brings: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return for each pair of pods (rows of SKUs) whether the first brings nothing that the second does not bring.
+
+    SKU by SKU instead of as a product of matrices: a library may share that out among threads, which takes far longer.
+    """
+    pod, sku = np.nonzero(brings)
+    number = np.arange(len(pod)) - np.searchsorted(pod, pod)  # of each SKU on its pod
+    within = np.ones((len(brings), len(brings)), dtype=np.bool_)
+    for one in range(int(number.max(initial=-1)) + 1):
+        at = number == one
+        within[pod[at]] &= brings[:, sku[at]].T
+    return within
 
 
 def sums_of(sizes: list[int], most: int) -> int:

@@ -1,11 +1,14 @@
 """Solves one period exactly: first by bounds that need no solver, then by the aggregated model.
 
+0. What is at the stations already fills all places: nothing can be better. (Nearly always so for split-over-time.)
 1. A lower bound on objective (1). Whatever the model, its solution is one of split-over-time (propositions 2 and 3), so
    with W_u > 1 the fewest new visits that let demand flow into all places bound it (`rmfs_mip.flow`).
 2. A solution: the visits that fill most (or those that whole orders need, `rmfs_mip.construct`), and what
    `rmfs_mip.filling` assigns to them. It is optimal where it meets the bound.
-3. Where the stations are alike, as at t = 1, column generation (`rmfs_mip.patterns`): a far better bound and solution.
-4. Else the solver, asked for a solution that is at least as good as the bound and better than the one at hand. There is
+3. Where orders are assigned completely, trying sets of pods for one value of the objective after another
+   (`rmfs_mip.fewest`). This alone solves split-among-stations at t = 1.
+4. Where the stations are alike, as at t = 1, column generation (`rmfs_mip.patterns`): a far better bound and solution.
+5. Else the solver, asked for a solution that is at least as good as the bound and better than the one at hand. There is
    none: the one at hand is optimal.
 """
 
@@ -13,8 +16,6 @@ from __future__ import annotations
 
 import math
 import time
-from itertools import combinations
-from math import comb
 
 from attrs import define, evolve
 
@@ -22,10 +23,18 @@ from rmfs_mip.aggregated import Builder
 from rmfs_mip.check import newly_split
 from rmfs_mip.construct import whole_order_visits
 from rmfs_mip.decoding import covered_with, parts_of, visits_of
-from rmfs_mip.exact_fill import ExactFill, visits_worth_trying
+from rmfs_mip.fewest import FewestVisits
 from rmfs_mip.filling import fill, fill_with_orders
 from rmfs_mip.flow import MOST_STATIONS, Network, fewest_visits, greedy_visits
-from rmfs_mip.patterns import ColumnGeneration, alike, choose_among, lines_as_orders, orders_of_lines
+from rmfs_mip.patterns import (
+    CLOSE_SETS,
+    SAFE,
+    ColumnGeneration,
+    alike,
+    choose_among,
+    lines_as_orders,
+    orders_of_lines,
+)
 from rmfs_mip.period import Period
 from rmfs_mip.reduction import Reduced, masks_of
 from rmfs_mip.solution import Model, Part, Solution, items_of
@@ -33,11 +42,15 @@ from rmfs_mip.solver import Limits
 
 Visits = tuple[tuple[int, int], ...]
 
-MOST_TRIES = {Model.INTEGRATED: 150, Model.SPLIT_AMONG_STATIONS: 1500}
-"""Sets of several new visits that are tried before the solver takes over.
+WORK_PER_SECOND = 1_000_000
+"""Steps of the search for visits (`rmfs_mip.fewest`) in a second, roughly."""
+MOST_WORK = {Model.INTEGRATED: 20_000, Model.SPLIT_AMONG_STATIONS: 300_000}
+"""Steps of it before the solver takes over.
 
-One takes 0.05 to 0.1 ms; the solver 10 ms for the integrated model, several 100 ms for split-among-stations.
+The solver needs about 10 ms for the integrated model, several 100 ms for split-among-stations.
 """
+MOST_WORK_ALIKE = 100_000_000
+"""The same for split-among-stations where the stations are alike, as at t = 1: the solver may need hours."""
 
 
 @define
@@ -73,22 +86,31 @@ class Search:
         """Return an optimal solution (or, where a limit comes first, the best found, marked so)."""
         if self.limits.max_seconds is not None:
             self.deadline = time.monotonic() + self.limits.max_seconds
+        self.bound = float(self.reduced.period.visits_before)
+        if self.reduced.model is Model.SPLIT_OVER_TIME:
+            self._try((), "flow")  # nearly every period ends here: what is at the stations fills them
+        if self.best is None or not self.proven:
+            self.best = None  # "flow" is for what the flow proves
+            self._search()
+        bound = self.incumbent.objective if self.proven else self.bound
+        if self.incumbent.bound != bound:
+            self.best = evolve(self.incumbent, bound=bound)
+        return self.incumbent
+
+    def _search(self) -> None:
         self.offer((), (), "bounds")
         if not self.reduced.candidates.any():
             self.bound = self.incumbent.objective
         elif self.weight > 1 and len(self.reduced.capacities) <= MOST_STATIONS:
             self._by_bounds()
-        if not self.proven and self.splits is None and self.reduced.model is not Model.SPLIT_OVER_TIME:
-            self._by_exact_fill()
+        if not self.proven and self.whole and self.splits is None and self.reduced.model in MOST_WORK:
+            self._by_fewest_visits()
         if not self.proven:
             self._by_whole_orders()
         if not self.proven and self.whole:
             self._by_patterns()
         if not self.proven:
             self._by_solver()
-        bound = self.incumbent.objective if self.proven else self.bound
-        self.best = evolve(self.incumbent, bound=bound)
-        return self.best
 
     @property
     def incumbent(self) -> Solution:
@@ -142,31 +164,23 @@ class Search:
         if self.reduced.period.single_items or self.reduced.model is Model.INTEGRATED:
             self.offer(visits, fill(self.reduced, covered), how)
 
-    def _by_exact_fill(self) -> None:
-        """Try no new visit, then every single one, every two and so on, as long as they are few.
-
-        Once all sets of k visits have been tried, what is left to find has more than k.
-        """
-        reduced, period = self.reduced, self.reduced.period
-        filling = ExactFill(reduced)
-        if not filling.possible:
+    def _by_fewest_visits(self) -> None:
+        """Try one value of the objective after another, from the bound upwards."""
+        reduced = self.reduced
+        among = reduced.model is Model.SPLIT_AMONG_STATIONS
+        most_work = MOST_WORK_ALIKE if among and reduced.interchangeable else MOST_WORK[reduced.model]
+        left = self.seconds_left
+        if left is not None:
+            most_work = min(most_work, int(max(left, 0) * WORK_PER_SECOND))
+        search = FewestVisits(reduced, int(self.weight), most_work)
+        if not search.possible:
             return
-        room = sum(reduced.capacities)
-        least = period.visits_before + self.weight * (room - reduced.reachable_sum)
-        single = visits_worth_trying(reduced)
-        for number in range(len(single) + 1):
-            if number > 1 and comb(len(single), number) > MOST_TRIES[reduced.model]:
-                return
-            for visits in combinations(single, number):
-                covered = covered_with(reduced, visits)
-                value = period.visits_before + number + self.weight * (room - filling.most(covered))
-                if value < self.incumbent.objective:
-                    self.offer(visits, filling.parts(covered), "search")
-                    if self.proven:
-                        return
-            self.bound = max(self.bound, min(self.incumbent.objective, least + number + 1))
-            if self.proven:
-                return
+        least = reduced.period.visits_before + self.weight * (sum(reduced.capacities) - reduced.reachable_sum)
+        lower = max(math.ceil(self.bound - least), 0)
+        value, found = search.run(lower, round(self.incumbent.objective - least))
+        self.bound = max(self.bound, least + value)
+        if found is not None:
+            self.offer(*found, "search")
 
     def _by_whole_orders(self) -> None:
         """Make sure that there is a solution to fall back on: one of the integrated model is one of all three."""
@@ -186,22 +200,34 @@ class Search:
         generation = ColumnGeneration(reduced, self.weight, self.limits, lambda: self.seconds_left)
         generation.run()
         if len(generation.prices):  # else the time was up before anything was known
-            self.bound = max(self.bound, period.visits_before + math.ceil(generation.bound - 1e-6))
+            self.bound = max(self.bound, period.visits_before + math.ceil(generation.bound - SAFE))
         chosen = generation.whole()
         if chosen is not None:
             self._offer_patterns(reduced, *chosen)
-        left = self.seconds_left
-        if self.proven or not len(generation.prices) or (left is not None and left <= 0):
-            return
-        # A better solution consists of patterns whose values exceed the least one by no more than this in all.
-        most = self.incumbent.objective - period.visits_before - 1
-        sets = generation.pricing.close_sets(generation.prices, generation.least + most - generation.bound)
-        if sets is not None:
-            better, exact = choose_among(reduced, sets, self.weight, self.limits, left, most)
-            if better is not None:
-                self._offer_patterns(reduced, *better)
-            if exact and self.limits.gap == 0:
-                self.bound = self.incumbent.objective
+        while len(generation.prices) and not self.proven and self._try_bound(generation):
+            pass
+
+    def _try_bound(self, generation: ColumnGeneration) -> bool:
+        """Look for a solution with the value of the bound, or raise the bound; return whether that is settled.
+
+        Such a solution consists of patterns whose values exceed the least one by no more than this value exceeds the
+        bound of the relaxation, in all.
+        """
+        value = self.bound - self.reduced.period.visits_before
+        sets, complete = generation.pricing.close_sets(generation.prices, generation.least + value - generation.bound)
+        for number in CLOSE_SETS:
+            left = self.seconds_left
+            if left is not None and left <= 0:
+                return False
+            found, exact = choose_among(generation.reduced, sets[:number], self.weight, self.limits, left, value)
+            if found is not None:
+                self._offer_patterns(generation.reduced, *found)
+                return self.proven
+            if len(sets) <= number:
+                if exact and complete:
+                    self.bound += 1
+                return exact and complete
+        return False
 
     def _offer_patterns(self, reduced: Reduced, visits: Visits, parts: tuple[Part, ...]) -> None:
         if reduced is not self.reduced:

@@ -41,7 +41,8 @@ class Solution:
     bound
         Proven lower bound of it.
     how
-        What proved it: ``"flow"``, ``"bounds"``, ``"search"``, ``"solver"``, or ``"stopped"`` where a limit came first.
+        What proved it: ``"flow"``, ``"bounds"``, ``"search"``, ``"patterns"``, ``"solver"``, or
+        ``"stopped"`` where a limit came first.
     """
 
     parts: tuple[Part, ...]
@@ -64,5 +65,5 @@ def objective_of(period: Period, parts: tuple[Part, ...], visits: int, weight: f
 
 def items_of(period: Period, part: Part) -> int:
     """Number of items of a part."""
-    quantity = dict(period.lines[part.order])
+    quantity = dict(period.lines_of(part.order))
     return sum(quantity[sku] for sku in part.skus)

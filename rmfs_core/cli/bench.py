@@ -126,11 +126,11 @@ def _table(rows: Mapping[str, Sequence[Measured]]) -> Table:
 
     from rmfs_core.benchmarking.bench import QUALITY
 
-    table = Table(box=box.SIMPLE_HEAD, header_style="bold cyan", pad_edge=False)
+    table = Table(box=box.SIMPLE_HEAD, header_style="bold cyan", pad_edge=False, collapse_padding=True)
     table.add_column("Rule", overflow="fold", min_width=14)
     for heading in QUALITY.values():
         table.add_column(heading, justify="right", no_wrap=True)
-    for heading in ("Calls", "ms/call", "s"):
+    for heading in ("Calls", "ms\n/call", "s\n/run"):
         table.add_column(heading, justify="right", no_wrap=True, style="dim")
     for rule, runs in rows.items():
         calls, seconds = sum(run.calls for run in runs), sum(run.seconds for run in runs)

@@ -115,8 +115,11 @@ def _alternative(state: State, text: str, explained: Recorded, *, allow_inline: 
     from rmfs_core.states.deciding import decide_instead
 
     parts = [text] if text.lstrip().startswith("{") else text.split("+")
-    choices = [parse_choice(part.strip(), f"--against {text}") for part in parts]
-    return decide_instead(state, choices, explained.decides, allow_inline=allow_inline, source=explained.place)
+    place = f"--against {text}"
+    choices = [parse_choice(part.strip(), place) for part in parts]
+    return decide_instead(
+        state, choices, explained.decides, allow_inline=allow_inline, source=explained.place, place=place
+    )
 
 
 def _find(recording: Recording, period: int | None, number: int | None) -> tuple[Recorded, list[Recorded]]:

@@ -36,6 +36,8 @@ LABEL_OF_ROLE = {
 }
 """Role of a rule to what people call it."""
 
+ROLE_OF_LABEL = {label: role for role, label in LABEL_OF_ROLE.items()}
+
 SPECIFICATIONS = (DecisionHooks, FilterHooks, ObserverHooks)
 
 

@@ -50,13 +50,15 @@ def apply_assignments(
     decision = instance_of(answer, JointDecision) if joint else JointDecision(sequence_of(answer, OrderAssignment))
     if decision.report is not None:
         instance_of(decision.report, SolveReport)
+    # None in a run with a joint rule; but such a rule may be asked in a state that other rules have led to.
+    uncovered = {request for station in warehouse.stations for request in station.uncovered_requests} if joint else ()
     trips = _nearer_first(warehouse, [checks.trip(warehouse, given) for given in sequence_of(decision.trips, PodTrip)])
     for pod, station in trips:
         _bind(warehouse, *checks.trip(warehouse, PodTrip(pod.id, station.id)), keep)
     for given in sequence_of(decision.assignments, OrderAssignment):
         _assign(warehouse, given, shown, period, keep)
     if joint:
-        checks.covered(warehouse.stations)
+        checks.covered(warehouse.stations, uncovered)
         checks.wanted(trips)
     checks.packing(warehouse, packing_capacity)
     return decision

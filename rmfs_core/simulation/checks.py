@@ -10,7 +10,7 @@ import numpy as np
 
 from rmfs_core.decisions import Leg, OrderAssignment, PodTrip, TaskAssignment
 from rmfs_core.simulation.asking import ImpossibleError
-from rmfs_core.warehouse import Order, Pod, Robot, Station, Warehouse
+from rmfs_core.warehouse import Order, Pod, Request, Robot, Station, Warehouse
 
 T = TypeVar("T")
 LONGEST_WAIT_TICKS = 3_600_000
@@ -99,14 +99,15 @@ def selected_trip(
     return pod, station
 
 
-def covered(stations: Sequence[Station]) -> None:
-    """Check that no request is left uncovered after a joint decision."""
+def covered(stations: Sequence[Station], before: Container[Request]) -> None:
+    """Check that a joint decision leaves no request uncovered but those that were so ``before`` it."""
     for station in stations:
         for request in station.uncovered_requests:
-            raise ImpossibleError(
-                f"assigned order {request.order.label} to station {station.label}, but no pod there or bound for it "
-                f"has an item of SKU id {request.sku} left for it"
-            )
+            if request not in before:
+                raise ImpossibleError(
+                    f"assigned order {request.order.label} to station {station.label}, but no pod there or bound for "
+                    f"it has an item of SKU id {request.sku} left for it"
+                )
 
 
 def wanted(trips: Sequence[tuple[Pod, Station]]) -> None:

@@ -75,6 +75,14 @@ def test_alternatives(joint: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert alone.split()[5] == "-"  # no pods are sent, so nothing is covered
 
 
+def test_a_joint_rule_instead_of_poa(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """A joint rule answers every period of a POA rule, also those in which pods are still to be sent for orders."""
+    for period in (2, 3, 4):
+        code, out, err = explain(capsys, sequential, "--period", str(period), "--against", "split-over-time")
+        assert (code, err) == (0, "")
+        assert "\nsplit-over-time " in out
+
+
 @pytest.mark.parametrize(
     ("kind", "words"), [("PPS", "free pods could be sent"), ("PR", "is stored at row"), ("TA", "fetches pod")]
 )
@@ -133,8 +141,14 @@ def test_a_pod_that_nothing_was_decided_for(sequential: str, capsys: pytest.Capt
         (("--pod", "3", "--order", "3"), "exclude each other"),
         (("--against", "demand"), "need --period or --decision"),
         (("--order", "3", "--state", "x.json"), "need --period or --decision"),
-        (("--period", "1", "--against", "demand"), "decides PPS; expected a rule for POA+PPS or POA"),
-        (("--period", "1", "--against", "first-come+demand+nearest"), "found 3 rules"),
+        (
+            ("--period", "1", "--against", "demand"),
+            '--against demand: rule "demand" (rmfs 0.1.0) decides PPS; expected a rule for POA+PPS or POA',
+        ),
+        (
+            ("--period", "1", "--against", "first-come+demand+nearest"),
+            "--against first-come+demand+nearest: found 3 rules",
+        ),
         (("--period", "1", "--against", "./a.py:A", "--no-inline-rules"), "--no-inline-rules refuses"),
     ],
 )

@@ -82,6 +82,16 @@ class CountsOutside:
 
 
 @define
+class GoesThroughASet:
+    """Takes orders as a set of their names has them: otherwise in every Python process."""
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        by_name = {order.name: order for order in warehouse.backlog}
+        return first_fitting(warehouse, tuple(by_name[name] for name in {*by_name}))
+
+
+@define
 class Remembers:
     """Remembers in the instance how often it was asked, and never forgets."""
 
@@ -180,9 +190,10 @@ ONE, MANY, LARGE = "one station", "several stations", "an order as large as the 
         (NoSuchStation(), "impossible decision", ONE, "named station 1, which does not exist"),
         (WrongType(), "impossible decision", ONE, "expected Path"),
         (Divides(), "exception", ONE, "ZeroDivisionError"),
-        (BreakingObserver(), "exception", ONE, "KeyError"),
+        (BreakingObserver(), "exception", ONE, f"raised KeyError: 2 ({__file__}, line "),
         (GlobalRandom(), "nondeterminism", ONE, "RobotMoved"),
         (CountsOutside(), "nondeterminism", MANY, "RobotMoved"),
+        (GoesThroughASet(), "nondeterminism", ONE, "OrderAssigned"),
         (Remembers(), "state kept", MANY, "RobotMoved"),
         (EmptiesPods(), "mutation of the view", ONE, "choose_storage_location changed contents of pod "),
         (TurnsRobots(), "mutation of the view", ONE, "on_event changed heading of robot 1 (id 0) at 0.000 s"),

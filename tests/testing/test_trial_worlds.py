@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import pytest
-from attrs import define, field
+from attrs import define, evolve, field
 
 from rmfs_core import hookimpl
 from rmfs_core.events import Event
@@ -43,6 +45,30 @@ def look_at(world: TrialWorld) -> Look:
 def test_the_plain_rules_complete_every_order(name: str) -> None:
     """Whatever a finding says is the fault of the rule under test."""
     assert (look_at(WORLDS[name]).seen > 0) == (name != "no order")
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_a_renamed_world_differs_in_nothing_but_names(name: str) -> None:
+    """SKUs, orders and pods sort as before, and all else is the same."""
+    before, after = WORLDS[name], WORLDS[name].renamed()
+    assert (before.name, before.scenario, before.layout) == (after.name, after.scenario, after.layout)
+    for kind in ("orders", "pods"):
+        old, new = ([evolve(part, name="") for part in getattr(world.instance, kind)] for world in (before, after))
+        assert old == new
+    for old, new in zip(names_in(before), names_in(after), strict=True):
+        assert not {*old} & {*new}
+        assert ranks(old) == ranks(new)
+
+
+def names_in(world: TrialWorld) -> tuple[Sequence[str], ...]:
+    """Return the names of SKUs, orders and pods."""
+    given = world.instance
+    return given.skus, [order.name for order in given.orders], [pod.name for pod in given.pods]
+
+
+def ranks(names: Sequence[str]) -> list[int]:
+    """Return the place of each name among them in alphabetical order."""
+    return [sorted(names).index(name) for name in names]
 
 
 def test_queues_are_full_where_they_shall_be() -> None:

@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 from attrs import evolve
-from rmfs_mip import patterns
+from rmfs_mip import patterns, search
 from rmfs_mip.check import violation
 from rmfs_mip.paper import solve_printed
 from rmfs_mip.patterns import ColumnGeneration, Pricing, alike
@@ -34,7 +34,7 @@ def equal_stations(periods) -> list[Period]:
 @pytest.fixture
 def patterns_only(monkeypatch):
     """Leave out what would prove small periods before the patterns are needed."""
-    monkeypatch.setattr(Search, "_by_exact_fill", lambda self: None)
+    monkeypatch.setattr(Search, "_by_fewest_visits", lambda self: None)
     for step in ("_by_bounds", "_by_whole_orders"):
         monkeypatch.setattr(Search, step, lambda self: None)
 
@@ -51,13 +51,23 @@ def test_the_optimum_is_that_of_the_printed_form(equal_stations, patterns_only, 
     assert by_patterns > 10
 
 
-@pytest.mark.parametrize("most_pods", [0, 1])
-def test_pricing_by_the_model_is_as_good(equal_stations, patterns_only, monkeypatch, most_pods):
-    """Where sets of pods are too many to try, a single station's model prices; the optimum stays the same."""
-    monkeypatch.setattr(patterns, "MOST_PODS", most_pods)
+@pytest.mark.parametrize("most_work", [0, 20])
+def test_pricing_by_the_model_is_as_good(equal_stations, patterns_only, monkeypatch, most_work):
+    """Where the search for sets of pods takes too long, a single station's model prices; the optimum stays the same."""
+    monkeypatch.setattr(patterns, "MOST_WORK", most_work)
     for period in equal_stations[:40]:
         found = search_for(period, Model.INTEGRATED, 2, LIMITS).run()
         assert found.objective == solve_printed(period, Model.INTEGRATED, 2, LIMITS).objective
+
+
+@pytest.mark.parametrize("steps", [(1,), (1, 2), (2, 8)])
+def test_few_close_sets_prove_nothing_false(equal_stations, patterns_only, monkeypatch, steps):
+    """However few sets of pods a better solution is put together from, the optimum stays the same."""
+    monkeypatch.setattr(search, "CLOSE_SETS", steps)
+    monkeypatch.setattr(patterns, "CLOSE_SETS", steps)
+    for period in equal_stations[:60]:
+        found = search_for(period, Model.INTEGRATED, 2, LIMITS).run()
+        assert found.objective == found.bound == solve_printed(period, Model.INTEGRATED, 2, LIMITS).objective
 
 
 def test_the_relaxation_is_a_bound(equal_stations):
@@ -71,15 +81,34 @@ def test_the_relaxation_is_a_bound(equal_stations):
             assert generation.bound <= optimum + 1e-6
 
 
-def test_the_best_sets_are_those_of_plain_enumeration(equal_stations):
-    """The compiled search finds the worth of the best set of each size that trying all sets in Python finds."""
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.9])
+def test_the_sets_are_those_of_plain_enumeration(equal_stations, share):
+    """The compiled search finds exactly the sets that trying all of them in Python finds worth enough."""
     for period in equal_stations[:40]:
         pricing = Pricing(Reduced(period, Model.INTEGRATED), 2, LIMITS)
         values = (2.0 * pricing.sizes + np.linspace(0, -1, len(pricing.sizes))) if len(pricing.sizes) else np.zeros(0)
         for number in range(min(len(pricing.pods), 3) + 1):
-            sets = pricing._sets(number, values, 60)
-            best = max(_worth(pricing, chosen, values) for chosen in combinations(range(len(pricing.pods)), number))
-            assert max(worth for worth, _ in sets) == pytest.approx(best)
+            worths = {
+                chosen: _worth(pricing, chosen, values) for chosen in combinations(range(len(pricing.pods)), number)
+            }
+            least = share * max(worths.values()) + 1e-3
+            found = pricing._sets(number, values, least, 1000)
+            assert {tuple(sorted(chosen)) for _, chosen in found} == {
+                c for c, worth in worths.items() if worth >= least
+            }
+            for worth, chosen in found:
+                assert worth == pytest.approx(worths[tuple(sorted(chosen))])
+
+
+def test_of_many_sets_the_best_are_kept(equal_stations):
+    """Asked for three sets, the search returns three of the greatest worth."""
+    for period in equal_stations[:40]:
+        pricing = Pricing(Reduced(period, Model.INTEGRATED), 2, LIMITS)
+        values = 2.0 * pricing.sizes - np.linspace(0, 1, len(pricing.sizes))
+        for number in range(1, min(len(pricing.pods), 3) + 1):
+            worths = [_worth(pricing, chosen, values) for chosen in combinations(range(len(pricing.pods)), number)]
+            found = [worth for worth, _ in pricing._sets(number, values, 0.0, 3)]
+            assert sorted(found) == pytest.approx(sorted(worths)[-3:])
 
 
 def _worth(pricing: Pricing, chosen: tuple[int, ...], values: np.ndarray) -> float:
