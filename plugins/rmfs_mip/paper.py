@@ -11,7 +11,7 @@ import mip
 from attrs import define
 
 from rmfs_mip.period import Period
-from rmfs_mip.solution import Model, Part, Solution
+from rmfs_mip.solution import Model, Part, Solution, is_useful, objective_of
 from rmfs_mip.solver import Limits, new_model, optimise
 
 
@@ -40,19 +40,18 @@ def solve_printed(
         there = tuple((pod, station) for station, pods in enumerate(period.inbound) for pod in pods)
         value = len(there) + weight * sum(period.capacities)
         return Solution((), there, value, min(outcome.bound, value), "stopped")
-    parts: dict[tuple[int, int], list[int]] = {}
+    assigned: dict[tuple[int, int], list[int]] = {}
     for (sku, order, station), variable in printed.y_ios.items():
         if variable.x > 0.5:
-            parts.setdefault((order, station), []).append(sku)
+            assigned.setdefault((order, station), []).append(sku)
+    parts = tuple(Part(order, station, tuple(skus)) for (order, station), skus in sorted(assigned.items()))
     visits = tuple(key for key, variable in printed.x.items() if variable.x > 0.5)
-    value = round(outcome.objective) if whole else outcome.objective
-    return Solution(
-        tuple(Part(order, station, tuple(skus)) for (order, station), skus in sorted(parts.items())),
-        visits,
-        value,
-        value if outcome.optimal and limits.gap == 0 else min(outcome.bound, value),
-        "solver" if outcome.optimal and limits.gap == 0 else "stopped",
-    )
+    if outcome.optimal and limits.gap == 0:
+        value = round(outcome.objective) if whole else outcome.objective
+        return Solution(parts, visits, value, value, "solver")
+    visits = tuple((p, s) for p, s in visits if p in period.inbound[s] or is_useful(period, p, s, parts))
+    value = objective_of(period, parts, len(visits), weight)
+    return Solution(parts, visits, value, min(outcome.bound, value), "stopped")
 
 
 def build_printed(

@@ -37,7 +37,7 @@ from rmfs_mip.patterns import (
 )
 from rmfs_mip.period import Period
 from rmfs_mip.reduction import Reduced, masks_of
-from rmfs_mip.solution import Model, Part, Solution, items_of
+from rmfs_mip.solution import Model, Part, Solution, is_useful, items_of
 from rmfs_mip.solver import Limits
 
 Visits = tuple[tuple[int, int], ...]
@@ -132,7 +132,7 @@ class Search:
     def offer(self, visits: Visits, parts: tuple[Part, ...], how: str) -> None:
         """Keep a solution if it is better and splits no more orders than allowed."""
         period = self.reduced.period
-        used = {(pod, s) for pod, s in visits if self._useful(pod, s, parts)}
+        used = {(pod, s) for pod, s in visits if is_useful(period, pod, s, parts)}
         taken = sum(items_of(period, part) for part in parts) if not period.single_items else _lines(parts)
         value = period.visits_before + len(used) + self.weight * (sum(period.capacities) - taken)
         if self.best is not None and value >= self.best.objective:
@@ -141,10 +141,6 @@ class Search:
         found = Solution(parts, tuple(sorted(before | used)), value, self.bound, how)
         if self.splits is None or len(newly_split(period, found)) <= self.splits:
             self.best = found
-
-    def _useful(self, pod: int, station: int, parts: tuple[Part, ...]) -> bool:
-        skus = self.reduced.period.stock.contents[pod]
-        return any(part.station == station and sku in skus for part in parts for sku in part.skus)
 
     def _by_bounds(self) -> None:
         reduced = self.reduced

@@ -57,6 +57,12 @@ class Solution:
         return self.how == "stopped"
 
 
+def is_useful(period: Period, pod: int, station: int, parts: tuple[Part, ...]) -> bool:
+    """Whether a pod has a SKU that parts at a station need. What a limit cut short may send others, too."""
+    skus = period.stock.contents[pod]
+    return any(part.station == station and sku in skus for part in parts for sku in part.skus)
+
+
 def objective_of(period: Period, parts: tuple[Part, ...], visits: int, weight: float) -> float:
     """Objective (1): visits plus W_u for every place that stays free."""
     taken = sum(items_of(period, part) for part in parts)
