@@ -94,7 +94,7 @@ def read(path: Path) -> dict[str, Rounds]:
 def _rounds(place: str, entry: Any) -> tuple[str, Rounds]:
     try:
         stats = entry["stats"]
-        rounds = Rounds(stats["rounds"], *(float(stats[key]) for key in ("median", "q1", "q3")))
+        rounds = Rounds(int(stats["rounds"]), *(float(stats[key]) for key in ("median", "q1", "q3")))
         return str(entry["fullname"]), rounds
     except (KeyError, TypeError, ValueError) as error:
         raise WrongInputError(f"{place}: this is no saved benchmark: {error}") from error

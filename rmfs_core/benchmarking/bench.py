@@ -9,17 +9,17 @@ from attrs import evolve, frozen
 
 from rmfs_core.benchmarking.worlds import world_with
 from rmfs_core.errors import RunError
-from rmfs_core.plugins.hooks import HOOK_OF_ROLE, LABEL_OF_ROLE
+from rmfs_core.plugins.hooks import HOOK_OF_ROLE, LABEL_OF_ROLE, ROLE_OF_LABEL
 from rmfs_core.plugins.single import load_rule
 from rmfs_core.running import run
 from rmfs_core.scenario import RuleChoice, Scenario
 
 ROLES = ("poa_pps", "poa", "pps", "pr", "ta", "pp", "filter")
 QUALITY = {
-    "psv_per_order": "Visits/order",
+    "psv_per_order": "Visits\n/order",
     "pile_on": "Pile-on",
-    "distance_per_order_m": "m/order",
-    "turnover_s": "Turn-over (s)",
+    "distance_per_order_m": "Metres\n/order",
+    "turnover_s": "Turn-over\n(s)",
 }
 """The metrics by which rules are compared, from `rmfs_core.observers.catalogue`, and their headings."""
 
@@ -75,8 +75,6 @@ class Measured:
         How often the rule was asked, and the wall-clock seconds that took; they differ from time to time.
     error
         Why the run failed.
-    interrupted
-        Whether a keyboard interrupt ended it.
     """
 
     rule: str
@@ -88,7 +86,6 @@ class Measured:
     calls: int
     seconds: float
     error: str | None = None
-    interrupted: bool = False
 
 
 def contestant(
@@ -114,8 +111,7 @@ def contestant(
     InputError
         When there is no such rule, a parameter is wrong, or it decides several things and none is named.
     """
-    role_of = {LABEL_OF_ROLE[role]: role for role in ROLES}
-    preferred = None if decides is None else role_of[decides]
+    preferred = None if decides is None else ROLE_OF_LABEL[decides]
     rule = load_rule(choice, ROLES, folder=folder, allow_inline=allow_inline, preferred=preferred)
     return Contestant(text, choice, rule.role, rule.distribution, rule.version)
 
@@ -153,6 +149,8 @@ def bench(
     ------
     InputError
         When a world lacks what a rule needs.
+    KeyboardInterrupt
+        When one ended a run.
     """
     for world in worlds:
         for one in contestants:
@@ -172,6 +170,8 @@ def _measure(one: Contestant, world: str, scenario: Scenario, allow_inline: bool
         if problem.result is None:
             raise
         error, result = str(problem), problem.result
+    if result.interrupted:
+        raise KeyboardInterrupt
     hook = HOOK_OF_ROLE[one.role]
     metrics: dict[str, Any] = {name: result.metrics[name] for name in QUALITY}
     return Measured(
@@ -184,5 +184,4 @@ def _measure(one: Contestant, world: str, scenario: Scenario, allow_inline: bool
         calls=result.hook_calls.get(hook, 0),
         seconds=result.timing["hook_s"].get(hook, 0.0),
         error=error,
-        interrupted=result.interrupted,
     )

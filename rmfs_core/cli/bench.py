@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from statistics import fmean
 from typing import TYPE_CHECKING
 
 import click
+
+from rmfs_core.cli.screen import table_console
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -65,7 +66,7 @@ def bench(
 
     from rmfs_core.benchmarking.bench import bench as run_all
     from rmfs_core.benchmarking.bench import contestant
-    from rmfs_core.states.choices import parse_choice
+    from rmfs_core.cli.choices import parse_choice
 
     worlds, seeds = worlds or WORLDS[:2], seeds or (1, 2, 3)
     allow_inline = not no_inline_rules
@@ -74,15 +75,11 @@ def bench(
         for text in dict.fromkeys(rules)
     ]
     notes = Console(stderr=True)
-    runs: list[Measured] = []
     with notes.status("...") as status:
-        for measured in run_all(
-            contestants, worlds, seeds, overrides=overrides, allow_inline=allow_inline, before=status.update
-        ):
-            if measured.interrupted:
-                raise click.Abort
-            runs.append(measured)
-    console = Console() if sys.stdout.isatty() else Console(width=PIPE_WIDTH)
+        runs = list(
+            run_all(contestants, worlds, seeds, overrides=overrides, allow_inline=allow_inline, before=status.update)
+        )
+    console = table_console(PIPE_WIDTH)
     _print(console, contestants, worlds, seeds, runs)
     if json_file is not None:
         _write(json_file, contestants, overrides, runs)
@@ -166,12 +163,11 @@ def _write(file: Path, contestants: Sequence[Contestant], overrides: Sequence[st
         {"rule": one.text, "decides": one.decides, "distribution": one.distribution, "version": one.version}
         for one in contestants
     ]
-    measured = [attrs.asdict(run, filter=lambda field, _: field.name != "interrupted") for run in runs]
     content = {
         "format": JSON_FORMAT,
         "version": JSON_VERSION,
         "rules": rules,
         "set": list(overrides),
-        "runs": measured,
+        "runs": [attrs.asdict(run) for run in runs],
     }
     write_text(file, to_json(content, indent=1) + "\n")

@@ -47,10 +47,10 @@ def decide(
     """
     import attrs
 
+    from rmfs_core.cli.choices import parse_choice, with_parameters
     from rmfs_core.files import to_json
     from rmfs_core.states import decide as ask
     from rmfs_core.states import read_state
-    from rmfs_core.states.choices import parse_choice, with_parameters
 
     given = read_state(state)
     if seed is not None:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rmfs_core.cli.screen import table_console
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -66,7 +68,7 @@ def explain(
     if (against or state_file) and not (period or decision):
         raise click.UsageError("--against and --state need --period or --decision.")
     recording = read_recording(folder)
-    console = _console()
+    console = table_console(PIPE_WIDTH)
     if order is not None:
         _know(recording, "order", order)
         tables.print_story(console, f"order {order}", _told(recording, order_story, order))
@@ -111,7 +113,7 @@ def _explain(
 
 
 def _alternative(state: State, text: str, explained: Recorded, *, allow_inline: bool) -> Answer:
-    from rmfs_core.states.choices import parse_choice
+    from rmfs_core.cli.choices import parse_choice
     from rmfs_core.states.deciding import decide_instead
 
     parts = [text] if text.lstrip().startswith("{") else text.split("+")
@@ -167,10 +169,3 @@ def _told(
         return list(story(recording, name))
     except (KeyError, TypeError, AttributeError, StopIteration) as error:
         raise InputError(str(recording.file), f"a decision lacks {error}; expected what rmfs has recorded") from error
-
-
-def _console() -> Console:
-    from rich.console import Console
-
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=PIPE_WIDTH)

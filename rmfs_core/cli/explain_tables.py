@@ -116,8 +116,11 @@ def print_comparison(
 
 
 def _outcomes(rows: Sequence[tuple[str, Mapping[str, Any], Mapping[str, Any] | None, Outcome | None]]) -> Table:
-    numbers = ("Orders", "Items", "New visits", "Unused", f"Visits + {UNUSED_WEIGHT} unused", "Not covered")
-    table = _table("Rule", *numbers, "Objective", "Bound", right=(*numbers, "Objective", "Bound"))
+    table = Table(box=box.SIMPLE_HEAD, header_style="bold cyan", pad_edge=False, collapse_padding=True)
+    table.add_column("Rule", overflow="fold", min_width=16)
+    weighted = f"Visits +\n{UNUSED_WEIGHT} unused"
+    for heading in ("Orders", "Items", "New\nvisits", "Unused", weighted, "Not\ncovered", "Objective\n/ bound"):
+        table.add_column(heading, justify="right", no_wrap=True)
     for name, _, report, outcome in rows:
         assert outcome is not None
         total = "-" if outcome.uncovered else str(outcome.visits + UNUSED_WEIGHT * outcome.unused)
@@ -129,8 +132,7 @@ def _outcomes(rows: Sequence[tuple[str, Mapping[str, Any], Mapping[str, Any] | N
             str(outcome.unused),
             total,
             str(outcome.uncovered),
-            _number((report or {}).get("objective")),
-            _number((report or {}).get("bound")),
+            f"{_number(report['objective'])} / {_number(report['bound'])}" if report else "-",
         )
     return table
 

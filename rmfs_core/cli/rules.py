@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-if TYPE_CHECKING:
-    from rich.console import Console
+from rmfs_core.cli.screen import table_console
 
+if TYPE_CHECKING:
     from rmfs_core.plugins.description import RuleDescription
 
 WIDE = 120
@@ -74,7 +74,7 @@ def _print_table(found: list[RuleDescription]) -> None:
     table.add_column("From", no_wrap=True, style="dim")
     table.add_column("Parameters", overflow="fold", min_width=12)
     table.add_column("What it does", min_width=20)
-    console = _console()
+    console = table_console(PIPE_WIDTH)
     wide = console.width >= WIDE
     if wide:
         table.add_column("Reference", style="dim", no_wrap=True)
@@ -96,7 +96,7 @@ def _print_table(found: list[RuleDescription]) -> None:
 def _print_details(rule: RuleDescription) -> None:
     from rich.text import Text
 
-    console = _console()
+    console = table_console(PIPE_WIDTH)
     head = Text.assemble((rule.name, "bold"), f"  decides {', '.join(rule.decides) or '?'}; ")
     console.print(head + Text(f"from {rule.distribution} {rule.version}", style="dim"))
     console.print()
@@ -106,10 +106,3 @@ def _print_details(rule: RuleDescription) -> None:
         console.print(Text("In a scenario", style="bold cyan"))
         for parameter in rule.parameters:
             console.print(Text(f"  {parameter.shown()}  # {parameter.type}. {parameter.doc}".rstrip(" .#")))
-
-
-def _console() -> Console:
-    from rich.console import Console
-
-    console = Console(highlight=False, soft_wrap=False)
-    return console if console.is_terminal else Console(highlight=False, width=PIPE_WIDTH)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+
+from rmfs_core.cli.screen import table_console
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -31,12 +32,10 @@ def validate(folder: Path, collisions: bool | None, limit: int) -> None:
     DIR is what `rmfs run --trace --out DIR` wrote, or a trace file. Read are the trace and, when it lies beside it, the
     metrics of result.json. Exit codes: 0 no faults, 1 faults, 2 the input cannot be read.
     """
-    from rich.console import Console
-
     from rmfs_core.validation import check_trace
 
     report = check_trace(folder, collisions=collisions)
-    console = Console() if sys.stdout.isatty() else Console(width=PIPE_WIDTH)
+    console = table_console(PIPE_WIDTH)
     if report.faults:
         _print_faults(console, report.faults, limit)
     for line in _remarks(report):

@@ -64,8 +64,9 @@ class NewRule:
             raise InputError(
                 place, f"a distribution of that name is installed ({self.name} {installed}); choose another name"
             )
-        if keyword.iskeyword(self.module):
-            raise InputError(place, f"`{self.module}` is a word of the Python language; choose another name")
+        for name in (self.module, self.class_name):
+            if keyword.iskeyword(name):
+                raise InputError(place, f"`{name}` is a word of the Python language; choose another name")
         if find_spec(self.module) is not None:
             raise InputError(
                 place, f"there is a module `{self.module}`, which its package would hide; choose another name"

@@ -6,6 +6,7 @@ The templates are working files of a rule called ``the-rule``; only that name an
 from __future__ import annotations
 
 import ast
+import os
 import re
 from collections.abc import Mapping
 from importlib.resources import files
@@ -81,19 +82,23 @@ def write_project(rule: NewRule, into: str | Path) -> Path:
     Raises
     ------
     InputError
-        When the name is taken, or there is something of that name in the folder. Then nothing is written.
+        When the name is taken, there is something of that name in the folder, or it cannot be written to. Then nothing
+        is left there.
     """
     folder = Path(into) / rule.name
     rule.check_free()
     texts = project_files(rule)
-    if folder.exists() or folder.is_symlink():
+    if os.path.lexists(folder):
         raise InputError(str(folder), "is there already; expected a name that is free in the folder")
-    with TemporaryDirectory(prefix=f".{rule.name}.", dir=output_folder(into)) as beside:
-        project = Path(beside) / rule.name
-        for path, text in texts.items():
-            (project / path).parent.mkdir(parents=True, exist_ok=True)
-            (project / path).write_text(text, encoding="utf-8", newline="\n")
-        project.rename(folder)
+    try:
+        with TemporaryDirectory(prefix=".new-rule.", dir=output_folder(into)) as beside:
+            project = Path(beside) / rule.name
+            for path, text in texts.items():
+                (project / path).parent.mkdir(parents=True, exist_ok=True)
+                (project / path).write_text(text, encoding="utf-8", newline="\n")
+            project.rename(folder)
+    except OSError as error:
+        raise InputError(str(folder), f"cannot be written: {error.strerror or error}") from error
     return folder
 
 

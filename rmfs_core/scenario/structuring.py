@@ -19,7 +19,6 @@ from rmfs_core.scenario.model import RuleChoice, Scenario
 from rmfs_core.scenario.source import KeyPath
 from rmfs_core.scenario.tomltext import shown
 
-
 T = TypeVar("T")
 
 

@@ -36,6 +36,6 @@ def toml_value(value: Any) -> str:
 
 
 def shown(value: Any) -> str:
-    """Return a value as it stands in the file, cut short, to be shown in a message."""
-    text = toml_value(value)
+    """Return a value as it stands in the file, cut short, to be shown in a message. (TOML has no null, JSON does.)"""
+    text = "null" if value is None else toml_value(value)
     return text if len(text) <= 60 else f"{text[:57]}..."

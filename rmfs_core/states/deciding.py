@@ -10,7 +10,8 @@ from attrs import evolve, frozen
 
 from rmfs_core.errors import InputError, RuleError
 from rmfs_core.plugins import BoundRule
-from rmfs_core.plugins.hooks import LABEL_OF_ROLE
+from rmfs_core.plugins.hooks import LABEL_OF_ROLE, ROLE_OF_LABEL
+from rmfs_core.plugins.nearest import listed
 from rmfs_core.plugins.single import load_rule
 from rmfs_core.randomness import stream
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario, StationsSection
@@ -19,11 +20,10 @@ from rmfs_core.simulation.applying import apply_assignments, apply_selection, ap
 from rmfs_core.simulation.asking import Asker, ImpossibleError
 from rmfs_core.simulation.needs import unmet_need
 from rmfs_core.states.answers import answer_from_dict, answer_to_dict
-from rmfs_core.states.model import RandomState, State
+from rmfs_core.states.model import DECIDES, RandomState, State
 from rmfs_core.states.rebuilding import LacksError, Scene, open_state
 
 ROLES = ("poa_pps", "poa", "pps", "pr", "ta")
-_ROLE = {LABEL_OF_ROLE[role]: role for role in ROLES}
 
 
 @frozen
@@ -109,8 +109,10 @@ def decide(
     RuleError
         When the rule raises, or decides something impossible.
     """
-    preferred = _ROLE.get(decides or state.ask.decides or "")
-    roles = ROLES if decides is None else (_ROLE[decides],)
+    if decides is not None and decides not in DECIDES:
+        raise InputError("decides", f"expected {listed(DECIDES, 'or')}, found {decides!r}")
+    preferred = ROLE_OF_LABEL.get(decides or state.ask.decides or "")
+    roles = ROLES if decides is None else (ROLE_OF_LABEL[decides],)
     rule = load_rule(choice, roles, folder=folder, allow_inline=allow_inline, preferred=preferred)
     scene = open_state(state, source)
     return ask(scene, rule)
@@ -138,7 +140,13 @@ def ask(scene: Scene, rule: BoundRule) -> Answer:
 
 
 def decide_instead(
-    state: State, choices: Sequence[RuleChoice], decides: str, *, allow_inline: bool = True, source: str = "state"
+    state: State,
+    choices: Sequence[RuleChoice],
+    decides: str,
+    *,
+    allow_inline: bool = True,
+    source: str = "state",
+    place: str = "rule",
 ) -> Answer:
     """Ask what another rule would have decided; or a POA rule and then, where that leads, a PPS rule.
 
@@ -154,6 +162,8 @@ def decide_instead(
         Whether rules may be loaded from files.
     source
         What a message calls where the state comes from.
+    place
+        What a message calls where the choices come from.
 
     Raises
     ------
@@ -161,13 +171,13 @@ def decide_instead(
         As `decide`; and for a rule that decides something else.
     """
     assigning = decides in ("POA", "POA+PPS")
-    roles = [("poa_pps", "poa")] if assigning else [(_ROLE[decides],)]
+    roles = [("poa_pps", "poa")] if assigning else [(ROLE_OF_LABEL[decides],)]
     if len(choices) > 1:
         if not assigning or len(choices) > 2:
-            raise InputError(source, f"found {len(choices)} rules to decide {decides}; expected one rule")
+            raise InputError(place, f"found {len(choices)} rules to decide {decides}; expected one rule")
         roles = [("poa",), ("pps",)]
     rules = [
-        load_rule(choice, wanted, allow_inline=allow_inline, place=source, preferred=_ROLE[decides])
+        load_rule(choice, wanted, allow_inline=allow_inline, place=place, preferred=ROLE_OF_LABEL[decides])
         for choice, wanted in zip(choices, roles, strict=True)
     ]
     scene = open_state(state, source)
@@ -190,7 +200,7 @@ def outcome_of(state: State, decides: str, decision: Mapping[str, Any], source: 
     scene = open_state(state, source)
     try:
         answer = answer_from_dict(scene.warehouse, scene.names, decides, decision)
-        role = _ROLE[decides]
+        role = ROLE_OF_LABEL[decides]
         return carry_out(scene, role, answer, _given(scene, role), None)
     except (ImpossibleError, KeyError) as error:
         raise InputError(source, f"the decision does not belong to the state: {error}") from error

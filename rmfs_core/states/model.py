@@ -33,10 +33,10 @@ def _one_of(*values: str | int) -> Check:
     return Check(listed(map(str, values), "or"), lambda value: value in values, {"enum": list(values)})
 
 
-def _number(least: int) -> Check:
+def _number(least: int, most: int = MOST) -> Check:
     """Return the check for a whole number that is no nonsense: sums of such numbers fit into 64 bits."""
-    schema = {"minimum": least, "maximum": MOST}
-    return Check(f"a whole number from {least} to {MOST:,}", lambda value: least <= value <= MOST, schema)
+    schema = {"minimum": least, "maximum": most}
+    return Check(f"a whole number from {least} to {most:,}", lambda value: least <= value <= most, schema)
 
 
 _ITEMS = Check(
@@ -185,8 +185,8 @@ class RandomState:
 
     state: str = key("State")
     increment: str = key("Increment")
-    has_uint32: int = key("Whether half a number is left over: 0 or 1", 0)
-    uinteger: int = key("That half", 0)
+    has_uint32: int = key("Whether half a number is left over: 0 or 1", 0, check=_one_of(0, 1))
+    uinteger: int = key("That half", 0, check=_number(0, (1 << 32) - 1))
 
     def __attrs_post_init__(self) -> None:
         for text in (self.state, self.increment):

@@ -128,7 +128,12 @@ def _place_pods(warehouse: Warehouse, names: Names, state: State, in_line: Colle
         if pod.id in in_line:
             names.wrong(path, "found a storage location for a pod that stands in a station's line")
         if given.cell not in layout.storage_locations:
-            names.wrong(path, f"found {given.cell}, which is no storage location of the layout")
+            first = layout.storage_locations[0]
+            problem = (
+                f"found {given.cell}, which is no storage location of the layout; the first is {first} "
+                f"({layout.where(first)})"
+            )
+            names.wrong(path, problem)
         if given.cell in taken:
             names.wrong(path, f"found {given.cell}, where there is {taken[given.cell]} already")
         taken[given.cell] = f'pod "{name}"'

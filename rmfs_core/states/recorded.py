@@ -10,14 +10,13 @@ from attrs import frozen
 
 from rmfs_core.errors import InputError
 from rmfs_core.files import read_json_lines
+from rmfs_core.plugins.hooks import ROLE_OF_LABEL
 from rmfs_core.results import DECISIONS_FILE
 from rmfs_core.scenario import RuleChoice, Scenario, scenario_from_dict
 from rmfs_core.states.model import DECIDES, State
 from rmfs_core.states.patches import patched
 from rmfs_core.states.reading import check_format, state_from_dict
 from rmfs_core.states.recording import RECORDING_FORMAT, RECORDING_VERSION
-
-ROLE_OF_LABEL = {"POA": "poa", "PPS": "pps", "POA+PPS": "poa_pps", "PR": "pr", "TA": "ta"}
 
 
 @frozen(eq=False)

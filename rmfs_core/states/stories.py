@@ -7,6 +7,7 @@ from typing import Any
 
 from attrs import define, frozen
 
+from rmfs_core.layout.grid import where
 from rmfs_core.states.recorded import Recorded
 
 ASSIGNING = ("POA", "POA+PPS")
@@ -96,8 +97,7 @@ def pod_story(decisions: Iterable[Recorded], pod: str) -> Iterator[Episode]:
 
 def where_in(content: Content, cell: int) -> str:
     """Say where a cell of a recorded state is: row and column, counted from 1."""
-    width = max(map(len, content["layout"]["map"]))
-    return f"row {cell // width + 1}, column {cell % width + 1}"
+    return where(cell, max(map(len, content["layout"]["map"])))
 
 
 def open_lines(content: Content, order: str) -> dict[str, int]:
@@ -135,12 +135,13 @@ def _done_for(decision: Recorded, order: str) -> Iterator[str]:
     """Yield what a decision did for an order."""
     decided, content = decision.decision or {}, decision.content
     wanted: dict[str, set[str]] = {}
-    for given in decided.get("assignments", ()):
-        if given["order"] == order:
-            wanted.setdefault(given["station"], set()).update(given["skus"])
-            left = len(open_lines(content, order)) - len(given["skus"])
-            rest = f"; {left} of its lines {'stays' if left == 1 else 'stay'} in the backlog" if left else ""
-            yield f"assigned to station {given['station']}: {_skus(given['skus'])}{rest}"
+    assigned = [given for given in decided.get("assignments", ()) if given["order"] == order]
+    left = len(open_lines(content, order)) - sum(len(given["skus"]) for given in assigned)
+    for given in assigned:
+        wanted.setdefault(given["station"], set()).update(given["skus"])
+        last = left and given is assigned[-1]
+        rest = f"; {left} of its lines {'stays' if left == 1 else 'stay'} in the backlog" if last else ""
+        yield f"assigned to station {given['station']}: {_skus(given['skus'])}{rest}"
     for station, given in content["stations"].items():
         for request in given["requests"]:
             if request["order"] == order and "pod" not in request:
@@ -153,27 +154,29 @@ def _done_for(decision: Recorded, order: str) -> Iterator[str]:
 
 
 def _why_waiting(decision: Recorded, order: str) -> str | None:
-    """Say why lines of an order stay in the backlog; None when none do."""
+    """Say why all open lines of an order stay in the backlog; None when there are none, or some do not."""
     content, decided = decision.content, decision.decision
     lines = open_lines(content, order)
     given = (decided or {}).get("assignments", ())
-    assigned = {sku for assignment in given if assignment["order"] == order for sku in assignment["skus"]}
-    if lines.keys() <= assigned:
+    if not lines or any(assignment["order"] == order for assignment in given):
         return None
     if decided is None:
         return "the rule decided nothing valid, which ended the run"
     if order not in content.get("backlog", (order,)):
         return "the prefilters left it out"
-    if assigned:
-        return "the rule left some of its lines in the backlog"
-    return _why_not_chosen(content, sum(lines.values()))
+    return _why_not_chosen(content, lines, "preferred others" if given else "assigned nothing")
 
 
-def _why_not_chosen(content: Content, items: int) -> str:
-    stations = content["stations"]
-    if any(free_capacity(content, name) >= (1 if "order_capacity" in stations[name] else items) for name in stations):
-        return "it fitted a station, but the rule preferred others"
-    return f"no station had room for its {items} open item{'s' if items > 1 else ''}"
+def _why_not_chosen(content: Content, lines: Mapping[str, int], did: str) -> str:
+    room = {name: free_capacity(content, name) for name in content["stations"]}
+    counts_orders = {name for name, station in content["stations"].items() if "order_capacity" in station}
+    items = sum(lines.values())
+    if any(free >= (1 if name in counts_orders else items) for name, free in room.items()):
+        return f"it fitted a station, but the rule {did}"
+    no_room = f"no station had room for its {items} open item{'s' if items > 1 else ''}"
+    # What a rule that splits orders could have done, too; whether this one does, the recording does not tell.
+    some = any(free >= min(lines.values()) for name, free in room.items() if name not in counts_orders)
+    return f"{no_room}, only for some of them" if some else no_room
 
 
 def _serves(decision: Recorded, trip: Mapping[str, str]) -> str:

@@ -168,14 +168,17 @@ def _plain_rules() -> RuleSet:
 
 
 def _rules(rule: WatchedRule, roles: tuple[str, ...]) -> RuleSet:
+    observes = bool(OBSERVER_HOOKS & marked_methods(rule.instance).keys())
     chosen: dict[str, Any] = {"poa": None, "pps": None} if "poa_pps" in roles else {}
+    if observes:
+        chosen["observers"] = (rule.bound("observer"),)  # so that an error names it, and the line
     for role in roles:
         if role == "filter":
             chosen["filters"] = (rule.bound(role),)
         elif role != "observer":
             chosen[role] = rule.bound(role)
     rules = evolve(_plain_rules(), pm=new_manager(), **chosen)
-    if OBSERVER_HOOKS & marked_methods(rule.instance).keys():
+    if observes:
         rules.register_observer(_Forwarding(rule))
     return rules
 

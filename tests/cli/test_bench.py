@@ -26,6 +26,20 @@ class Nothing:
         return []
 
 
+INTERRUPTS = iter([KeyboardInterrupt])
+
+
+@define
+class Interrupted:
+    "POA: somebody presses Ctrl-C while it thinks for the first time."
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        for interrupt in INTERRUPTS:
+            raise interrupt
+        return []
+
+
 @define
 class Both:
     "POA and PPS: the first of everything."
@@ -55,7 +69,8 @@ def bench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str
 def acme(install: Any) -> None:
     """Install the rules above, as another distribution."""
     head = "import numpy as np\nfrom rmfs_core.rule_helpers import assign_best_pairs, send_pods\n"
-    install("acme", {"nothing": "acme_rules:Nothing", "both": "acme_rules:Both"}, acme_rules=head + RULES)
+    names = {name.lower(): f"acme_rules:{name}" for name in ("Nothing", "Interrupted", "Both")}
+    install("acme", names, acme_rules=head + RULES)
 
 
 def test_what_can_be_chosen() -> None:
@@ -120,6 +135,13 @@ def test_a_run_that_fails(acme: None, capsys: pytest.CaptureFixture[str]) -> Non
     assert "nothing 1 of 1 failed - - -" in out
     assert next(line for line in out.splitlines() if line.startswith("first-come")).count("-") == 1
     assert "nothing, small, seed 1 failed: The run stands still" in err
+
+
+def test_an_interrupt_ends_it(acme: None, capsys: pytest.CaptureFixture[str]) -> None:
+    """At once, in the run that warms a rule up, too: no further run, exit code 130."""
+    code, out, err = bench(capsys, "interrupted", "first-come", *FEW)
+    assert (code, out) == (130, "")
+    assert "Interrupted." in err
 
 
 @pytest.mark.parametrize(

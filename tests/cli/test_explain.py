@@ -67,7 +67,7 @@ def test_alternatives(joint: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert code == 0
     assert "Model: optimal, objective" in out
     lines = out.splitlines()
-    *_, objective, bound = next(line for line in lines if line.startswith("split-over-time (decided)")).split()
+    *_, objective, _, bound = next(line for line in lines if line.startswith("split-over-time (decided)")).split()
     assert objective == bound
     assert sum(line.startswith("integrated") for line in lines) == 2
     assert sum(line.startswith("pod-match + demand") for line in lines) == 2

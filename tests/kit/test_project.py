@@ -63,6 +63,7 @@ def test_rules_are_selected_by_their_role() -> None:
         ("numpy", r"a distribution of that name is installed \(numpy "),
         ("rmfs", r"a distribution of that name is installed \(rmfs "),
         ("lambda", "`lambda` is a word of the Python language"),
+        ("true", "`True` is a word of the Python language"),  # its class would be called so
         ("queue", "there is a module `queue`"),
         ("rmfs-core", "there is a module `rmfs_core`"),
         ("order-assignment", "its class would hide the `OrderAssignment` it uses"),
@@ -90,6 +91,13 @@ def test_what_is_there_stays(tmp_path: Path) -> None:
         write_project(NewRule("mine", "poa"), tmp_path)
     assert (tmp_path / "mine" / "README.md").read_text(encoding="utf-8") == "changed"
     assert [path.name for path in tmp_path.iterdir()] == ["mine"]
+
+
+def test_what_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
+    """A name that is too long for a folder."""
+    with pytest.raises(InputError, match="cannot be written: File name too long"):
+        write_project(NewRule("a" * 300, "ta"), tmp_path)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:

@@ -9,7 +9,6 @@ import pytest
 from rmfs_core import InputError, RuleError
 from rmfs_core.scenario import RuleChoice
 from rmfs_core.states import Outcome, decide, state_from_dict
-from rmfs_core.states.choices import parse_choice, with_parameters
 from rmfs_core.states.deciding import decide_instead, outcome_of
 
 RULES = """
@@ -105,8 +104,7 @@ def test_a_joint_rule_covers_what_it_assigns(by_hand: dict[str, Any], acme: None
 def test_parameters_are_set(by_hand: dict[str, Any]) -> None:
     """A parameter changes what is decided: at less than a pod visit for two places, they stay free."""
     by_hand["orders"]["B"]["lines"]["jam"] = 1
-    choice = with_parameters(RuleChoice("integrated"), ["unused_capacity_weight=0.4"])
-    answer = decide(state_from_dict(by_hand), choice)
+    answer = decide(state_from_dict(by_hand), RuleChoice("integrated", {"unused_capacity_weight": 0.4}))
     assert answer.outcome == Outcome(orders=0, items=0, visits=0, unused=4, uncovered=0)
     assert answer.report is not None
     assert answer.report["objective"] == pytest.approx(1.6)
@@ -245,20 +243,3 @@ def test_a_decision_of_another_state(by_hand: dict[str, Any]) -> None:
     decision = {"assignments": [{"order": "C", "station": "north", "skus": ["milk"]}]}
     with pytest.raises(InputError, match="does not belong to the state"):
         outcome_of(state_from_dict(by_hand), "POA", decision)
-
-
-def test_choices_from_the_command_line() -> None:
-    """A name, or a TOML table; parameters are set and taken out."""
-    assert parse_choice("demand", "x") == RuleChoice("demand")
-    table = parse_choice('{ rule = "integrated", gap = 0.1, threads = 2 }', "x")
-    assert table == RuleChoice("integrated", {"gap": 0.1, "threads": 2})
-    assert with_parameters(table, ["gap=", "threads=1"]) == RuleChoice("integrated", {"threads": 1})
-    for wrong, problem in (
-        ("{ rule = ", "no valid TOML"),
-        ("{ gap = 1 }", "expected a key `rule`"),
-        ("", "the name of"),
-    ):
-        with pytest.raises(InputError, match=problem):
-            parse_choice(wrong, "x")
-    with pytest.raises(InputError, match="expected a parameter of the rule"):
-        with_parameters(table, ["a.b=1"])

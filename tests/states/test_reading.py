@@ -138,6 +138,9 @@ def test_a_file_by_hand(by_hand: dict[str, Any], write: Callable[[Any], Path]) -
         (("orders", "A", "arrival_s"), float("nan"), "orders.A.arrival_s", "expected a number"),
         (("random",), {"state": "-1", "increment": "1"}, "random", "decimal digits"),
         (("random",), {"state": "os.system", "increment": "1"}, "random", "decimal digits"),
+        (("random",), {"state": "1", "increment": "1", "has_uint32": 2}, "random.has_uint32", "expected 0 or 1"),
+        (("random",), {"state": "1", "increment": "1", "uinteger": 1 << 32}, "random.uinteger", "4,294,967,295"),
+        (("orders", "A", "lines", "milk"), None, "orders.A.lines.milk", "expected a whole number, found null"),
     ],
 )
 def test_what_is_wrong_is_named(

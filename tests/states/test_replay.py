@@ -13,11 +13,11 @@ import pytest
 import rmfs_core
 from rmfs_core.files import to_json
 from rmfs_core.plugins import BoundRule
+from rmfs_core.plugins.hooks import ROLE_OF_LABEL
 from rmfs_core.plugins.single import load_rule
 from rmfs_core.states import decide, read_recording, state_from_dict, state_to_dict
 from rmfs_core.states.deciding import ask, outcome_of
 from rmfs_core.states.rebuilding import open_state
-from rmfs_core.states.recorded import ROLE_OF_LABEL
 from rmfs_core.states.recording import DecisionRecorder
 from rmfs_core.warehouse import WarehouseView
 from rmfs_core.warehouse.parts import Part, ReadOnly

@@ -34,7 +34,7 @@ def test_why_an_order_waited() -> None:
     decisions = [
         decision(1, "POA", content(4, backlog=["B"]), other),
         decision(2, "POA", content(1), other),
-        decision(3, "POA", content(1), other),
+        decision(3, "POA", content(0), other),
         decision(4, "POA", content(2), other),
         decision(
             5, "POA+PPS", content(2), {"assignments": [{"order": "A", "station": "s", "skus": ["tea"]}], "trips": []}
@@ -43,11 +43,32 @@ def test_why_an_order_waited() -> None:
     ]
     assert [(episode.periods, episode.what) for episode in order_story(decisions, "A")] == [
         ((1, 1), "the prefilters left it out"),
-        ((2, 3), "no station had room for its 2 open items"),
+        ((2, 2), "no station had room for its 2 open items, only for some of them"),
+        ((3, 3), "no station had room for its 2 open items"),
         ((4, 4), "it fitted a station, but the rule preferred others"),
         ((5, 5), "assigned to station s: SKU tea; 1 of its lines stays in the backlog"),
-        ((5, 5), "the rule left some of its lines in the backlog"),
         ((6, 6), "assigned to station s: SKU milk"),
+    ]
+
+
+def test_a_wait_is_told_once() -> None:
+    """Decisions one after another in which it waited for the same reason are one entry, from the first to the last."""
+    decisions = [decision(number, "POA", content(4), {"assignments": []}) for number in (1, 2, 3)]
+    (episode,) = order_story(decisions, "A")
+    assert (episode.number, episode.periods, episode.times_s) == (1, (1, 3), (1.0, 3.0))
+    assert episode.what == "it fitted a station, but the rule assigned nothing"
+
+
+def test_an_order_split_among_stations() -> None:
+    """What stays in the backlog is what no station was given."""
+    state = content(4)
+    state["orders"]["A"]["lines"]["jam"] = 2
+    assigned = [{"order": "A", "station": station, "skus": [sku]} for station, sku in (("s", "milk"), ("t", "tea"))]
+    assert [
+        episode.what for episode in order_story([decision(1, "POA+PPS", state, {"assignments": assigned})], "A")
+    ] == [
+        "assigned to station s: SKU milk",
+        "assigned to station t: SKU tea; 1 of its lines stays in the backlog",
     ]
 
 

@@ -95,6 +95,7 @@ def test_benchmarks_that_come_and_go(tmp_path: Path) -> None:
         ({"a": stats(0.0)}, "median and quartiles are no positive numbers in order"),
         ({"a": stats(1.0) | {"q1": 2.0}}, "median and quartiles are no positive numbers in order"),
         ({"a": stats(1.0) | {"q3": "many"}}, "this is no saved benchmark"),
+        ({"a": stats(1.0) | {"rounds": "many"}}, "this is no saved benchmark"),
     ],
 )
 def test_files_that_are_no_results(tmp_path: Path, before: Any, problem: str) -> None:

@@ -33,6 +33,8 @@ def with_parameters(choice: RuleChoice, settings: Sequence[str]) -> RuleChoice:
     """Return a choice with parameters set: ``max_seconds=5`` each; nothing after the ``=`` takes one out."""
     parameters = dict(choice.parameters)
     for text in settings:
+        if "=" not in text:
+            raise InputError(f"--set {text}", "expected parameter=value, such as max_seconds=5")
         override = parse_override(text)
         if len(override.path) != 1:
             raise InputError(override.place, "expected a parameter of the rule, such as max_seconds=5")
