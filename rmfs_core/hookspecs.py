@@ -184,7 +184,7 @@ class DecisionHooks:
     @hookspec(firstresult=True)
     def plan_path(
         self, warehouse: WarehouseView, robot: Robot, goal: int, traffic: Traffic | None, rng: np.random.Generator
-    ) -> Path:
+    ) -> Path | None:
         """PP: plan a robot's path from where it stands to a cell.
 
         Called when a robot has to go somewhere, and again where a path ends before the goal.
@@ -196,7 +196,8 @@ class DecisionHooks:
             robot can set out (`rmfs_core.traffic.asking.Traffic`); a robot that is on its way sets out where the leg
             under way ends. None for a rule that does not.
         :param rng: the rule's random generator.
-        :return: the legs to drive; none only for a robot that is to set out from the goal itself.
+        :return: the legs to drive; none only for a robot that is to set out from the goal itself. A rule for full paths
+            answers None where there is no path: two robots on the way to a station change places only if both have one.
 
         Example::
 

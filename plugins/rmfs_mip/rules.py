@@ -12,7 +12,7 @@ from rmfs_mip.paper import solve_printed
 from rmfs_mip.period import Period, Stock
 from rmfs_mip.search import search_for
 from rmfs_mip.solution import Model, Solution
-from rmfs_mip.solver import Limits
+from rmfs_mip.solver import Limits, collecting_later
 from rmfs_mip.ties import break_ties
 
 if TYPE_CHECKING:
@@ -63,12 +63,13 @@ class _Joint:
         """Solve a period and hold the solution against the printed constraints."""
         limits = Limits(self.solver, self.threads, self.max_seconds, self.gap)
         weight, packing = self.unused_capacity_weight, self._packing_capacity
-        if self.formulation == "paper":
-            solution = solve_printed(period, self.model, weight, limits, packing)
-        else:
-            search = search_for(period, self.model, weight, limits, packing)
-            search.run()
-            solution = break_ties(search, self.tie_break)
+        with collecting_later():
+            if self.formulation == "paper":
+                solution = solve_printed(period, self.model, weight, limits, packing)
+            else:
+                search = search_for(period, self.model, weight, limits, packing)
+                search.run()
+                solution = break_ties(search, self.tie_break)
         wrong = violation(period, solution, self.model, weight, packing)
         if wrong is not None:
             raise RuntimeError(f"the solution violates the printed model: {wrong}")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import gc
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, Literal
 
 import mip
@@ -12,6 +14,22 @@ Name = Literal["highs", "cbc", "gurobi"]
 SEED = 1
 _NAMES = {"highs": mip.HIGHS, "cbc": mip.CBC, "gurobi": mip.GUROBI}
 _last_threads: dict[str, int] = {}
+
+
+@contextmanager
+def collecting_later() -> Iterator[None]:
+    """Put off garbage collection while python-mip works.
+
+    A collection may end an old model, which calls the solver through cffi; if cffi is just parsing the type of another
+    call, it holds a lock that the same thread then waits for without end.
+    """
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collecting:
+            gc.enable()
 
 
 @frozen

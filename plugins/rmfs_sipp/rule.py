@@ -21,17 +21,21 @@ if TYPE_CHECKING:
 class _Memory:
     """Arrays of the compiled search, kept from query to query."""
 
-    states: tuple[NDArray[np.int64], ...] = ()
-    windows: tuple[NDArray[np.int64], ...] = ()
+    states: NDArray[np.int64] = field(factory=lambda: np.empty((0, 0), dtype=np.int64))
+    queue: NDArray[np.int64] = field(factory=lambda: np.empty(0, dtype=np.int64))
+    low: NDArray[np.int64] = field(factory=lambda: np.empty((4, 0), dtype=np.int64))
+    high: NDArray[np.int64] = field(factory=lambda: np.empty((4, 0), dtype=np.int64))
     searches: int = 0
 
     def next(self, table: Reservations) -> int:
         """Make room for a search of a table and return the search's number."""
-        if not self.states or len(self.states[0]) < 4 * table.pool_size:
-            self.states = tuple(np.zeros(4 * table.pool_size, dtype=np.int64) for _ in range(5))
+        if len(self.queue) < 4 * table.pool_size:
+            from rmfs_sipp.states import empty_states
+
+            self.states, self.queue = empty_states(4 * table.pool_size)
             self.searches = 0
-        if not self.windows or self.windows[0].shape[1] < table.size + 2:
-            self.windows = tuple(np.zeros((4, 2 * table.size + 64), dtype=np.int64) for _ in range(2))
+        if self.low.shape[1] < table.size + 2:
+            self.low, self.high = (np.zeros((4, 2 * table.size + 64), dtype=np.int64) for _ in range(2))
         self.searches += 1
         return self.searches
 
@@ -82,10 +86,11 @@ class Sipp:
         """Return the path that arrives first and may stay at the goal for ever; None when there is none."""
         from rmfs_sipp import compiled
 
-        number = self._memory.next(table)
+        memory = self._memory
+        number = memory.next(table)
         tracks = roads.tracks(query.goal, query.loaded)
         rows = compiled.search(
-            query.cell, query.heading, query.start_tick, query.goal, query.robot, number, tracks, table.arrays,
-            self._memory.states, self._memory.windows,
+            query.cell, query.heading, query.start_tick, query.goal, query.robot, number, *tracks, *table.arrays,
+            memory.states, memory.queue, memory.low, memory.high,
         )  # fmt: skip
         return None if rows is None else path_of(roads, query, rows.tolist())

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from rmfs_core.traffic.inlined import inlined
 from rmfs_core.traffic.paths import FOREVER
 
 
@@ -126,7 +127,7 @@ def last_end(first, count, until):  # type: ignore[no-untyped-def]
     return latest
 
 
-@njit(cache=True)
+@inlined
 def gap_at(cell, tick, me, table):  # type: ignore[no-untyped-def]
     """Number and end of the gap of a cell that holds ``tick``; (-1, -1) when another has the cell then."""
     first, count, since, until, owner = table
@@ -140,7 +141,7 @@ def gap_at(cell, tick, me, table):  # type: ignore[no-untyped-def]
     return p, since[p]
 
 
-@njit(cache=True)
+@inlined
 def free_for_good(cell, me, table):  # type: ignore[no-untyped-def]
     """Tick from which on nobody else has a cell any more: 0 if nobody does, FOREVER if someone stays."""
     first, count, _, until, owner = table
@@ -162,12 +163,13 @@ def is_free(cell, begin, end, me, table):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True)
-def narrow(low, high, n, to_low, to_high, cell, enter, leave, me, table):  # type: ignore[no-untyped-def]
+@inlined
+def narrow(low, high, now, n, to, cell, enter, leave, me, table):  # type: ignore[no-untyped-def]
     """Narrow windows of departure to those in which a cell is free as well.
 
-    Windows are closed, ascending and disjoint: ``low[i]`` to ``high[i]``. The run has the cell from ``enter`` to
-    ``leave`` ticks after its departure. Writes the windows left to ``to_low`` and ``to_high``, returns their number.
+    Windows are closed, ascending and disjoint: ``low[now, i]`` to ``high[now, i]`` for the first ``n`` of them. The run
+    has the cell from ``enter`` to ``leave`` ticks after its departure. Writes the windows left to rows ``to``, returns
+    their number.
     """
     first, count, since, until, owner = table
     m = w = 0
@@ -178,14 +180,14 @@ def narrow(low, high, n, to_low, to_high, cell, enter, leave, me, table):  # typ
             p += 1
         earliest = free_since - enter
         latest = (since[p] if p < end else FOREVER) - leave
-        while w < n and high[w] < earliest:
+        while w < n and high[now, w] < earliest:
             w += 1
-        while w < n and low[w] <= latest:
-            begin, stop = max(low[w], earliest), min(high[w], latest)
+        while w < n and low[now, w] <= latest:
+            begin, stop = max(low[now, w], earliest), min(high[now, w], latest)
             if begin <= stop:
-                to_low[m], to_high[m] = begin, stop
+                low[to, m], high[to, m] = begin, stop
                 m += 1
-            if high[w] > latest:
+            if high[now, w] > latest:
                 break
             w += 1
         if p >= end:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rmfs_sipp import Sipp, plain
 
-from rmfs_core.bare.crowds import crowd, newcomer, paper_roads
+from rmfs_core.bare.crowds import crowd, newcomer, paper_roads, two_way
 from rmfs_core.layout import Layout, parse_map
 from rmfs_core.motion import Motion
 from rmfs_core.testing import small_layout
@@ -107,6 +107,23 @@ def test_compiled_and_plain_arrive_together(robots: int, seed: int, motion: Moti
         assert (None if path is None else path.end_tick) == (None if slow is None else slow.end_tick)
         if path is not None:
             assert_valid(roads, table, query, path)
+
+
+@pytest.mark.parametrize("roads", [paper_roads(), two_way(paper_roads())], ids=["one-way", "two-way"])
+def test_compiled_and_plain_arrive_together_in_a_crowd(roads: Roads) -> None:
+    """Among a hundred robots, where states are queued again and again, both searches arrive at the same tick.
+
+    What a planner has searched before makes no difference to the path it finds.
+    """
+    used = Sipp()
+    table, queries = crowd(roads, used, 100, 3)
+    now = min(query.start_tick for query in queries)
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        query = newcomer(roads, table, 1000, now, rng)
+        path, slow = used.search(roads, table, query), plain.search(roads, table, query)
+        assert (None if path is None else path.end_tick) == (None if slow is None else slow.end_tick)
+        assert Sipp().search(roads, table, query) == path
 
 
 def test_without_traffic_it_is_the_fastest_path() -> None:

@@ -70,9 +70,20 @@ class Surroundings:
 
     def plan(self, robot: Robot, goal: int, traffic: Traffic | None = None) -> list[Leg]:
         """Ask the PP rule for a path, and check that the robot can drive it."""
+        return self._checked(self._answer(robot, goal, traffic), robot, goal, traffic)
+
+    def plan_if_possible(self, robot: Robot, goal: int, traffic: Traffic) -> list[Leg] | None:
+        """Ask for a path that need not exist; None when the PP rule knows none."""
+        answer = self._answer(robot, goal, traffic)
+        return None if answer is None else self._checked(answer, robot, goal, traffic)
+
+    def _answer(self, robot: Robot, goal: int, traffic: Traffic | None) -> object:
         answer, _ = self.asker.ask(
             self.rule, warehouse=self.view, robot=robot, goal=goal, traffic=traffic, rng=self.rng
         )
+        return answer
+
+    def _checked(self, answer: object, robot: Robot, goal: int, traffic: Traffic | None) -> list[Leg]:
         start = robot.cell if traffic is None else traffic.query.cell
 
         def check() -> list[Leg]:

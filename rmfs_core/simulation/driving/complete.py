@@ -9,11 +9,22 @@ Endpoints are the storage locations, the queue cells and the stations. At any ti
 3. a robot's reservations are replaced all at once: the old endpoint is given up only with the new path away from it;
 4. the robots of a station's line (those that stand in it or have taken a ticket for it) own its first cells, the
    station first, in the order of the line and without gaps; a robot takes its ticket, the cell behind the last one,
-   when it has its pod and sets out;
+   when it has its pod and sets out, and may then overtake (below);
 5. a robot that leaves a station sets out for a storage location that PR chose and nobody owns, or for a ticket;
 6. a robot with a pod crosses no storage location but its own start and goal. Aisles hold no endpoints, are strongly
    connected without them, and every storage location, queue entry and exit of a station touches them (the layout
    check refuses others).
+
+Overtaking
+----------
+Tickets are taken in the order of departure, and who departs first need not come first. So the robot that has just taken
+a ticket changes places with the one ahead, and then with the next one ahead, as long as all of this holds: neither is
+in the lane of the station, nor on a leg that ends there; among the reservations of all others, and those for the legs
+that the two have under way, there is a path to the place ahead that arrives before the other robot would; next to this
+path there is one for the other robot to the place behind; and that robot has been overtaken less often, since it took
+its ticket, than the queue has cells. Both paths, both endpoints and both places in line are then replaced at once.
+Otherwise the table gets back what it had. No simulated time passes in between: at all times that other arguments speak
+of, 1 to 6 hold, since the two have exchanged the endpoints that they owned, and each has a whole path to its own.
 
 Why no run stands still
 -----------------------
@@ -26,7 +37,8 @@ ticket behind a line, the queue cells behind it are owned by nobody (by 4), and 
 is a queue cell and g lies before it in the same lane, the cells in between are owned by nobody: those of the line
 ahead lie before g. If e is a station, its exit leads to the aisles. So a path exists that arrives, and after that g can
 be held for ever: other reservations are finite in number and end, but for the endpoints. A planner that finds a path
-whenever there is one among the moves *wait, turn, run straight, stop* answers.
+whenever there is one among the moves *wait, turn, run straight, stop* answers. (For overtaking, paths are asked for
+that need not exist; nothing depends on them.)
 
 *Nobody waits for ever for an endpoint.* Storage locations: a robot with a pod goes where no pod stands or comes to, a
 robot without one where its pod stands. If an empty robot owns that location (it rests there, is idle, or has not yet
@@ -36,9 +48,10 @@ own storage locations only as their goals, which PR chose when they were free of
 before it has been set down. Tickets: a robot lifts its pod only when fewer robots have claimed a place at the station
 than it has cells; until then it rests in the storage location of its pod, which only it has to do with.
 
-*The line moves.* The first in line owns the station cell. It arrives there in finite time, since its path is
-finite; picking takes finite time; then it leaves by the first argument, and with its departure everyone behind gets the
-cell ahead, by the same argument. So each claimed place is given up in finite time, and each task ends.
+*The line moves.* The first in line owns the station cell. It arrives there in finite time, since its path is finite and
+is replaced by a later one only when the robot is overtaken, which ends; picking takes finite time; then it leaves by
+the first argument, and with its departure everyone behind gets the cell ahead, by the same argument. So each claimed
+place is given up in finite time, and each task ends.
 
 A run therefore ends with every order complete, if the decision rules decide it.
 
@@ -49,9 +62,12 @@ S. Koenig, Lifelong multi-agent path finding for online pickup and delivery task
 
 from __future__ import annotations
 
+from rmfs_core.decisions import Leg
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.simulation.driving.base import Process
 from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
+from rmfs_core.traffic import FOREVER, Query, occupancy
+from rmfs_core.traffic.asking import Traffic
 from rmfs_core.warehouse import Robot, Station
 
 
@@ -74,8 +90,10 @@ class CompleteDriving(ReservedDriving):
         if course not in line:
             self._send(course, station.cells.slot(len(line)))
             self._move_up(self._leave_line(course))
-            course.station = station
+            course.station, course.overtaken = station, 0
             line.append(course)
+            while self._overtake(course, station):
+                pass
         while robot.cell != station.cell:
             yield course.arrived
 
@@ -86,6 +104,74 @@ class CompleteDriving(ReservedDriving):
                 slot = station.cells.slot(place)
                 if course.goal != slot:
                     self._send(course, slot)
+
+    # Overtaking
+
+    def _overtake(self, course: Course, station: Station) -> bool:
+        """Let a robot change places with the one ahead in line if it comes first; return whether it did."""
+        line = self.lines[station.id]
+        place = line.index(course)
+        ahead = line[place - 1]
+        if place == 0 or ahead.overtaken >= len(station.cells.queue):
+            return False
+        if not (self._outside(course, station) and self._outside(ahead, station)):
+            return False
+        first, second = self._departure(course, ahead.goal), self._departure(ahead, course.goal)
+        paths = self._both(course, first, ahead, second)
+        if paths is None:
+            return False
+        self._commit(course, first, paths[0])
+        self._commit(ahead, second, paths[1])
+        line[place - 1 : place + 1] = [course, ahead]
+        for each, goal in ((course, first.goal), (ahead, second.goal)):
+            self._owner[goal], each.goal = each, goal
+        ahead.overtaken += 1
+        return True
+
+    def _outside(self, course: Course, station: Station) -> bool:
+        """Whether a robot is not in the lane of a station, nor on the leg into it."""
+        lane = self.roads.layout.lane
+        return station.id not in (lane[course.robot.cell], lane[self._departure(course, course.goal).cell])
+
+    def _both(self, course: Course, first: Query, ahead: Course, second: Query) -> tuple[list[Leg], list[Leg]] | None:
+        """Return paths with which a robot comes to the place of the one ahead before that would, and that one behind.
+
+        None when there are none. The table has what the two need only for the legs under way if there are, and what
+        they had before if there are none.
+        """
+        before = [(each.robot.id, each.reserved) for each in (course, ahead)]
+        for each in (course, ahead):
+            self._give_up(each)
+        legs = self._legs(course, first, ahead.arrives)
+        if legs is not None:
+            self.table.commit(course.robot.id, occupancy(self.roads, self._path(course, first, legs)))
+            others = self._legs(ahead, second, FOREVER)
+            if others is not None:
+                self.table.release(ahead.robot.id)
+                return legs, others
+        for robot, _ in before:
+            self.table.release(robot)
+        for robot, reserved in before:
+            assert reserved is not None
+            self.table.add(robot, reserved)
+        return None
+
+    def _give_up(self, course: Course) -> None:
+        """Release what a robot has reserved but for its leg under way."""
+        self.table.release(course.robot.id)
+        if course.under_way is not None:
+            occupied = occupancy(self.roads, self._path(course, course.under_way[1], ()))
+            occupied.until[-1] = course.under_way[1].start_tick
+            self.table.add(course.robot.id, occupied)
+
+    def _legs(self, course: Course, query: Query, latest: int) -> list[Leg] | None:
+        """Ask for a path that the table has room for and that is at its goal before a tick; None without one."""
+        legs = self.run.plan_if_possible(course.robot, query.goal, Traffic(self.roads, self.table, query))
+        if legs is None:
+            return None
+        path = self._path(course, query, legs)
+        fits = self.table.is_free(course.robot.id, occupancy(self.roads, path))
+        return legs if fits and path.end == query.goal and path.end_tick < latest else None
 
     def _send(self, course: Course, goal: int) -> None:
         if goal == course.goal:

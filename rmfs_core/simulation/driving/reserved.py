@@ -19,7 +19,16 @@ from rmfs_core.errors import InputError
 from rmfs_core.events import QueueJoined
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.simulation.driving.base import Process, Surroundings
-from rmfs_core.traffic import Occupancy, Query, Reservations, ReservedError, occupancy, roads_on, timed_path
+from rmfs_core.traffic import (
+    Occupancy,
+    Query,
+    Reservations,
+    ReservedError,
+    TimedPath,
+    occupancy,
+    roads_on,
+    timed_path,
+)
 from rmfs_core.traffic.asking import Traffic
 from rmfs_core.warehouse import Robot, Station
 
@@ -49,6 +58,12 @@ class Course:
         The leg that it drives, with where and when that began and ends: (start, end of it) as queries.
     since
         Tick at which it came to rest, or was given a path.
+    joined
+        Whether it stands in the line.
+    reserved, arrives
+        What its path occupies, the leg under way included, and the tick at which it ends.
+    overtaken
+        How many robots have come between it and the head of the line since it took its place there.
     """
 
     robot: Robot
@@ -60,6 +75,9 @@ class Course:
     under_way: tuple[Query, Query] | None = None
     since: int = 0
     joined: bool = False
+    reserved: Occupancy | None = None
+    arrives: int = 0
+    overtaken: int = 0
 
 
 class ReservedDriving:
@@ -142,12 +160,13 @@ class ReservedDriving:
 
     def _commit(self, course: Course, query: Query, legs: Sequence[Leg]) -> Occupancy:
         """Reserve a path in place of what the robot has not begun; return what it occupies."""
-        start, ahead = (query, legs) if course.under_way is None else self._with_leg_under_way(course, legs)
-        occupied = occupancy(self.roads, timed_path(self.roads, start, tuple(ahead)))
+        path = self._path(course, query, legs)
+        occupied = occupancy(self.roads, path)
         try:
             self.table.commit(course.robot.id, occupied)
         except ReservedError as error:
             raise ImpossibleError(self._hits(course.robot, error)) from None
+        course.reserved, course.arrives = occupied, path.end_tick
         if course.under_way is None and not course.legs:
             course.since = self.run.warehouse.now
         course.legs = deque(legs)
@@ -158,11 +177,12 @@ class ReservedDriving:
             self.table.forget_before(self._forgotten)
         return occupied
 
-    @staticmethod
-    def _with_leg_under_way(course: Course, legs: Sequence[Leg]) -> tuple[Query, list[Leg]]:
-        assert course.under_way is not None
+    def _path(self, course: Course, query: Query, legs: Sequence[Leg]) -> TimedPath:
+        """Return legs with their times, after the leg under way if there is one."""
+        if course.under_way is None:
+            return timed_path(self.roads, query, tuple(legs))
         start, end = course.under_way
-        return start, [Leg(end.cell), *legs]
+        return timed_path(self.roads, start, (Leg(end.cell), *legs))
 
     def _hits(self, robot: Robot, error: ReservedError) -> str:
         where, other = self.roads.layout.where(error.cell), self.run.warehouse.robots[error.owner]
