@@ -32,11 +32,13 @@ class AtomicFile:
     Raises
     ------
     InputError
-        When the folder cannot be written to.
+        When the folder cannot be written to, or the name is a folder's.
     """
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
+        if self.path.is_dir():
+            raise InputError(str(self.path), "cannot be written: a folder has that name")
         self._beside = self.path.with_name(f".{self.path.name}.{uuid.uuid4().hex[:12]}.part")
         try:
             self.stream: BinaryIO = self._beside.open("xb")
@@ -67,6 +69,42 @@ class AtomicFile:
             self.commit()
         else:
             self.discard()
+
+
+class JsonLinesFile:
+    """A gzip file of JSON objects, one a line, that appears under its name when it is committed.
+
+    Equal lines make equal bytes: the gzip header holds neither a file name nor a time. `read_json_lines` reads it.
+
+    Parameters
+    ----------
+    path
+        Where the file shall be.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be written to, or the name is a folder's.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self._file = AtomicFile(path)
+        self._lines = gzip.GzipFile(filename="", mode="wb", fileobj=self._file.stream, compresslevel=6, mtime=0)
+
+    def write(self, line: Mapping[str, Any]) -> None:
+        """Append an object."""
+        self._lines.write(to_json(line).encode("utf-8") + b"\n")
+
+    def commit(self) -> None:
+        """Close the file and give it its name."""
+        self._lines.close()
+        self._file.commit()
+
+    def discard(self) -> None:
+        """Delete what was written of a file that was not committed; afterwards without effect."""
+        if not self._lines.closed:
+            self._lines.close()
+            self._file.discard()
 
 
 def write_text(path: str | Path, text: str) -> None:

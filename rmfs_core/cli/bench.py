@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from statistics import fmean
 from typing import TYPE_CHECKING
@@ -67,6 +68,7 @@ def bench(
     from rmfs_core.benchmarking.bench import bench as run_all
     from rmfs_core.benchmarking.bench import contestant
     from rmfs_core.cli.choices import parse_choice
+    from rmfs_core.files import AtomicFile
 
     worlds, seeds = worlds or WORLDS[:2], seeds or (1, 2, 3)
     allow_inline = not no_inline_rules
@@ -75,14 +77,16 @@ def bench(
         for text in dict.fromkeys(rules)
     ]
     notes = Console(stderr=True)
-    with notes.status("...") as status:
-        runs = list(
-            run_all(contestants, worlds, seeds, overrides=overrides, allow_inline=allow_inline, before=status.update)
-        )
-    console = table_console(PIPE_WIDTH)
-    _print(console, contestants, worlds, seeds, runs)
-    if json_file is not None:
-        _write(json_file, contestants, overrides, runs)
+    with nullcontext() if json_file is None else AtomicFile(json_file) as json_stream:  # refused before the runs
+        with notes.status("...") as status:
+            runs = list(
+                run_all(
+                    contestants, worlds, seeds, overrides=overrides, allow_inline=allow_inline, before=status.update
+                )
+            )
+        if json_stream is not None:
+            json_stream.write(_json(contestants, overrides, runs).encode("utf-8"))
+    _print(table_console(PIPE_WIDTH), contestants, worlds, seeds, runs)
     failed = [run for run in runs if run.error is not None]
     for run in failed:
         click.echo(f"{run.rule}, {run.world}, seed {run.seed} failed: {run.error}", err=True)
@@ -154,10 +158,10 @@ def _mean(values: Sequence[float | None]) -> float | None:
     return fmean(known) if len(known) == len(values) else None
 
 
-def _write(file: Path, contestants: Sequence[Contestant], overrides: Sequence[str], runs: Sequence[Measured]) -> None:
+def _json(contestants: Sequence[Contestant], overrides: Sequence[str], runs: Sequence[Measured]) -> str:
     import attrs
 
-    from rmfs_core.files import to_json, write_text
+    from rmfs_core.files import to_json
 
     rules = [
         {"rule": one.text, "decides": one.decides, "distribution": one.distribution, "version": one.version}
@@ -170,4 +174,4 @@ def _write(file: Path, contestants: Sequence[Contestant], overrides: Sequence[st
         "set": list(overrides),
         "runs": [attrs.asdict(run) for run in runs],
     }
-    write_text(file, to_json(content, indent=1) + "\n")
+    return to_json(content, indent=1) + "\n"

@@ -74,6 +74,8 @@ def compare(
     except KeyboardInterrupt:
         _say(notes, f"Finished runs are kept in {folder / RUNS_FOLDER}; the same command goes on from there.")
         raise
+    if not result.computed:
+        _say(notes, f"{loaded.name}: all {len(result.rows):,} runs are stored already")
     if result.computed < len(result.rows):
         _note_editable(notes, result, folder)
     comparison = result.comparison()

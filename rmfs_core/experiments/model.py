@@ -280,6 +280,8 @@ def _rule_names(key: str, value: Any) -> Iterator[str]:
 def _check_distinct(key: str, names: Sequence[object]) -> None:
     if not names:
         raise InputError(key, "expected at least one, found none")
-    for place, name in enumerate(names):
-        if name in names[:place]:
+    seen: set[object] = set()
+    for name in names:
+        if name in seen:
             raise InputError(key, f"{name} is there twice; expected different ones")
+        seen.add(name)

@@ -19,6 +19,8 @@ from rmfs_core.scenario.structuring import KeyProblem
 from rmfs_core.scenario.tomltext import shown
 
 KEYS = ("name", "description", "base", "scenarios", "axes", "rule_sets", "seeds", "baseline", "metrics", "by")
+MOST_SEEDS = 100_000
+"""A typing error must not fill the memory with runs."""
 
 
 def shipped_experiments() -> dict[str, Path]:
@@ -145,6 +147,8 @@ def _seeds(value: Any) -> tuple[int, ...]:
         first, count = value.get("first", 1), value["count"]
         if type(first) is not int or type(count) is not int or first < 0 or count < 1:
             raise KeyProblem(f"{expected}, found {shown(value)}", ("seeds",))
+        if count > MOST_SEEDS:
+            raise KeyProblem(f"expected at most {MOST_SEEDS:,} seeds, found {count:,}", ("seeds",))
         return tuple(range(first, first + count))
     if not isinstance(value, list) or not all(type(seed) is int and seed >= 0 for seed in value):
         raise KeyProblem(f"{expected}, found {shown(value)}", ("seeds",))
@@ -188,6 +192,8 @@ def _point(key: str, value: Any) -> AxisPoint:
 
 def _group(name: str, value: Any) -> Axis:
     path = ("axes", name)
+    if name == "seed":
+        raise KeyProblem("seeds are no axis; expected them as `seeds` above it", path)
     if not isinstance(value, list) or not all(isinstance(entry, Mapping) for entry in value):
         raise KeyProblem(
             f"expected a scenario key, or a list of tables {{ label = ..., key = ... }}{close_to(name, SCENARIO_KEYS)}",

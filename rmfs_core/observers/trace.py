@@ -40,7 +40,6 @@ without it was cut off.
 
 from __future__ import annotations
 
-import gzip
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -50,7 +49,7 @@ import attrs
 from rmfs_core import events
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.events import DecisionMade, Event
-from rmfs_core.files import AtomicFile, json_ready, to_json
+from rmfs_core.files import JsonLinesFile, json_ready
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.observers.tables import finite
 from rmfs_core.scenario import scenario_to_dict
@@ -91,15 +90,12 @@ class TraceWriter:
     """
 
     def __init__(self, path: str | Path) -> None:
-        self._file = AtomicFile(path)
-        # No file name and no time in the gzip header: equal runs have equal bytes.
-        self._lines = gzip.GzipFile(filename="", mode="wb", fileobj=self._file.stream, compresslevel=6, mtime=0)
-        self._open = True
+        self._file = JsonLinesFile(path)
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
         """Write the header."""
-        self._write(header(run))
+        self._file.write(header(run))
 
     @hookimpl
     def on_event(self, event: Event) -> None:
@@ -110,25 +106,17 @@ class TraceWriter:
             line[name] = getattr(event, name)
         if isinstance(event, DecisionMade):
             line["objective"], line["bound"] = finite(event.objective), finite(event.bound)
-        self._write(line)
+        self._file.write(line)
 
     @hookimpl
     def run_ended(self, tick: int, status: str) -> None:
         """Write the last line and give the file its name."""
-        self._write({"e": "end", "tick": tick, "status": status})
-        self._lines.close()
+        self._file.write({"e": "end", "tick": tick, "status": status})
         self._file.commit()
-        self._open = False
 
     def discard(self) -> None:
         """Delete what was written of a run that did not come to an end; afterwards without effect."""
-        if self._open:
-            self._lines.close()
-            self._file.discard()
-            self._open = False
-
-    def _write(self, line: dict[str, Any]) -> None:
-        self._lines.write(to_json(line).encode("utf-8") + b"\n")
+        self._file.discard()
 
 
 def header(run: RunInfo) -> dict[str, Any]:

@@ -109,8 +109,8 @@ def _runs(ours: Estimate | None) -> str:
 
 
 def number(value: float) -> str:
-    """Return a figure with three significant digits."""
+    """Return a figure with four significant digits."""
     if value == 0:
         return "0"
-    digits = max(0, 2 - floor(log10(abs(value))))
+    digits = max(0, 3 - floor(log10(abs(value))))
     return f"{value:,.{digits}f}"

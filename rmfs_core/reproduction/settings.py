@@ -24,8 +24,10 @@ class Setting:
 
     @property
     def verdict(self) -> str:
-        """Whether the two are the same."""
-        return "same" if self.paper == self.ours else "differs"
+        """Whether the two are the same, or ours are some of the paper's values."""
+        if self.paper == self.ours:
+            return "same"
+        return "some of them" if {*self.ours.split(", ")} < {*self.paper.split(", ")} else "differs"
 
 
 def settings(exhibit: Exhibit, scenarios: Sequence[Scenario]) -> list[Setting]:

@@ -53,6 +53,12 @@ def at_least(least: int) -> Check:
     return Check(f"a whole number >= {least}", lambda value: bool(value >= least), {"minimum": least})
 
 
+def within(least: float, most: float) -> Check:
+    """Return the check for a number of at least ``least`` and at most ``most``."""
+    expected = f"a number from {least:g} to {most:g}"
+    return Check(expected, lambda value: bool(least <= value <= most), {"minimum": least, "maximum": most})
+
+
 class OneOf:
     """attrs validator: one of some words.
 
@@ -78,6 +84,9 @@ def _all_positive(value: int | tuple[int, ...]) -> bool:
 
 
 POSITIVE = Check("a number > 0", lambda value: bool(value > 0), {"exclusiveMinimum": 0})
-NOT_NEGATIVE = Check("a number >= 0", lambda value: bool(value >= 0), {"minimum": 0})
+# Bounds of what robots and pickers do: nothing is quicker than a tick of 1 ms, no drive too long to count in ticks.
+DURATION = within(0.001, 3600)
+MAYBE_NO_TIME = within(0, 3600)
+MOVING = within(0.001, 1000)
 SHARE = Check("a number in (0, 1]", lambda value: 0 < value <= 1, {"exclusiveMinimum": 0, "maximum": 1})
 CAPACITY = Check("a whole number >= 1, or a list of them, one per station", _all_positive)

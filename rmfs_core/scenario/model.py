@@ -14,7 +14,17 @@ from typing import Any
 
 from attrs import Factory, evolve, field, frozen
 
-from rmfs_core.scenario.checks import CAPACITY, NOT_NEGATIVE, POSITIVE, SHARE, OneOf, at_least
+from rmfs_core.scenario.checks import (
+    CAPACITY,
+    DURATION,
+    MAYBE_NO_TIME,
+    MOVING,
+    POSITIVE,
+    SHARE,
+    OneOf,
+    at_least,
+    within,
+)
 from rmfs_core.scenario.source import Source
 
 NOTHING_SET = object()
@@ -42,7 +52,7 @@ class Arrivals:
         "start",
         check=OneOf("start", "poisson"),
     )
-    orders_per_hour: float | None = key("Mean arrival rate of `poisson`", None, unit="1/h", check=POSITIVE)
+    orders_per_hour: float | None = key("Mean arrival rate of `poisson`", None, unit="1/h", check=within(0.001, 1e6))
 
     def __attrs_post_init__(self) -> None:
         if (self.process == "poisson") != (self.orders_per_hour is not None):
@@ -99,10 +109,10 @@ class RobotsSection:
     """The robots and how they move."""
 
     count: int = key("Number of robots", 8, check=at_least(1))
-    acceleration_m_per_s2: float = key("Acceleration and deceleration", 1.0, unit="m/s^2", check=POSITIVE)
-    top_speed_m_per_s: float = key("Top speed", 1.5, unit="m/s", check=POSITIVE)
-    full_turn_s: float = key("Time of a full turn on the spot", 2.5, unit="s", check=POSITIVE)
-    lift_s: float = key("Time to lift a pod, and to set it down", 2.2, unit="s", check=NOT_NEGATIVE)
+    acceleration_m_per_s2: float = key("Acceleration and deceleration", 1.0, unit="m/s^2", check=MOVING)
+    top_speed_m_per_s: float = key("Top speed", 1.5, unit="m/s", check=MOVING)
+    full_turn_s: float = key("Time of a full turn on the spot", 2.5, unit="s", check=DURATION)
+    lift_s: float = key("Time to lift a pod, and to set it down", 2.2, unit="s", check=MAYBE_NO_TIME)
 
 
 @frozen
@@ -122,13 +132,13 @@ class StationsSection:
         "Pods that can wait at a station, besides the one it works on", 12, unit="cells", check=at_least(1)
     )
     pick_s: float = key(
-        "Time of picking a unit: holds the picker, the pod and its robot", 7.0, unit="s", check=POSITIVE
+        "Time of picking a unit: holds the picker, the pod and its robot", 7.0, unit="s", check=DURATION
     )
     handle_s: float = key(
         "Time of handling a unit, picking included: holds the picker; the pod may leave after `pick_s`",
         13.0,
         unit="s",
-        check=POSITIVE,
+        check=DURATION,
     )
 
     def __attrs_post_init__(self) -> None:

@@ -16,7 +16,7 @@ from attrs import frozen
 
 from rmfs_core.motion import Motion
 from rmfs_core.plugins.nearest import listed
-from rmfs_core.scenario.checks import NOT_NEGATIVE, POSITIVE, Check
+from rmfs_core.scenario.checks import DURATION, MAYBE_NO_TIME, MOVING, Check
 from rmfs_core.scenario.model import LayoutSection, key
 from rmfs_core.scenario.schema import schema_of
 
@@ -67,10 +67,10 @@ class LayoutState:
 class MotionState:
     """How robots move, for driving times."""
 
-    acceleration_m_per_s2: float = key("Acceleration and deceleration", 1.0, unit="m/s^2", check=POSITIVE)
-    top_speed_m_per_s: float = key("Top speed", 1.5, unit="m/s", check=POSITIVE)
-    full_turn_s: float = key("Time of a full turn on the spot", 2.5, unit="s", check=POSITIVE)
-    lift_s: float = key("Time to lift a pod, and to set it down", 2.2, unit="s", check=NOT_NEGATIVE)
+    acceleration_m_per_s2: float = key("Acceleration and deceleration", 1.0, unit="m/s^2", check=MOVING)
+    top_speed_m_per_s: float = key("Top speed", 1.5, unit="m/s", check=MOVING)
+    full_turn_s: float = key("Time of a full turn on the spot", 2.5, unit="s", check=DURATION)
+    lift_s: float = key("Time to lift a pod, and to set it down", 2.2, unit="s", check=MAYBE_NO_TIME)
 
     def motion(self) -> Motion:
         """Return the kinematics."""

@@ -21,13 +21,12 @@ drawn numbers; before that ``seed`` is enough.
 
 from __future__ import annotations
 
-import gzip
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rmfs_core.events import Event, OrderArrived, OrderAssigned
-from rmfs_core.files import AtomicFile, json_ready, to_json
+from rmfs_core.files import JsonLinesFile, json_ready
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.plugins.hooks import LABEL_OF_ROLE
 from rmfs_core.scenario import scenario_to_dict
@@ -58,10 +57,7 @@ class DecisionRecorder:
     """
 
     def __init__(self, path: str | Path) -> None:
-        self._file = AtomicFile(path)
-        # No file name and no time in the gzip header: equal runs have equal bytes.
-        self._lines = gzip.GzipFile(filename="", mode="wb", fileobj=self._file.stream, compresslevel=6, mtime=0)
-        self._open = True
+        self._file = JsonLinesFile(path)
         self._asked: dict[str, Any] | None = None
         self._fresh: dict[int, Any] = {}
 
@@ -70,7 +66,7 @@ class DecisionRecorder:
         """Write the header."""
         self._run = run
         self._snapshots = Snapshots(run)
-        self._write(
+        self._file.write(
             {
                 "format": RECORDING_FORMAT,
                 "version": RECORDING_VERSION,
@@ -123,24 +119,16 @@ class DecisionRecorder:
     def run_ended(self, tick: int, status: str) -> None:  # noqa: ARG002
         """Give the file its name. A rule that was asked and failed leaves what it saw."""
         self._flush()
-        self._lines.close()
         self._file.commit()
-        self._open = False
 
     def discard(self) -> None:
         """Delete what was written of a run that did not come to an end; afterwards without effect."""
-        if self._open:
-            self._lines.close()
-            self._file.discard()
-            self._open = False
+        self._file.discard()
 
     def _flush(self) -> None:
         if self._asked is not None:
-            self._write(self._asked)
+            self._file.write(self._asked)
             self._asked = None
-
-    def _write(self, line: dict[str, Any]) -> None:
-        self._lines.write(to_json(line).encode("utf-8") + b"\n")
 
 
 def _random(generator: Mapping[str, Any]) -> dict[str, Any]:

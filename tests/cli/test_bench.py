@@ -152,6 +152,7 @@ def test_an_interrupt_ends_it(acme: None, capsys: pytest.CaptureFixture[str]) ->
         (("integrated", "--set", "instance.order=5"), "unknown key"),
         (("demand", "--world", "tiny"), "Invalid value for '--world'"),
         (("./x.py:X", "--no-inline-rules"), "--no-inline-rules refuses"),
+        (("demand", "--json", "no-such-folder/bench.json"), "no-such-folder/bench.json: cannot be written"),
         ((), "Missing argument"),
     ],
 )

@@ -85,6 +85,7 @@ def test_the_name_is_the_files_unless_it_says_otherwise(experiment: Write) -> No
         ("seeds = [1, 2]", 'seeds = ["1"]', "whole numbers >= 0"),
         ("seeds = [1, 2]", "seeds = { first = 1, cuont = 2 }", "{ first = 1, count = 10 }"),
         ("seeds = [1, 2]", "seeds = { first = 1, count = 0 }", "{ first = 1, count = 10 }"),
+        ("seeds = [1, 2]", "seeds = { count = 1000000000 }", "at most 100,000 seeds, found 1,000,000,000"),
         ("seeds = [1, 2]", "seeds = 3", "{ first = 1, count = 10 }, found 3"),
         ('baseline = "pod-match"', "", "baseline: this part is missing"),
         ('baseline = "pod-match"', 'baseline = "pod-mtach"', 'no rule set "pod-mtach"; did you mean `pod-match`?'),
@@ -121,6 +122,7 @@ def test_the_name_is_the_files_unless_it_says_otherwise(experiment: Write) -> No
             '[axes]\nrules.poa = ["first-come"]\n[[rule_sets]]',
             "which is an axis; leave one of them out",
         ),
+        ("[[rule_sets]]", "[axes]\nseed = [1, 2]\n[[rule_sets]]", "axes.seed: seeds are no axis"),
         ("[[rule_sets]]", "[[rule_sets]", "this is no valid TOML"),
     ],
 )

@@ -119,7 +119,7 @@ def test_html_needs_nothing_else(report: Report) -> None:
     assert not re.search(r'(?:src|href)="(?!data:)', html)
 
 
-@pytest.mark.parametrize(("value", "text"), [(0.0, "0"), (0.01234, "0.0123"), (1.234, "1.23"), (12345.0, "12,345")])
-def test_three_significant_digits(value: float, text: str) -> None:
+@pytest.mark.parametrize(("value", "text"), [(0.0, "0"), (0.012345, "0.01235"), (1.0034, "1.003"), (12345.0, "12,345")])
+def test_four_significant_digits(value: float, text: str) -> None:
     """However small or large."""
     assert number(value) == text

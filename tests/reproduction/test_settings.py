@@ -14,6 +14,13 @@ def test_the_shipped_experiment_has_the_papers_settings(jobs) -> None:
     assert differing == []
 
 
+def test_some_of_several_values_do_not_differ() -> None:
+    """A reproduction of one instance set has some of the paper's numbers of orders."""
+    assert Setting("Number of orders |O|", "50, 150, 250", "50").verdict == "some of them"
+    assert Setting("Number of orders |O|", "50, 150, 250", "40, 50").verdict == "differs"
+    assert Setting("PP", "whca-n", "").verdict == "differs"
+
+
 def test_what_differs_is_said() -> None:
     """One robot more, another weight and another path planning."""
     scenario = load_scenario("paper-250-integrated", ["robots.count=9", "rules.pp=free-flow"])

@@ -35,7 +35,15 @@ BAD_FILES = [
     # out of range
     ("[instance]\nskus = 0\n" + RULES, ", line 2, instance.skus: expected a whole number >= 1, found 0"),
     ("[layout]\npod_fill = 1.5\n" + RULES, ", line 2, layout.pod_fill: expected a number in (0, 1], found 1.5"),
-    ("[robots]\nlift_s = -1\n" + RULES, ", line 2, robots.lift_s: expected a number >= 0, found -1.0"),
+    (
+        "[robots]\nfull_turn_s = 1e30\n" + RULES,
+        ", line 2, robots.full_turn_s: expected a number from 0.001 to 3600, found 1e+30",
+    ),
+    (
+        "[robots]\ntop_speed_m_per_s = 1e-30\n" + RULES,
+        ", line 2, robots.top_speed_m_per_s: expected a number from 0.001 to 1000, found 1e-30",
+    ),
+    ("[robots]\nlift_s = -1\n" + RULES, ", line 2, robots.lift_s: expected a number from 0 to 3600, found -1.0"),
     # within a list
     (
         '[stations]\nitem_capacity = [3, "x"]\n' + RULES,
@@ -102,7 +110,10 @@ BAD_FILES = [
     ("seed = 1\nrobots = \n", ", line 2, column 10: this is no valid TOML: Invalid value"),
     ("seed = 1\nseed = 2\n", ", line 2, column 9: this is no valid TOML: Cannot overwrite a value"),
     # two mistakes: the first in the file, whatever the order of the keys in the documentation
-    ("[stations]\npick_s = 0\n[robots]\ncuont = 3\n", ", line 2, stations.pick_s: expected a number > 0, found 0.0"),
+    (
+        "[stations]\npick_s = 0\n[robots]\ncuont = 3\n",
+        ", line 2, stations.pick_s: expected a number from 0.001 to 3600, found 0.0",
+    ),
     ("[robots]\ncuont = 3\n[stations]\npick_s = 0\n", ", line 2, robots.cuont: unknown key; did you mean `count`?"),
     # a text that looks like keys: no line rather than a wrong one
     ('seed = """\n[robots]\n"""\n' + RULES, ', seed: expected a whole number, found "[robots]\\n"'),

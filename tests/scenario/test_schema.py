@@ -46,6 +46,7 @@ def test_keys_are_described() -> None:
     assert pick_s == {
         "type": "number",
         "description": "Time of picking a unit: holds the picker, the pod and its robot (s)",
-        "exclusiveMinimum": 0,
+        "minimum": 0.001,
+        "maximum": 3600,
         "default": 7.0,
     }

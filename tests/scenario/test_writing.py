@@ -56,7 +56,7 @@ SCENARIOS = st.builds(
     instance=INSTANCES,
     layout=st.builds(LayoutSection, block_rows=COUNTS, pod_fill=st.floats(0.01, 1))
     | st.builds(LayoutSection, pod_fill=st.floats(0.01, 1), map_file=TEXTS),
-    robots=st.builds(RobotsSection, count=COUNTS, top_speed_m_per_s=TIMES),
+    robots=st.builds(RobotsSection, count=COUNTS, top_speed_m_per_s=st.floats(0.001, 1000)),
     stations=st.builds(StationsSection, item_capacity=CAPACITIES, order_capacity=st.none() | CAPACITIES),
     run=st.builds(RunSection, until_s=st.none() | TIMES),
 )
