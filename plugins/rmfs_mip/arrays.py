@@ -13,7 +13,7 @@ from rmfs_mip.solution import Model
 Integers = NDArray[np.int64]
 
 MOST_STATES = 200_000
-"""Vectors of places taken that `rmfs_mip.spreading.fill` may tell apart.
+"""Vectors of places taken that `rmfs_mip.stacking.fill` may tell apart.
 
 They are the product of the stations' free places, each plus one.
 """
@@ -44,6 +44,10 @@ class Arrays(NamedTuple):
         Whether an order goes to a single station.
     alike
         Whether the stations are interchangeable.
+    begun
+        Per order whether it is split already.
+    splits
+        How many orders may newly be split; -1 for any number.
     """
 
     rooms: Integers
@@ -58,10 +62,20 @@ class Arrays(NamedTuple):
     useful: Integers
     whole: bool
     alike: bool
+    begun: NDArray[np.bool_]
+    splits: int
 
 
-def arrays_of(reduced: Reduced) -> tuple[Arrays, list[int]]:
-    """Return a period as arrays, and the pods (positions) that are worth sending to some station."""
+def arrays_of(reduced: Reduced, splits: int | None = None) -> tuple[Arrays, list[int]]:
+    """Return a period as arrays, and the pods (positions) that are worth sending to some station.
+
+    Parameters
+    ----------
+    reduced
+        The period.
+    splits
+        How many orders may newly be split; None for any number.
+    """
     period = reduced.period
     useful = np.array([reduced.wanted(s) & ~period.covered[s] for s in range(len(reduced.capacities))])
     somewhere: NDArray[np.bool_] = np.asarray(useful.any(axis=0))
@@ -86,5 +100,7 @@ def arrays_of(reduced: Reduced) -> tuple[Arrays, list[int]]:
         useful=masks_of(useful @ brings.T),
         whole=reduced.model is Model.INTEGRATED,
         alike=reduced.interchangeable,
+        begun=np.array(period.begun, dtype=np.bool_)[order[first]] if period.begun else np.zeros(len(first), np.bool_),
+        splits=-1 if splits is None else splits,
     )
     return arrays, pods

@@ -109,7 +109,7 @@ def potentials(a, worth, pods, there, more):  # type: ignore[no-untyped-def]
     Parameters
     ----------
     a
-        The period (`rmfs_mip.spreading.Arrays`).
+        The period (`rmfs_mip.arrays.Arrays`).
     worth
         What each order counts.
     pods

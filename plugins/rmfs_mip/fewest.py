@@ -1,8 +1,8 @@
 """The optimum by trying values of objective (1) from the bound upwards, for models that assign orders completely.
 
 A value is v = k visits and W_u for each of u places that stay free, which could be filled. Whether k visits fill all
-but u of those places is settled exactly by the compiled search for sets of pods (`rmfs_mip.completing`) and their
-stations (`rmfs_mip.spreading`): the first v for which they do is the optimum.
+but u of those places is settled exactly by the compiled search for sets of pods (`rmfs_mip.completing`), their stations
+(`rmfs_mip.spreading`) and the orders (`rmfs_mip.stacking`): the first v for which they do is the optimum.
 """
 
 from __future__ import annotations
@@ -33,11 +33,14 @@ class FewestVisits:
         W_u, a whole number.
     most_work
         When to give up, in steps of the search: each is well under a microsecond for `spread`, some for a set of pods.
+    splits
+        How many orders may newly be split; None for any number.
     """
 
     reduced: Reduced
     weight: int
     most_work: int
+    splits: int | None = None
     work: NDArray[np.int64] = field(factory=lambda: np.zeros(1, dtype=np.int64))
     arrays: Arrays = field(init=False)
     pods: list[int] = field(init=False)
@@ -59,7 +62,7 @@ class FewestVisits:
         lower, upper
             Known bounds: no solution has a value below ``lower``, and one has ``upper``.
         """
-        self.arrays, self.pods = arrays_of(self.reduced)
+        self.arrays, self.pods = arrays_of(self.reduced, self.splits)
         for value in range(lower, upper):
             for free in range(value // self.weight + 1):
                 known, found = self._fills(value - free * self.weight, self.reduced.reachable_sum - free)

@@ -5,10 +5,12 @@
    with W_u > 1 the fewest new visits that let demand flow into all places bound it (`rmfs_mip.flow`).
 2. A solution: the visits that fill most (or those that whole orders need, `rmfs_mip.construct`), and what
    `rmfs_mip.filling` assigns to them. It is optimal where it meets the bound.
-3. Where orders are assigned completely, trying sets of pods for one value of the objective after another
+3. Where few orders may be split, all of this and 4 and 5 without that limit, which bounds it. For split-over-time with
+   stations that are alike also split-among-stations, whose solutions are some of it.
+4. Where orders are assigned completely, trying sets of pods for one value of the objective after another
    (`rmfs_mip.fewest`). This alone solves split-among-stations at t = 1.
-4. Where the stations are alike, as at t = 1, column generation (`rmfs_mip.patterns`): a far better bound and solution.
-5. Else the solver, asked for a solution that is at least as good as the bound and better than the one at hand. There is
+5. Where the stations are alike, as at t = 1, column generation (`rmfs_mip.patterns`): a far better bound and solution.
+6. Else the solver, asked for a solution that is at least as good as the bound and better than the one at hand. There is
    none: the one at hand is optimal.
 """
 
@@ -67,12 +69,15 @@ class Search:
         Solver and limits.
     splits
         How many orders may newly be split; None for any number.
+    solver
+        Whether to ask the solver for what the other steps leave open.
     """
 
     reduced: Reduced
     weight: float
     limits: Limits
     splits: int | None = None
+    solver: bool = True
     bound: float = float("-inf")
     best: Solution | None = None
     deadline: float | None = None
@@ -103,14 +108,37 @@ class Search:
             self.bound = self.incumbent.objective
         elif self.weight > 1 and len(self.reduced.capacities) <= MOST_STATIONS:
             self._by_bounds()
-        if not self.proven and self.whole and self.splits is None and self.reduced.model in MOST_WORK:
+        if not self.proven and self.splits is not None:
+            self._by_relaxation()
+            if not self.proven and self.reduced.model is Model.SPLIT_OVER_TIME and self.reduced.interchangeable:
+                self._by_restriction()
+        if not self.proven and self.whole and self.reduced.model in MOST_WORK:
             self._by_fewest_visits()
         if not self.proven:
             self._by_whole_orders()
         if not self.proven and self.whole:
             self._by_patterns()
-        if not self.proven:
+        if not self.proven and self.solver:
             self._by_solver()
+
+    def _by_relaxation(self) -> None:
+        """Solve the period without a limit on newly split orders, as far as that goes without the solver."""
+        relaxed = Search(self.reduced, self.weight, self.limits, bound=self.bound, deadline=self.deadline, solver=False)
+        relaxed._search()
+        self.bound = relaxed.incumbent.objective if relaxed.proven else relaxed.bound
+        self._offer_visits(relaxed.incumbent)
+
+    def _by_restriction(self) -> None:
+        """Take the solution of split-among-stations for split-over-time, as far as that goes without the solver."""
+        among = Reduced(self.reduced.period, Model.SPLIT_AMONG_STATIONS)
+        start = float(self.reduced.period.visits_before)
+        search = Search(among, self.weight, self.limits, self.splits, False, bound=start, deadline=self.deadline)
+        search._search()
+        self._offer_visits(search.incumbent)
+
+    def _offer_visits(self, found: Solution) -> None:
+        before = self.reduced.period.inbound
+        self.offer(tuple((p, s) for p, s in found.visits if p not in before[s]), found.parts, found.how)
 
     @property
     def incumbent(self) -> Solution:
@@ -168,7 +196,7 @@ class Search:
         left = self.seconds_left
         if left is not None:
             most_work = min(most_work, int(max(left, 0) * WORK_PER_SECOND))
-        search = FewestVisits(reduced, int(self.weight), most_work)
+        search = FewestVisits(reduced, int(self.weight), most_work, self.splits)
         if not search.possible:
             return
         least = reduced.period.visits_before + self.weight * (sum(reduced.capacities) - reduced.reachable_sum)
@@ -264,10 +292,15 @@ def network_of(reduced: Reduced) -> Network:
 def search_for(
     period: Period, kind: Model, weight: float, limits: Limits, packing_capacity: int | None = None
 ) -> Search:
-    """Return the search that solves a period by its aggregated form."""
+    """Return the search that solves a period by its aggregated form.
+
+    Where no order may be split and none is split already, split-among-stations is the integrated model.
+    """
     splits = None
     if packing_capacity is not None and kind is not Model.INTEGRATED:
         splits = max(packing_capacity - period.split_open, 0)
+    if splits == 0 and kind is Model.SPLIT_AMONG_STATIONS and not any(period.begun):
+        return Search(Reduced(period, Model.INTEGRATED), weight, limits)
     return Search(Reduced(period, kind), weight, limits, splits)
 
 

@@ -1,9 +1,13 @@
 """Whether some visits let whole orders fill the stations: compiled, and exact.
 
-`fill` adds orders one by one to the vectors of places taken at the stations; every vector is kept once, with the order
-that led to it. `spread` tries the ways to send a set of pods to the stations with a given number of visits. It leaves
-out those that a cut forbids: of the items that the set completes, a group of stations that covers some of them alone
-can take no more than its free places, and all but a known slack of the items have to find one.
+`spread` tries the ways to send a set of pods to the stations with a given number of visits, and `rmfs_mip.stacking`
+whether orders can then fill the places. It leaves out the ways that a cut forbids: of the items that the set completes,
+a group of stations that covers some of them alone can take no more than its free places, and all but a known slack of
+the items have to find one.
+
+A limit on newly split orders only takes solutions away, so these cuts hold with it, and `_too_few_splits` cuts more.
+How many orders are split depends neither on the pods that bring their SKUs nor on the names of the stations, so it is
+still enough to try one sequence of interchangeable stations, and pods that no other pod dominates.
 """
 
 from __future__ import annotations
@@ -12,124 +16,32 @@ import numpy as np
 from numba import njit
 
 from rmfs_mip.completing import next_set, sets_of
+from rmfs_mip.stacking import fill, fill_with_few_splits, newly_split
 
 FOUND, NOT_FOUND, NO_SETS, TOO_MANY = 0, 1, 2, 3
 
 
 @njit(cache=True)
-def _options(a, order, mask, seen, packed, index, strides):  # type: ignore[no-untyped-def]
-    """Write the vectors of places that an order can take, one byte per station and as index; return their number."""
-    first, last = a.order_start[order], a.order_start[order + 1]
-    stations = len(a.rooms)
-    if a.whole:
-        everywhere, items = (1 << stations) - 1, 0
-        for line in range(first, last):
-            everywhere &= mask[a.line_sku[line]]
-            items += a.line_items[line]
-        count = 0
-        for station in range(stations):
-            if everywhere >> station & 1 and items <= a.rooms[station]:
-                packed[0, count] = items << (8 * station)
-                index[0, count] = items * strides[station]
-                count += 1
-        return count
-    packed[0, 0], index[0, 0], count = 0, 0, 1
-    for line in range(first, last):
-        where, items, more = mask[a.line_sku[line]], a.line_items[line], 0
-        for at in range(count):
-            for station in range(stations):
-                taken = (packed[0, at] >> (8 * station) & 255) + items
-                if where >> station & 1 and taken <= a.rooms[station]:
-                    vector = index[0, at] + items * strides[station]
-                    if not seen[vector]:
-                        seen[vector] = True
-                        packed[1, more] = packed[0, at] + (items << (8 * station))
-                        index[1, more] = vector
-                        more += 1
-        count = more
-        for at in range(count):
-            packed[0, at], index[0, at] = packed[1, at], index[1, at]
-            seen[index[0, at]] = False
-    return count
-
-
-@njit(cache=True)
-def fill(a, mask, target):  # type: ignore[no-untyped-def]
-    """Fill ``target`` places with orders whose SKUs are there (bit masks by SKU).
-
-    Return whether that is possible, and the chosen orders with the places that each takes (one byte per station).
-    """
-    stations = len(a.rooms)
-    strides, bias, guard, states = np.ones(stations, np.int64), 0, 0, 1
-    for station in range(stations):
-        strides[station] = states
-        states *= a.rooms[station] + 1
-        bias += (127 - a.rooms[station]) << (8 * station)
-        guard += 128 << (8 * station)
-    known, seen = np.zeros(states, np.bool_), np.zeros(states, np.bool_)
-    vector, index, total = np.zeros(states, np.int64), np.zeros(states, np.int64), np.zeros(states, np.int64)
-    came, order_of = np.full(states, -1), np.full(states, -1)
-    packed, place = np.empty((2, states), np.int64), np.empty((2, states), np.int64)
-    known[0], count = True, 1
-    for order in range(len(a.order_start) - 1):
-        served, items = True, 0
-        for line in range(a.order_start[order], a.order_start[order + 1]):
-            items += a.line_items[line]
-            if mask[a.line_sku[line]] == 0:
-                served = False
-                break
-        if not served:
-            continue
-        options, end = _options(a, order, mask, seen, packed, place, strides), count
-        for at in range(end):
-            for option in range(options):
-                if (vector[at] + packed[0, option] + bias) & guard:
-                    continue  # more than a station's room
-                reached = index[at] + place[0, option]
-                if known[reached]:
-                    continue
-                known[reached] = True
-                vector[count], index[count] = vector[at] + packed[0, option], reached
-                total[count], came[count], order_of[count] = total[at] + items, at, order
-                if total[count] >= target:
-                    return True, _way_back(count, vector, came, order_of)
-                count += 1
-    return target <= 0, _way_back(0, vector, came, order_of)
-
-
-@njit(cache=True)
-def _way_back(at, vector, came, order_of):  # type: ignore[no-untyped-def]
-    steps = 0
-    step = at
-    while came[step] >= 0:
-        step = came[step]
-        steps += 1
-    chosen = np.empty((steps, 2), np.int64)
-    for row in range(steps - 1, -1, -1):
-        chosen[row, 0] = order_of[at]
-        chosen[row, 1] = vector[at] - vector[came[at]]
-        at = came[at]
-    return chosen
-
-
-@njit(cache=True)
 def _completed(a, pods):  # type: ignore[no-untyped-def]
-    """Return per SKU the items of orders whose SKUs are all on these pods or at hand, and their sum."""
+    """Return the orders whose SKUs are all on these pods or at hand, their items per SKU, and the sum of these."""
     there = a.at_hand > 0
     for pod in pods:
         for at in range(a.pod_start[pod], a.pod_start[pod + 1]):
             there[a.pod_sku[at]] = True
     items, total = np.zeros(len(there), np.int64), 0
+    orders, count = np.empty(len(a.order_start) - 1, np.int64), 0
     for order in range(len(a.order_start) - 1):
         first, last = a.order_start[order], a.order_start[order + 1]
         complete = True
         for line in range(first, last):
             complete &= there[a.line_sku[line]]
         if complete:
+            orders[count] = order
+            count += 1
             for line in range(first, last):
                 items[a.line_sku[line]] += a.line_items[line]
                 total += a.line_items[line]
-    return items, total
+    return orders[:count], items, total
 
 
 @njit(cache=True)
@@ -167,6 +79,76 @@ def _whole_orders_short(a, mask, target):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def _too_few_splits(a, orders, mask, target):  # type: ignore[no-untyped-def]
+    """Whether a cut shows that more orders than allowed have to be split newly to fill the target.
+
+    For a group of stations: it takes at most its free places. Outside of it are only orders that go to one station
+    there, and lines of split orders that are covered there. Of those that would be split newly, the best count.
+
+    Parameters
+    ----------
+    a
+        The period.
+    orders
+        The orders that may be assigned.
+    mask
+        Per SKU the bit mask of the stations that may cover it.
+    target
+        Places to be filled.
+    """
+    stations = len(a.rooms)
+    single, items = _single_stations(a, orders, mask)
+    for group in range((1 << stations) - 1):
+        filled, by_items = 0, np.zeros(a.rooms.sum() + 1, np.int64)
+        for station in range(stations):
+            filled += a.rooms[station] * (group >> station & 1)
+        for at in range(len(orders)):
+            if single[at] & ~group:
+                filled += items[at]
+                continue
+            outside = 0
+            for line in range(a.order_start[orders[at]], a.order_start[orders[at] + 1]):
+                outside += a.line_items[line] * (mask[a.line_sku[line]] & ~group != 0)
+            if a.begun[orders[at]]:
+                filled += outside
+            else:
+                by_items[outside] += 1
+        left = a.splits
+        for outside in range(len(by_items) - 1, 0, -1):
+            taken = min(left, by_items[outside])
+            filled += taken * outside
+            left -= taken
+        if filled < target:
+            return True
+    return False
+
+
+@njit(cache=True)
+def _single_stations(a, orders, mask):  # type: ignore[no-untyped-def]
+    """Return for each of the orders the bit mask of stations that can take it as a whole, and its items."""
+    single, items = np.full(len(orders), (1 << len(a.rooms)) - 1), np.zeros(len(orders), np.int64)
+    for at in range(len(orders)):
+        for line in range(a.order_start[orders[at]], a.order_start[orders[at] + 1]):
+            single[at] &= mask[a.line_sku[line]]
+            items[at] += a.line_items[line]
+        for station in range(len(a.rooms)):
+            if a.rooms[station] < items[at]:
+                single[at] &= ~(1 << station)
+    return single, items
+
+
+@njit(cache=True)
+def _cut(a, orders, mask, by_mask, last, depth, total, target, work):  # type: ignore[no-untyped-def]
+    """Whether a cut shows that these visits cannot fill the target, wherever the pods after ``depth`` go."""
+    if _crowded(by_mask, a.rooms, total - target):
+        return True
+    if a.splits < 0:
+        return False
+    work[0] += 5
+    return _too_few_splits(a, orders, np.where(last > depth, (1 << len(a.rooms)) - 1, mask), target)
+
+
+@njit(cache=True)
 def _ones(mask):  # type: ignore[no-untyped-def]
     ones = 0
     while mask:
@@ -189,13 +171,23 @@ def _next_stations(a, pod, sent, most, used):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _settle(a, pod, sent, settled, items, mask, by_mask):  # type: ignore[no-untyped-def]
+def _settle(a, pod, sent, last, depth, items, mask, by_mask):  # type: ignore[no-untyped-def]
     """Let a pod bring its SKUs to stations, and count the items of those that no later pod brings."""
     for at in range(a.pod_start[pod], a.pod_start[pod + 1]):
         sku = a.pod_sku[at]
         mask[sku] |= sent
-        if settled[sku]:
+        if last[sku] == depth:
             by_mask[mask[sku]] += items[sku]
+
+
+@njit(cache=True)
+def _stack(a, mask, target, work):  # type: ignore[no-untyped-def]
+    """Fill the target with orders whose SKUs are there: first with any, then with few enough newly split ones."""
+    work[0] += 10
+    found, chosen = fill(a, mask, target)
+    if not found or a.splits < 0 or newly_split(a, chosen) <= a.splits:
+        return found, chosen
+    return fill_with_few_splits(a, mask, target, work)
 
 
 @njit(cache=True)
@@ -206,26 +198,24 @@ def spread(a, pods, visits, target, work, most_work):  # type: ignore[no-untyped
     what was tried; above ``most_work`` the answer no proves nothing.
     """
     n, skus = len(pods), len(a.at_hand)
-    items, total = _completed(a, pods)
+    orders, items, total = _completed(a, pods)
     sent, chosen = np.zeros(n + 1, np.int64), np.empty((0, 2), np.int64)
     if total < target:
         return False, sent[:n], chosen
-    open_later, settled = np.zeros(skus, np.bool_), np.zeros((n, skus), np.bool_)
-    for depth in range(n - 1, -1, -1):
+    last = np.full(skus, -1)  # pod of the set that brings the SKU last
+    for depth in range(n):
         for at in range(a.pod_start[pods[depth]], a.pod_start[pods[depth] + 1]):
-            settled[depth, a.pod_sku[at]] = not open_later[a.pod_sku[at]]
-            open_later[a.pod_sku[at]] = True
+            last[a.pod_sku[at]] = depth
     mask, by_mask = np.zeros((n + 1, skus), np.int64), np.zeros((n + 1, 1 << len(a.rooms)), np.int64)
     left, used = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
     left[0], mask[0], depth = visits, a.at_hand, 0
     for sku in range(skus):
-        if not open_later[sku]:
+        if last[sku] < 0:
             by_mask[0, a.at_hand[sku]] += items[sku]
     while depth >= 0 and work[0] <= most_work:
         if depth == n:
             if left[n] == 0 and not (a.whole and _whole_orders_short(a, mask[n], target)):
-                work[0] += 10
-                found, chosen = fill(a, mask[n], target)
+                found, chosen = _stack(a, mask[n], target, work)
                 if found:
                     return True, sent[:n], chosen
             depth -= 1
@@ -240,8 +230,8 @@ def spread(a, pods, visits, target, work, most_work):  # type: ignore[no-untyped
         while stations >> used[depth + 1]:
             used[depth + 1] += 1
         mask[depth + 1], by_mask[depth + 1] = mask[depth], by_mask[depth]
-        _settle(a, pods[depth], stations, settled[depth], items, mask[depth + 1], by_mask[depth + 1])
-        if not _crowded(by_mask[depth + 1], a.rooms, total - target):
+        _settle(a, pods[depth], stations, last, depth, items, mask[depth + 1], by_mask[depth + 1])
+        if not _cut(a, orders, mask[depth + 1], by_mask[depth + 1], last, depth, total, target, work):
             depth += 1
             sent[depth] = 0
     return False, sent[:n], chosen

@@ -13,8 +13,8 @@ from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.warehouse import Order, Pod, Request, Robot, Station, Warehouse
 
 T = TypeVar("T")
-LONGEST_WAIT_TICKS = 3_600_000
-"""A leg may wait an hour: longer than any traffic jam, short enough to find a rule that never goes on."""
+LONGEST_WAIT_TICKS = 30 * 86_400_000
+"""A leg may wait 30 days: longer than any traffic jam of the slowest robots, short enough for exact sums of ticks."""
 
 
 def whole(what: str, value: object) -> int:

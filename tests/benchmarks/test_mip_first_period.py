@@ -55,3 +55,17 @@ def test_first_period(benchmark: Any, model: Model, instance: tuple[int, int, in
     if benchmark.enabled:
         benchmark.extra_info.update(objective=solution.objective, how=solution.how)
         assert benchmark.stats.stats.max <= BARS_S[model]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("instance", INSTANCES[-8:], ids=lambda instance: "-".join(map(str, instance)))
+def test_first_period_with_packing_capacity(benchmark: Any, instance: tuple[int, int, int, int]) -> None:
+    """Split-among-stations with room for ten split orders, 250 orders: proven within 10 s."""
+    period = first_period(*instance)
+    search = search_for(period, Model.SPLIT_AMONG_STATIONS, 2, Limits(), packing_capacity=10)
+    solution = benchmark.pedantic(search.run, rounds=1)
+    assert solution.bound == solution.objective
+    assert not solution.stopped_early
+    if benchmark.enabled:
+        benchmark.extra_info.update(objective=solution.objective, how=solution.how)
+        assert benchmark.stats.stats.max <= 10

@@ -111,8 +111,10 @@ class CompleteDriving(ReservedDriving):
         """Let a robot change places with the one ahead in line if it comes first; return whether it did."""
         line = self.lines[station.id]
         place = line.index(course)
+        if place == 0:
+            return False
         ahead = line[place - 1]
-        if place == 0 or ahead.overtaken >= len(station.cells.queue):
+        if ahead.overtaken >= len(station.cells.queue):
             return False
         if not (self._outside(course, station) and self._outside(ahead, station)):
             return False

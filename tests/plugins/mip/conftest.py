@@ -36,8 +36,8 @@ def random_period(seed: int) -> Period:
     )
 
 
-def brute_force(period: Period, model: Model, weight: float) -> float:
-    """Return the least objective (1) over all assignments, each with its cheapest pods."""
+def brute_force(period: Period, model: Model, weight: float, splits: int | None = None) -> float:
+    """Return the least objective (1) over all assignments with so many new splits, each with its cheapest pods."""
     stations = range(len(period.stations))
     cheapest = [_cheapest(period, station) for station in stations]
     best = float("inf")
@@ -49,7 +49,8 @@ def brute_force(period: Period, model: Model, weight: float) -> float:
                 if station is not None:
                     items[station] += quantity
                     skus[station].add(sku)
-        if all(items[s] <= period.capacities[s] for s in stations):
+        few = splits is None or _new_splits(period, choice) <= splits
+        if few and all(items[s] <= period.capacities[s] for s in stations):
             pods = sum(cheapest[s](frozenset(skus[s])) for s in stations)
             best = min(best, period.visits_before + pods + weight * (sum(period.capacities) - sum(items)))
     return best
@@ -64,6 +65,11 @@ def _choices(lines, n_stations: int, model: Model) -> Iterator[tuple[int | None,
         yield from product(range(n_stations), repeat=len(lines))
     else:
         yield from product((None, *range(n_stations)), repeat=len(lines))
+
+
+def _new_splits(period: Period, choice: tuple[tuple[int | None, ...], ...]) -> int:
+    """Count the orders that are at several stations, or partly in the backlog, and were whole until now."""
+    return sum(len(set(where)) > 1 and not (period.begun and period.begun[order]) for order, where in enumerate(choice))
 
 
 def _cheapest(period: Period, station: int):
@@ -102,7 +108,7 @@ def random_period_fixture() -> Callable[[int], Period]:
 
 
 @pytest.fixture(scope="session", name="brute_force")
-def brute_force_fixture() -> Callable[[Period, Model, float], float]:
+def brute_force_fixture() -> Callable[..., float]:
     """Return the brute force."""
     return brute_force
 
@@ -111,3 +117,9 @@ def brute_force_fixture() -> Callable[[Period, Model, float], float]:
 def choices_fixture() -> Callable[..., Iterator[tuple[int | None, ...]]]:
     """Return the function that lists what a model can do with an order."""
     return _choices
+
+
+@pytest.fixture(scope="session", name="new_splits")
+def new_splits_fixture() -> Callable[..., int]:
+    """Return the function that counts the orders that an assignment splits newly."""
+    return _new_splits

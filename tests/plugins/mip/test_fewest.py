@@ -15,7 +15,8 @@ from rmfs_mip.reduction import Reduced, masks_of
 from rmfs_mip.search import search_for
 from rmfs_mip.solution import Model
 from rmfs_mip.solver import Limits
-from rmfs_mip.spreading import FOUND, fill, pods_that_fill, spread
+from rmfs_mip.spreading import FOUND, pods_that_fill, spread
+from rmfs_mip.stacking import fill
 
 WHOLE = (Model.INTEGRATED, Model.SPLIT_AMONG_STATIONS)
 ENDLESS = 10**9
