@@ -34,8 +34,8 @@ What else the kernel has to know of a rule, the class declares as attributes:
     path may end wherever the robot may then stay, and the rule is asked again there. The kernel makes the reservations
     and refuses a path that hits one.
 ``searches``, ``prepare``
-    For a PP rule with compiled searches: a static method that returns the numba functions (a run says when they have
-    to be compiled first), and a method called with the `rmfs_core.traffic.Roads` before the run starts, to load them.
+    For a rule with compiled searches: a static method that returns the numba functions (a run says when they have to be
+    compiled first), and a method called with the `rmfs_core.traffic.Roads` before the run starts, to load them.
 ``packing_capacity``
     Number of split orders that may be open at once, or None: a decision that exceeds it is refused.
 """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from attrs import define, field, validators
 
@@ -16,6 +16,7 @@ from rmfs_mip.solver import Limits, collecting_later
 from rmfs_mip.ties import break_ties
 
 if TYPE_CHECKING:
+    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Pod, WarehouseView
 
 
@@ -58,6 +59,20 @@ class _Joint:
         period = Period.of(warehouse, self._stock_of(warehouse), packing=self._packing_capacity is not None)
         solution = self.solve(period)
         return _decision(period, solution)
+
+    @staticmethod
+    def searches() -> tuple[Any, ...]:
+        """Return the compiled searches."""
+        from rmfs_mip import loading
+
+        return loading.searches()
+
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load the compiled searches, or compile them."""
+        from rmfs_mip import loading
+
+        if self.formulation == "aggregated" and not all(search.signatures for search in loading.searches()):
+            loading.load()
 
     def solve(self, period: Period) -> Solution:
         """Solve a period and hold the solution against the printed constraints."""

@@ -131,9 +131,12 @@ def announce_compiling(notes: Console, scenario: Scenario, *, allow_inline: bool
     from rmfs_core.plugins.sources import RuleSources
     from rmfs_core.travel import needs_compiling
 
-    rule = RuleSources(scenario.folder, allow_inline).find(scenario.rules.pp.rule, "rules.pp").target
-    if needs_compiling(rule if isinstance(rule, type) else None):
-        _say(notes, "Compiling the path search (once; takes some seconds) ...")
+    sources = RuleSources(scenario.folder, allow_inline)
+    rules = scenario.rules
+    chosen = {"rules.pp": rules.pp, "rules.poa_pps": rules.poa_pps}
+    targets = [sources.find(choice.rule, place).target for place, choice in chosen.items() if choice is not None]
+    if any(needs_compiling(target if isinstance(target, type) else None) for target in targets):
+        _say(notes, "Compiling searches (once; takes some seconds) ...")
 
 
 def _report(console: Console, result: Result, folder: Path, *, trace: bool, record_decisions: bool) -> None:

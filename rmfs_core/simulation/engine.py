@@ -35,6 +35,7 @@ from rmfs_core.simulation.info import RunInfo
 from rmfs_core.simulation.needs import check_needs
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.simulation.setup import open_warehouse
+from rmfs_core.traffic import roads_on
 from rmfs_core.warehouse import Pod, Request, Robot, Station
 
 
@@ -77,6 +78,7 @@ class Simulation:
         self._picker_free = [0] * n
         self._waiting_for_place: list[list[simpy.Event]] = [[] for _ in range(n)]
         self._driving = driving_for(self._surroundings())
+        self._prepare_rules()
         self._visits = 0
         self._completed = 0
         self.status = "partial"
@@ -270,6 +272,13 @@ class Simulation:
             return None
         following._claims += 1
         return following
+
+    def _prepare_rules(self) -> None:
+        """Let rules load what they have compiled, so that no decision's time has it in."""
+        for rule in (self.rules.poa, self.rules.pps, self.rules.poa_pps, self.rules.pr, self.rules.ta, self.rules.pp):
+            prepare = getattr(None if rule is None else rule.instance, "prepare", None)
+            if prepare is not None:
+                prepare(roads_on(self.warehouse.travel))
 
     def _surroundings(self) -> Surroundings:
         """What driving needs of this run."""

@@ -117,9 +117,6 @@ class ReservedDriving:
             self.table.hold(course.robot.id, course.robot.cell, 0)
             run.env.process(self._follow(course))
         self.table.forget_before(0)
-        prepare = getattr(run.rule.instance, "prepare", None)
-        if prepare is not None:
-            prepare(self.roads)
 
     def place(self, robot: Robot, station: Station) -> None:
         """Take in a robot that stands in the line of a station from the start."""
