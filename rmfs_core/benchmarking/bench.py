@@ -8,7 +8,7 @@ from typing import Any
 from attrs import evolve, frozen
 
 from rmfs_core.benchmarking.worlds import world_with
-from rmfs_core.errors import RunError
+from rmfs_core.errors import InputError, RunError
 from rmfs_core.plugins.hooks import HOOK_OF_ROLE, LABEL_OF_ROLE, ROLE_OF_LABEL
 from rmfs_core.plugins.single import load_rule
 from rmfs_core.running import run
@@ -22,6 +22,9 @@ QUALITY = {
     "turnover_s": "Turn-over\n(s)",
 }
 """The metrics by which rules are compared, from `rmfs_core.observers.catalogue`, and their headings."""
+
+REPLACES = {"poa_pps": ("poa_pps", "poa", "pps"), "filter": ("filters",)}
+"""Scenario keys of the rules that one in a role takes the place of, where that is not the one of its name."""
 
 WARM_UP_ORDERS = 8
 
@@ -148,10 +151,11 @@ def bench(
     Raises
     ------
     InputError
-        When a world lacks what a rule needs.
+        When a world lacks what a rule needs, or an override names a rule for what all of them decide.
     KeyboardInterrupt
         When one ended a run.
     """
+    _check_used(overrides, contestants)
     for world in worlds:
         for one in contestants:
             scenario = world_with(world, one.role, one.choice, overrides)
@@ -160,6 +164,18 @@ def bench(
             for seed in seeds:
                 before(f"{world}: {one.text}, seed {seed}")
                 yield _measure(one, world, scenario.with_seed(seed), allow_inline)
+
+
+def _check_used(overrides: Sequence[str], contestants: Sequence[Contestant]) -> None:
+    """Raise InputError for an override that no run would show."""
+    replaced = set.intersection(*(set(REPLACES.get(one.role, (one.role,))) for one in contestants))
+    for override in overrides:
+        section, _, role = override.partition("=")[0].strip().partition(".")
+        if section == "rules" and role in replaced:
+            raise InputError(
+                f"--set {override}",
+                f"every rule that is compared takes the place of `rules.{role}`; expected a rule for another decision",
+            )
 
 
 def _measure(one: Contestant, world: str, scenario: Scenario, allow_inline: bool) -> Measured:

@@ -3,29 +3,38 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from rmfs_core.errors import InputError
 from rmfs_core.instance.model import Instance
+from rmfs_core.instance.reading import line_of
 from rmfs_core.scenario.checks import close_to
 from rmfs_core.scenario.model import InstanceSection, Scenario, StationsSection
+
+Place = Callable[..., str]
+"""Where an order, or its line of a SKU, comes from."""
 
 
 def check_instance(instance: Instance, scenario: Scenario) -> None:
     """Raise InputError for the first order that could never be picked, or a pod at a station that does not exist."""
     section = scenario.instance
-    orders_place = _place(scenario, section.orders_file, "instance.orders")
-    _check_stock(instance, orders_place)
+    place = partial(_place, scenario)
+    _check_stock(instance, place)
     if scenario.rules.poa_pps is None:  # a joint rule may split an order that is larger than any station
-        _check_sizes(instance, scenario.stations, orders_place, generated=section.orders_file is None)
+        _check_sizes(instance, scenario.stations, place, generated=section.orders_file is None)
     _check_pods_at_stations(instance, section)
 
 
-def _place(scenario: Scenario, file: str | None, otherwise: str) -> str:
-    return otherwise if file is None else str(Path(scenario.folder) / file)
+def _place(scenario: Scenario, order: str, sku: str | None = None) -> str:
+    if scenario.instance.orders_file is None:
+        return "instance.orders"
+    file = Path(scenario.folder) / scenario.instance.orders_file
+    return f"{file}, line {line_of(file, order, sku)}"
 
 
-def _check_stock(instance: Instance, place: str) -> None:
+def _check_stock(instance: Instance, place: Place) -> None:
     stock: dict[int, int | None] = {}
     for pod in instance.pods:
         for sku, items in pod.contents:
@@ -38,16 +47,16 @@ def _check_stock(instance: Instance, place: str) -> None:
             name = instance.skus[sku]
             held = stock.get(sku, 0)
             if held == 0:
-                raise InputError(place, f"order {order.name} wants SKU {name}, which is on no pod")
+                raise InputError(place(order.name, name), f"order {order.name} wants SKU {name}, which is on no pod")
             if held is not None and wanted[sku] > held:
                 raise InputError(
-                    place,
+                    place(order.name, name),
                     f"the orders up to {order.name} want {wanted[sku]} items of SKU {name}, "
                     f"but all pods together hold {held}",
                 )
 
 
-def _check_sizes(instance: Instance, stations: StationsSection, place: str, *, generated: bool) -> None:
+def _check_sizes(instance: Instance, stations: StationsSection, place: Place, *, generated: bool) -> None:
     if stations.order_capacity is not None:
         return  # then the number of orders counts, whatever their size
     capacity = stations.item_capacity
@@ -56,7 +65,7 @@ def _check_sizes(instance: Instance, stations: StationsSection, place: str, *, g
         if order.items > largest:
             mend = "; expected a smaller `instance.max_lines` or a larger `stations.item_capacity`" if generated else ""
             raise InputError(
-                place,
+                place(order.name),
                 f"order {order.name} has {order.items} items, more than any station takes at a time ({largest}){mend}",
             )
 

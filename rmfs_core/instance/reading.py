@@ -62,6 +62,12 @@ def read_instance(orders_file: Path, pods_file: Path) -> Instance:
     )
 
 
+def line_of(orders_file: Path, order: str, sku: str | None = None) -> int:
+    """Line on which an order of a file that was read appears first, or its first row of a SKU."""
+    rows = _rows(orders_file, ORDER_COLUMNS)
+    return next(line for line, (name, _, wanted, _) in rows if name == order and sku in (None, wanted))
+
+
 def _read_orders(file: Path) -> dict[str, tuple[int, dict[str, int]]]:
     orders: dict[str, tuple[int, dict[str, int]]] = {}
     for line, (name, arrival, sku, quantity) in _rows(file, ORDER_COLUMNS):

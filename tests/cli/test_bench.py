@@ -150,6 +150,8 @@ def test_an_interrupt_ends_it(acme: None, capsys: pytest.CaptureFixture[str]) ->
         (("first-comes",), 'did you mean "first-come"'),
         (("integrated", "--set", "instance.items_per_sku=5"), "needs pods whose SKUs never run out"),
         (("integrated", "--set", "instance.order=5"), "unknown key"),
+        (("pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
+        (("integrated", "pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
         (("demand", "--world", "tiny"), "Invalid value for '--world'"),
         (("./x.py:X", "--no-inline-rules"), "--no-inline-rules refuses"),
         (("demand", "--json", "no-such-folder/bench.json"), "no-such-folder/bench.json: cannot be written"),

@@ -24,16 +24,21 @@ pps = "demand"
 
 WRONG = [
     # a SKU that nobody has
-    ("1,0,a,1\n2,0,b,1\n", "p,a,\n", "{}", "{orders}: order 2 wants SKU b, which is on no pod"),
+    ("1,0,a,1\n2,0,a,1\n2,0,b,1\n", "p,a,\n", "{}", "{orders}, line 4: order 2 wants SKU b, which is on no pod"),
     # more than there is
     (
         "1,0,a,2\n2,0,a,2\n",
         "p,a,1\nq,a,2\n",
         "{}",
-        "{orders}: the orders up to 2 want 4 items of SKU a, but all pods together hold 3",
+        "{orders}, line 3: the orders up to 2 want 4 items of SKU a, but all pods together hold 3",
     ),
     # too large for the largest station
-    ("1,0,a,3\n2,0,a,4\n", "p,a,\n", "{}", "{orders}: order 2 has 4 items, more than any station takes at a time (3)"),
+    (
+        "1,0,a,3\n2,0,a,4\n",
+        "p,a,\n",
+        "{}",
+        "{orders}, line 3: order 2 has 4 items, more than any station takes at a time (3)",
+    ),
     # pods at stations
     (
         "1,0,a,1\n",

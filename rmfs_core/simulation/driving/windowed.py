@@ -233,16 +233,16 @@ class WindowedDriving(ReservedDriving):
         return stands and self.run.warehouse.now - self._errands[course.robot.id].moved >= RETRY_TICKS
 
     def _waits_for(self, course: Course) -> str:
-        robot, layout = course.robot, self.roads.layout
+        robot, layout, travel = course.robot, self.roads.layout, self.run.warehouse.travel
         target = self._target(course)
-        legs = self.run.warehouse.travel.fastest_path(robot.cell, robot.heading, target, robot.pod is not None)
-        heading = self.run.warehouse.travel.heading(robot.cell, legs[0].to)
+        query = self._departure(course, target)
+        heading = travel.heading(query.cell, travel.fastest_path(query.cell, query.heading, target, query.loaded)[0].to)
         assert heading is not None
-        ahead = layout.neighbour(robot.cell, heading)
+        ahead = layout.neighbour(query.cell, heading)
         assert ahead is not None
         blocker = self.table.blocker(ahead, self.run.warehouse.now, owner=robot.id)
         whom = "nobody holds it" if blocker is None else f"which robot {self.run.warehouse.robots[blocker].name} has"
         return (
-            f"robot {robot.name} at {layout.where(robot.cell)} waits for {layout.where(ahead)}, {whom}, "
+            f"robot {robot.name} at {layout.where(query.cell)} waits for {layout.where(ahead)}, {whom}, "
             f"on its way to {layout.where(target)}"
         )
