@@ -9,6 +9,7 @@ import numpy as np
 from attrs import define, field, validators
 
 from rmfs_core import hookimpl
+from rmfs_core.warehouse import lines_of
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Order, WarehouseView
@@ -40,11 +41,9 @@ class MostCovered:
         there = np.zeros(warehouse.n_skus, dtype=bool)
         for pod in {pod for station in warehouse.stations for pod in station.inbound_pods}:
             there[[sku for sku in pod.contents if pod.contents[sku] > 0]] = True
-        shares = [_share(order, there) for order in orders]
-        best = sorted(range(len(orders)), key=lambda position: (-shares[position], position))[: self.n]
-        return [orders[position] for position in best]
-
-
-def _share(order: Order, there: np.typing.NDArray[np.bool_]) -> float:
-    lines = order.open_lines
-    return sum(bool(there[line.sku]) for line in lines) / len(lines)
+        whole = len(orders) == len(warehouse.backlog)  # unless another filter was there first
+        lines = warehouse.backlog_lines if whole else lines_of(orders)
+        covered = np.bincount(lines.order, weights=there[lines.sku], minlength=len(orders))
+        shares = covered / np.bincount(lines.order, minlength=len(orders))
+        best = np.argsort(-shares, kind="stable")[: self.n]
+        return [orders[position] for position in best.tolist()]

@@ -204,9 +204,9 @@ class Decisions:
 def _kept(answer: object, before: Sequence[Order]) -> tuple[Order, ...]:
     """Check a filter's answer; return it oldest first."""
     kept = sequence_of(answer, Order)
-    allowed = {order.id: order for order in before}
+    allowed = set(before)
     for order in kept:
-        if allowed.get(order.id) is not order:
+        if order not in allowed:
             raise ImpossibleError(f"returned order {order.name}, which it was not given")
-    chosen = {order.id for order in kept}
-    return tuple(order for order in before if order.id in chosen)
+    chosen = set(kept)
+    return tuple(order for order in before if order in chosen)

@@ -2,6 +2,6 @@
 
 from rmfs_core.warehouse.parts import Order, OrderLine, Pod, Request, Robot, Station
 from rmfs_core.warehouse.state import Warehouse
-from rmfs_core.warehouse.view import WarehouseView
+from rmfs_core.warehouse.view import WarehouseView, lines_of
 
-__all__ = ["Order", "OrderLine", "Pod", "Request", "Robot", "Station", "Warehouse", "WarehouseView"]
+__all__ = ["Order", "OrderLine", "Pod", "Request", "Robot", "Station", "Warehouse", "WarehouseView", "lines_of"]

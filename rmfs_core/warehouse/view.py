@@ -172,7 +172,10 @@ class WarehouseView(ReadOnly):
 
 
 def lines_of(orders: Sequence[Order]) -> BacklogLines:
-    """Return the open lines of orders as arrays."""
+    """Return the open lines of orders as arrays, in which ``order`` is the position in ``orders``.
+
+    For orders that are not the whole backlog; ``WarehouseView.backlog_lines`` is quicker.
+    """
     rows = [(i, line.sku, line.quantity) for i, order in enumerate(orders) for line in order.open_lines]
     table = np.array(rows, dtype=np.int64).reshape(-1, 3)
     return BacklogLines(order=table[:, 0], sku=table[:, 1], quantity=table[:, 2])
