@@ -13,10 +13,10 @@ from rmfs_core.testing import small_world
 from rmfs_core.warehouse import Warehouse, WarehouseView
 
 
-def kept(world: Warehouse, n: int) -> list[str]:
+def kept(world: Warehouse, n: int, lines: str = "all") -> list[str]:
     """Return the names of the orders that the filter keeps."""
     view = WarehouseView(world)
-    return [order.name for order in MostCovered(n).filter_backlog(view, view.backlog)]
+    return [order.name for order in MostCovered(n, lines).filter_backlog(view, view.backlog)]
 
 
 def test_the_highest_share_wins_and_ties_go_to_the_older() -> None:
@@ -33,6 +33,24 @@ def test_without_pods_at_stations_the_oldest_stay() -> None:
     """All shares are 0 then."""
     world = small_world({"1": ["a"], "2": ["b"], "3": ["a"]}, {"p": ["a", "b"]})
     assert kept(world, 2) == ["1", "2"]
+
+
+def test_lines_that_are_assigned_count_or_do_not() -> None:
+    """Of `begun`, `a` is assigned and `b` open; with only `a` at a station its share is 1/2 of all, 0 of the open."""
+    world = small_world({"begun": ["a", "b"], "third": ["a", "x", "y"]}, {"p": ["a"], "q": ["b", "x", "y"]})
+    world.bind(world.pods[0], world.stations[0])
+    assert kept(world, 1) == ["begun"]
+    world.assign(world.orders[0], world.stations[0], [0], 1)
+    assert kept(world, 1) == ["begun"]
+    assert kept(world, 1, "open") == ["third"]
+
+
+def test_behind_another_filter() -> None:
+    """What another filter left is ranked, whatever else is in the backlog."""
+    world = small_world({"1": ["a"], "2": ["b"], "3": ["a", "b"], "4": ["a"]}, {"p": ["a"], "q": ["b"]})
+    world.bind(world.pods[0], world.stations[0])
+    view = WarehouseView(world)
+    assert [order.name for order in MostCovered(2).filter_backlog(view, view.backlog[1:])] == ["4", "3"]
 
 
 @pytest.mark.parametrize("seed", range(30))
@@ -58,3 +76,9 @@ def test_n_has_to_be_positive() -> None:
     """A filter that keeps nothing would stop the run."""
     with pytest.raises(ValueError, match=r"'n' must be >= 1"):
         MostCovered(0)
+
+
+def test_lines_have_to_be_all_or_open() -> None:
+    """Other values are refused."""
+    with pytest.raises(ValueError, match="'lines' must be in"):
+        MostCovered(1, "some")
