@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from math import sqrt
+from math import fsum, sqrt
 from statistics import fmean, stdev
 from typing import Any
 
@@ -48,10 +48,12 @@ def estimate(values: Iterable[tuple[int, float | None]]) -> Estimate | None:
         expected += 1
         if value is not None:
             by_seed[seed].append(value)
-    means = [fmean(of_seed) for of_seed in by_seed.values()]
-    if not means:
-        return None
-    return Estimate(fmean(means), _half_width(means), sum(map(len, by_seed.values())), expected)
+    return _over_seeds([fmean(of_seed) for of_seed in by_seed.values()], sum(map(len, by_seed.values())), expected)
+
+
+def _over_seeds(figures: Sequence[float], runs: int, expected: int) -> Estimate | None:
+    """Return the estimate from one figure a seed."""
+    return Estimate(fmean(figures), _half_width(figures), runs, expected) if figures else None
 
 
 def _half_width(means: Sequence[float]) -> float | None:
@@ -78,14 +80,18 @@ def mean_of(rows: Rows, measure: Measure) -> Estimate | None:
 
 
 def relative(rows: Rows, baseline: Rows, measure: Measure) -> Estimate | None:
-    """Return the estimate of a measure relative to the baseline's on the same instance and seed."""
+    """Return the estimate of the mean over the instances relative to the baseline's mean, on the same seed.
+
+    A run counts when the baseline's on the same instance and seed does, so that both means are of the same instances.
+    """
     of_baseline = {(row["instance"], row["seed"]): measure(row) for row in baseline if complete(row)}
-
-    def ratio(row: Row) -> float | None:
+    pairs: dict[int, list[tuple[float, float]]] = defaultdict(list)
+    for row in rows:
         value, base = measure(row), of_baseline.get((row["instance"], row["seed"]))
-        return None if value is None or not base else value / base
-
-    return mean_of(rows, ratio)
+        if complete(row) and value is not None and base is not None:
+            pairs[row["seed"]].append((value, base))
+    sums = [(fsum(value for value, _ in of_seed), fsum(base for _, base in of_seed)) for of_seed in pairs.values()]
+    return _over_seeds([value / base for value, base in sums if base], sum(map(len, pairs.values())), len(rows))
 
 
 def metric(name: str) -> Measure:

@@ -46,7 +46,7 @@ def prefilter_tables(rows: Rows, paper: Mapping[str, Exhibit]) -> list[Table]:
         for n in PREFILTER
     ]
     return [
-        Table(exhibit, tuple(lines), "", 3, "relative on the same instance and seed"),
+        Table(exhibit, tuple(lines), "", 3, "means over the instances, relative to each other on the same seed"),
         Table(share, tuple(shares), "%", 4),
     ]
 

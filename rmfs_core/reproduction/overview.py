@@ -25,7 +25,7 @@ def overview(tables: Sequence[Table], settings: Sequence[Setting], statements: S
         "A verdict compares our mean with the paper's figure or range: a single percentage of its text is taken as "
         "itself plus or minus 5 percentage points, a figure of a table as right to half of its last digit.",
         "± is half of the 95 % confidence interval over seeds (Student t). Figures relative to other rules are ratios "
-        "on the same instance and seed, averaged.",
+        "of means over the same instances on the same seed, averaged over seeds.",
     )
     return Grid("Overview", notes, ("exhibit", "what", "figures", "ours"), tuple(rows), right=(2,))
 

@@ -29,8 +29,8 @@ def test_missing_values_are_counted_and_left_out() -> None:
     assert estimate([]) is None
 
 
-def test_relative_pairs_instance_and_seed(row) -> None:
-    """Each run is divided by the baseline's of the same instance and seed, before anything is averaged."""
+def test_relative_divides_the_means_of_a_seed(row) -> None:
+    """On seed 1 the means over two instances are 2.75 and 1.5; only then seeds are averaged."""
     baseline = [row(seed=1, pile_on=2.0), row(seed=2, pile_on=4.0), row(seed=1, instance="two", pile_on=1.0)]
     others = [
         row("integrated", seed=1, pile_on=3.0),
@@ -39,7 +39,16 @@ def test_relative_pairs_instance_and_seed(row) -> None:
     ]
     found = relative(others, baseline, metric("pile_on"))
     assert found is not None
-    assert found.mean == ((1.5 + 2.5) / 2 + 1.0) / 2
+    assert found.mean == (2.75 / 1.5 + 1.0) / 2
+
+
+def test_relative_leaves_out_instances_without_a_partner(row) -> None:
+    """An instance that only one of the two completed would make the means differ for no other reason."""
+    baseline = [row(pile_on=2.0), row(instance="two", pile_on=9.0) | {"status": "partial"}]
+    others = [row("integrated", pile_on=3.0), row("integrated", instance="two", pile_on=8.0)]
+    found = relative(others, baseline, metric("pile_on"))
+    assert found is not None
+    assert (found.mean, found.runs, found.expected) == (1.5, 1, 2)
 
 
 @pytest.mark.parametrize("side", ["integrated", "sequential"])
