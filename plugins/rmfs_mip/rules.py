@@ -147,9 +147,10 @@ class Integrated(_Joint):
     unused_capacity_weight
         W_u in the objective (1): what a free place that stays unused costs, in pod-station visits.
     tie_break
-        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper), ``"oldest"`` (among
-        the optima the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants).
-        The optimum of (1) is never given up.
+        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper; the aggregated form
+        looks at pods that are bound for no station before others that serve as well), ``"oldest"`` (among the optima
+        the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants). The optimum of
+        (1) is never given up; with the last two, runs of hundreds of orders can take minutes.
 
     References
     ----------
@@ -181,9 +182,10 @@ class SplitAmongStations(_Split):
     unused_capacity_weight
         W_u in the objective (1): what a free place that stays unused costs, in pod-station visits.
     tie_break
-        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper), ``"oldest"`` (among
-        the optima the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants).
-        The optimum of (1) is never given up.
+        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper; the aggregated form
+        looks at pods that are bound for no station before others that serve as well), ``"oldest"`` (among the optima
+        the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants). The optimum of
+        (1) is never given up; with the last two, runs of hundreds of orders can take minutes.
     packing_capacity
         C: split orders that the packing stations have room for, those already open included (18); none by default.
 
@@ -217,9 +219,10 @@ class SplitOverTime(_Split):
     unused_capacity_weight
         W_u in the objective (1): what a free place that stays unused costs, in pod-station visits.
     tie_break
-        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper), ``"oldest"`` (among
-        the optima the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants).
-        The optimum of (1) is never given up.
+        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper; the aggregated form
+        looks at pods that are bound for no station before others that serve as well), ``"oldest"`` (among the optima
+        the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants). The optimum of
+        (1) is never given up; with the last two, runs of hundreds of orders can take minutes.
     packing_capacity
         C: split orders that the packing stations have room for, those already open included (18); none by default.
 
