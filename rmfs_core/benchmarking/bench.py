@@ -7,7 +7,7 @@ from typing import Any
 
 from attrs import evolve, frozen
 
-from rmfs_core.benchmarking.worlds import world_with
+from rmfs_core.benchmarking.worlds import keys_of, world_with
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.plugins.hooks import HOOK_OF_ROLE, LABEL_OF_ROLE, ROLE_OF_LABEL
 from rmfs_core.plugins.single import load_rule
@@ -22,9 +22,6 @@ QUALITY = {
     "turnover_s": "Turn-over\n(s)",
 }
 """The metrics by which rules are compared, from `rmfs_core.observers.catalogue`, and their headings."""
-
-REPLACES = {"poa_pps": ("poa_pps", "poa", "pps"), "filter": ("filters",)}
-"""Scenario keys of the rules that one in a role takes the place of, where that is not the one of its name."""
 
 WARM_UP_ORDERS = 8
 
@@ -168,9 +165,9 @@ def bench(
 
 def _check_used(overrides: Sequence[str], contestants: Sequence[Contestant]) -> None:
     """Raise InputError for an override that no run would show."""
-    replaced = set.intersection(*(set(REPLACES.get(one.role, (one.role,))) for one in contestants))
+    replaced = set.intersection(*(set(keys_of(one.role)) for one in contestants))
     for override in overrides:
-        section, _, role = override.partition("=")[0].strip().partition(".")
+        section, role, *_ = [*override.partition("=")[0].strip().split("."), ""]
         if section == "rules" and role in replaced:
             raise InputError(
                 f"--set {override}",

@@ -8,13 +8,20 @@ from typing import Any
 
 from attrs import evolve
 
-from rmfs_core.scenario import RuleChoice, RulesSection, Scenario, load_scenario
+from rmfs_core.scenario import RuleChoice, Scenario, load_scenario
 
 WORLDS = {"small": "examples/small", "250": "paper-250", "2000": "paper-2000"}
 """Name of a world to the shipped scenario that has its layout, robots, stations, orders and pods."""
 
 FIXED = {"poa": "pod-match", "pps": "demand", "pr": "nearest", "ta": "nearest-robot", "pp": "free-flow"}
 """The rule for each decision that is not compared. Robots do not see each other: quick, and the same for all."""
+
+_KEYS = {"poa_pps": ("poa_pps", "poa", "pps"), "filter": ("filters",)}
+
+
+def keys_of(role: str) -> tuple[str, ...]:
+    """Return the keys below ``rules`` that a rule in a role takes the place of: its own first."""
+    return _KEYS.get(role, (role,))
 
 
 def world_with(world: str, role: str, choice: RuleChoice, overrides: Sequence[str] = ()) -> Scenario:
@@ -33,13 +40,8 @@ def world_with(world: str, role: str, choice: RuleChoice, overrides: Sequence[st
     """
     fixed = [f"rules.{other}={name}" for other, name in FIXED.items()]
     scenario = load_scenario(WORLDS[world], [*fixed, "rules.filters=[]", *overrides])
-    rules: RulesSection = scenario.rules
-    if role == "poa_pps":
-        rules = evolve(rules, poa=None, pps=None, poa_pps=choice)
-    elif role == "filter":
-        rules = evolve(rules, filters=(choice,))
-    else:
-        playing: dict[str, Any] = {role: choice}
-        rules = evolve(rules, **playing)
+    first, *others = keys_of(role)
+    playing: dict[str, Any] = dict.fromkeys(others) | {first: (choice,) if role == "filter" else choice}
+    rules = evolve(scenario.rules, **playing)
     # Rules from files are looked up where the command is given; the worlds themselves name no files.
     return evolve(scenario, rules=rules, folder=str(Path.cwd()), source=None)

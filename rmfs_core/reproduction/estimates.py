@@ -90,8 +90,13 @@ def relative(rows: Rows, baseline: Rows, measure: Measure) -> Estimate | None:
         value, base = measure(row), of_baseline.get((row["instance"], row["seed"]))
         if complete(row) and value is not None and base is not None:
             pairs[row["seed"]].append((value, base))
-    sums = [(fsum(value for value, _ in of_seed), fsum(base for _, base in of_seed)) for of_seed in pairs.values()]
-    return _over_seeds([value / base for value, base in sums if base], sum(map(len, pairs.values())), len(rows))
+    figures, runs = [], 0
+    for of_seed in pairs.values():
+        total, of_baseline_total = (fsum(side) for side in zip(*of_seed, strict=True))
+        if of_baseline_total:
+            figures.append(total / of_baseline_total)
+            runs += len(of_seed)
+    return _over_seeds(figures, runs, len(rows))
 
 
 def metric(name: str) -> Measure:

@@ -151,6 +151,7 @@ def test_an_interrupt_ends_it(acme: None, capsys: pytest.CaptureFixture[str]) ->
         (("integrated", "--set", "instance.items_per_sku=5"), "needs pods whose SKUs never run out"),
         (("integrated", "--set", "instance.order=5"), "unknown key"),
         (("pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
+        (("pod-match", "--set", "rules.poa.name=first-come"), "takes the place of `rules.poa`"),
         (("integrated", "pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
         (("demand", "--world", "tiny"), "Invalid value for '--world'"),
         (("./x.py:X", "--no-inline-rules"), "--no-inline-rules refuses"),

@@ -63,6 +63,14 @@ def test_a_pair_with_a_failed_run_does_not_count(row, side: str) -> None:
     assert (found.mean, found.runs, found.expected) == (1.0, 1, 2)
 
 
+def test_a_baseline_of_nothing_gives_no_ratio(row) -> None:
+    """Its seed is left out, and its runs are not among those that count."""
+    rows = [row(seed=seed, pile_on=seed - 1.0) for seed in (1, 2)]
+    found = relative(rows, rows, metric("pile_on"))
+    assert found is not None
+    assert (found.mean, found.runs, found.expected) == (1.0, 1, 2)
+
+
 def test_a_run_without_a_result_lacks_its_figures(row) -> None:
     """Such a row has labels and status alone, and is no error."""
     lost = {key: row()[key] for key in ("instance", "rule_set", "seed", "error_kind")} | {"status": "failed"}

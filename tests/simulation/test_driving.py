@@ -182,6 +182,22 @@ def test_a_standstill_says_who_waits_for_whom(tmp_path: Path) -> None:
     assert kept.metrics["distance_m"] > 0
 
 
+def test_a_standstill_names_a_robot_that_is_leaving_the_cell_it_wants(tiny_run: Callable[..., Any]) -> None:
+    """It has to come back from the end of the step that it has begun."""
+    simulation = tiny_run(INSTANCE, layout=CORRIDOR, queue_length=1, pp="whca-n").simulation
+    driving = simulation._driving
+    course = driving.courses[0]
+    simulation.env.process(simulation._arrivals())
+    while course.under_way is None:
+        simulation.warehouse.now = int(simulation.env.peek())
+        simulation.env.step()
+    left, reached = course.robot.cell, course.under_way[1].cell
+    course.goal = left
+    sentence = driving._who_waits_for_whom(course)
+    assert f"robot 1 at {CORRIDOR.where(reached)} waits for " in sentence
+    assert f"on its way to {CORRIDOR.where(left)}" in sentence
+
+
 @pytest.mark.parametrize("reserves", ["full paths", "windows"])
 def test_a_path_that_hits_a_reservation_is_refused(tiny_run: Callable[..., Any], tmp_path: Path, reserves: str) -> None:
     """A rule that heeds nobody is named, with the robot in the way and the cell."""
