@@ -137,6 +137,24 @@ class Reservations:
         cells, begins, ends = (np.array([value], dtype=np.int64) for value in (cell, since, until))
         self.add(owner, Occupancy(cells, begins, ends))
 
+    def seize(self, owner: int, occupancy: Occupancy) -> set[int]:
+        """As `commit`, but who else has one of the cells then loses what it has reserved of that cell.
+
+        Returns who has lost something.
+        """
+        from rmfs_core.traffic import intervals
+
+        losers = set()
+        while True:
+            found, entry = intervals.conflict(occupancy.cells, occupancy.since, occupancy.until, owner, *self.arrays)
+            if found < 0:
+                break
+            loser = int(self._owner[entry])
+            intervals.remove(occupancy.cells[found : found + 1], loser, *self.arrays)
+            losers.add(loser)
+        self.commit(owner, occupancy)
+        return losers
+
     def check(self, owner: int, occupancy: Occupancy) -> None:
         """Raise `ReservedError` when another has one of the cells then."""
         from rmfs_core.traffic import intervals

@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 
 import rmfs_core
+from rmfs_core.bare.crowds import paper_roads
+from rmfs_core.decisions import Leg
 from rmfs_core.errors import InputError, RuleError, StandstillError
 from rmfs_core.events import (
     Event,
@@ -26,12 +28,13 @@ from rmfs_core.scenario.model import RuleChoice
 from rmfs_core.simulation.driving.complete import CompleteDriving
 from rmfs_core.simulation.driving.reserved import Course
 from rmfs_core.testing import small_instance, small_layout
-from rmfs_core.traffic import Query
+from rmfs_core.traffic import Query, Roads, occupancy, timed_path
 
 CORRIDOR_MAP = "\n".join(["#" + "." * 60 + "qO", "#.." + "@" * 57 + "...", "#.#" + "@" * 60, "@#@" + "@" * 60])
 """One lane of nearly 60 cells, two-way, between all storage locations and the station."""
 
 CORRIDOR = parse_map(CORRIDOR_MAP, "corridor")
+QUARTER_TICKS = 625
 INSTANCE = small_instance(
     {f"o{i}": [sku] for i, sku in enumerate("abcd" * 4)}, {"1": ["a"], "2": ["b"], "3": ["c"], "4": ["d"]}
 )
@@ -196,6 +199,79 @@ def test_a_standstill_names_a_robot_that_is_leaving_the_cell_it_wants(tiny_run: 
     sentence = driving._who_waits_for_whom(course)
     assert f"robot 1 at {CORRIDOR.where(reached)} waits for " in sentence
     assert f"on its way to {CORRIDOR.where(left)}" in sentence
+
+
+class Moves:
+    """Observer of the runs of all robots."""
+
+    def __init__(self) -> None:
+        self.moves: list[RobotMoved] = []
+
+    @rmfs_core.hookimpl
+    def on_event(self, event: Event) -> None:
+        """Keep a run."""
+        if isinstance(event, RobotMoved):
+            self.moves.append(event)
+
+
+def runs_across_a_stop(moves: list[RobotMoved], roads: Roads) -> int:
+    """Runs that, when they begin, cross a cell while another robot has it if that stays where its own run ends."""
+    begun: dict[int, dict[int, dict[int, tuple[int, int]]]] = {}
+    for move in moves:
+        heading = (move.heading - move.turn_ticks // QUARTER_TICKS) % 4
+        begin = move.tick - move.turn_ticks - int(roads.passing.runs[move.distance_m])
+        path = timed_path(roads, Query(move.robot, move.origin, heading, begin, move.to), (Leg(move.to),))
+        has = occupancy(roads, path)
+        cells = zip(has.cells.tolist(), zip(has.since.tolist(), has.until.tolist(), strict=True), strict=True)
+        begun.setdefault(begin, {})[move.robot] = dict(cells)
+    now: dict[int, dict[int, tuple[int, int]]] = {}
+    found = 0
+    for begin, beginning in sorted(begun.items()):
+        if begin > moves[-1].tick - 60_000:
+            break  # runs under way at the end are not told, so that it is not known who has what
+        now |= beginning
+        for robot, run in beginning.items():
+            others = (has for other, has in now.items() if other != robot)
+            found += any(
+                cell in has and has[cell][0] < until and since < has[cell][1]
+                for has in others
+                for cell, (since, until) in run.items()
+            )
+    return found
+
+
+@pytest.mark.parametrize("robots", [8, 32])
+def test_a_run_across_a_cell_that_another_robot_stops_in_is_refused(robots: int) -> None:
+    """With `whca-n` robots set out only where nobody stands or will stop, whatever is reserved; `sipp` lets them."""
+    found = {}
+    for pp in ("whca-n", "sipp"):
+        observer = Moves()
+        settings = [f"rules.pp={pp}", f"robots.count={robots}", "instance.orders=60", "stations.pick_s=1.0"]
+        result = rmfs_core.run("paper-250", overrides=settings, observers=[observer])
+        assert result.status == "complete"
+        found[pp] = runs_across_a_stop(observer.moves, paper_roads())
+    assert found["whca-n"] == 0
+    assert found["sipp"] > 0
+
+
+def test_who_is_refused_plans_anew(tiny_run: Callable[..., Any]) -> None:
+    """A robot that is refused keeps its cell, and so loses its path whoever has reserved that cell."""
+    simulation = tiny_run(INSTANCE, robots=3, queue_length=1, layout=CORRIDOR, pp="whca-n").simulation
+    driving = simulation._driving
+    table, (first, second, third) = driving.table, driving.courses
+    cell, ahead = first.robot.cell, driving.roads.layout.neighbour(first.robot.cell, 1)
+    driving._registered.release(third.robot.id)
+    driving._registered.hold(third.robot.id, ahead, 0)
+    table.hold(first.robot.id, ahead, 10, 20)
+    table.release(first.robot.id)
+    table.hold(second.robot.id, cell, 500, 600)
+    assert not driving._sets_out(first, Leg(ahead))
+    assert [who for who, _, _ in table.reserved(cell)] == [first.robot.id]
+    assert table.can_be_held(cell, 0, first.robot.id)
+    assert [who for who, _, _ in table.reserved(second.robot.cell)] == [second.robot.id]
+    assert set(driving._asking) == {first.robot.id, second.robot.id}
+    sentence = driving._waits_for(first)
+    assert f"waits for {CORRIDOR.where(ahead)}, which robot {third.robot.name} has" in sentence
 
 
 @pytest.mark.parametrize("reserves", ["full paths", "windows"])

@@ -56,6 +56,20 @@ def test_a_commit_replaces_what_was_there() -> None:
     assert table.size == 0
 
 
+def test_who_seizes_cells_takes_them_from_others() -> None:
+    """Others lose what they have of those cells if it overlaps, and keep what they have elsewhere."""
+    table = Reservations(4)
+    table.commit(1, occupy((0, 0, 10), (1, 8, 20), (2, 18, FOREVER)))
+    table.commit(2, occupy((1, 20, 30), (3, 28, FOREVER)))
+    table.commit(3, occupy((1, 0, 5)))
+    assert table.seize(0, occupy((1, 6, FOREVER))) == {1, 2}
+    assert [table.reserved(cell) for cell in range(4)] == [
+        [(1, 0, 10)], [(3, 0, 5), (0, 6, FOREVER)], [(1, 18, FOREVER)], [(2, 28, FOREVER)],
+    ]  # fmt: skip
+    table.release(1)
+    assert (table.reserved(0), table.reserved(2)) == ([], [])
+
+
 def test_own_intervals_are_joined_behind_anothers() -> None:
     """An interval that begins where another's ends, and overlaps its own owner's next one, becomes one with that."""
     table = Reservations(1)

@@ -130,11 +130,6 @@ class CompleteDriving(ReservedDriving):
         ahead.overtaken += 1
         return True
 
-    def _outside(self, course: Course, station: Station) -> bool:
-        """Whether a robot is not in the lane of a station, nor on the leg into it."""
-        lane = self.roads.layout.lane
-        return station.id not in (lane[course.robot.cell], lane[self._departure(course, course.goal).cell])
-
     def _both(self, course: Course, first: Query, ahead: Course, second: Query) -> tuple[list[Leg], list[Leg]] | None:
         """Return paths with which a robot comes to the place of the one ahead before that would, and that one behind.
 

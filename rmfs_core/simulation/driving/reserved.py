@@ -140,6 +140,10 @@ class ReservedDriving:
         """Give a robot a new goal."""
         raise NotImplementedError
 
+    def _sets_out(self, _course: Course, _leg: Leg) -> bool:
+        """Whether a robot begins a leg that it has reserved."""
+        return True
+
     # Paths
 
     def _departure(self, course: Course, goal: int) -> Query:
@@ -166,13 +170,17 @@ class ReservedDriving:
         course.reserved, course.arrives = occupied, path.end_tick
         if course.under_way is None and not course.legs:
             course.since = self.run.warehouse.now
-        course.legs = deque(legs)
-        changed, course.changed = course.changed, self.env.event()
-        changed.succeed()
+        self._replace(course, legs)
         if self.run.warehouse.now - self._forgotten > FORGET_TICKS:
             self._forgotten = self.run.warehouse.now
             self.table.forget_before(self._forgotten)
         return occupied
+
+    def _replace(self, course: Course, legs: Sequence[Leg]) -> None:
+        """Give a robot other legs to drive than those that it has not begun."""
+        course.legs = deque(legs)
+        changed, course.changed = course.changed, self.env.event()
+        changed.succeed()
 
     def _path(self, course: Course, query: Query, legs: Sequence[Leg]) -> TimedPath:
         """Return legs with their times, after the leg under way if there is one."""
@@ -203,7 +211,7 @@ class ReservedDriving:
                 if changed.triggered:
                     continue
             leg = course.legs.popleft()
-            if leg.to == robot.cell:
+            if leg.to == robot.cell or not self._sets_out(course, leg):
                 continue
             heading, turn, ticks = run.turn_and_run(robot, leg)
             now, loaded = run.warehouse.now, robot.pod is not None
@@ -237,6 +245,11 @@ class ReservedDriving:
                 course.joined = True
                 assert robot.pod is not None
                 self.run.tell(QueueJoined(self.run.warehouse.now, robot=robot.id, pod=robot.pod, station=station.id))
+
+    def _outside(self, course: Course, station: Station) -> bool:
+        """Whether a robot is not in the lane of a station, nor on the leg into it."""
+        lane = self.roads.layout.lane
+        return station.id not in (lane[course.robot.cell], lane[self._departure(course, course.goal).cell])
 
     def _leave_line(self, course: Course) -> Station | None:
         """Take a robot out of the line that it stood first in; return that line's station."""

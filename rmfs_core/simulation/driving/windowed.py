@@ -2,11 +2,18 @@
 
 Non-volatile: reservations live on, and only robots that need a new path plan, at most one round of them per second of
 simulated time: robots with pods first, then those nearer to their goals. A robot plans when it is given a goal, where
-its path ends before the goal, and when the line it stands in moves. One that finds no path that moves it stays and asks
-again two seconds later; after thirty seconds it steps into a free cell beside it, drawn at random.
+its path ends before the goal, when a run is refused, and when the line it stands in moves. One that finds no path that
+moves it stays and asks again two seconds later; one that has not moved for thirty seconds steps into a free cell beside
+it, drawn at random.
 
-The line at a station is in the order in which the reserved paths enter its queue. A robot is planned for to the place
-behind those ahead of it.
+Robots set out on one run at a time, each registered when it begins. A registered run occupies its cells as a reserved
+one does, but its last cell for ever, since it is not known yet that the next run will begin in time. A run across a
+cell that another robot stands in, or comes to a stop in, is refused, even if the reserved paths would let it pass. A
+robot that is refused stays. It loses the rest of its path; so does whoever has reserved the cell that it stays in, and
+stays where its own run ends.
+
+The line at a station is in the order in which the reserved paths enter its queue; a robot that loses its path before
+the queue loses its place. A robot is planned for to the place behind those ahead of it.
 
 There is no proof against deadlock: a robot that is on its way for ``run.standstill_s`` ends the run with an error that
 says who waits for whom.
@@ -28,7 +35,7 @@ from rmfs_core.errors import StandstillError
 from rmfs_core.randomness import stream
 from rmfs_core.simulation.driving.base import Process, Surroundings
 from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
-from rmfs_core.traffic import Query, occupancy, timed_path
+from rmfs_core.traffic import Query, Reservations, ReservedError, occupancy, timed_path
 from rmfs_core.travel import UNREACHABLE
 from rmfs_core.warehouse import Robot, Station
 
@@ -46,17 +53,20 @@ class Errand:
     set_out
         Tick at which it was given its goal.
     moved
-        Tick at which it moved last.
+        Tick at which its last run ended or ends.
     entry
         Tick at which its path enters the queue of the station it goes to.
     leaves
         Station that it stands in front of until its path leads away.
+    refused
+        Cell that its last run was refused for; None when it was not.
     """
 
     set_out: int = 0
     moved: int = 0
     entry: int = -1
     leaves: Station | None = None
+    refused: int | None = None
 
 
 class WindowedDriving(ReservedDriving):
@@ -71,10 +81,20 @@ class WindowedDriving(ReservedDriving):
     def __init__(self, run: Surroundings) -> None:
         super().__init__(run)
         self._errands = [Errand() for _ in self.courses]
+        self._registered = Reservations(self.roads.cells)
+        """The runs under way, or the cells that robots stand in; no two robots ever have a cell at once."""
+        for course in self.courses:
+            self._registered.hold(course.robot.id, course.robot.cell, 0)
         self._asking: dict[int, Course] = {}
         self._round_due = False
         self._last_round = -ROUND_TICKS
         self._rng = stream(run.seed, "robots that step aside")
+
+    def place(self, robot: Robot, station: Station) -> None:
+        """Take in a robot that stands in the line of a station from the start."""
+        super().place(robot, station)
+        self._registered.release(robot.id)
+        self._registered.hold(robot.id, robot.cell, 0)
 
     def to_location(self, robot: Robot, cell: int) -> Process:
         """Drive to a storage location; whoever rests there is sent away first."""
@@ -122,7 +142,6 @@ class WindowedDriving(ReservedDriving):
     # Planning rounds
 
     def _path_ended(self, course: Course) -> None:
-        self._errands[course.robot.id].moved = self.run.warehouse.now
         if course.robot.cell == self._target(course):
             self._arrive(course)
         else:
@@ -150,16 +169,21 @@ class WindowedDriving(ReservedDriving):
     def _plan(self, course: Course) -> None:
         query = self._departure(course, self._target(course))
         if query.cell == query.goal:
-            if not course.legs and course.under_way is None:
+            if self._rests(course):
                 self._arrive(course)
                 return
             legs: list[Leg] = []
         else:
             legs = self._ask(query)
             if all(leg.to == query.cell for leg in legs):
-                legs = self._wait_or_step_aside(course, query)
-                if not legs:
-                    return
+                legs = []
+            if not legs or self._has_stood_long(course):
+                self._give_up_if_late(course)
+                legs = self._step_aside(course, query) or legs
+            if not legs:
+                if self._rests(course):  # where a path goes on it asks again at its end
+                    self.env.process(self._ask_again(course))
+                return
         self._go(course, query, legs)
 
     def _go(self, course: Course, query: Query, legs: list[Leg]) -> None:
@@ -179,29 +203,65 @@ class WindowedDriving(ReservedDriving):
 
     def _let_move_up(self, station: Station) -> None:
         for course in self.lines[station.id]:
-            if course.under_way is None and not course.legs:
+            if self._rests(course):
                 self._request(course)
+
+    # Runs that are refused
+
+    def _sets_out(self, course: Course, leg: Leg) -> bool:
+        """Register a run, or let the robot stay if another stands in its way."""
+        robot, now, errand = course.robot, self.run.warehouse.now, self._errands[course.robot.id]
+        query = Query(robot.id, robot.cell, robot.heading, now, leg.to, robot.pod is not None)
+        run = timed_path(self.roads, query, (Leg(leg.to),))
+        try:
+            self._registered.commit(robot.id, occupancy(self.roads, run))
+        except ReservedError as error:
+            errand.refused = error.cell
+        else:
+            errand.moved, errand.refused = run.end_tick, None
+            return True
+        self._give_up_if_late(course)
+        self._stay(course)
+        return False
+
+    def _stay(self, course: Course) -> None:
+        """Let a robot stay where it stands or where its run ends, and plan anew; so those who reserved that cell."""
+        stop = self._path(course, self._departure(course, course.goal), ())
+        losers = self.table.seize(course.robot.id, occupancy(self.roads, stop))
+        self._replace(course, ())
+        station = course.station
+        if station is not None and course in self.lines[station.id] and self._outside(course, station):
+            self.lines[station.id].remove(course)
+            self._let_move_up(station)
+        self._request(course)
+        for loser in sorted(losers):
+            self._stay(self.courses[loser])
 
     # Robots that cannot move
 
-    def _wait_or_step_aside(self, course: Course, query: Query) -> list[Leg]:
-        """Legs into a free cell beside a robot that has stood for long; none before, when it just asks again later."""
-        now, errand = self.run.warehouse.now, self._errands[course.robot.id]
-        if now - errand.set_out > self.run.standstill_ticks:
+    def _give_up_if_late(self, course: Course) -> None:
+        if self.run.warehouse.now - self._errands[course.robot.id].set_out > self.run.standstill_ticks:
             raise StandstillError(self._who_waits_for_whom(course))
-        if course.under_way is not None or course.legs:
-            return []  # its path goes on; where that ends it asks again
-        if now - errand.moved >= PATIENCE_TICKS:
+
+    def _rests(self, course: Course) -> bool:
+        return course.under_way is None and not course.legs
+
+    def _has_stood_long(self, course: Course) -> bool:
+        now = self.run.warehouse.now
+        return self._rests(course) and now - self._errands[course.robot.id].moved >= PATIENCE_TICKS
+
+    def _step_aside(self, course: Course, query: Query) -> list[Leg]:
+        """Legs into a free cell beside a robot that has stood for long; none before, or where there is no such cell."""
+        if self._has_stood_long(course):
             for leg in self._steps(query):
-                path = timed_path(self.roads, query, (leg,))
-                if self.table.is_free(query.robot, occupancy(self.roads, path)):
+                step = occupancy(self.roads, timed_path(self.roads, query, (leg,)))
+                if self.table.is_free(query.robot, step) and self._registered.is_free(query.robot, step):
                     return [leg]
-        self.env.process(self._ask_again(course))
         return []
 
     def _ask_again(self, course: Course) -> Process:
         yield self.run.after(RETRY_TICKS)
-        if not course.legs and course.under_way is None:
+        if self._rests(course):
             self._request(course)
 
     def _steps(self, query: Query) -> Iterator[Leg]:
@@ -233,16 +293,28 @@ class WindowedDriving(ReservedDriving):
         return stands and self.run.warehouse.now - self._errands[course.robot.id].moved >= RETRY_TICKS
 
     def _waits_for(self, course: Course) -> str:
-        robot, layout, travel = course.robot, self.roads.layout, self.run.warehouse.travel
+        robot, layout, now = course.robot, self.roads.layout, self.run.warehouse.now
         target = self._target(course)
         query = self._departure(course, target)
-        heading = travel.heading(query.cell, travel.fastest_path(query.cell, query.heading, target, query.loaded)[0].to)
-        assert heading is not None
-        ahead = layout.neighbour(query.cell, heading)
-        assert ahead is not None
-        blocker = self.table.blocker(ahead, self.run.warehouse.now, owner=robot.id)
+        cell, blocker = self._errands[robot.id].refused, None
+        if cell is not None:
+            blocker = self._registered.blocker(cell, now, owner=robot.id)
+        if cell is None or blocker is None:
+            cell = self._ahead(query)
+            blocker = self.table.blocker(cell, now, owner=robot.id)
         whom = "nobody holds it" if blocker is None else f"which robot {self.run.warehouse.robots[blocker].name} has"
         return (
-            f"robot {robot.name} at {layout.where(query.cell)} waits for {layout.where(ahead)}, {whom}, "
+            f"robot {robot.name} at {layout.where(query.cell)} waits for {layout.where(cell)}, {whom}, "
             f"on its way to {layout.where(target)}"
         )
+
+    def _ahead(self, query: Query) -> int:
+        """Cell that a robot would enter first."""
+        travel = self.run.warehouse.travel
+        heading = travel.heading(
+            query.cell, travel.fastest_path(query.cell, query.heading, query.goal, query.loaded)[0].to
+        )
+        assert heading is not None
+        ahead = self.roads.layout.neighbour(query.cell, heading)
+        assert ahead is not None
+        return ahead
