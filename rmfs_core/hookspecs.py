@@ -187,8 +187,8 @@ class DecisionHooks:
     ) -> Path | None:
         """PP: plan a robot's path from where it stands to a cell.
 
-        Called when a robot has to go somewhere, and again where a path ends before the goal or (for a rule that reserves
-        windows) a run of it is refused.
+        Called when a robot has to go somewhere, and again where a path ends before the goal or, for a rule that
+        reserves windows, a run is refused.
 
         :param warehouse: the warehouse now; ``warehouse.travel`` has the grid and exact travel times.
         :param robot: the robot: ``robot.cell``, ``robot.heading``, and ``robot.pod``, None when it drives empty.

@@ -110,7 +110,7 @@ class Builder:
             for column, cost in self.objective.items():
                 program.cost[column] = cost
             for (pod, _), column in self.model.x.items():
-                program.cost[column] += PREFERENCE * (1 - self.reduced.period.idle[pod])
+                program.cost[column] += PREFERENCE * (1 - self.reduced.period.preferred[pod])
             program.constant = self.constant
         return self.model
 
@@ -133,7 +133,7 @@ class Builder:
         period = reduced.period
         wanted = reduced.wanted(station) & ~period.covered[station]
         gains = None if self.gains is None else self.gains.pod
-        value = period.idle if gains is None else gains + period.idle / 2
+        value = period.preferred if gains is None else gains + period.preferred / 2
         bringing: dict[int, list[int]] = {}
         for pod in reduced.classes(wanted, value):
             column = self.model.x[pod, station] = program.column()

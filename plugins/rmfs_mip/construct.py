@@ -29,7 +29,7 @@ def whole_order_visits(reduced: Reduced, weight: float) -> Visits:
     sizes = np.array([types[o].size if o in types else 0 for o in range(len(period.orders))])
     left = sizes > 0
     visits: list[tuple[int, int]] = []
-    idle = period.idle.copy()
+    preferred = period.preferred.copy()
     while True:
         station, order = _best(wanted, covered, sizes, left, rooms, weight)
         if order < 0:
@@ -38,9 +38,9 @@ def whole_order_visits(reduced: Reduced, weight: float) -> Visits:
         while missing.any():
             demand = period.stock.holds @ (wanted[left].sum(axis=0) * ~covered[station])
             brings = period.stock.holds @ missing
-            pod = int(np.lexsort((-demand, -idle, -brings))[0])
+            pod = int(np.lexsort((-demand, -preferred, -brings))[0])
             visits.append((pod, station))
-            idle[pod] = 0.0
+            preferred[pod] = 0.0
             covered[station] |= period.stock.holds[pod] > 0
             missing &= ~covered[station]
         left[order] = False

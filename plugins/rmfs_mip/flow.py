@@ -123,21 +123,21 @@ def fewest_visits(network: Network) -> int:
     return least[every]
 
 
-def greedy_visits(network: Network, idle: Floats) -> tuple[tuple[tuple[int, int], ...], Network]:
+def greedy_visits(network: Network, preferred: Floats) -> tuple[tuple[tuple[int, int], ...], Network]:
     """Add, one at a time, the visit that fills the most places until ``target`` are full.
 
-    Ties: a pod that is bound for no other station (1 in ``idle``), most demand, first station and pod.
+    Ties: the pod that is preferred most and not sent yet (`Period.preferred`), most demand, first station and pod.
     """
     visits: list[tuple[int, int]] = []
-    flow, idle = network.flow(), idle.copy()
+    flow, preferred = network.flow(), preferred.copy()
     while flow < network.target:
         flows, gains = network.flows_with_one_more()
         flows = np.minimum(flows, network.target)
-        used = np.broadcast_to(1 - idle, flows.shape)
-        best = np.lexsort((-gains.ravel(), used.ravel(), -flows.ravel()))[0]
+        disliked = np.broadcast_to(1 - preferred, flows.shape)
+        best = np.lexsort((-gains.ravel(), disliked.ravel(), -flows.ravel()))[0]
         station, pod = divmod(int(best), flows.shape[1])
         network = network.adding(pod, station)
         visits.append((pod, station))
-        idle[pod] = 0.0
+        preferred[pod] = 0.0
         flow = int(flows[station, pod])
     return tuple(visits), network

@@ -75,6 +75,9 @@ class Period:
         Whether parts of the order were assigned in earlier periods (so that it is split already).
     split_open
         n^l: split orders that take a place at the packing stations now.
+    preference
+        From 0 to 1 for each pod: among pods that serve as well, those with more are looked at first. None: 1 for those
+        that are bound for no station, else 0. Shape (pods,).
     """
 
     stock: Stock
@@ -88,6 +91,7 @@ class Period:
     busy: tuple[int, ...] = ()
     begun: tuple[bool, ...] = ()
     split_open: int = 0
+    preference: NDArray[np.float64] | None = None
 
     @classmethod
     def of(cls, warehouse: WarehouseView, stock: Stock, *, packing: bool = False) -> Period:
@@ -158,6 +162,11 @@ class Period:
         idle = np.ones(len(self.stock.pods))
         idle[list(self.busy)] = 0.0
         return idle
+
+    @property
+    def preferred(self) -> NDArray[np.float64]:
+        """`preference`, or what it is when None. Shape (pods,)."""
+        return self.idle if self.preference is None else self.preference
 
     @property
     def visits_before(self) -> int:

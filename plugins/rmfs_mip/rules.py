@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from attrs import define, field, validators
+import numpy as np
+from attrs import define, evolve, field, validators
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport, hookimpl
 from rmfs_mip.check import violation
@@ -16,6 +17,8 @@ from rmfs_mip.solver import Limits, collecting_later
 from rmfs_mip.ties import break_ties
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Pod, WarehouseView
 
@@ -42,21 +45,28 @@ class _Joint:
     tie_break: Literal["solver", "oldest", "demand"] = field(
         default="solver", validator=validators.in_(("solver", "oldest", "demand"))
     )
+    preferred_pods: Literal["idle", "bound", "none", "random"] = field(
+        default="idle", validator=validators.in_(("idle", "bound", "none", "random"))
+    )
     _stock: Stock | None = field(default=None, init=False, repr=False, eq=False)
     _pods: tuple[Pod, ...] | None = field(default=None, init=False, repr=False, eq=False)
 
     def __attrs_post_init__(self) -> None:
         if self.formulation == "paper" and self.tie_break != "solver":
             raise ValueError('tie_break needs formulation = "aggregated"; the printed models leave ties to the solver')
+        if self.formulation == "paper" and self.preferred_pods != "idle":
+            raise ValueError('preferred_pods needs formulation = "aggregated"; the printed models prefer no pods')
 
     @property
     def _packing_capacity(self) -> int | None:
         return None
 
     @hookimpl
-    def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
+    def assign_orders_and_pods(self, warehouse: WarehouseView, rng: np.random.Generator) -> JointDecision:
         """Solve one period."""
         period = Period.of(warehouse, self._stock_of(warehouse), packing=self._packing_capacity is not None)
+        if self.preferred_pods != "idle":
+            period = evolve(period, preference=self._preference(period, rng))
         solution = self.solve(period)
         return _decision(period, solution)
 
@@ -89,6 +99,12 @@ class _Joint:
         if wrong is not None:
             raise RuntimeError(f"the solution violates the printed model: {wrong}")
         return solution
+
+    def _preference(self, period: Period, rng: np.random.Generator) -> NDArray[np.float64]:
+        """Return how much each pod is preferred. Shape (pods,)."""
+        if self.preferred_pods == "random":
+            return rng.random(len(period.stock.pods))
+        return 1 - period.idle if self.preferred_pods == "bound" else np.ones(len(period.stock.pods))
 
     def _stock_of(self, warehouse: WarehouseView) -> Stock:
         """Return the pods' contents, which never change: the rules need unlimited stock."""
@@ -147,10 +163,12 @@ class Integrated(_Joint):
     unused_capacity_weight
         W_u in the objective (1): what a free place that stays unused costs, in pod-station visits.
     tie_break
-        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper; the aggregated form
-        looks at pods that are bound for no station before others that serve as well), ``"oldest"`` (among the optima
-        the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants). The optimum of
-        (1) is never given up; with the last two, runs of hundreds of orders can take minutes.
+        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper), ``"oldest"`` (among
+        the optima the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants). The
+        optimum of (1) is never given up; with the last two, runs of hundreds of orders can take minutes.
+    preferred_pods
+        Which of the pods that serve as well the aggregated form looks at first: ``"idle"`` (bound for no station),
+        ``"bound"`` (for some station), ``"none"`` (those with lower numbers), ``"random"`` (drawn anew in each period).
 
     References
     ----------
@@ -182,10 +200,12 @@ class SplitAmongStations(_Split):
     unused_capacity_weight
         W_u in the objective (1): what a free place that stays unused costs, in pod-station visits.
     tie_break
-        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper; the aggregated form
-        looks at pods that are bound for no station before others that serve as well), ``"oldest"`` (among the optima
-        the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants). The optimum of
-        (1) is never given up; with the last two, runs of hundreds of orders can take minutes.
+        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper), ``"oldest"`` (among
+        the optima the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants). The
+        optimum of (1) is never given up; with the last two, runs of hundreds of orders can take minutes.
+    preferred_pods
+        Which of the pods that serve as well the aggregated form looks at first: ``"idle"`` (bound for no station),
+        ``"bound"`` (for some station), ``"none"`` (those with lower numbers), ``"random"`` (drawn anew in each period).
     packing_capacity
         C: split orders that the packing stations have room for, those already open included (18); none by default.
 
@@ -219,10 +239,12 @@ class SplitOverTime(_Split):
     unused_capacity_weight
         W_u in the objective (1): what a free place that stays unused costs, in pod-station visits.
     tie_break
-        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper; the aggregated form
-        looks at pods that are bound for no station before others that serve as well), ``"oldest"`` (among the optima
-        the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants). The optimum of
-        (1) is never given up; with the last two, runs of hundreds of orders can take minutes.
+        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper), ``"oldest"`` (among
+        the optima the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants). The
+        optimum of (1) is never given up; with the last two, runs of hundreds of orders can take minutes.
+    preferred_pods
+        Which of the pods that serve as well the aggregated form looks at first: ``"idle"`` (bound for no station),
+        ``"bound"`` (for some station), ``"none"`` (those with lower numbers), ``"random"`` (drawn anew in each period).
     packing_capacity
         C: split orders that the packing stations have room for, those already open included (18); none by default.
 

@@ -180,7 +180,7 @@ class Search:
             self.bound = base
         else:
             self.bound = base + max(1, fewest_visits(network))
-            visits, _ = greedy_visits(network, reduced.period.idle)
+            visits, _ = greedy_visits(network, reduced.period.preferred)
         self._try(visits, "bounds" if visits else "flow")
 
     def _try(self, visits: Visits, how: str) -> None:

@@ -20,7 +20,7 @@ def test_flow_and_its_bound(periods):
             continue
         network = network_of(reduced)
         assert network.flow() == _flow_by_paths(network)
-        visits, filled = greedy_visits(network, period.idle)
+        visits, filled = greedy_visits(network, period.preferred)
         assert filled.flow() == network.target
         least = fewest_visits(network)
         assert least <= len(visits)

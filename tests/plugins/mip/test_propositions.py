@@ -22,8 +22,9 @@ class AskAll:
     splits_over_time: ClassVar[bool] = {splits}
 
     @hookimpl
-    def assign_orders_and_pods(self, warehouse):
-        answers = [rule().assign_orders_and_pods(warehouse) for rule in (Integrated, SplitAmongStations, SplitOverTime)]
+    def assign_orders_and_pods(self, warehouse, rng):
+        rules = (Integrated, SplitAmongStations, SplitOverTime)
+        answers = [rule().assign_orders_and_pods(warehouse, rng) for rule in rules]
         whole, among, over = (answer.report for answer in answers)
         assert all(report.status == "optimal" for report in (whole, among, over)), "proposition 1"
         assert among.objective <= whole.objective, "proposition 2"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from rmfs_mip import Integrated, SplitAmongStations, SplitOverTime
 
@@ -11,6 +12,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.testing import small_world
 from rmfs_core.warehouse import WarehouseView
 
+RNG = np.random.default_rng(0)
 RULES = (Integrated, SplitAmongStations, SplitOverTime)
 SMALL = [f"instance.{key}" for key in ("orders=20", "pods=30")]
 SMALL += [f"layout.{key}" for key in ("block_rows=5", "block_columns=3", "stations_east=2")]
@@ -21,7 +23,7 @@ def test_nothing_to_do(rule):
     """Orders that no pod can serve, or none at all: nothing is decided, and that is optimal."""
     for orders in ({"1": ["nowhere"]}, {}):
         world = small_world(orders, {"p": ["a"]})
-        decision = rule().assign_orders_and_pods(WarehouseView(world))
+        decision = rule().assign_orders_and_pods(WarehouseView(world), RNG)
         assert (decision.assignments, decision.trips) == ((), ())
         assert decision.report.status == "optimal"
         assert decision.report.objective == decision.report.bound == 2 * 15
@@ -30,8 +32,8 @@ def test_nothing_to_do(rule):
 def test_a_split_needs_fewer_visits():
     """Example 1: two visits, each station one SKU of both orders."""
     world = small_world({"1": ["a", "b"], "2": ["a", "b"]}, {"p": ["a"], "q": ["b"]}, capacities=(2, 2))
-    assert len(Integrated().assign_orders_and_pods(WarehouseView(world)).trips) == 4
-    decision = SplitAmongStations().assign_orders_and_pods(WarehouseView(world))
+    assert len(Integrated().assign_orders_and_pods(WarehouseView(world), RNG).trips) == 4
+    decision = SplitAmongStations().assign_orders_and_pods(WarehouseView(world), RNG)
     assert isinstance(decision, JointDecision)
     assert len(decision.trips) == 2
     assert {(a.order, len(a.skus)) for a in decision.assignments} == {(0, 1), (1, 1)}
@@ -42,7 +44,7 @@ def test_a_pod_that_is_there_costs_nothing():
     world = small_world({"1": ["b"], "2": ["a"], "3": ["a"]}, {"p": ["a"], "q": ["b"]}, capacities=(1,))
     world.bind(world.pods[0], world.stations[0])
     for rule in RULES:
-        decision = rule().assign_orders_and_pods(WarehouseView(world))
+        decision = rule().assign_orders_and_pods(WarehouseView(world), RNG)
         assert decision.assignments == (OrderAssignment(1, 0, (world.orders[1].lines[0].sku,)),)
         assert decision.trips == ()
 
@@ -73,13 +75,15 @@ def test_what_the_models_do_not_cover_is_refused(rule, override, said):
         {"unused_capacity_weight": 0},
         {"tie_break": "youngest"},
         {"formulation": "paper", "tie_break": "oldest"},  # the printed form leaves ties to the solver
+        {"preferred_pods": "far"},
+        {"formulation": "paper", "preferred_pods": "random"},
         {"packing_capacity": -1},
     ],
     ids=str,
 )
 def test_wrong_parameters(wrong):
     """A bad value is refused when the rule is created."""
-    with pytest.raises(ValueError, match=next(iter(wrong)) if len(wrong) == 1 else "tie_break"):
+    with pytest.raises(ValueError, match=list(wrong)[-1]):
         SplitOverTime(**wrong)
 
 
@@ -109,6 +113,17 @@ def test_tie_breaks_in_a_run(tie_break):
     """Runs with the other tie-breaks complete every order, too."""
     result = rmfs_core.run("paper-250-integrated", overrides=[*SMALL, f"rules.poa_pps.tie_break={tie_break}"])
     assert result.status == "complete"
+
+
+@pytest.mark.parametrize("rule", ["integrated", "split-among-stations", "split-over-time"])
+@pytest.mark.parametrize("preferred", ["bound", "none", "random"])
+def test_preferred_pods_in_a_run(rule, preferred):
+    """Runs that prefer other pods complete every order, and repeat; every period is solved to its optimum."""
+    overrides = [*SMALL, f"rules.poa_pps.preferred_pods={preferred}"]
+    first, second = (rmfs_core.run(f"paper-250-{rule}", overrides=overrides) for _ in range(2))
+    assert first.status == "complete"
+    assert first.metrics == second.metrics
+    assert first.metrics["solves_stopped_early"] == 0
 
 
 def test_a_limit_is_reported():
