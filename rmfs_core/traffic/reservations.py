@@ -138,9 +138,10 @@ class Reservations:
         self.add(owner, Occupancy(cells, begins, ends))
 
     def seize(self, owner: int, occupancy: Occupancy) -> set[int]:
-        """As `commit`, but who else has one of the cells then loses what it has reserved of that cell.
+        """As `commit`, but who else has one of the cells then loses all that it has reserved of that cell.
 
-        Returns who has lost something.
+        Returns who has lost something. What the table has of them is no whole path any more: whoever calls this commits
+        another one for each of them.
         """
         from rmfs_core.traffic import intervals
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import rmfs_core
@@ -26,15 +27,16 @@ from rmfs_core.layout import check_layout, parse_map
 from rmfs_core.results import load_result
 from rmfs_core.scenario.model import RuleChoice
 from rmfs_core.simulation.driving.complete import CompleteDriving
-from rmfs_core.simulation.driving.reserved import Course
+from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
+from rmfs_core.simulation.driving.windowed import WindowedDriving
+from rmfs_core.simulation.engine import Simulation
 from rmfs_core.testing import small_instance, small_layout
-from rmfs_core.traffic import Query, Roads, occupancy, timed_path
+from rmfs_core.traffic import FOREVER, Occupancy, Query, Roads, occupancy, timed_path
 
 CORRIDOR_MAP = "\n".join(["#" + "." * 60 + "qO", "#.." + "@" * 57 + "...", "#.#" + "@" * 60, "@#@" + "@" * 60])
 """One lane of nearly 60 cells, two-way, between all storage locations and the station."""
 
 CORRIDOR = parse_map(CORRIDOR_MAP, "corridor")
-QUARTER_TICKS = 625
 INSTANCE = small_instance(
     {f"o{i}": [sku] for i, sku in enumerate("abcd" * 4)}, {"1": ["a"], "2": ["b"], "3": ["c"], "4": ["d"]}
 )
@@ -214,17 +216,19 @@ class Moves:
             self.moves.append(event)
 
 
-def runs_across_a_stop(moves: list[RobotMoved], roads: Roads) -> int:
-    """Runs that, when they begin, cross a cell while another robot has it if that stays where its own run ends."""
+def overlapping(moves: list[RobotMoved], roads: Roads) -> int:
+    """Runs that, when they begin, overlap what another robot has until it begins its next run, or for ever."""
+    quarter = int(roads.passing.turns[1])
     begun: dict[int, dict[int, dict[int, tuple[int, int]]]] = {}
+    now: dict[int, dict[int, tuple[int, int]]] = {}
     for move in moves:
-        heading = (move.heading - move.turn_ticks // QUARTER_TICKS) % 4
+        now.setdefault(move.robot, {move.origin: (0, FOREVER)})
+        heading = (move.heading - move.turn_ticks // quarter) % 4  # turns to the left take as long
         begin = move.tick - move.turn_ticks - int(roads.passing.runs[move.distance_m])
         path = timed_path(roads, Query(move.robot, move.origin, heading, begin, move.to), (Leg(move.to),))
         has = occupancy(roads, path)
         cells = zip(has.cells.tolist(), zip(has.since.tolist(), has.until.tolist(), strict=True), strict=True)
         begun.setdefault(begin, {})[move.robot] = dict(cells)
-    now: dict[int, dict[int, tuple[int, int]]] = {}
     found = 0
     for begin, beginning in sorted(begun.items()):
         if begin > moves[-1].tick - 60_000:
@@ -241,37 +245,96 @@ def runs_across_a_stop(moves: list[RobotMoved], roads: Roads) -> int:
 
 
 @pytest.mark.parametrize("robots", [8, 32])
-def test_a_run_across_a_cell_that_another_robot_stops_in_is_refused(robots: int) -> None:
-    """With `whca-n` robots set out only where nobody stands or will stop, whatever is reserved; `sipp` lets them."""
-    found = {}
-    for pp in ("whca-n", "sipp"):
+def test_a_run_across_a_stop_is_refused(monkeypatch: pytest.MonkeyPatch, robots: int) -> None:
+    """With `whca-n` no run begins that overlaps another's or its stop, whatever is reserved; without that, some do."""
+
+    def overlapping_runs() -> int:
         observer = Moves()
-        settings = [f"rules.pp={pp}", f"robots.count={robots}", "instance.orders=60", "stations.pick_s=1.0"]
+        settings = ["rules.pp=whca-n", f"robots.count={robots}", "instance.orders=60", "stations.pick_s=1.0"]
         result = rmfs_core.run("paper-250", overrides=settings, observers=[observer])
         assert result.status == "complete"
-        found[pp] = runs_across_a_stop(observer.moves, paper_roads())
-    assert found["whca-n"] == 0
-    assert found["sipp"] > 0
+        return overlapping(observer.moves, paper_roads())
+
+    assert overlapping_runs() == 0
+    monkeypatch.setattr(WindowedDriving, "_register", ReservedDriving._register)
+    monkeypatch.setattr(WindowedDriving, "_leave_station", leaves_at_once)
+    assert overlapping_runs() > 0
 
 
-def test_who_is_refused_plans_anew(tiny_run: Callable[..., Any]) -> None:
-    """A robot that is refused keeps its cell, and so loses its path whoever has reserved that cell."""
-    simulation = tiny_run(INSTANCE, robots=3, queue_length=1, layout=CORRIDOR, pp="whca-n").simulation
+def leaves_at_once(driving: WindowedDriving, course: Course) -> None:
+    """Take a robot out of the line without waiting for a run to be registered."""
+    station = driving._leave_line(course)
+    if station is not None:
+        driving._let_move_up(station)
+
+
+def blocked(simulation: Simulation) -> tuple[Course, int]:
+    """Let the last robot have the cell ahead of the first one, which only the runs that are registered know."""
     driving = simulation._driving
-    table, (first, second, third) = driving.table, driving.courses
-    cell, ahead = first.robot.cell, driving.roads.layout.neighbour(first.robot.cell, 1)
-    driving._registered.release(third.robot.id)
-    driving._registered.hold(third.robot.id, ahead, 0)
-    table.hold(first.robot.id, ahead, 10, 20)
-    table.release(first.robot.id)
-    table.hold(second.robot.id, cell, 500, 600)
-    assert not driving._sets_out(first, Leg(ahead))
-    assert [who for who, _, _ in table.reserved(cell)] == [first.robot.id]
-    assert table.can_be_held(cell, 0, first.robot.id)
-    assert [who for who, _, _ in table.reserved(second.robot.cell)] == [second.robot.id]
+    assert isinstance(driving, WindowedDriving)
+    first, last = driving.courses[0], driving.courses[-1]
+    ahead = driving.roads.layout.neighbour(first.robot.cell, 1)
+    assert ahead is not None
+    driving._registered.hold(last.robot.id, ahead, 0)
+    return first, ahead
+
+
+def test_who_had_reserved_the_cell_of_a_refused_robot_plans_anew(tiny_run: Callable[..., Any]) -> None:
+    """A robot that is refused keeps its cell; another that has reserved that loses its path, and gets one again."""
+    simulation = tiny_run(INSTANCE, robots=3, queue_length=1, layout=CORRIDOR, pp="whca-n").simulation
+    driving, table = simulation._driving, simulation._driving.table
+    first, ahead = blocked(simulation)
+    second = driving.courses[1]
+    table.commit(first.robot.id, table_row((first.robot.cell, 0, 100)))
+    table.commit(second.robot.id, table_row((second.robot.cell, 0, FOREVER), (first.robot.cell, 500, 600)))
+    assert not driving._register(first, Leg(ahead))
+    assert [owner for owner, _, _ in table.reserved(first.robot.cell)] == [first.robot.id]
+    assert [owner for owner, _, _ in table.reserved(second.robot.cell)] == [second.robot.id]
     assert set(driving._asking) == {first.robot.id, second.robot.id}
     sentence = driving._waits_for(first)
-    assert f"waits for {CORRIDOR.where(ahead)}, which robot {third.robot.name} has" in sentence
+    assert f"waits for {CORRIDOR.where(ahead)}, which robot {driving.courses[-1].robot.name} has" in sentence
+
+
+def table_row(*intervals: tuple[int, int, int]) -> Occupancy:
+    """Cells with since and until, as a path would occupy them."""
+    return Occupancy(*(np.array(column, dtype=np.int64) for column in zip(*intervals, strict=True)))
+
+
+class Ghost:
+    """Observer that lets the idle one of two robots have the cell ahead of the other, unknown to whoever plans."""
+
+    simulation: Simulation
+    cell: int | None = None
+
+    @rmfs_core.hookimpl
+    def on_event(self, event: Event) -> None:
+        """Take the cell when a robot gets its task."""
+        if isinstance(event, TaskAssigned):
+            driving, robot = self.simulation._driving, self.simulation.warehouse.robots[event.robot]
+            location = self.simulation.warehouse.pods[event.pod].location
+            self.cell = driving._ahead(Query(robot.id, robot.cell, robot.heading, 0, location))
+            driving._registered.hold(1 - robot.id, self.cell, 0)
+
+
+def test_who_is_refused_for_long_steps_aside(tiny_run: Callable[..., Any]) -> None:
+    """A robot that is refused for thirty seconds tries another way."""
+    tiny = tiny_run(small_instance({"1": ["a"]}, {"1": ["a"]}), robots=2, pp="whca-n")
+    ghost = Ghost()
+    ghost.simulation = tiny.simulation
+    tiny.simulation.rules.register_observer(ghost)
+    tiny.simulation.run()
+    assert len(tiny.recorder.of(OrderCompleted)) == 1
+    moves = tiny.recorder.of(RobotMoved)
+    assert 30_000 <= moves[0].start_tick < 33_000
+    assert moves[0].distance_m == 1
+    assert ghost.cell not in {move.to for move in moves}
+
+
+def test_a_long_wait_in_line_is_no_standstill() -> None:
+    """Robots that wait for the picker for longer than ``run.standstill_s`` are where they should be."""
+    settings = ["rules.pp=whca-n", "instance.orders=30", "robots.count=5", "layout.stations_east=1"]
+    settings += ["stations.pick_s=600.0", "stations.handle_s=600.0", "run.standstill_s=900.0"]
+    assert rmfs_core.run("paper-250", overrides=settings).status == "complete"
 
 
 @pytest.mark.parametrize("reserves", ["full paths", "windows"])

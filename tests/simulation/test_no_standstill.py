@@ -10,7 +10,9 @@ from attrs import evolve
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
+from rmfs_core import hookimpl
 from rmfs_core.errors import InputError, StandstillError
+from rmfs_core.events import Event, QueueJoined
 from rmfs_core.instance import Instance, make_instance
 from rmfs_core.layout import Layout, block_map, check_layout, parse_map
 from rmfs_core.observers import TraceWriter
@@ -25,6 +27,7 @@ from rmfs_core.scenario.model import (
     Scenario,
     StationsSection,
 )
+from rmfs_core.simulation.driving.reserved import ReservedDriving
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.testing import validate_trace
 
@@ -106,6 +109,22 @@ def attacks(draw: st.DrawFn, max_robots: int, pp: str = "sipp") -> tuple[Scenari
     return scenario, make_instance(scenario), layout
 
 
+class LinesInOrder:
+    """Observer that holds the lines of the driving against those at the stations."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self.simulation = simulation
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        """Whoever has joined a line stands at the same place in both."""
+        driving = self.simulation._driving
+        if isinstance(event, QueueJoined) and isinstance(driving, ReservedDriving):
+            for station in self.simulation.warehouse.stations:
+                joined = [course.robot for course in driving.lines[station.id] if course.joined]
+                assert joined == [robot for robot in station._line if robot in joined]
+
+
 def completes(scenario: Scenario, instance: Instance, layout: Layout) -> None:
     """Run to the end; every order is complete, and no two robots ever had one cell."""
     rules = RuleSet.load(scenario.rules, ".")
@@ -113,6 +132,7 @@ def completes(scenario: Scenario, instance: Instance, layout: Layout) -> None:
         trace = TraceWriter(Path(folder) / "trace.jsonl.gz")
         rules.register_observer(trace)
         simulation = Simulation(scenario, instance, layout, rules)
+        rules.register_observer(LinesInOrder(simulation))
         simulation.run()
         rules.pm.hook.run_ended(tick=simulation.now, status=simulation.status)
         assert simulation.status == "complete"

@@ -140,8 +140,8 @@ class ReservedDriving:
         """Give a robot a new goal."""
         raise NotImplementedError
 
-    def _sets_out(self, _course: Course, _leg: Leg) -> bool:
-        """Whether a robot begins a leg that it has reserved."""
+    def _register(self, _course: Course, _leg: Leg) -> bool:
+        """Take note that a robot begins a leg that it has reserved; return whether it does."""
         return True
 
     # Paths
@@ -211,7 +211,7 @@ class ReservedDriving:
                 if changed.triggered:
                     continue
             leg = course.legs.popleft()
-            if leg.to == robot.cell or not self._sets_out(course, leg):
+            if leg.to == robot.cell or not self._register(course, leg):
                 continue
             heading, turn, ticks = run.turn_and_run(robot, leg)
             now, loaded = run.warehouse.now, robot.pod is not None

@@ -2,18 +2,20 @@
 
 Non-volatile: reservations live on, and only robots that need a new path plan, at most one round of them per second of
 simulated time: robots with pods first, then those nearer to their goals. A robot plans when it is given a goal, where
-its path ends before the goal, when a run is refused, and when the line it stands in moves. One that finds no path that
-moves it stays and asks again two seconds later; one that has not moved for thirty seconds steps into a free cell beside
-it, drawn at random.
+its path ends before the goal, when it has lost its path (below), and when the line it stands in moves. One that finds
+no path that moves it stays and asks again two seconds later at the latest; one that has found none, or has been
+refused, for thirty seconds steps into a free cell beside it, drawn at random.
 
-Robots set out on one run at a time, each registered when it begins. A registered run occupies its cells as a reserved
-one does, but its last cell for ever, since it is not known yet that the next run will begin in time. A run across a
-cell that another robot stands in, or comes to a stop in, is refused, even if the reserved paths would let it pass. A
-robot that is refused stays. It loses the rest of its path; so does whoever has reserved the cell that it stays in, and
-stays where its own run ends.
+Robots drive run by run, and each run is registered when it begins. It occupies its cells as a reserved one does, but
+its last cell without end, since nobody knows yet that the next run will begin in time. No two registered runs overlap;
+a robot at rest has registered its cell. So a run is refused if it crosses a cell after another robot has come to a stop
+there, or comes to a stop in one that another has yet to cross, even if the reserved paths would let both pass. A robot
+that is refused loses its path and keeps its cell; whoever had reserved that cell loses its path as well, and stops
+where its own run ends.
 
-The line at a station is in the order in which the reserved paths enter its queue; a robot that loses its path before
-the queue loses its place. A robot is planned for to the place behind those ahead of it.
+The line at a station is in the order in which the reserved paths enter its queue; a robot that loses its path on the
+way there loses its place. A robot is planned for to the place behind those ahead of it, and leaves the line when it
+begins its first run away from the station.
 
 There is no proof against deadlock: a robot that is on its way for ``run.standstill_s`` ends the run with an error that
 says who waits for whom.
@@ -51,15 +53,15 @@ class Errand:
     Parameters
     ----------
     set_out
-        Tick at which it was given its goal.
+        Tick at which it was given its goal, or the place ahead in its line.
     moved
-        Tick at which its last run ended or ends.
+        Tick at which its last run ended or ends; that of ``set_out`` when there was none since.
     entry
         Tick at which its path enters the queue of the station it goes to.
     leaves
-        Station that it stands in front of until its path leads away.
+        Station that it stands in front of until it begins a run away.
     refused
-        Cell that its last run was refused for; None when it was not.
+        Cell that it was refused a run for since it moved last; None when it was not.
     """
 
     set_out: int = 0
@@ -102,7 +104,7 @@ class WindowedDriving(ReservedDriving):
         self._leave_station(course)
         self._clear(cell, robot)
         self._send(course, cell)
-        while robot.cell != cell or course.legs:
+        while robot.cell != cell or not self._rests(course):
             yield course.arrived
 
     def to_station(self, robot: Robot, station: Station) -> Process:
@@ -122,12 +124,16 @@ class WindowedDriving(ReservedDriving):
             self._set_out(course)
 
     def _set_out(self, course: Course) -> None:
-        errand = self._errands[course.robot.id]
-        errand.set_out = errand.moved = self.run.warehouse.now
+        self._start_clocks(course)
         self._request(course)
 
+    def _start_clocks(self, course: Course) -> None:
+        errand = self._errands[course.robot.id]
+        errand.set_out = errand.moved = self.run.warehouse.now
+        errand.refused = None
+
     def _leave_station(self, course: Course) -> None:
-        """Note that a robot goes elsewhere; it stays in the line until its path leads away."""
+        """Note that a robot goes elsewhere; it stays in the line until it begins a run away."""
         if course.station is not None:
             self._errands[course.robot.id].leaves = course.station
             course.station, course.joined = None, False
@@ -171,30 +177,25 @@ class WindowedDriving(ReservedDriving):
         if query.cell == query.goal:
             if self._rests(course):
                 self._arrive(course)
-                return
-            legs: list[Leg] = []
-        else:
-            legs = self._ask(query)
-            if all(leg.to == query.cell for leg in legs):
-                legs = []
-            if not legs or self._has_stood_long(course):
-                self._give_up_if_late(course)
-                legs = self._step_aside(course, query) or legs
-            if not legs:
-                if self._rests(course):  # where a path goes on it asks again at its end
-                    self.env.process(self._ask_again(course))
-                return
-        self._go(course, query, legs)
+            elif course.legs:  # it passes its goal, and could go on
+                self._stop(course)
+            return
+        legs = self._ask(query)
+        if all(leg.to == query.cell for leg in legs):
+            legs = []
+        if not legs or self._has_been_refused_for_long(course):
+            self._give_up_if_late(course)
+            legs = self._step_aside(course, query) or legs
+        if legs:
+            self._go(course, query, legs)
+        elif self._rests(course):  # where a path goes on it asks again at its end
+            self.env.process(self._ask_again(course))
 
     def _go(self, course: Course, query: Query, legs: list[Leg]) -> None:
-        """Reserve a path, and see whether it leads into a line or out of one."""
+        """Reserve a path, and see whether it leads into a line."""
         run, errand = self.run, self._errands[course.robot.id]
         path = run.asker.apply(run.rule, lambda: self._commit(course, query, legs))
-        station, left = course.station, errand.leaves
-        if left is not None:
-            errand.leaves = None
-            self.lines[left.id].remove(course)
-            self._let_move_up(left)
+        station = course.station
         if station is not None and course not in self.lines[station.id]:
             enters = path.since[path.cells == station.cells.queue[-1]]
             if len(enters):
@@ -202,40 +203,56 @@ class WindowedDriving(ReservedDriving):
                 insort(self.lines[station.id], course, key=lambda other: self._errands[other.robot.id].entry)
 
     def _let_move_up(self, station: Station) -> None:
-        for course in self.lines[station.id]:
+        for place, course in enumerate(self.lines[station.id]):
             if self._rests(course):
+                if course.robot.cell == station.cells.slot(place + 1):
+                    self._start_clocks(course)
                 self._request(course)
 
-    # Runs that are refused
+    # Runs that are registered or refused
 
-    def _sets_out(self, course: Course, leg: Leg) -> bool:
-        """Register a run, or let the robot stay if another stands in its way."""
-        robot, now, errand = course.robot, self.run.warehouse.now, self._errands[course.robot.id]
-        query = Query(robot.id, robot.cell, robot.heading, now, leg.to, robot.pod is not None)
-        run = timed_path(self.roads, query, (Leg(leg.to),))
+    def _register(self, course: Course, leg: Leg) -> bool:
+        """Register a run; when another is in its way, stop the robot instead."""
+        robot, errand = course.robot, self._errands[course.robot.id]
+        query = Query(robot.id, robot.cell, robot.heading, self.run.warehouse.now, leg.to, loaded=robot.pod is not None)
+        path = timed_path(self.roads, query, (Leg(leg.to),))
         try:
-            self._registered.commit(robot.id, occupancy(self.roads, run))
+            self._registered.commit(robot.id, occupancy(self.roads, path))
         except ReservedError as error:
             errand.refused = error.cell
-        else:
-            errand.moved, errand.refused = run.end_tick, None
-            return True
-        self._give_up_if_late(course)
-        self._stay(course)
-        return False
+            self._stop(course)
+            return False
+        errand.moved, errand.refused = path.end_tick, None
+        left, errand.leaves = errand.leaves, None
+        if left is not None:
+            self.lines[left.id].remove(course)
+            self._let_move_up(left)
+        return True
 
-    def _stay(self, course: Course) -> None:
-        """Let a robot stay where it stands or where its run ends, and plan anew; so those who reserved that cell."""
-        stop = self._path(course, self._departure(course, course.goal), ())
-        losers = self.table.seize(course.robot.id, occupancy(self.roads, stop))
-        self._replace(course, ())
+    def _stop(self, course: Course) -> None:
+        """Take a robot's path from it: it stops where it stands or where its run ends, and plans anew.
+
+        So does whoever had reserved that cell, and whoever had reserved the cell where that one stops. What is reserved
+        for a robot that has stopped is what it has registered, which no other robot's overlaps: nobody stops twice.
+        """
+        stopping = [course]
+        for each in stopping:
+            path = self._path(each, self._departure(each, each.goal), ())
+            losers = self.table.seize(each.robot.id, occupancy(self.roads, path))
+            self._replace(each, ())
+            self._lose_place(each)
+            self._request(each)
+            stopping += [self.courses[loser] for loser in sorted(losers) if self.courses[loser] not in stopping]
+
+    def _lose_place(self, course: Course) -> None:
+        """Take a robot that is not in the lane yet out of the line that its path led into."""
         station = course.station
-        if station is not None and course in self.lines[station.id] and self._outside(course, station):
+        if station is None or course.joined or course not in self.lines[station.id]:
+            return
+        if self._outside(course, station):
             self.lines[station.id].remove(course)
             self._let_move_up(station)
-        self._request(course)
-        for loser in sorted(losers):
-            self._stay(self.courses[loser])
+            self._join(station)
 
     # Robots that cannot move
 
@@ -250,12 +267,18 @@ class WindowedDriving(ReservedDriving):
         now = self.run.warehouse.now
         return self._rests(course) and now - self._errands[course.robot.id].moved >= PATIENCE_TICKS
 
+    def _has_been_refused_for_long(self, course: Course) -> bool:
+        return self._errands[course.robot.id].refused is not None and self._has_stood_long(course)
+
     def _step_aside(self, course: Course, query: Query) -> list[Leg]:
-        """Legs into a free cell beside a robot that has stood for long; none before, or where there is no such cell."""
-        if self._has_stood_long(course):
+        """Legs into a free cell beside a robot that has stood for long; none before, or where there is no such cell.
+
+        Who stands in a line never leaves it so.
+        """
+        if self._has_stood_long(course) and not course.joined:
             for leg in self._steps(query):
                 step = occupancy(self.roads, timed_path(self.roads, query, (leg,)))
-                if self.table.is_free(query.robot, step) and self._registered.is_free(query.robot, step):
+                if self.table.is_free(query.robot, step):
                     return [leg]
         return []
 
