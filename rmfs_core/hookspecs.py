@@ -197,8 +197,10 @@ class DecisionHooks:
             robot can set out (`rmfs_core.traffic.asking.Traffic`); a robot that is on its way sets out where the leg
             under way ends. None for a rule that does not.
         :param rng: the rule's random generator.
-        :return: the legs to drive; none only for a robot that is to set out from the goal itself. A rule for full paths
-            answers None where there is no path: two robots on the way to a station change places only if both have one.
+        :return: the legs to drive; none only for a robot that is to set out from the goal itself. A rule that reserves
+            answers None where there is no path. With windows the robot then stays, and the rule is asked again two
+            seconds later; with full paths that happens only to two robots on the way to a station, which change places
+            if both have one.
 
         Example::
 

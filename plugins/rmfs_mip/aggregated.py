@@ -20,7 +20,9 @@ from rmfs_mip.solution import Model
 from rmfs_mip.solver import Program
 
 PREFERENCE = 1e-3
-"""What a pod costs more that is bound for another station, where it is wanted first. Decides ties only."""
+"""What the least preferred pod costs more than the one preferred most, at most."""
+MOST_PREFERENCE = 0.1
+"""What all pods together cost more, at most: with a whole W_u far less than any difference in (1)."""
 
 
 @define
@@ -109,8 +111,10 @@ class Builder:
         if self.gains is None:
             for column, cost in self.objective.items():
                 program.cost[column] = cost
-            for (pod, _), column in self.model.x.items():
-                program.cost[column] += PREFERENCE * (1 - self.reduced.period.preferred[pod])
+            if float(self.weight).is_integer():  # else (1) may differ by less than that
+                extra = min(PREFERENCE, MOST_PREFERENCE / max(sum(self.reduced.capacities), 1))
+                for (pod, _), column in self.model.x.items():
+                    program.cost[column] += extra * (1 - self.reduced.period.preferred.pods[pod])
             program.constant = self.constant
         return self.model
 
@@ -133,7 +137,7 @@ class Builder:
         period = reduced.period
         wanted = reduced.wanted(station) & ~period.covered[station]
         gains = None if self.gains is None else self.gains.pod
-        value = period.preferred if gains is None else gains + period.preferred / 2
+        value = period.preferred.pods if gains is None else gains + period.preferred.pods / 2
         bringing: dict[int, list[int]] = {}
         for pod in reduced.classes(wanted, value):
             column = self.model.x[pod, station] = program.column()

@@ -79,7 +79,7 @@ def arrays_of(reduced: Reduced, splits: int | None = None) -> tuple[Arrays, list
     period = reduced.period
     useful = np.array([reduced.wanted(s) & ~period.covered[s] for s in range(len(reduced.capacities))])
     somewhere: NDArray[np.bool_] = np.asarray(useful.any(axis=0))
-    pods = reduced.classes(somewhere, period.preferred)
+    pods = reduced.classes(somewhere, period.preferred.pods)
     brings = period.stock.holds[pods] * somewhere > 0
     pod, sku = np.nonzero(brings)
     by_sku = np.argsort(sku, kind="stable")

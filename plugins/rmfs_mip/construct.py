@@ -29,7 +29,7 @@ def whole_order_visits(reduced: Reduced, weight: float) -> Visits:
     sizes = np.array([types[o].size if o in types else 0 for o in range(len(period.orders))])
     left = sizes > 0
     visits: list[tuple[int, int]] = []
-    preferred = period.preferred.copy()
+    preferred = period.preferred.pods.copy()
     while True:
         station, order = _best(wanted, covered, sizes, left, rooms, weight)
         if order < 0:
@@ -40,7 +40,8 @@ def whole_order_visits(reduced: Reduced, weight: float) -> Visits:
             brings = period.stock.holds @ missing
             pod = int(np.lexsort((-demand, -preferred, -brings))[0])
             visits.append((pod, station))
-            preferred[pod] = 0.0
+            if period.preferred.once_sent is not None:
+                preferred[pod] = period.preferred.once_sent
             covered[station] |= period.stock.holds[pod] > 0
             missing &= ~covered[station]
         left[order] = False

@@ -13,6 +13,8 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
+from rmfs_mip.period import Preference
+
 MOST_STATIONS = 8
 """More stations with free places than this have too many cuts; the solver takes over."""
 
@@ -123,21 +125,22 @@ def fewest_visits(network: Network) -> int:
     return least[every]
 
 
-def greedy_visits(network: Network, preferred: Floats) -> tuple[tuple[tuple[int, int], ...], Network]:
+def greedy_visits(network: Network, preference: Preference) -> tuple[tuple[tuple[int, int], ...], Network]:
     """Add, one at a time, the visit that fills the most places until ``target`` are full.
 
-    Ties: the pod that is preferred most and not sent yet (`Period.preferred`), most demand, first station and pod.
+    Ties: the pod that is preferred, most demand, first station and pod.
     """
     visits: list[tuple[int, int]] = []
-    flow, preferred = network.flow(), preferred.copy()
+    flow, preferred = network.flow(), preference.pods.copy()
     while flow < network.target:
         flows, gains = network.flows_with_one_more()
         flows = np.minimum(flows, network.target)
-        disliked = np.broadcast_to(1 - preferred, flows.shape)
-        best = np.lexsort((-gains.ravel(), disliked.ravel(), -flows.ravel()))[0]
+        first = np.broadcast_to(preferred, flows.shape)
+        best = np.lexsort((-gains.ravel(), -first.ravel(), -flows.ravel()))[0]
         station, pod = divmod(int(best), flows.shape[1])
         network = network.adding(pod, station)
         visits.append((pod, station))
-        preferred[pod] = 0.0
+        if preference.once_sent is not None:
+            preferred[pod] = preference.once_sent
         flow = int(flows[station, pod])
     return tuple(visits), network

@@ -53,6 +53,22 @@ class Stock:
         return cls(tuple(pod.id for pod in pods), tuple(tuple(sorted(pod.contents)) for pod in pods), n_skus)
 
 
+@frozen(eq=False)
+class Preference:
+    """Which pods are sent first among those that serve as well.
+
+    Parameters
+    ----------
+    pods
+        From 0 to 1 for each pod; those with more go first. Shape (pods,).
+    once_sent
+        What a pod that this period sends has from then on; None: the same as before.
+    """
+
+    pods: NDArray[np.float64]
+    once_sent: float | None = None
+
+
 @define(eq=False, slots=False)
 class Period:
     """Stations with free capacity, the backlog and the pods. Everything but ids is a position in these sequences.
@@ -76,8 +92,7 @@ class Period:
     split_open
         n^l: split orders that take a place at the packing stations now.
     preference
-        From 0 to 1 for each pod: among pods that serve as well, those with more are looked at first. None: 1 for those
-        that are bound for no station, else 0. Shape (pods,).
+        Which pods are sent first among those that serve as well. None: those that are bound for no station.
     """
 
     stock: Stock
@@ -91,7 +106,7 @@ class Period:
     busy: tuple[int, ...] = ()
     begun: tuple[bool, ...] = ()
     split_open: int = 0
-    preference: NDArray[np.float64] | None = None
+    preference: Preference | None = None
 
     @classmethod
     def of(cls, warehouse: WarehouseView, stock: Stock, *, packing: bool = False) -> Period:
@@ -163,10 +178,10 @@ class Period:
         idle[list(self.busy)] = 0.0
         return idle
 
-    @property
-    def preferred(self) -> NDArray[np.float64]:
-        """`preference`, or what it is when None. Shape (pods,)."""
-        return self.idle if self.preference is None else self.preference
+    @cached_property
+    def preferred(self) -> Preference:
+        """`preference`, or what it is when None."""
+        return Preference(self.idle, once_sent=0.0) if self.preference is None else self.preference
 
     @property
     def visits_before(self) -> int:
@@ -178,7 +193,7 @@ class Period:
         return bool(self.begun) and self.begun[order]
 
     def to_json(self) -> dict[str, Any]:
-        """Return the period, without the stock, as values that JSON can hold."""
+        """Return the period, without the stock and the preference, as values that JSON can hold."""
         return {
             "stations": self.stations,
             "capacities": self.capacities,

@@ -10,15 +10,13 @@ from attrs import define, evolve, field, validators
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport, hookimpl
 from rmfs_mip.check import violation
 from rmfs_mip.paper import solve_printed
-from rmfs_mip.period import Period, Stock
+from rmfs_mip.period import Period, Preference, Stock
 from rmfs_mip.search import search_for
 from rmfs_mip.solution import Model, Solution
-from rmfs_mip.solver import Limits, collecting_later
+from rmfs_mip.solver import Limits, check_installed, collecting_later
 from rmfs_mip.ties import break_ties
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Pod, WarehouseView
 
@@ -45,8 +43,8 @@ class _Joint:
     tie_break: Literal["solver", "oldest", "demand"] = field(
         default="solver", validator=validators.in_(("solver", "oldest", "demand"))
     )
-    preferred_pods: Literal["idle", "bound", "none", "random"] = field(
-        default="idle", validator=validators.in_(("idle", "bound", "none", "random"))
+    preferred_pods: Literal["idle", "bound", "any", "random"] = field(
+        default="idle", validator=validators.in_(("idle", "bound", "any", "random"))
     )
     _stock: Stock | None = field(default=None, init=False, repr=False, eq=False)
     _pods: tuple[Pod, ...] | None = field(default=None, init=False, repr=False, eq=False)
@@ -55,7 +53,8 @@ class _Joint:
         if self.formulation == "paper" and self.tie_break != "solver":
             raise ValueError('tie_break needs formulation = "aggregated"; the printed models leave ties to the solver')
         if self.formulation == "paper" and self.preferred_pods != "idle":
-            raise ValueError('preferred_pods needs formulation = "aggregated"; the printed models prefer no pods')
+            raise ValueError('preferred_pods needs formulation = "aggregated"; the printed models have no such choice')
+        check_installed(self.solver)
 
     @property
     def _packing_capacity(self) -> int | None:
@@ -100,11 +99,12 @@ class _Joint:
             raise RuntimeError(f"the solution violates the printed model: {wrong}")
         return solution
 
-    def _preference(self, period: Period, rng: np.random.Generator) -> NDArray[np.float64]:
-        """Return how much each pod is preferred. Shape (pods,)."""
+    def _preference(self, period: Period, rng: np.random.Generator) -> Preference:
         if self.preferred_pods == "random":
-            return rng.random(len(period.stock.pods))
-        return 1 - period.idle if self.preferred_pods == "bound" else np.ones(len(period.stock.pods))
+            return Preference(rng.random(len(period.stock.pods)))
+        if self.preferred_pods == "bound":
+            return Preference(1 - period.idle, once_sent=1.0)
+        return Preference(np.ones(len(period.stock.pods)))
 
     def _stock_of(self, warehouse: WarehouseView) -> Stock:
         """Return the pods' contents, which never change: the rules need unlimited stock."""
@@ -167,8 +167,9 @@ class Integrated(_Joint):
         the optima the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants). The
         optimum of (1) is never given up; with the last two, runs of hundreds of orders can take minutes.
     preferred_pods
-        Which of the pods that serve as well the aggregated form looks at first: ``"idle"`` (bound for no station),
-        ``"bound"`` (for some station), ``"none"`` (those with lower numbers), ``"random"`` (drawn anew in each period).
+        Which of the pods that serve as well the aggregated form sends first: ``"idle"`` (bound for no station),
+        ``"bound"`` (for some station), ``"any"`` (no preference), ``"random"`` (an order drawn anew in each period).
+        Decides ties only; with a W_u that is not whole, only where no solver is needed.
 
     References
     ----------
@@ -204,8 +205,9 @@ class SplitAmongStations(_Split):
         the optima the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants). The
         optimum of (1) is never given up; with the last two, runs of hundreds of orders can take minutes.
     preferred_pods
-        Which of the pods that serve as well the aggregated form looks at first: ``"idle"`` (bound for no station),
-        ``"bound"`` (for some station), ``"none"`` (those with lower numbers), ``"random"`` (drawn anew in each period).
+        Which of the pods that serve as well the aggregated form sends first: ``"idle"`` (bound for no station),
+        ``"bound"`` (for some station), ``"any"`` (no preference), ``"random"`` (an order drawn anew in each period).
+        Decides ties only; with a W_u that is not whole, only where no solver is needed.
     packing_capacity
         C: split orders that the packing stations have room for, those already open included (18); none by default.
 
@@ -243,8 +245,9 @@ class SplitOverTime(_Split):
         the optima the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants). The
         optimum of (1) is never given up; with the last two, runs of hundreds of orders can take minutes.
     preferred_pods
-        Which of the pods that serve as well the aggregated form looks at first: ``"idle"`` (bound for no station),
-        ``"bound"`` (for some station), ``"none"`` (those with lower numbers), ``"random"`` (drawn anew in each period).
+        Which of the pods that serve as well the aggregated form sends first: ``"idle"`` (bound for no station),
+        ``"bound"`` (for some station), ``"any"`` (no preference), ``"random"`` (an order drawn anew in each period).
+        Decides ties only; with a W_u that is not whole, only where no solver is needed.
     packing_capacity
         C: split orders that the packing stations have room for, those already open included (18); none by default.
 

@@ -266,7 +266,7 @@ class Search:
             self.bound = self.incumbent.objective
             return
         builder.limit_objective(self.bound, ceiling)
-        gap = 0.9 if self.whole else 1e-6  # below 1 by more than `PREFERENCE` can add up to
+        gap = 0.9 if self.whole else 1e-6  # below 1 by as much as `MOST_PREFERENCE`
         outcome = model.program.solve(self.limits, absolute_gap=gap, seconds=self.seconds_left)
         if outcome.values is not None:
             self.offer(visits_of(model, outcome.values), parts_of(self.reduced, model, outcome.values), "solver")

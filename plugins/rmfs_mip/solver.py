@@ -74,6 +74,15 @@ class Outcome:
     optimal: bool
 
 
+def check_installed(solver: Name) -> None:
+    """Raise `ValueError` when a solver that does not come with python-mip is not installed."""
+    if solver == "gurobi":
+        from mip import gurobi
+
+        if not gurobi.has_gurobi:
+            raise ValueError('solver = "gurobi" needs an installed Gurobi (GUROBI_HOME); "highs" and "cbc" are here')
+
+
 def new_model(limits: Limits) -> mip.Model:
     """Return an empty minimisation model.
 
@@ -85,7 +94,7 @@ def new_model(limits: Limits) -> mip.Model:
     try:
         model = mip.Model(sense=mip.MINIMIZE, solver_name=_NAMES[limits.solver])
     except FileNotFoundError as error:
-        raise ValueError(f'solver "{limits.solver}" is not installed: {error}') from error
+        raise ValueError(f'solver "{limits.solver}" is not installed') from error
     model.verbose = 0
     model.threads = limits.threads
     model.seed = SEED

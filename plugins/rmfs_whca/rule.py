@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from attrs import define, field, validators
 
-from rmfs_core import Leg, Path, hookimpl
+from rmfs_core import Path, hookimpl
 from rmfs_core.clock import to_ticks
 from rmfs_core.traffic import FOREVER, Query, Reservations, TimedPath, path_of
 
@@ -80,12 +80,10 @@ class WhcaN:
         self.search(roads, Reservations(roads.cells), Query(0, locations[0], 0, 0, locations[-1]))
 
     @hookimpl
-    def plan_path(self, traffic: Traffic) -> Path:
-        """Return a path to the goal or to the end of the window; a wait where none leads anywhere."""
+    def plan_path(self, traffic: Traffic) -> Path | None:
+        """Return a path to the goal or to the end of the window; None where none leads anywhere."""
         path = self.search(traffic.roads, traffic.table, traffic.query)
-        if path is None or not path.legs:
-            return Path((Leg(traffic.query.cell, to_ticks(self.wait_s)),))
-        return path.path
+        return path.path if path is not None and path.legs else None
 
     def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
         """Return a path to the goal or to the end of the window, where the robot may stay; None when there is none."""

@@ -9,6 +9,7 @@ import numpy as np
 import pluggy
 from attrs import frozen
 
+from rmfs_core.clock import to_seconds
 from rmfs_core.decisions import Path
 from rmfs_core.errors import InputError, RuleError
 from rmfs_core.hookspecs import DecisionHooks
@@ -17,7 +18,8 @@ from rmfs_core.plugins.parameters import build
 from rmfs_core.plugins.sources import RuleSources
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError
-from rmfs_core.traffic import Planner, Query, Reservations, Roads, TimedPath, timed_path
+from rmfs_core.simulation.driving import reserves_of
+from rmfs_core.traffic import Planner, Query, Reservations, ReservedError, Roads, TimedPath, occupancy, timed_path
 from rmfs_core.traffic.asking import Traffic
 from rmfs_core.warehouse import Robot, Warehouse, WarehouseView
 
@@ -55,9 +57,8 @@ def find_planner(name: str, parameters: Mapping[str, Any], rng: np.random.Genera
         raise InputError("--pp", f"{source.describe()} is no attrs class")
     rule = build(source.target, parameters, "--set", source.describe())
     if hasattr(rule, "plan_path"):
-        return Choice(
-            HookPlanner(rule, source.describe(), rng), getattr(rule, "reserves", None) is not None, source.target
-        )
+        reserves = reserves_of(source.target, "--pp", source.describe())
+        return Choice(HookPlanner(rule, source.describe(), rng), reserves is not None, source.target)
     raise InputError("--pp", f"{source.describe()} plans no paths; expected a rule for PP, such as sipp or free-flow")
 
 
@@ -102,4 +103,17 @@ class HookPlanner:
             checks.path(warehouse, robot, query.cell, query.goal, answer.legs)
         except ImpossibleError as error:
             raise RuleError(f"{self._name} {error}.") from error
-        return timed_path(roads, query, answer.legs)
+        path = timed_path(roads, query, answer.legs)
+        if traffic is not None:
+            self._check_free(roads, table, query, path)
+        return path
+
+    def _check_free(self, roads: Roads, table: Reservations, query: Query, path: TimedPath) -> None:
+        try:
+            table.check(query.robot, occupancy(roads, path))
+        except ReservedError as error:
+            where, since_s = roads.layout.where(error.cell), to_seconds(error.since)
+            raise RuleError(
+                f"{self._name} gave robot {query.robot + 1} a path that hits a reservation: "
+                f"robot {error.owner + 1} has {where} from {since_s:.3f} s on."
+            ) from None

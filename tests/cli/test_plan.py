@@ -212,6 +212,34 @@ def test_an_impossible_path_of_a_rule_is_an_error(room: Path) -> None:
         planner.search(roads, Reservations(roads.cells), Query(0, 0, 0, 0, 23))
 
 
+@pytest.mark.parametrize(
+    ("reserves", "problem", "code"),
+    [
+        ("windows", " a path that hits a reservation: robot ", 1),
+        ("window", "has reserves = 'window'; expected one of None, 'full paths', 'windows'", 2),
+    ],
+)
+def test_a_rule_that_heeds_nobody_is_named(
+    reserves: str,
+    problem: str,
+    code: int,
+    room: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A path through another robot's reservation, and a misspelt attribute: one sentence."""
+    (room.parent / "mine.py").write_text(
+        "from attrs import define\nfrom rmfs_core import Path, hookimpl\n\n\n@define\nclass Mine:\n"
+        f"    reserves = {reserves!r}\n\n    @hookimpl\n    def plan_path(self, warehouse, robot, goal):\n"
+        "        return Path(warehouse.travel.fastest_path(robot.cell, robot.heading, goal, loaded=False))\n",
+        encoding="utf-8",
+    )
+    monkeypatch.chdir(room.parent)
+    found, _, error = ask([room.name, "--pp", "./mine.py:Mine"], capsys)
+    assert (found, error.count("\n")) == (code, 1)
+    assert problem in error
+
+
 def test_collisions_are_found() -> None:
     """Following too closely, meeting head on, and driving into who stays: each is one overlap or more."""
     roads = bare_roads(read_map_text("......\n......"))

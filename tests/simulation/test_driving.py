@@ -25,7 +25,7 @@ from rmfs_core.events import (
 )
 from rmfs_core.layout import check_layout, parse_map
 from rmfs_core.results import load_result
-from rmfs_core.scenario.model import RuleChoice
+from rmfs_core.scenario.model import RuleChoice, RunSection
 from rmfs_core.simulation.driving.complete import CompleteDriving
 from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
 from rmfs_core.simulation.driving.windowed import WindowedDriving
@@ -89,6 +89,16 @@ def test_pods_at_the_station_from_the_start_are_served_first(tiny_run: Callable[
     tiny.simulation.run()
     assert [event.pod for event in tiny.recorder.of(VisitStarted)][:2] == [1, 2]
     assert len(tiny.recorder.of(OrderCompleted)) == 16
+
+
+def test_only_the_cells_that_robots_stand_in_are_registered(tiny_run: Callable[..., Any]) -> None:
+    """Robots that stand in line from the start have nothing registered where they were before."""
+    simulation = tiny_run(INSTANCE, capacity=3, robots=4, pp="whca-n", at_stations={"1": ("2", "3")}).simulation
+    simulation._place_at_stations()
+    registered = simulation._driving._registered
+    for robot in simulation.warehouse.robots:
+        assert registered.reserved(robot.cell) == [(robot.id, 0, FOREVER)]
+    assert registered.size == 4
 
 
 def moved_without_a_task(events: list[Event]) -> bool:
@@ -251,6 +261,7 @@ def test_a_run_across_a_stop_is_refused(monkeypatch: pytest.MonkeyPatch, robots:
     def overlapping_runs() -> int:
         observer = Moves()
         settings = ["rules.pp=whca-n", f"robots.count={robots}", "instance.orders=60", "stations.pick_s=1.0"]
+        settings.append("run.until_s=10_000.0")
         result = rmfs_core.run("paper-250", overrides=settings, observers=[observer])
         assert result.status == "complete"
         return overlapping(observer.moves, paper_roads())
@@ -318,7 +329,7 @@ class Ghost:
 
 def test_who_is_refused_for_long_steps_aside(tiny_run: Callable[..., Any]) -> None:
     """A robot that is refused for thirty seconds tries another way."""
-    tiny = tiny_run(small_instance({"1": ["a"]}, {"1": ["a"]}), robots=2, pp="whca-n")
+    tiny = tiny_run(small_instance({"1": ["a"]}, {"1": ["a"]}), robots=2, pp="whca-n", run=RunSection(until_s=600.0))
     ghost = Ghost()
     ghost.simulation = tiny.simulation
     tiny.simulation.rules.register_observer(ghost)

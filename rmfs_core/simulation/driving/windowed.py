@@ -17,8 +17,8 @@ The line at a station is in the order in which the reserved paths enter its queu
 way there loses its place. A robot is planned for to the place behind those ahead of it, and leaves the line when it
 begins its first run away from the station.
 
-There is no proof against deadlock: a robot that is on its way for ``run.standstill_s`` ends the run with an error that
-says who waits for whom.
+There is no proof against deadlock: a robot that finds no path, or has been refused for thirty seconds, when it has been
+on its way to one place for longer than ``run.standstill_s``, ends the run with an error that says who waits for whom.
 
 Source: M. Merschformann, L. Xie, D. Erdmann, Multi-agent path finding with kinematic constraints for robotic mobile
 fulfillment systems, arXiv:1706.09347.
@@ -38,6 +38,7 @@ from rmfs_core.randomness import stream
 from rmfs_core.simulation.driving.base import Process, Surroundings
 from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
 from rmfs_core.traffic import Query, Reservations, ReservedError, occupancy, timed_path
+from rmfs_core.traffic.asking import Traffic
 from rmfs_core.travel import UNREACHABLE
 from rmfs_core.warehouse import Robot, Station
 
@@ -55,7 +56,7 @@ class Errand:
     set_out
         Tick at which it was given its goal, or the place ahead in its line.
     moved
-        Tick at which its last run ended or ends; that of ``set_out`` when there was none since.
+        Tick at which its last run ended or ends, or ``set_out`` if that is later.
     entry
         Tick at which its path enters the queue of the station it goes to.
     leaves
@@ -173,6 +174,7 @@ class WindowedDriving(ReservedDriving):
         return not loaded, self.run.warehouse.travel.ticks(query.cell, query.heading, query.goal, loaded), query.robot
 
     def _plan(self, course: Course) -> None:
+        self._asking.pop(course.robot.id, None)  # whom another has stopped in this round has asked again
         query = self._departure(course, self._target(course))
         if query.cell == query.goal:
             if self._rests(course):
@@ -180,8 +182,8 @@ class WindowedDriving(ReservedDriving):
             elif course.legs:  # it passes its goal, and could go on
                 self._stop(course)
             return
-        legs = self._ask(query)
-        if all(leg.to == query.cell for leg in legs):
+        legs = self.run.plan_if_possible(course.robot, query.goal, Traffic(self.roads, self.table, query))
+        if legs is None or all(leg.to == query.cell for leg in legs):
             legs = []
         if not legs or self._has_been_refused_for_long(course):
             self._give_up_if_late(course)
@@ -252,7 +254,6 @@ class WindowedDriving(ReservedDriving):
         if self._outside(course, station):
             self.lines[station.id].remove(course)
             self._let_move_up(station)
-            self._join(station)
 
     # Robots that cannot move
 

@@ -87,6 +87,13 @@ def test_wrong_parameters(wrong):
         SplitOverTime(**wrong)
 
 
+def test_a_solver_that_is_not_installed_is_said_before_the_run(monkeypatch):
+    """Also by the aggregated form, which often needs no solver."""
+    monkeypatch.setattr("mip.gurobi.has_gurobi", False)
+    with pytest.raises(InputError, match='solver = "gurobi" needs an installed Gurobi'):
+        rmfs_core.run("paper-250-integrated", overrides=[*SMALL, "rules.poa_pps.solver=gurobi"])
+
+
 @pytest.mark.parametrize("rule", ["integrated", "split-among-stations", "split-over-time"])
 @pytest.mark.parametrize("formulation", ["aggregated", "paper"])
 def test_runs_end_complete_and_repeat(rule, formulation):
@@ -116,7 +123,7 @@ def test_tie_breaks_in_a_run(tie_break):
 
 
 @pytest.mark.parametrize("rule", ["integrated", "split-among-stations", "split-over-time"])
-@pytest.mark.parametrize("preferred", ["bound", "none", "random"])
+@pytest.mark.parametrize("preferred", ["bound", "any", "random"])
 def test_preferred_pods_in_a_run(rule, preferred):
     """Runs that prefer other pods complete every order, and repeat; every period is solved to its optimum."""
     overrides = [*SMALL, f"rules.poa_pps.preferred_pods={preferred}"]
