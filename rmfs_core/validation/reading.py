@@ -62,6 +62,8 @@ def check_trace(path: str | Path, *, collisions: bool | None = None) -> Report:
     """Validate a recorded run as `validate_trace` does, and report what was checked too."""
     file = Path(path)
     if file.is_dir():
+        if not (file / TRACE_FILE).exists():
+            raise InputError(str(file), f"has no {TRACE_FILE}; `rmfs run --trace` records one")
         file = file / TRACE_FILE
     trace = read_trace(file)
     result = _read_result(file.parent / RESULT_FILE)

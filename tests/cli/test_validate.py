@@ -72,6 +72,12 @@ def test_many_faults_are_cut_off(folder: Path, capsys: pytest.CaptureFixture[str
     assert code_of(str(folder), "--no-collisions") == 0
 
 
+def test_a_run_without_a_trace(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The folder, and how to record one."""
+    assert code_of(str(tmp_path)) == 2
+    assert capsys.readouterr().err == f"Error: {tmp_path}: has no trace.jsonl.gz; `rmfs run --trace` records one\n"
+
+
 def test_what_cannot_be_read(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A missing or damaged file is one line of error; exit code 2."""
     assert code_of(str(tmp_path / "nowhere")) == 2
