@@ -152,7 +152,9 @@ def test_the_author_of_a_rule_gets_its_traceback(folder: Path, capsys: pytest.Ca
 @pytest.mark.skipif(sys.platform == "win32", reason="no POSIX signals")
 def test_ctrl_c_keeps_what_was_measured(folder: Path) -> None:
     """An interrupt during a long run gives exit code 130 and a result marked as partial."""
-    command = [sys.executable, "-c", "from rmfs_core.cli import main; main()", "run", "small.toml"]
+    # Whoever runs tests in the background lets them ignore interrupts.
+    heed = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    command = [sys.executable, "-c", f"{heed}; from rmfs_core.cli import main; main()", "run", "small.toml"]
     long = ["--set", "instance.orders=20000", "--out", "out"]
     with subprocess.Popen([*command, *long], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
