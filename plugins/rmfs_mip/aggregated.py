@@ -25,6 +25,11 @@ MOST_PREFERENCE = 0.1
 """What all pods together cost more, at most: with a whole W_u far less than any difference in (1)."""
 
 
+def is_whole(weight: float) -> bool:
+    """Whether the objective (1) with this W_u is always a whole number."""
+    return float(weight).is_integer()
+
+
 @define
 class Aggregated:
     """The program and where its variables are.
@@ -111,7 +116,7 @@ class Builder:
         if self.gains is None:
             for column, cost in self.objective.items():
                 program.cost[column] = cost
-            if float(self.weight).is_integer():  # else (1) may differ by less than that
+            if is_whole(self.weight):  # else (1) may differ by less than that
                 extra = min(PREFERENCE, MOST_PREFERENCE / max(sum(self.reduced.capacities), 1))
                 for (pod, _), column in self.model.x.items():
                     program.cost[column] += extra * (1 - self.reduced.period.preferred.pods[pod])

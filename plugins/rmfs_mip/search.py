@@ -21,7 +21,7 @@ import time
 
 from attrs import define, evolve
 
-from rmfs_mip.aggregated import Builder
+from rmfs_mip.aggregated import Builder, is_whole
 from rmfs_mip.check import newly_split
 from rmfs_mip.construct import whole_order_visits
 from rmfs_mip.decoding import covered_with, parts_of, visits_of
@@ -85,7 +85,7 @@ class Search:
     @property
     def whole(self) -> bool:
         """Whether the objective is always a whole number."""
-        return float(self.weight).is_integer()
+        return is_whole(self.weight)
 
     def run(self) -> Solution:
         """Return an optimal solution (or, where a limit comes first, the best found, marked so)."""

@@ -341,6 +341,41 @@ def test_who_is_refused_for_long_steps_aside(tiny_run: Callable[..., Any]) -> No
     assert ghost.cell not in {move.to for move in moves}
 
 
+def on_its_way(tiny: Any, legs: int) -> tuple[WindowedDriving, Course]:
+    """Run until the first robot is on a leg with so many more to come, and return it."""
+    simulation = tiny.simulation
+    driving, course = simulation._driving, simulation._driving.courses[0]
+    simulation.env.process(simulation._arrivals())
+    while course.under_way is None or len(course.legs) < legs:
+        simulation.warehouse.now = int(simulation.env.peek())
+        simulation.env.step()
+    return driving, course
+
+
+def test_a_robot_that_would_pass_its_new_goal_stops_there(tiny_run: Callable[..., Any]) -> None:
+    """Its path beyond is given up, whoever has reserved the goal for later loses that, and it arrives."""
+    tiny = tiny_run(INSTANCE, robots=2, pp="whca-n")
+    driving, course = on_its_way(tiny, legs=1)
+    end, other = course.under_way[1], driving.courses[1]
+    leaves = next(until for who, _, until in driving.table.reserved(end.cell) if who == course.robot.id)
+    driving.table.hold(other.robot.id, end.cell, leaves)
+    driving._own(course, end.cell)
+    driving._plan(course)
+    assert not course.legs
+    assert [who for who, _, _ in driving.table.reserved(end.cell)] == [course.robot.id]
+    arrived = course.arrived
+    tiny.simulation.env.run(until=arrived)
+    assert (course.robot.cell, tiny.simulation.env.now) == (end.cell, end.start_tick)
+
+
+def test_a_robot_that_has_just_left_a_cell_has_not_arrived_there(tiny_run: Callable[..., Any]) -> None:
+    """Sent back to where its run began, a robot that has lost the rest of its path does not count as being there."""
+    driving, course = on_its_way(tiny_run(INSTANCE, robots=2, pp="whca-n"), legs=1)
+    driving._stop(course)
+    drive = driving.to_location(course.robot, course.robot.cell)
+    assert next(drive) is course.arrived
+
+
 def test_a_long_wait_in_line_is_no_standstill() -> None:
     """Robots that wait for the picker for longer than ``run.standstill_s`` are where they should be."""
     settings = ["rules.pp=whca-n", "instance.orders=30", "robots.count=5", "layout.stations_east=1"]

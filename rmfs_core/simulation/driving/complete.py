@@ -67,7 +67,6 @@ from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.simulation.driving.base import Process
 from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
 from rmfs_core.traffic import FOREVER, Query, occupancy
-from rmfs_core.traffic.asking import Traffic
 from rmfs_core.warehouse import Robot, Station
 
 
@@ -163,7 +162,7 @@ class CompleteDriving(ReservedDriving):
 
     def _legs(self, course: Course, query: Query, latest: int) -> list[Leg] | None:
         """Ask for a path that the table has room for and that is at its goal before a tick; None without one."""
-        legs = self.run.plan_if_possible(course.robot, query.goal, Traffic(self.roads, self.table, query))
+        legs = self._ask_if_possible(query)
         if legs is None:
             return None
         path = self._path(course, query, legs)

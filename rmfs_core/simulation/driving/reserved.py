@@ -159,6 +159,11 @@ class ReservedDriving:
         robot = self.run.warehouse.robots[query.robot]
         return self.run.plan(robot, query.goal, Traffic(self.roads, self.table, query))
 
+    def _ask_if_possible(self, query: Query) -> list[Leg] | None:
+        """Ask the PP rule for a path that need not exist."""
+        robot = self.run.warehouse.robots[query.robot]
+        return self.run.plan_if_possible(robot, query.goal, Traffic(self.roads, self.table, query))
+
     def _commit(self, course: Course, query: Query, legs: Sequence[Leg]) -> Occupancy:
         """Reserve a path in place of what the robot has not begun; return what it occupies."""
         path = self._path(course, query, legs)

@@ -38,7 +38,6 @@ from rmfs_core.randomness import stream
 from rmfs_core.simulation.driving.base import Process, Surroundings
 from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
 from rmfs_core.traffic import Query, Reservations, ReservedError, occupancy, timed_path
-from rmfs_core.traffic.asking import Traffic
 from rmfs_core.travel import UNREACHABLE
 from rmfs_core.warehouse import Robot, Station
 
@@ -182,8 +181,8 @@ class WindowedDriving(ReservedDriving):
             elif course.legs:  # it passes its goal, and could go on
                 self._stop(course)
             return
-        legs = self.run.plan_if_possible(course.robot, query.goal, Traffic(self.roads, self.table, query))
-        if legs is None or all(leg.to == query.cell for leg in legs):
+        legs = self._ask_if_possible(query) or []
+        if all(leg.to == query.cell for leg in legs):
             legs = []
         if not legs or self._has_been_refused_for_long(course):
             self._give_up_if_late(course)

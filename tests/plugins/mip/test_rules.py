@@ -95,10 +95,19 @@ def test_a_solver_that_is_not_installed_is_said_before_the_run(monkeypatch):
 
 
 @pytest.mark.parametrize("rule", ["integrated", "split-among-stations", "split-over-time"])
-@pytest.mark.parametrize("formulation", ["aggregated", "paper"])
-def test_runs_end_complete_and_repeat(rule, formulation):
-    """A whole run completes every order; a second one measures the same."""
-    overrides = [*SMALL, f"rules.poa_pps.formulation={formulation}"]
+@pytest.mark.parametrize(
+    "setting",
+    [
+        "formulation=aggregated",
+        "formulation=paper",
+        "preferred_pods=bound",
+        "preferred_pods=any",
+        "preferred_pods=random",
+    ],
+)
+def test_runs_end_complete_and_repeat(rule, setting):
+    """A whole run completes every order, each period at its optimum; a second one measures the same."""
+    overrides = [*SMALL, f"rules.poa_pps.{setting}"]
     first, second = (rmfs_core.run(f"paper-250-{rule}", overrides=overrides) for _ in range(2))
     assert first.status == "complete"
     assert first.metrics == second.metrics
@@ -120,17 +129,6 @@ def test_tie_breaks_in_a_run(tie_break):
     """Runs with the other tie-breaks complete every order, too."""
     result = rmfs_core.run("paper-250-integrated", overrides=[*SMALL, f"rules.poa_pps.tie_break={tie_break}"])
     assert result.status == "complete"
-
-
-@pytest.mark.parametrize("rule", ["integrated", "split-among-stations", "split-over-time"])
-@pytest.mark.parametrize("preferred", ["bound", "any", "random"])
-def test_preferred_pods_in_a_run(rule, preferred):
-    """Runs that prefer other pods complete every order, and repeat; every period is solved to its optimum."""
-    overrides = [*SMALL, f"rules.poa_pps.preferred_pods={preferred}"]
-    first, second = (rmfs_core.run(f"paper-250-{rule}", overrides=overrides) for _ in range(2))
-    assert first.status == "complete"
-    assert first.metrics == second.metrics
-    assert first.metrics["solves_stopped_early"] == 0
 
 
 def test_a_limit_is_reported():
