@@ -182,7 +182,7 @@ class RunSection:
         "Simulated time at which the run ends even if orders are left", None, unit="s", check=POSITIVE
     )
     standstill_s: float = key(
-        "Simulated time that a robot may be on its way to one place; one that is late and gets no farther ends the run with an error",
+        "Simulated time that a robot may be on its way to one place; one that then gets no farther ends the run",
         3600.0,
         unit="s",
         check=POSITIVE,
