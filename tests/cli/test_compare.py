@@ -58,7 +58,9 @@ class Failing:
         raise ValueError("out of ideas")
 """
 
-COMMAND = [sys.executable, "-c", "from rmfs_core.cli import main; main()", "compare"]
+HEED = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+"""Whoever runs tests in the background lets them ignore interrupts."""
+COMMAND = [sys.executable, "-c", f"{HEED}; from rmfs_core.cli import main; main()", "compare"]
 
 
 @pytest.fixture
