@@ -24,16 +24,16 @@ def imported(file: Path) -> set[str]:
 
 def test_the_kernel_imports_no_rule() -> None:
     """No module of rmfs_core imports a package of plugins/."""
-    rules = {folder.name for folder in (ROOT / "plugins").iterdir() if folder.is_dir()}
+    rules = {folder.name for folder in (ROOT / "plugins" / "rules").iterdir() if folder.is_dir()}
     for file in (ROOT / "rmfs_core").rglob("*.py"):
         assert not imported(file) & rules, file
 
 
 def test_rules_import_no_other_rule() -> None:
     """A rule's package depends on the kernel, never on another rule's."""
-    rules = {folder.name for folder in (ROOT / "plugins").iterdir() if folder.is_dir()}
+    rules = {folder.name for folder in (ROOT / "plugins" / "rules").iterdir() if folder.is_dir()}
     for name in rules:
-        for file in (ROOT / "plugins" / name).rglob("*.py"):
+        for file in (ROOT / "plugins" / "rules" / name).rglob("*.py"):
             assert not imported(file) & (rules - {name}), file
 
 
@@ -51,7 +51,7 @@ def test_the_wheel_holds_kernel_rules_and_scenarios(tmp_path: Path) -> None:
     subprocess.run(command, check=True)
     (wheel,) = tmp_path.glob("*.whl")
     names = set(zipfile.ZipFile(wheel).namelist())
-    for folder in (ROOT / "plugins").iterdir():
+    for folder in (ROOT / "plugins" / "rules").iterdir():
         if (folder / "__init__.py").exists():
             assert f"{folder.name}/__init__.py" in names
     for scenario in (ROOT / "scenarios").rglob("*.toml"):
