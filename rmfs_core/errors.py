@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from rmfs_core.results import Result
+from typing import Any
 
 
 class RmfsError(Exception):
@@ -34,11 +31,11 @@ class InputError(RmfsError):
 
 
 class RunError(RmfsError):
-    """A run stopped before its end; ``result`` holds what it had measured until then."""
+    """A run stopped before its end; ``result`` holds what it had measured until then, a `rmfs_core.Result`."""
 
     def __init__(self, message: str) -> None:
         super().__init__(message)
-        self.result: Result | None = None
+        self.result: Any = None
 
 
 class RuleError(RunError):

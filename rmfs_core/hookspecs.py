@@ -11,9 +11,9 @@ since version 0.1.
 
 Each hook has an example, a whole rule. Besides what it shows, it takes these names for granted::
 
-    from attrs import define
+    from attrs import define, field
     from rmfs_core import JointDecision, OrderAssignment, Path, PodTrip, TaskAssignment, hookimpl
-    from rmfs_core.events import ItemPicked
+    from rmfs_core.events import ItemPicked, RobotMoved
     from rmfs_core.rule_helpers import send_pods
 
 What a rule remembers it forgets in `run_started`: then an instance can be used for any number of runs.
@@ -42,7 +42,7 @@ What else the kernel has to know of a rule, the class declares as attributes:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,7 +51,7 @@ import pluggy
 if TYPE_CHECKING:
     from rmfs_core.decisions import JointDecision, OrderAssignment, Path, PodTrip, TaskAssignment
     from rmfs_core.events import Event
-    from rmfs_core.simulation.info import RunInfo
+    from rmfs_core.info import Question, RunInfo
     from rmfs_core.traffic.asking import Traffic
     from rmfs_core.warehouse import Order, Pod, Robot, WarehouseView
 
@@ -246,7 +246,8 @@ class ObserverHooks:
     def run_started(self, run: RunInfo) -> None:
         """A run begins.
 
-        :param run: scenario, instance, layout and the warehouse at time 0.
+        :param run: scenario, instance, layout, the warehouse at time 0, and ``run.out``, the folder of the results,
+            where an observer may write files of its own.
 
         Example::
 
@@ -273,6 +274,68 @@ class ObserverHooks:
                 def on_event(self, event):
                     if isinstance(event, ItemPicked):
                         self.picks += 1
+        """
+
+    @hookspec
+    def rule_asked(self, question: Question) -> None:
+        """A rule is about to be asked for a decision.
+
+        :param question: which rule is asked what, and what it is shown (`rmfs_core.info.Question`).
+
+        Example::
+
+            @define
+            class CountQuestions:
+                asked: int = 0
+
+                @hookimpl
+                def rule_asked(self, question):
+                    self.asked += 1
+        """
+
+    @hookspec
+    def rule_answered(self, question: Question, answer: object) -> None:
+        """The rule that was asked has answered.
+
+        Called before the kernel has looked at the answer. A rule that raises has not answered.
+
+        :param question: what it was asked.
+        :param answer: what it returned.
+
+        Example::
+
+            @define
+            class LastAnswers:
+                answers: dict = field(factory=dict)
+
+                @hookimpl
+                def rule_answered(self, question, answer):
+                    self.answers[question.rule] = answer
+        """
+
+    @hookspec
+    def measured(self) -> Mapping[str, float | None]:
+        """Hand over what the observer has measured: its metrics stand beside the others in result.json.
+
+        Called once, after ``run_ended``.
+
+        :return: numbers by name, None for one that is not defined (a mean over nothing); names of letters, digits and
+            underscores that no other metric has. The same run gives the same numbers.
+
+        Example::
+
+            @define
+            class Legs:
+                driven: int = 0
+
+                @hookimpl
+                def on_event(self, event):
+                    if isinstance(event, RobotMoved):
+                        self.driven += 1
+
+                @hookimpl
+                def measured(self):
+                    return {"legs_driven": self.driven}
         """
 
     @hookspec

@@ -9,9 +9,9 @@ import pytest
 from attrs import evolve
 
 import rmfs_core
-from rmfs_core.cli import COMMANDS
-from rmfs_core.experiments import load_experiment, run_experiment
+from rmfs_core.entrypoints import COMMANDS, offers
 from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks
+from rmfs_experiments import load_experiment, run_experiment
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -86,5 +86,5 @@ def test_every_hook_is_listed_and_documented() -> None:
 
 def test_every_command_is_mentioned() -> None:
     """Each command of the command line occurs in the README."""
-    for name in COMMANDS:
+    for name in offers(COMMANDS):
         assert f"rmfs {name}" in README

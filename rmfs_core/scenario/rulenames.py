@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from rmfs_core import entrypoints
 from rmfs_core.scenario.checks import nearest
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.scenario.source import KeyPath
@@ -21,13 +22,15 @@ def rule_choices(rules: RulesSection) -> Iterator[tuple[KeyPath, RuleChoice]]:
             yield from (((key, i), choice) for i, choice in enumerate(chosen or ()))
 
 
+def is_inline(name: str) -> bool:
+    """Whether a rule's name is a file's: ``./my_rule.py:MyRule``."""
+    return name.startswith((".", "/")) or ".py:" in name or name.endswith(".py")
+
+
 def check_rule_name(name: str, folder: Path) -> None:
     """Raise KeyProblem unless ``name`` is an installed rule, or ``./file.py:Class`` of a file in ``folder``."""
-    # Here, since the plugins take a scenario's sections from this package.
-    from rmfs_core.plugins.sources import available_rules, is_inline
-
     if not is_inline(name):
-        names = available_rules().keys()
+        names = entrypoints.offers(entrypoints.RULES).keys()
         if name not in names:
             raise KeyProblem(f"there is no rule `{name}`{nearest(name, names)}")
         return

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from itertools import groupby
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pluggy
 import simpy
 
 from rmfs_core.clock import to_seconds, to_ticks
@@ -24,19 +24,18 @@ from rmfs_core.events import (
     VisitEnded,
     VisitStarted,
 )
-from rmfs_core.instance import Instance
-from rmfs_core.layout import Layout
-from rmfs_core.plugins import BoundRule, RuleSet
+from rmfs_core.info import Question, RunInfo
 from rmfs_core.randomness import stream
+from rmfs_core.rules import BoundRule, ObserverError, RuleSet
 from rmfs_core.scenario.model import Scenario
-from rmfs_core.simulation.asking import Asker
+from rmfs_core.simulation.asking import Asker, faulty_measurement
 from rmfs_core.simulation.driving import Process, Surroundings, driving_for
-from rmfs_core.simulation.info import RunInfo
 from rmfs_core.simulation.needs import check_needs
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.simulation.setup import open_warehouse
 from rmfs_core.traffic import roads_on
 from rmfs_core.warehouse import Pod, Request, Robot, Station
+from rmfs_core.world import Instance, Layout
 
 
 class Simulation:
@@ -52,9 +51,13 @@ class Simulation:
         The grid.
     rules
         The selected rules, with all observers registered.
+    out
+        The folder of the results; None where none are kept.
     """
 
-    def __init__(self, scenario: Scenario, instance: Instance, layout: Layout, rules: RuleSet) -> None:
+    def __init__(
+        self, scenario: Scenario, instance: Instance, layout: Layout, rules: RuleSet, out: Path | None = None
+    ) -> None:
         self.scenario = scenario
         self.rules = rules
         self.env = simpy.Environment()
@@ -69,15 +72,17 @@ class Simulation:
         self._streams: dict[int, np.random.Generator] = {}
         self.decisions = Decisions(self.warehouse, rules, self._stream, self.asker, self._tell, self._start_task)
         self.view = self.decisions.view
-        self._info = RunInfo(scenario, instance, layout, self.motion, self.view)
+        self._info = RunInfo(scenario, instance, layout, self.motion, self.view, out)
         self._at_stations = opening.at_stations
-        self._on_event = rules.pm.hook.on_event
+        self._hooks = rules.pm.hook
         self._pick_ticks = to_ticks(scenario.stations.pick_s)
         self._handle_ticks = to_ticks(scenario.stations.handle_s)
         n = len(self.warehouse.stations)
         self._picker_free = [0] * n
         self._waiting_for_place: list[list[simpy.Event]] = [[] for _ in range(n)]
         self._driving = driving_for(self._surroundings())
+        if self._hooks.rule_asked.get_hookimpls() or self._hooks.rule_answered.get_hookimpls():
+            self.asker.onlookers = self
         self._prepare_rules()
         self._visits = 0
         self._completed = 0
@@ -114,7 +119,7 @@ class Simulation:
             When a rule misbehaves, or orders are left and nothing will ever happen again.
         """
         placed = self._place_at_stations()
-        self._call_observers(self.rules.pm.hook.run_started, run=self._info)
+        self._call_observers(self._hooks.run_started, run=self._info)
         self.env.process(self._arrivals())
         for robot, pod in placed:  # after the first round: a pod leaves only when that found nothing for it
             self.env.process(self._visit_stations(robot, pod))
@@ -131,6 +136,37 @@ class Simulation:
             self.warehouse.now = int(upcoming)
             self.env.step()
         self.status = "complete" if self._completed == orders else "partial"
+
+    def end(self, status: str) -> tuple[dict[str, float | None], Exception | None]:
+        """Tell every observer that the run is over, also where another fails at that.
+
+        Parameters
+        ----------
+        status
+            ``"complete"``, ``"partial"`` or ``"failed"``.
+
+        Returns
+        -------
+        What the observers have measured, by name, and the first error that one of them raised.
+        """
+        errors: list[Exception] = []
+        found: dict[str, float | None] = {}
+        for _, tell in self.rules.told("run_ended"):
+            try:
+                self._call_observers(tell, tick=self.now, status=status)
+            except Exception as error:
+                errors.append(error)
+        for name, ask in self.rules.told("measured"):
+            try:
+                numbers = self._call_observers(ask)
+            except Exception as error:
+                errors.append(error)
+                continue
+            if problem := faulty_measurement(numbers, found):
+                errors.append(self.asker.fault(name, "measured", problem))
+            else:
+                found.update(numbers)
+        return found, errors[0] if errors else None
 
     # Processes
 
@@ -312,30 +348,27 @@ class Simulation:
         place = f" {same.index(rule) + 1}" if rule in same else ""
         return f"rule {rule.role} {rule.name}{place}"
 
-    def _tell(self, event: Event) -> None:
-        self._call_observers(self._on_event, event=event)
+    def asked(self, question: Question) -> None:
+        """Tell the observers that a rule is about to be asked."""
+        self._call_observers(self._hooks.rule_asked, question=question)
 
-    def _call_observers(self, hook: pluggy.HookCaller, **arguments: Any) -> None:
-        """Call a hook of all observers; name the scenario's observer that fails."""
+    def answered(self, question: Question, answer: object) -> None:
+        """Tell the observers what a rule answered."""
+        self._call_observers(self._hooks.rule_answered, question=question, answer=answer)
+
+    def _tell(self, event: Event) -> None:
+        self._call_observers(self._hooks.on_event, event=event)
+
+    def _call_observers(self, hook: Callable[..., Any], **arguments: Any) -> Any:
+        """Call a hook of all observers, or of one; name the scenario's observer that fails."""
         started = time.perf_counter()
         try:
-            hook(**arguments)
-            self._observing_s += time.perf_counter() - started
-        except (Exception, SystemExit, GeneratorExit) as error:
-            observer = self._raised_in(error)
-            if observer is None:
-                raise
-            raise self.asker.raised(observer, error) from error
-
-    def _raised_in(self, error: BaseException) -> BoundRule | None:
-        """Return the scenario's observer that an error came from."""
-        frame = error.__traceback__
-        while frame is not None:
-            for observer in self.rules.observers:
-                if frame.tb_frame.f_locals.get("self") is observer.instance:
-                    return observer
-            frame = frame.tb_next
-        return None
+            answer = hook(**arguments)
+        except ObserverError as error:
+            assert error.__cause__ is not None
+            raise self.asker.raised(error.name, error.hook, error.__cause__) from error.__cause__
+        self._observing_s += time.perf_counter() - started
+        return answer
 
     def _standstill(self) -> str:
         deciding = (self.rules.poa_pps, self.rules.poa, self.rules.pps, self.rules.ta)

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from rmfs_core.errors import InputError
-from rmfs_core.instance import Instance
 from rmfs_core.scenario.model import Scenario
+from rmfs_core.world import Instance
 
 if TYPE_CHECKING:
-    from rmfs_core.plugins import RuleSet
+    from rmfs_core.rules import RuleSet
 
 NEEDS: dict[str, tuple[Callable[[Scenario, Instance], bool], str]] = {
     "unlimited stock": (

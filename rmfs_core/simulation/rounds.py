@@ -16,8 +16,7 @@ from rmfs_core.simulation.asking import Asker, ImpossibleError, sequence_of
 from rmfs_core.warehouse import Order, Pod, Robot, Warehouse, WarehouseView
 
 if TYPE_CHECKING:
-    from rmfs_core.plugins import BoundRule, RuleSet
-    from rmfs_core.states.recording import DecisionRecorder
+    from rmfs_core.rules import BoundRule, RuleSet
 
 T = TypeVar("T")
 
@@ -59,7 +58,6 @@ class Decisions:
         self._pending: list[Event] = []
         self.start_task = start_task
         self.periods = 0
-        self.recorder: DecisionRecorder | None = None
         assigning = rules.poa_pps or rules.poa
         assert assigning is not None
         self.assigning: BoundRule = assigning
@@ -94,6 +92,7 @@ class Decisions:
             return False
         rule, joint = self.assigning, self.rules.poa_pps is not None
         self.periods += 1
+        self.asker.period = self.periods
         answer, seconds = self._ask(rule, view=view)
 
         def apply() -> JointDecision:
@@ -171,13 +170,7 @@ class Decisions:
         self._pending.append(event)
 
     def _ask(self, rule: BoundRule, view: WarehouseView | None = None, **arguments: Any) -> tuple[Any, float]:
-        view, rng = view or self.view, self.streams(rule)
-        if self.recorder is not None:
-            self.recorder.asked(rule, view, rng, self.periods, arguments)
-        answer, seconds = self.asker.ask(rule, warehouse=view, rng=rng, **arguments)
-        if self.recorder is not None:
-            self.recorder.answered(answer)
-        return answer, seconds
+        return self.asker.ask(rule, warehouse=view or self.view, rng=self.streams(rule), **arguments)
 
     def _tell_decision(
         self, rule: BoundRule, decides: str, backlog: int, decision: JointDecision, seconds: float

@@ -5,13 +5,12 @@ from __future__ import annotations
 from attrs import frozen
 
 from rmfs_core.errors import InputError
-from rmfs_core.instance import Instance
-from rmfs_core.layout import NORTH, Layout
 from rmfs_core.motion import Motion
 from rmfs_core.randomness import stream
 from rmfs_core.scenario.model import RobotsSection, Scenario
-from rmfs_core.travel import travel_on
 from rmfs_core.warehouse import Robot, Station, Warehouse
+from rmfs_core.world import NORTH, Instance, Layout
+from rmfs_core.world.travel import travel_on
 
 
 @frozen(eq=False)

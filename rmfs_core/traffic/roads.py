@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_core.layout import STEPS, CellKind
 from rmfs_core.traffic.passing import PassingTimes
-from rmfs_core.travel import Travel
+from rmfs_core.world import STEPS, CellKind
+from rmfs_core.world.travel import Travel
 
 Ints = NDArray[np.int64]
 
@@ -71,7 +71,7 @@ class Roads:
         self._under: NDArray[np.bool_] = self._floor | (self.layout.kind == CellKind.STORAGE)
 
     def passable(self, goal: int, loaded: bool) -> NDArray[np.bool_]:
-        """Cells that a robot may cross on its way to a goal, by the rules of `rmfs_core.travel`. Shape (cells,)."""
+        """Cells that a robot may cross on its way to a goal, by the rules of `world.travel`. Shape (cells,)."""
         passable = self._floor if loaded else self._under
         if self._lane[goal] >= 0:
             own_queue: NDArray[np.bool_] = (self._lane == self._lane[goal]) & self._queue

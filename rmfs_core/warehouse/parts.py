@@ -10,8 +10,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from rmfs_core.clock import to_seconds
-from rmfs_core.instance import OrderData, PodData
-from rmfs_core.layout import StationCells
+from rmfs_core.world import OrderData, PodData, StationCells
 
 UNLIMITED = 1 << 40
 """Number of items that stands for an unlimited stock: more than any run can pick, and safe in sums."""

@@ -14,10 +14,10 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_core.instance import Instance
-from rmfs_core.travel import Travel
 from rmfs_core.warehouse.parts import UNLIMITED, Order, Part, Pod, Request, Robot, Station
 from rmfs_core.warehouse.view import BacklogLines
+from rmfs_core.world import Instance
+from rmfs_core.world.travel import Travel
 
 
 class Warehouse:

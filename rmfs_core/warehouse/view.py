@@ -14,8 +14,8 @@ from rmfs_core.warehouse.parts import Order, Pod, ReadOnly, Robot, Station
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rmfs_core.travel import Travel
     from rmfs_core.warehouse.state import Warehouse
+    from rmfs_core.world.travel import Travel
 
 
 @frozen(eq=False)
@@ -66,6 +66,11 @@ class WarehouseView(ReadOnly):
     def orders(self) -> tuple[Order, ...]:
         """All orders that have arrived, in the order of arrival, whatever became of them."""
         return tuple(self._state.arrived)
+
+    @property
+    def filtered(self) -> bool:
+        """Whether prefilters have left orders out of ``backlog``."""
+        return self._backlog is not None
 
     @property
     def backlog(self) -> tuple[Order, ...]:

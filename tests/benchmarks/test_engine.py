@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from rmfs_core.benchmarking.worlds import world_with
-from rmfs_core.running import run
+from rmfs_bench.worlds import world_with
+from rmfs_core.results.running import run
 from rmfs_core.scenario import RuleChoice
 
 QUICK = ["rules.pps=nearest-pod", "rules.pr=fixed"]

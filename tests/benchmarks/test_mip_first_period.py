@@ -9,16 +9,15 @@ from itertools import product
 from typing import Any
 
 import pytest
+
+from rmfs_core.scenario import load_scenario
+from rmfs_core.simulation.setup import open_warehouse
+from rmfs_core.warehouse import WarehouseView
+from rmfs_core.world import make_instance, make_layout
 from rmfs_mip.period import Period, Stock
 from rmfs_mip.search import search_for
 from rmfs_mip.solution import Model
 from rmfs_mip.solver import Limits
-
-from rmfs_core.instance import make_instance
-from rmfs_core.layout import make_layout
-from rmfs_core.scenario import load_scenario
-from rmfs_core.simulation.setup import open_warehouse
-from rmfs_core.warehouse import WarehouseView
 
 BARS_S = {Model.SPLIT_OVER_TIME: 2.0, Model.SPLIT_AMONG_STATIONS: 30.0, Model.INTEGRATED: 120.0}
 INSTANCES = list(product((50, 150, 250), (20, 100), (50, 100), (2, 3)))

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 from attrs import frozen
+
+import rmfs_core
 from rmfs_mip import Integrated, SplitAmongStations, SplitOverTime, rules
 from rmfs_mip.period import Period
 from rmfs_mip.solution import Model, Solution
-
-import rmfs_core
 
 RULES = {
     Model.INTEGRATED: Integrated,

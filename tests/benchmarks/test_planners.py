@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rmfs_sipp import Sipp, plain
-from rmfs_whca import WhcaN
 from w9_pathfinding.envs import Grid
 from w9_pathfinding.mapf import ReservationTable, SpaceTimeAStar
 
-from rmfs_core.bare.crowds import crowd, newcomer, paper_roads, two_way, with_goal
 from rmfs_core.traffic import FOREVER, Query, Reservations, Roads
+from rmfs_plan.crowds import crowd, newcomer, paper_roads, two_way, with_goal
+from rmfs_sipp import Sipp, plain
+from rmfs_whca import WhcaN
 
 QUERIES = 100
 

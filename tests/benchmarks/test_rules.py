@@ -11,10 +11,10 @@ from typing import Any
 
 import pytest
 
-from rmfs_core.benchmarking.worlds import WORLDS, world_with
-from rmfs_core.plugins import BoundRule
-from rmfs_core.plugins.hooks import roles_of
-from rmfs_core.running import run
+from rmfs_bench.worlds import WORLDS, world_with
+from rmfs_core.results.running import run
+from rmfs_core.rules import BoundRule
+from rmfs_core.rules.hooks import roles_of
 from rmfs_core.scenario import RuleChoice
 from rmfs_core.simulation.asking import Asker
 

@@ -33,7 +33,7 @@ def test_help_is_there_at_once(benchmark: Any) -> None:
     """Bar: `rmfs --help` answers in under 0.3 s."""
 
     def ask() -> None:
-        subprocess.run([sys.executable, "-m", "rmfs_core.cli", "--help"], check=True, capture_output=True)
+        subprocess.run([sys.executable, "-m", "rmfs_core", "--help"], check=True, capture_output=True)
 
     benchmark.pedantic(ask, rounds=7, warmup_rounds=1)
     if benchmark.enabled:

@@ -9,7 +9,7 @@ from heapq import heappop, heappush
 
 from rmfs_core.decisions import Leg
 from rmfs_core.traffic import FOREVER, Query, Reservations, Roads, TimedPath, timed_path
-from rmfs_core.travel import UNREACHABLE
+from rmfs_core.world.travel import UNREACHABLE
 
 Window = tuple[int, int]
 State = tuple[int, int, int]

@@ -17,7 +17,7 @@ from numba.typed import Dict
 
 from rmfs_core.traffic import FOREVER
 from rmfs_core.traffic.intervals import free_for_good, gap_at, is_free, last_end
-from rmfs_core.travel import UNREACHABLE
+from rmfs_core.world.travel import UNREACHABLE
 
 FAR = UNREACHABLE
 CELL, HEADING, TIME, GAP_END, PARENT, GAP = range(6)

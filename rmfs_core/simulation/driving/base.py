@@ -11,7 +11,7 @@ from attrs import frozen
 
 from rmfs_core.decisions import Leg, Path
 from rmfs_core.events import Event, RobotMoved
-from rmfs_core.plugins import BoundRule
+from rmfs_core.rules import BoundRule
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import Asker, instance_of
 from rmfs_core.traffic.asking import Traffic

@@ -38,8 +38,8 @@ from rmfs_core.randomness import stream
 from rmfs_core.simulation.driving.base import Process, Surroundings
 from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
 from rmfs_core.traffic import Query, Reservations, ReservedError, occupancy, timed_path
-from rmfs_core.travel import UNREACHABLE
 from rmfs_core.warehouse import Robot, Station
+from rmfs_core.world.travel import UNREACHABLE
 
 ROUND_TICKS = 1000
 RETRY_TICKS = 2000

@@ -1,0 +1,177 @@
+"""``rmfs bench``: rules held against each other in the same worlds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
+from pathlib import Path
+from statistics import fmean
+from typing import TYPE_CHECKING
+
+import click
+
+from rmfs_cli.screen import table_console
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from rmfs_bench.bench import Contestant, Measured
+
+WORLDS = ("small", "250", "2000")
+DECIDES = ("POA", "PPS", "POA+PPS", "PR", "TA", "PP", "filter")
+PIPE_WIDTH = 120
+"""Columns of the tables where the output is no terminal."""
+
+JSON_FORMAT = "rmfs-bench"
+JSON_VERSION = 1
+
+
+@click.command()
+@click.argument("rules", metavar="RULE...", nargs=-1, required=True)
+@click.option(
+    "--world",
+    "worlds",
+    multiple=True,
+    type=click.Choice(WORLDS),
+    help="World to run in. Repeatable. [default: small, 250]",
+)
+@click.option("--seed", "seeds", multiple=True, type=click.IntRange(min=0), help="Seed. Repeatable. [default: 1, 2, 3]")
+@click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Change the worlds (`instance.orders=50`) or a fixed rule (`rules.pp=sipp`). Repeatable.",
+)
+@click.option("--decides", type=click.Choice(DECIDES), help="What to compare rules in that decide several things.")
+@click.option("--json", "json_file", type=click.Path(path_type=Path), metavar="FILE", help="Write every run there too.")
+@click.option("--no-inline-rules", is_flag=True, help="Refuse rules from files.")
+def bench(
+    rules: tuple[str, ...],
+    worlds: tuple[str, ...],
+    seeds: tuple[int, ...],
+    overrides: tuple[str, ...],
+    decides: str | None,
+    json_file: Path | None,
+    no_inline_rules: bool,
+) -> None:
+    """Run rules in the same worlds, and show how good and how quick they are.
+
+    RULE is the name of an installed rule, or a table as in scenario files: `{ rule = "most-covered", n = 10 }`. Every
+    other decision is made by a fixed rule (pod-match, demand, nearest, nearest-robot, free-flow), and rules that decide
+    the same are held against each other; a POA+PPS rule takes the place of both rules, so it is held against POA rules.
+    Quality is the same each time, wall-clock time is not. Exit code 1 if a run failed.
+    """
+    from rich.console import Console
+
+    from rmfs_bench.bench import bench as run_all
+    from rmfs_bench.bench import contestant
+    from rmfs_cli.choices import parse_choice
+    from rmfs_core.results.files import AtomicFile
+
+    worlds, seeds = worlds or WORLDS[:2], seeds or (1, 2, 3)
+    allow_inline = not no_inline_rules
+    contestants = [
+        contestant(text, parse_choice(text, "RULE"), decides=decides, allow_inline=allow_inline)
+        for text in dict.fromkeys(rules)
+    ]
+    notes = Console(stderr=True)
+    with nullcontext() if json_file is None else AtomicFile(json_file) as json_stream:  # refused before the runs
+        with notes.status("...") as status:
+            runs = list(
+                run_all(
+                    contestants, worlds, seeds, overrides=overrides, allow_inline=allow_inline, before=status.update
+                )
+            )
+        if json_stream is not None:
+            json_stream.write(_json(contestants, overrides, runs).encode("utf-8"))
+    _print(table_console(PIPE_WIDTH), contestants, worlds, seeds, runs)
+    failed = [run for run in runs if run.error is not None]
+    for run in failed:
+        click.echo(f"{run.rule}, {run.world}, seed {run.seed} failed: {run.error}", err=True)
+    if failed:
+        raise click.exceptions.Exit(1)
+
+
+def _print(
+    console: Console,
+    contestants: Sequence[Contestant],
+    worlds: Sequence[str],
+    seeds: Sequence[int],
+    runs: Sequence[Measured],
+) -> None:
+    from rich.rule import Rule
+    from rich.text import Text
+
+    named = f"mean over seeds {', '.join(map(str, seeds))}" if len(seeds) > 1 else f"seed {seeds[0]}"
+    for world in worlds:
+        for field in dict.fromkeys(one.field for one in contestants):
+            rows = {
+                one.text: [run for run in runs if (run.rule, run.world) == (one.text, world)]
+                for one in contestants
+                if one.field == field
+            }
+            console.print(Rule(Text(f"{field} in world {world}, {named}", style="bold"), align="left", style="dim"))
+            console.print(_table(rows))
+    if any(one.role == "poa_pps" for one in contestants):
+        console.print(
+            Text("Calls and times (of a run) are the rule's own: a POA rule's are without the PPS rule beside it.")
+        )
+
+
+def _table(rows: Mapping[str, Sequence[Measured]]) -> Table:
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    from rmfs_bench.bench import QUALITY
+
+    table = Table(box=box.SIMPLE_HEAD, header_style="bold cyan", pad_edge=False, collapse_padding=True)
+    table.add_column("Rule", overflow="fold", min_width=14)
+    for heading in QUALITY.values():
+        table.add_column(heading, justify="right", no_wrap=True)
+    for heading in ("Calls", "ms\n/call", "s\n/run"):
+        table.add_column(heading, justify="right", no_wrap=True, style="dim")
+    for rule, runs in rows.items():
+        calls, seconds = sum(run.calls for run in runs), sum(run.seconds for run in runs)
+        per_call = f"{1000 * seconds / calls:,.3f}" if calls else "-"
+        times = (f"{calls / len(runs):,.0f}", per_call, f"{seconds / len(runs):,.3f}")
+        table.add_row(Text(rule), *_quality(runs), *times)
+    return table
+
+
+def _quality(runs: Sequence[Measured]) -> list[str]:
+    """Return the means of the metrics; how the runs ended instead, where not all of them were completed."""
+    from rmfs_bench.bench import QUALITY
+    from rmfs_core.results.catalogue import METRICS, show
+
+    ended = [run.status for run in runs if run.status != "complete"]
+    if ended:
+        return [f"{len(ended)} of {len(runs)} {ended[0]}", *["-"] * (len(QUALITY) - 1)]
+    metrics = {metric.name: metric for group in METRICS.values() for metric in group}
+    return [show(metrics[name], _mean([run.metrics[name] for run in runs])) for name in QUALITY]
+
+
+def _mean(values: Sequence[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return fmean(known) if len(known) == len(values) else None
+
+
+def _json(contestants: Sequence[Contestant], overrides: Sequence[str], runs: Sequence[Measured]) -> str:
+    import attrs
+
+    from rmfs_core.results.files import to_json
+
+    rules = [
+        {"rule": one.text, "decides": one.decides, "distribution": one.distribution, "version": one.version}
+        for one in contestants
+    ]
+    content = {
+        "format": JSON_FORMAT,
+        "version": JSON_VERSION,
+        "rules": rules,
+        "set": list(overrides),
+        "runs": [attrs.asdict(run) for run in runs],
+    }
+    return to_json(content, indent=1) + "\n"

@@ -1,0 +1,1 @@
+"""The commands that run and describe: ``run``, ``rules``, ``scenario``, ``generate``; and what commands share."""

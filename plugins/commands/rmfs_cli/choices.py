@@ -1,0 +1,42 @@
+"""Rules as they are named on a command line: a name, or a table of name and parameters as in a scenario file."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from typing import Any
+
+from attrs import evolve
+
+from rmfs_core.errors import InputError
+from rmfs_core.scenario.model import RuleChoice
+from rmfs_core.scenario.overrides import parse_override
+from rmfs_core.scenario.structuring import KeyProblem, structure_as
+from rmfs_states.reading import place_of
+
+
+def parse_choice(text: str, place: str) -> RuleChoice:
+    """Return the rule that ``demand`` or ``{ rule = "demand", parameter = 1 }`` names."""
+    value: Any = text
+    if text.lstrip().startswith("{"):
+        try:
+            value = tomllib.loads(f"rule = {text}")["rule"]
+        except tomllib.TOMLDecodeError as error:
+            raise InputError(place, f"this is no valid TOML table: {error}") from None
+    try:
+        return structure_as(RuleChoice, value)
+    except KeyProblem as problem:
+        raise InputError(place_of(place, problem.path), problem.problem) from None
+
+
+def with_parameters(choice: RuleChoice, settings: Sequence[str]) -> RuleChoice:
+    """Return a choice with parameters set: ``max_seconds=5`` each; nothing after the ``=`` takes one out."""
+    parameters = dict(choice.parameters)
+    for text in settings:
+        if "=" not in text:
+            raise InputError(f"--set {text}", "expected parameter=value, such as max_seconds=5")
+        override = parse_override(text)
+        if len(override.path) != 1:
+            raise InputError(override.place, "expected a parameter of the rule, such as max_seconds=5")
+        parameters[override.path[0]] = override.value
+    return evolve(choice, parameters={name: value for name, value in parameters.items() if value is not None})

@@ -1,0 +1,158 @@
+"""``rmfs run``: simulate a scenario, watch it, keep what it measured."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import traceback
+from collections.abc import Sequence
+from contextlib import closing, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from rmfs_cli.progress import Progress
+    from rmfs_core.results import Result
+    from rmfs_core.scenario import Scenario
+
+RUNS_FOLDER = "rmfs-runs"
+LONGEST_SUFFIX = 60
+
+
+@click.command()
+@click.argument("scenario")
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of every random stream, in place of the file's.")
+@click.option(
+    "--set",
+    "overrides",
+    metavar="KEY=VALUE",
+    multiple=True,
+    help="Replace a value of the file: --set robots.count=12. May be given several times.",
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help=f"Folder for the result's files; files of an earlier run in it are replaced. "
+    f"[default: {RUNS_FOLDER}/<scenario>-seed<seed>, with what --set changed]",
+)
+@click.option("--trace", is_flag=True, help="Record every event in DIR/trace.jsonl.gz too.")
+@click.option("--record-decisions", is_flag=True, help="Record what each rule saw and decided, for `rmfs explain`.")
+@click.option("--record", metavar="RECORDER", multiple=True, help="Switch on a recorder: trace, decisions ...")
+@click.option("--profile", is_flag=True, help="Print where the wall-clock time went.")
+@click.option("--no-inline-rules", is_flag=True, help="Refuse rules from files beside the scenario.")
+@click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
+@click.option("--traceback", "show_traceback", is_flag=True, help="When a rule fails, print where in its code.")
+def run(
+    scenario: str,
+    seed: int | None,
+    overrides: tuple[str, ...],
+    out: Path | None,
+    trace: bool,
+    record_decisions: bool,
+    record: tuple[str, ...],
+    profile: bool,
+    no_inline_rules: bool,
+    quiet: bool,
+    show_traceback: bool,
+) -> None:
+    """Simulate SCENARIO: a scenario file, or the name of a shipped one (paper-250).
+
+    Shows the run while it goes on, then its metrics, and writes result.json, orders.csv, visits.csv and periods.csv.
+    Ctrl-C ends a run early and keeps what was measured until then.
+    """
+    from rich.console import Console
+
+    from rmfs_cli.progress import progress_for
+    from rmfs_cli.summary import print_profile, print_summary
+    from rmfs_core.errors import RunError
+    from rmfs_core.results.running import run as simulate
+    from rmfs_core.scenario import load_scenario
+
+    recorders = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
+    resolved = load_scenario(scenario, overrides, seed)
+    name = Path(scenario).stem
+    folder = default_folder(name, resolved.seed, overrides) if out is None else out
+    notes = Console(stderr=True, quiet=quiet)
+    if not no_inline_rules:
+        _announce_inline_rules(notes, resolved)
+    announce_compiling(notes, resolved, allow_inline=not no_inline_rules)
+    progress: Progress | None = None if quiet else progress_for(notes, name)
+    try:
+        with nullcontext() if progress is None else closing(progress):
+            result = simulate(
+                resolved,
+                out=folder,
+                record=recorders,
+                observers=() if progress is None else (progress,),
+                allow_inline_rules=not no_inline_rules,
+            )
+    except RunError as error:
+        if show_traceback:
+            click.echo("".join(traceback.format_exception(error.__cause__ or error)), err=True, nl=False)
+        if error.result is not None:
+            _say(notes, f"What was measured until the error is in {folder}.")
+        raise
+    console = Console(quiet=quiet)
+    print_summary(console, name, result)
+    if profile:
+        print_profile(console, result)
+    _report(console, result, folder, recorders)
+    if result.interrupted:
+        raise click.Abort
+
+
+def default_folder(name: str, seed: int, overrides: tuple[str, ...] = ()) -> Path:
+    """Return the folder for a run's files: runs that differ in what was set do not replace each other."""
+    suffix = "".join(f"-{re.sub(r'[^A-Za-z0-9_.=-]+', '_', override)}" for override in overrides)
+    if len(suffix) > LONGEST_SUFFIX:
+        digest = hashlib.sha256("\n".join(overrides).encode()).hexdigest()[:8]
+        suffix = f"{suffix[: LONGEST_SUFFIX - 9]}-{digest}"
+    return Path(RUNS_FOLDER) / f"{name}-seed{seed}{suffix}"
+
+
+def _say(console: Console, text: str) -> None:
+    """Print a line as it is: nothing in it is markup, and only the reader's terminal wraps it."""
+    console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+
+def _announce_inline_rules(notes: Console, scenario: Scenario) -> None:
+    from rmfs_core.scenario.rulenames import is_inline, rule_choices
+
+    names = (choice.rule for _, choice in rule_choices(scenario.rules) if is_inline(choice.rule))
+    for file in dict.fromkeys(name.rpartition(":")[0] for name in names):
+        _say(notes, f"Loading code from {Path(scenario.folder) / file}.")
+
+
+def announce_compiling(notes: Console, scenario: Scenario, *, allow_inline: bool = True) -> None:
+    """Say that searches will be compiled, where they never were."""
+    from rmfs_core.rules.sources import RuleSources
+    from rmfs_core.world.travel import needs_compiling
+
+    sources = RuleSources(scenario.folder, allow_inline)
+    rules = scenario.rules
+    chosen = {"rules.pp": rules.pp, "rules.poa_pps": rules.poa_pps}
+    targets = [sources.find(choice.rule, place).target for place, choice in chosen.items() if choice is not None]
+    if any(needs_compiling(target if isinstance(target, type) else None) for target in targets):
+        _say(notes, "Compiling searches (once; takes some seconds) ...")
+
+
+def _report(console: Console, result: Result, folder: Path, record: Sequence[str]) -> None:
+    """Say what is not complete, and where the files are."""
+    from rmfs_core.results import RESULT_FILE, TABLE_FILES
+    from rmfs_core.results.running import load_recorder
+
+    console.print()
+    if result.status == "partial":
+        done, total = result.metrics["orders_completed"], result.metrics["orders_total"]
+        _say(
+            console, f"The run ended with {total - done:,} of {total:,} orders left; the metrics are of what was done."
+        )
+    files = [RESULT_FILE, *(file for file, _ in TABLE_FILES.values())]
+    files += [load_recorder(name).file for name in record]
+    _say(console, f"Results in {folder}:")
+    _say(console, f"  {', '.join(files)}")

@@ -1,0 +1,141 @@
+"""``rmfs compare``: run an experiment and compare its rule sets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rmfs_cli.options import dask_option, jobs_option
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from rmfs_experiments import ExperimentResult
+
+RUNS_FOLDER = "runs"
+
+
+@click.command()
+@click.argument("experiment", metavar="EXPERIMENT", required=False)
+@jobs_option
+@dask_option
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder for finished runs and the report. [default: rmfs-runs/<name of the experiment>]",
+)
+@click.option("--list", "list_them", is_flag=True, help="List the experiments that come with the package.")
+@click.option("--no-inline-rules", is_flag=True, help="Refuse rules from files beside the experiment or scenario.")
+@click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
+def compare(
+    experiment: str | None,
+    jobs: int | None,
+    dask: str | None,
+    out: Path | None,
+    list_them: bool,
+    no_inline_rules: bool,
+    quiet: bool,
+) -> None:
+    """Run EXPERIMENT, a file or the name of a shipped one (small-rules), and compare its rule sets.
+
+    Every finished run is kept in DIR/runs, so that an interrupted experiment goes on where it stopped; delete that
+    folder to compute everything again. The comparison is printed and written to DIR: summary.csv, runs.parquet,
+    report.html and plots. Exit code 1 when a run failed; the others are finished and compared.
+    """
+    from rich.console import Console
+
+    from rmfs_experiments import load_experiment, run_experiment
+    from rmfs_experiments.progress import progress_for
+    from rmfs_experiments.report import print_comparison, write_report
+
+    if list_them:
+        _list()
+        return
+    if experiment is None:
+        raise click.UsageError("expected an experiment: a file, or one of `rmfs compare --list`")
+    loaded = load_experiment(experiment)
+    folder = out or Path("rmfs-runs") / loaded.name
+    notes = Console(stderr=True, quiet=quiet)
+    for file in () if no_inline_rules else loaded.rule_files():
+        _say(notes, f"Loading code from {file}.")
+    _announce_compiling(notes)
+    try:
+        result = run_experiment(
+            loaded,
+            store=folder / RUNS_FOLDER,
+            jobs=jobs,
+            dask=dask,
+            watcher=progress_for(notes, loaded.name),
+            allow_inline_rules=not no_inline_rules,
+        )
+    except KeyboardInterrupt:
+        _say(notes, f"Finished runs are kept in {folder / RUNS_FOLDER}; the same command goes on from there.")
+        raise
+    if not result.computed:
+        _say(notes, f"{loaded.name}: all {len(result.rows):,} runs are stored already")
+    if result.computed < len(result.rows):
+        _note_editable(notes, result, folder)
+    comparison = result.comparison()
+    write_report(result, comparison, folder)
+    console = Console(quiet=quiet)
+    print_comparison(console, result, comparison)
+    _conclude(console, result, folder)
+
+
+def _list() -> None:
+    from rmfs_core.scenario.shipped import summary
+    from rmfs_experiments import shipped_experiments
+
+    shipped = shipped_experiments()
+    width = max(map(len, shipped), default=0)
+    for name, file in shipped.items():
+        click.echo(f"{name:{width}}  {summary(file)}".rstrip())
+
+
+def _say(console: Console, text: str) -> None:
+    """Print a line as it is: nothing in it is markup, and only the reader's terminal wraps it."""
+    console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+
+def _announce_compiling(notes: Console) -> None:
+    from rmfs_core.world.travel import needs_compiling
+
+    if needs_compiling():
+        _say(notes, "Compiling the path search (once; takes some seconds) ...")
+
+
+def _note_editable(notes: Console, result: ExperimentResult, folder: Path) -> None:
+    """Say which distributions may have changed without their version telling so."""
+    from importlib.metadata import PackageNotFoundError, distribution
+
+    editable = []
+    for name, version in result.versions.items():
+        try:
+            origin = distribution(name).read_text("direct_url.json") or ""
+        except (PackageNotFoundError, ValueError):  # python itself, and files of rules
+            continue
+        if '"editable": true' in origin:
+            editable.append(f"{name} {version}")
+    if editable:
+        _say(
+            notes,
+            f"Some runs were stored before. {', '.join(editable)}: installed as editable, so that changes of its code "
+            f"since then are not noticed; delete {folder / RUNS_FOLDER} to compute them again.",
+        )
+
+
+def _conclude(console: Console, result: ExperimentResult, folder: Path) -> None:
+    """Say where the files are, and that runs failed if some did."""
+    from rmfs_core.errors import RunError
+    from rmfs_experiments.report import PARQUET_FILE, PLOTS_FOLDER, REPORT_FILE, SUMMARY_FILE
+
+    console.print()
+    _say(console, f"Report in {folder}:")
+    _say(console, f"  {REPORT_FILE}, {SUMMARY_FILE}, {PARQUET_FILE}, {PLOTS_FOLDER}/, {RUNS_FOLDER}/")
+    if result.failed:
+        raise RunError(
+            f"{len(result.failed)} of {len(result.rows)} runs failed; {folder / REPORT_FILE} has their errors."
+        )

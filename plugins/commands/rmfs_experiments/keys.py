@@ -1,0 +1,73 @@
+"""What makes a run the run it is: the hash that names its folder.
+
+Two runs with the same key give the same metrics, so that one of them need not be computed. What counts is the resolved
+scenario, the contents of the files it names, the seed and the versions; where the files are, and in which order keys
+were written, does not.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from rmfs_core.errors import InputError
+from rmfs_core.results.files import json_ready
+from rmfs_core.rules import RuleSet
+from rmfs_core.scenario import Scenario, scenario_to_dict
+from rmfs_experiments.resolving import DATA_FILES
+
+KEY_LENGTH = 24
+"""Hexadecimal digits: 96 bits, so that a million runs collide with a probability of 1e-17."""
+
+
+def versions_of(rules: RuleSet, folder: str) -> dict[str, str]:
+    """Return the versions of everything that takes part in a run, as its result.json will have them.
+
+    Parameters
+    ----------
+    rules
+        The rules of the scenario.
+    folder
+        The scenario's folder, for the names of rule files.
+    """
+    files = {Path(os.path.relpath(file, folder)).as_posix(): _digest(Path(file)) for file in rules.inline_files}
+    return {**rules.distributions, **files}
+
+
+def run_key(scenario: Scenario, versions: Mapping[str, str]) -> Callable[[int], str]:
+    """Return the function from a seed to the key of a run.
+
+    Parameters
+    ----------
+    scenario
+        The resolved scenario; its own seed does not count.
+    versions
+        Of everything that takes part; of a rule's file beside the scenario, the digest.
+
+    Raises
+    ------
+    InputError
+        When a file that the scenario names cannot be read.
+    """
+    tables = scenario_to_dict(scenario)
+    for section, name in DATA_FILES:
+        if name in tables[section]:
+            file = Path(scenario.folder) / tables[section][name]
+            tables[section][name] = _digest(file, f"{section}.{name}")
+
+    def key(seed: int) -> str:
+        content = {"scenario": {**tables, "seed": seed}, "versions": dict(versions)}
+        text = json.dumps(json_ready(content), sort_keys=True, ensure_ascii=False, default=repr)
+        return hashlib.sha256(text.encode()).hexdigest()[:KEY_LENGTH]
+
+    return key
+
+
+def _digest(file: Path, place: str | None = None) -> str:
+    try:
+        return f"sha256:{hashlib.sha256(file.read_bytes()).hexdigest()}"
+    except OSError as error:
+        raise InputError(place or str(file), f"cannot read {file}: {error.strerror or error}") from error

@@ -1,0 +1,82 @@
+"""Worker processes on this machine."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import threading
+import time
+from collections import deque
+
+from joblib.externals.loky import BrokenProcessPool, ProcessPoolExecutor
+
+from rmfs_experiments.model import Job
+from rmfs_experiments.outcome import Outcome, simulate
+from rmfs_experiments.workers import WorkerDiedError
+
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
+"""Every core has a run of its own: libraries must not start threads besides."""
+
+
+class LocalWorkers:
+    """Processes of joblib's loky, each in a pool of its own.
+
+    A pool breaks as a whole when one of its processes dies, and does not say which run was to blame; pools of one
+    process do, and leave the other runs alone. They are clean interpreters, used for one run after another.
+
+    Parameters
+    ----------
+    count
+        How many runs there are at a time.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+        self.closed = False
+        self._idle: deque[ProcessPoolExecutor] = deque()
+        self._all: deque[ProcessPoolExecutor] = deque()
+
+    def run(self, job: Job) -> Outcome:
+        """Run a job in an idle process, or in a new one."""
+        pool = self._idle.pop() if self._idle else self._open()
+        try:
+            outcome: Outcome = pool.submit(simulate, job).result()
+        except BrokenProcessPool as error:
+            pool.shutdown(wait=False, kill_workers=True)
+            self._all.remove(pool)
+            raise WorkerDiedError(_how(error)) from error
+        self._idle.append(pool)
+        return outcome
+
+    def _open(self) -> ProcessPoolExecutor:
+        pool = ProcessPoolExecutor(
+            max_workers=1, initializer=_depend_on_parent, initargs=(os.getpid(),), env=ONE_THREAD
+        )
+        self._all.append(pool)
+        return pool
+
+    def close(self) -> None:
+        """Kill the processes."""
+        self.closed = True
+        for pool in list(self._all):
+            pool.shutdown(wait=True, kill_workers=True)
+
+
+def _depend_on_parent(parent: int) -> None:
+    """Set up a worker: leave Ctrl-C, which a terminal sends to every process, to the parent, and end when it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: int) -> None:
+    """Wait for the parent's end; a parent that was killed cannot stop its workers itself."""
+    while os.getppid() == parent:
+        time.sleep(1)
+    os._exit(1)
+
+
+def _how(error: BrokenProcessPool) -> str:
+    """Return how a process died from loky's message, which ends with ``{SIGKILL(-9)}`` or the like."""
+    found = re.search(r"\{(.+)\}", str(error))
+    return f"its worker process died with {found[1]}" if found else "its worker process died"

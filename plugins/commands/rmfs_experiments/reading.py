@@ -1,0 +1,212 @@
+"""Experiment files to experiments."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from rmfs_core.errors import InputError
+from rmfs_core.scenario import load_scenario, shipped_scenarios
+from rmfs_core.scenario.checks import close_to, nearest
+from rmfs_core.scenario.shipped import EXPERIMENTS, shipped_folder
+from rmfs_core.scenario.source import KeyPath, Source
+from rmfs_core.scenario.structuring import KeyProblem
+from rmfs_core.scenario.tomltext import shown
+from rmfs_experiments.changes import SCENARIO_KEYS, changes_of
+from rmfs_experiments.model import DEFAULT_METRICS, Axis, AxisPoint, Base, Experiment, RuleSetChoice
+
+KEYS = ("name", "description", "base", "scenarios", "axes", "rule_sets", "seeds", "baseline", "metrics", "by")
+MOST_SEEDS = 100_000
+"""A typing error must not fill the memory with runs."""
+
+
+def shipped_experiments() -> dict[str, Path]:
+    """Return the files of the shipped experiments by name, sorted."""
+    return {path.stem: path for path in sorted((shipped_folder() / EXPERIMENTS).glob("*.toml"))}
+
+
+def load_experiment(path: str | Path) -> Experiment:
+    """Read an experiment file.
+
+    Parameters
+    ----------
+    path
+        A file, or the name of a shipped experiment.
+
+    Raises
+    ------
+    InputError
+        When something is wrong; file, line where it is known, and key are named.
+    """
+    file = _find(Path(path))
+    try:
+        text = file.read_bytes().decode("utf-8-sig").replace("\r\n", "\n")
+        data = tomllib.loads(text)
+    except OSError as error:
+        raise InputError(str(file), f"cannot be read: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise InputError(str(file), f"expected UTF-8 text: {error.reason}") from error
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(str(file), f"this is no valid TOML: {error}") from error
+    source = Source(str(file), text)
+    try:
+        return _experiment(data, file)
+    except KeyProblem as problem:
+        raise InputError(source.place_of(problem.path), problem.problem) from None
+
+
+def _find(path: Path) -> Path:
+    if path.is_file():
+        return path
+    shipped = shipped_experiments()
+    name = path.as_posix().removesuffix(".toml")
+    if name in shipped:
+        return shipped[name]
+    if path.is_dir():
+        raise InputError(str(path), "expected an experiment file, found a folder")
+    raise InputError(
+        str(path), f"there is no such file, and no shipped experiment of that name{nearest(name, shipped)}"
+    )
+
+
+def _experiment(data: Mapping[str, Any], file: Path) -> Experiment:
+    for key in data:
+        if key not in KEYS:
+            raise KeyProblem(f"unknown key{nearest(key, KEYS)}", (key,))
+    for key in ("rule_sets", "seeds", "baseline"):
+        if key not in data:
+            raise KeyProblem("this part is missing", (key,))
+    name = _text(data, "name", file.stem)
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", name):
+        raise KeyProblem(f"expected letters, digits, `.`, `_` and `-`, found {shown(name)}", ("name",))
+    bases = tuple(_bases(data, file.parent))
+    try:
+        return Experiment(
+            name=name,
+            description=_text(data, "description", ""),
+            bases=bases,
+            axes=tuple(_axes(_table(data.get("axes", {}), ("axes",)))),
+            rule_sets=tuple(_rule_sets(data["rule_sets"])),
+            seeds=_seeds(data["seeds"]),
+            baseline=_text(data, "baseline", ""),
+            metrics=_texts(data, "metrics", DEFAULT_METRICS),
+            by=_texts(data, "by", ()),
+            folder=str(file.parent),
+            place=str(file),
+        )
+    except InputError as error:
+        first, _, rest = error.place.partition(".")
+        raise KeyProblem(error.problem, (first, rest) if rest else (first,)) from None
+
+
+def _text(data: Mapping[str, Any], key: str, default: str) -> str:
+    value = data.get(key, default)
+    if not isinstance(value, str):
+        raise KeyProblem(f"expected a text in quotes, found {shown(value)}", (key,))
+    return value
+
+
+def _texts(data: Mapping[str, Any], key: str, default: tuple[str, ...]) -> tuple[str, ...]:
+    value = data.get(key, list(default))
+    if not isinstance(value, list) or not all(isinstance(entry, str) for entry in value):
+        raise KeyProblem(f"expected a list of texts in quotes, found {shown(value)}", (key,))
+    return tuple(value)
+
+
+def _table(value: Any, path: KeyPath) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise KeyProblem(f"expected a table, found {shown(value)}", path)
+    return value
+
+
+def _bases(data: Mapping[str, Any], folder: Path) -> Iterator[Base]:
+    if ("base" in data) == ("scenarios" in data):
+        raise KeyProblem("expected either `base`, a scenario, or `scenarios`, a list of them", ())
+    key = "base" if "base" in data else "scenarios"
+    names = (_text(data, key, ""),) if key == "base" else _texts(data, key, ())
+    for name in names:
+        shipped = shipped_scenarios()
+        beside = folder / name
+        if not beside.is_file() and name.removesuffix(".toml") not in shipped:
+            raise KeyProblem(
+                f"there is no scenario {name} in {folder}, and none of that name is shipped{nearest(name, shipped)}",
+                (key,),
+            )
+        found = beside if beside.is_file() else shipped[name.removesuffix(".toml")]
+        yield Base(name.removesuffix(".toml"), load_scenario(found))
+
+
+def _seeds(value: Any) -> tuple[int, ...]:
+    expected = "expected a list of whole numbers >= 0, or { first = 1, count = 10 }"
+    if isinstance(value, Mapping):
+        if value.keys() - {"first", "count"} or "count" not in value:
+            raise KeyProblem(f"{expected}, found {shown(value)}", ("seeds",))
+        first, count = value.get("first", 1), value["count"]
+        if type(first) is not int or type(count) is not int or first < 0 or count < 1:
+            raise KeyProblem(f"{expected}, found {shown(value)}", ("seeds",))
+        if count > MOST_SEEDS:
+            raise KeyProblem(f"expected at most {MOST_SEEDS:,} seeds, found {count:,}", ("seeds",))
+        return tuple(range(first, first + count))
+    if not isinstance(value, list) or not all(type(seed) is int and seed >= 0 for seed in value):
+        raise KeyProblem(f"{expected}, found {shown(value)}", ("seeds",))
+    return tuple(value)
+
+
+def _rule_sets(value: Any) -> Iterator[RuleSetChoice]:
+    if not isinstance(value, list):
+        raise KeyProblem("expected one or more tables [[rule_sets]]", ("rule_sets",))
+    for place, entry in enumerate(value):
+        table = dict(_table(entry, ("rule_sets", place)))
+        name = table.pop("name", None)
+        if not isinstance(name, str) or not name:
+            raise KeyProblem(
+                f"expected a `name` in each [[rule_sets]], found none in number {place + 1}", ("rule_sets",)
+            )
+        try:
+            yield RuleSetChoice(name, changes_of(table))
+        except KeyProblem as problem:
+            raise KeyProblem(f'rule set "{name}": {problem.problem}', ("rule_sets", place, *problem.path)) from None
+
+
+def _axes(table: Mapping[str, Any]) -> Iterator[Axis]:
+    """Yield the axes of `[axes]`: scenario keys, dotted or nested, and groups of keys under a name of their own."""
+    for key, value in table.items():
+        if key.split(".")[0] not in SCENARIO_KEYS:
+            yield _group(key, value)
+            continue
+        for dotted, values in changes_of({key: value}).items():
+            if not isinstance(values, list):
+                raise KeyProblem(f"expected a list of values, found {shown(values)}", ("axes", key))
+            yield Axis(dotted, tuple(_point(dotted, entry) for entry in values))
+
+
+def _point(key: str, value: Any) -> AxisPoint:
+    text = value if isinstance(value, str) else shown(value)
+    return AxisPoint(
+        f"{key.rpartition('.')[2]}={text}", text if isinstance(value, list | dict) else value, {key: value}
+    )
+
+
+def _group(name: str, value: Any) -> Axis:
+    path = ("axes", name)
+    if name == "seed":
+        raise KeyProblem("seeds are no axis; expected them as `seeds` above it", path)
+    if not isinstance(value, list) or not all(isinstance(entry, Mapping) for entry in value):
+        raise KeyProblem(
+            f"expected a scenario key, or a list of tables {{ label = ..., key = ... }}{close_to(name, SCENARIO_KEYS)}",
+            path,
+        )
+    points = []
+    for entry in value:
+        keys = dict(entry)
+        label = keys.pop("label", None)
+        if not isinstance(label, str | int | float) or label == "":
+            raise KeyProblem(f"expected a `label` in each table, found none in {shown(entry)}", path)
+        try:
+            points.append(AxisPoint(f"{name}={label}", label, changes_of(keys)))
+        except KeyProblem as problem:
+            raise KeyProblem(problem.problem, (*path, *problem.path)) from None
+    return Axis(name, tuple(points))

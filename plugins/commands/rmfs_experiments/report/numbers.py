@@ -1,0 +1,68 @@
+"""Figures of a comparison as people read them."""
+
+from __future__ import annotations
+
+from rmfs_core.results.catalogue import METRICS, TIMING, Metric, show
+from rmfs_experiments.compare import Interval, Paired
+
+METRIC_BY_NAME = {metric.name: metric for group in (*METRICS.values(), TIMING) for metric in group}
+NONE = "-"
+MINUS = "\N{MINUS SIGN}"
+
+
+def title(metric: str) -> str:
+    """Return a metric's label with its unit: ``Makespan (s)``."""
+    known = METRIC_BY_NAME[metric]
+    label = known.label.strip()
+    if known.label.startswith(" "):  # a part of the figure above it in a table of all metrics
+        label = known.meaning.rstrip(".")
+    return f"{label} ({known.unit})" if known.unit else label
+
+
+def value(metric: str, number: float | None) -> str:
+    """Return a metric's value, one digit finer than a single run's: it is a mean."""
+    return show(_finer(METRIC_BY_NAME[metric]), number)
+
+
+def difference(metric: str, found: Interval) -> str:
+    """Return a difference with its interval: ``-0.17 [-0.21, -0.13]``."""
+    finer = _finer(METRIC_BY_NAME[metric])
+    return _with_bounds(found, lambda number: _signed(show(finer, number)))
+
+
+def relative(found: Interval) -> str:
+    """Return a relative difference in percent with its interval."""
+    return _with_bounds(found, lambda number: _signed(f"{100 * number:,.1f}"), " %")
+
+
+def probability(p: float | None) -> str:
+    """Return a p-value with three digits."""
+    if p is None:
+        return NONE
+    return "< 0.001" if p < 0.001 else f"{p:.3f}"
+
+
+def pairs(one: Paired) -> str:
+    """Return the number of pairs, and how many were left out."""
+    return f"{one.pairs} ({one.left_out} left out)" if one.left_out else str(one.pairs)
+
+
+def _finer(metric: Metric) -> Metric:
+    return Metric(metric.name, metric.label, metric.unit, metric.digits + 1, metric.meaning)
+
+
+def _signed(text: str) -> str:
+    """Give a number a plus or a proper minus; none to what is rounded to zero."""
+    digits = text.lstrip("-")
+    if not digits.strip("0.,"):
+        return digits
+    return f"{MINUS}{digits}" if text.startswith("-") else f"+{digits}"
+
+
+def _with_bounds(found: Interval, shown: object, unit: str = "") -> str:
+    assert callable(shown)
+    if found.mean is None:
+        return NONE
+    if found.low is None or found.high is None:
+        return f"{shown(found.mean)}{unit} (no interval)"
+    return f"{shown(found.mean)}{unit} [{shown(found.low)}, {shown(found.high)}]"

@@ -1,0 +1,173 @@
+"""Plots of a comparison. The same comparison gives the same bytes: no dates, no random ids, no random jitter."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from attrs import frozen
+
+from rmfs_experiments.compare import Comparison, Interval
+from rmfs_experiments.report.numbers import METRIC_BY_NAME, title
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")
+"""Okabe and Ito's palette, which colour-blind readers can tell apart."""
+
+MOST_SETS = 8
+"""With more instance sets than these a plot has the overall figures alone."""
+DPI = 150
+DIFFERENCES = "differences"
+STYLE: dict[Any, Any] = {
+    "svg.hashsalt": "rmfs",  # else ids in the SVG are random
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "legend.frameon": False,
+}
+
+
+@frozen
+class Plot:
+    """A picture.
+
+    Parameters
+    ----------
+    name
+        Of its files, without the ending.
+    title
+        What it shows.
+    svg, png
+        The picture.
+    """
+
+    name: str
+    title: str
+    svg: bytes
+    png: bytes
+
+
+def make_plots(rows: Sequence[Mapping[str, Any]], comparison: Comparison) -> list[Plot]:
+    """Return the plot of all differences, then one for each metric with every run in it."""
+    import matplotlib as mpl
+
+    with mpl.rc_context(STYLE):
+        plots = [_drawn(metric, title(metric), _runs(rows, comparison, metric)) for metric in comparison.metrics]
+        if len(comparison.rule_sets) > 1:
+            heading = f"Differences from {comparison.baseline}"
+            plots.insert(0, _drawn(DIFFERENCES, heading, _differences(comparison)))
+    return plots
+
+
+def _drawn(name: str, heading: str, figure: Figure) -> Plot:
+    svg, png = io.BytesIO(), io.BytesIO()
+    figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
+    figure.savefig(png, format="png", dpi=DPI, metadata={"Software": None})
+    return Plot(name, heading, svg.getvalue(), png.getvalue())
+
+
+def _figure(width: float, height: float) -> Figure:
+    """Return a figure that no window system knows of (pyplot would keep it for ever)."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def _shown_sets(comparison: Comparison) -> tuple[str, ...]:
+    return comparison.instance_sets if len(comparison.instance_sets) <= MOST_SETS else comparison.instance_sets[-1:]
+
+
+def _differences(comparison: Comparison) -> Figure:
+    """Intervals of the differences: a panel for each metric, a row for each rule set and instance set."""
+    others = [name for name in comparison.rule_sets if name != comparison.baseline]
+    sets = _shown_sets(comparison)
+    columns = min(3, len(comparison.metrics))
+    lines = -(-len(comparison.metrics) // columns)
+    figure = _figure(3.2 * columns + 1, lines * (0.9 + 0.2 * len(others) * (len(sets) + 1)))
+    panels = figure.subplots(lines, columns, sharey=True, squeeze=False).flat
+    for panel, metric in zip(panels, comparison.metrics, strict=False):
+        _forest(panel, comparison, metric, others, sets)
+    for panel in list(panels)[len(comparison.metrics) :]:
+        panel.set_visible(False)
+    if len(sets) > 1:
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=min(4, len(sets)))
+    return figure
+
+
+def _forest(panel: Axes, comparison: Comparison, metric: str, others: Sequence[str], sets: Sequence[str]) -> None:
+    found = {(one.rule_set, one.instances): one for name in sets for one in comparison.of(name, metric)}
+    in_percent = all(found[other, name].relative.mean is not None for other in others for name in sets)
+    panel.axvline(0, color="0.6", linewidth=0.8)
+    for place, name in enumerate(sets):
+        spread = (place - (len(sets) - 1) / 2) * 0.8 / len(sets)
+        colour = "black" if place == len(sets) - 1 else COLOURS[place % len(COLOURS)]
+        for row, other in enumerate(others):
+            one = found[other, name]
+            interval = one.relative if in_percent else one.difference
+            _whisker(panel, interval, row + spread, colour, 100 if in_percent else _scale(metric))
+        panel.plot([], [], "o", color=colour, label=name)
+    panel.set_yticks(range(len(others)), others)
+    panel.set_ylim(len(others) - 0.5, -0.5)
+    panel.set_title(title(metric).partition(" (")[0])
+    panel.set_xlabel(
+        f"difference, % of {comparison.baseline}" if in_percent else f"difference ({METRIC_BY_NAME[metric].unit})"
+    )
+
+
+def _whisker(panel: Axes, interval: Interval, y: float, colour: str, scale: float) -> None:
+    if interval.mean is None:
+        return
+    panel.plot(scale * interval.mean, y, "o", color=colour, markersize=4)
+    if interval.low is not None and interval.high is not None:
+        panel.plot([scale * interval.low, scale * interval.high], [y, y], color=colour, linewidth=1.4)
+
+
+def _scale(metric: str) -> float:
+    """Return what a figure is multiplied by for people: a share is shown in percent."""
+    return 100.0 if metric == "picker_utilisation" else 1.0
+
+
+def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str) -> Figure:
+    """Every run as a dot and the means as bars, by instance set and rule set."""
+    sets = _shown_sets(comparison)
+    figure = _figure(max(4.0, 1.2 + 0.45 * len(comparison.rule_sets) * len(sets)), 3.0)
+    panel = figure.subplots()
+    width = 0.8 / len(comparison.rule_sets)
+    for place, rule_set in enumerate(comparison.rule_sets):
+        colour = COLOURS[place % len(COLOURS)]
+        for column, name in enumerate(sets):
+            x = column + (place - (len(comparison.rule_sets) - 1) / 2) * width
+            values = list(_values(rows, comparison, name, rule_set, metric))
+            if not values:
+                continue
+            offsets = [(0.5 - (i + 0.5) / len(values)) * width * 0.7 for i in range(len(values))]
+            panel.plot([x + offset for offset in offsets], values, "o", color=colour, markersize=3, alpha=0.5)
+            mean = sum(values) / len(values)
+            panel.plot([x - width * 0.42, x + width * 0.42], [mean, mean], color=colour, linewidth=2.2)
+        panel.plot([], [], "o", color=colour, label=rule_set)
+    panel.set_xticks(range(len(sets)), [name.replace(", ", "\n") for name in sets])
+    panel.set_xlim(-0.5, len(sets) - 0.5)
+    panel.set_ylim(bottom=0)
+    panel.set_ylabel(title(metric))
+    figure.legend(loc="outside upper left", ncols=min(4, len(comparison.rule_sets)))
+    return figure
+
+
+def _values(
+    rows: Sequence[Mapping[str, Any]], comparison: Comparison, instances: str, rule_set: str, metric: str
+) -> Iterator[float]:
+    for row in rows:
+        if row["rule_set"] != rule_set or row["status"] == "failed" or row.get(metric) is None:
+            continue
+        if comparison.holds(instances, row):
+            yield _scale(metric) * row[metric]

@@ -1,0 +1,93 @@
+"""The tables for other programs: summary.csv and runs.parquet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from rmfs_core.results.files import AtomicFile, to_csv
+from rmfs_experiments.compare import Comparison, Interval
+from rmfs_experiments.model import LABELS
+from rmfs_experiments.running import ExperimentResult
+
+SUMMARY_COLUMNS = (
+    "instances",
+    "metric",
+    "rule_set",
+    "baseline",
+    "pairs",
+    "left_out",
+    "mean",
+    "baseline_mean",
+    "difference",
+    "difference_low",
+    "difference_high",
+    "relative",
+    "relative_low",
+    "relative_high",
+    "p",
+    "p_holm",
+    "runs",
+    "complete",
+    "partial",
+    "failed",
+    "stood_still",
+    "stopped_early",
+)
+"""Columns of summary.csv; their meanings are those of `rmfs_experiments.compare.Paired` and `Counted`."""
+
+
+def summary_csv(comparison: Comparison) -> str:
+    """Return the comparison as CSV: one row an instance set, metric and rule set."""
+    return to_csv(SUMMARY_COLUMNS, list(_summary_rows(comparison)))
+
+
+def _summary_rows(comparison: Comparison) -> Iterator[dict[str, Any]]:
+    counted = {(one.instances, one.rule_set): one for one in comparison.counted}
+    for one in comparison.paired:
+        count = counted[one.instances, one.rule_set]
+        yield {
+            "instances": one.instances,
+            "metric": one.metric,
+            "rule_set": one.rule_set,
+            "baseline": comparison.baseline,
+            "pairs": one.pairs,
+            "left_out": one.left_out,
+            "mean": one.mean,
+            "baseline_mean": one.baseline_mean,
+            **_interval("difference", one.difference),
+            **_interval("relative", one.relative),
+            "p": one.difference.p,
+            "p_holm": one.p_holm,
+            "runs": count.runs,
+            "complete": count.complete,
+            "partial": count.partial,
+            "failed": count.failed,
+            "stood_still": count.stood_still,
+            "stopped_early": count.stopped_early,
+        }
+
+
+def _interval(name: str, found: Interval) -> dict[str, float | None]:
+    return {name: found.mean, f"{name}_low": found.low, f"{name}_high": found.high}
+
+
+def write_parquet(result: ExperimentResult, path: Path) -> None:
+    """Write one row a run, whole or not at all."""
+    import pyarrow
+    from pyarrow import parquet
+
+    columns = {name: _array(pyarrow, name, values) for name, values in result.table().items()}
+    with AtomicFile(path) as stream:
+        parquet.write_table(pyarrow.table(columns), stream)
+
+
+def _array(pyarrow: Any, name: str, values: list[object]) -> Any:
+    """Return a column; texts where the values are of several kinds, as an axis's may be."""
+    if all(value is None for value in values):
+        return pyarrow.array(values, pyarrow.string() if name in LABELS else pyarrow.float64())
+    try:
+        return pyarrow.array(values)
+    except (pyarrow.ArrowInvalid, pyarrow.ArrowTypeError):
+        return pyarrow.array([None if value is None else str(value) for value in values])

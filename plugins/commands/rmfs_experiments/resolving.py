@@ -1,0 +1,87 @@
+"""A base scenario and the keys that axes and rule sets set: the scenario of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from attrs import evolve
+
+from rmfs_core.errors import InputError
+from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
+from rmfs_core.scenario.model import replaced_keys
+from rmfs_core.scenario.overrides import Override, apply_overrides
+from rmfs_core.scenario.rulenames import is_inline, rule_choices
+from rmfs_core.scenario.tomltext import shown
+
+Changes = Mapping[str, Any]
+"""Dotted scenario keys (``rules.poa``) and their values."""
+
+DATA_FILES = (("instance", "orders_file"), ("instance", "pods_file"), ("layout", "map_file"))
+"""Section and key of every file with data that a scenario may name."""
+
+
+def resolve(base: Scenario, changes: Changes, folder: str, place: str) -> Scenario:
+    """Return the base with keys changed.
+
+    Setting ``rules.poa_pps`` takes ``rules.poa`` and ``rules.pps`` out, and the other way round.
+
+    Parameters
+    ----------
+    base
+        The scenario to start from.
+    changes
+        Dotted keys and values.
+    folder
+        Where files that the changes name are looked up.
+    place
+        What a message calls it.
+
+    Raises
+    ------
+    InputError
+        When the result is no scenario.
+    """
+    overrides = [Override(f"{key} = {shown(value)}", tuple(key.split(".")), value) for key, value in changes.items()]
+    with located_in(place):
+        data = apply_overrides(_without_other_roles(scenario_to_dict(base), changes), overrides)
+    scenario = scenario_from_dict(data, base.folder, place)
+    for override in overrides:
+        section, *rest = override.path
+        file, replaced = replaced_keys(getattr(scenario, section))
+        if rest and rest[0] in replaced:
+            raise InputError(f"{place}, {'.'.join(override.path)}", f"has no meaning beside `{section}.{file}`")
+    folders = {str(Path(named_in).resolve()): named_in for named_in in _folders(scenario, changes, folder)}
+    if len(folders) > 1:
+        raise InputError(
+            place, f"names files in {' and in '.join(folders.values())}; expected the scenario beside the experiment"
+        )
+    return evolve(scenario, folder=next(iter(folders.values()), base.folder))
+
+
+@contextmanager
+def located_in(place: str) -> Iterator[None]:
+    """Name ``place`` in front of the place of every InputError raised within."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{place}, {error.place.removeprefix('--set ')}", error.problem) from error
+
+
+def _without_other_roles(data: dict[str, Any], changes: Changes) -> dict[str, Any]:
+    """Take out the base's rules for orders and pods that rules of the other kind stand in for."""
+    roles = {key.split(".")[1] for key in changes if key.startswith("rules.")}
+    others = ("poa", "pps") if "poa_pps" in roles else ("poa_pps",) if roles & {"poa", "pps"} else ()
+    return {**data, "rules": {role: choice for role, choice in data["rules"].items() if role not in others}}
+
+
+def _folders(scenario: Scenario, changes: Changes, folder: str) -> Iterator[str]:
+    """Yield the folder of every file that the scenario names: the experiment's where the changes name it."""
+    for section, key in DATA_FILES:
+        if getattr(getattr(scenario, section), key) is not None:
+            yield folder if f"{section}.{key}" in changes else scenario.folder
+    for (role, *_), choice in rule_choices(scenario.rules):
+        if is_inline(choice.rule):
+            yield folder if changes.keys() & {f"rules.{role}", f"rules.{role}.rule"} else scenario.folder

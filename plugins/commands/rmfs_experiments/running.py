@@ -1,0 +1,172 @@
+"""An experiment from start to end: what is not stored yet is run, and all rows are put together."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from contextlib import closing
+from pathlib import Path
+
+from attrs import field, frozen
+
+from rmfs_experiments.compare import Comparison, summary
+from rmfs_experiments.model import Experiment, Job
+from rmfs_experiments.outcome import Outcome
+from rmfs_experiments.rows import Row, row_without_result
+from rmfs_experiments.store import RunStore
+from rmfs_experiments.watching import Watcher
+from rmfs_experiments.workers import WorkerDiedError, Workers
+
+
+@frozen(eq=False)
+class ExperimentResult:
+    """What came of an experiment.
+
+    Parameters
+    ----------
+    experiment
+        What was run.
+    rows
+        One a run, in the order of `Experiment.jobs`: labels, ``status``, ``error``, every metric and timing figure.
+        A figure is missing where the run ended without a result.
+    versions
+        Versions of everything that took part in some run, by name.
+    computed
+        How many runs were computed now; the others were stored already.
+    """
+
+    experiment: Experiment
+    rows: list[Row] = field(repr=False)
+    versions: dict[str, str] = field(factory=dict, repr=False)
+    computed: int = 0
+
+    @property
+    def failed(self) -> list[Row]:
+        """Rows of the runs that failed."""
+        return [row for row in self.rows if row["status"] == "failed"]
+
+    def table(self) -> dict[str, list[object]]:
+        """Return the rows as columns, every column of the same length, None where a run has no such figure."""
+        names = list(dict.fromkeys(name for row in self.rows for name in row))
+        return {name: [row.get(name) for row in self.rows] for name in names}
+
+    def comparison(self) -> Comparison:
+        """Return the rule sets compared with the baseline, as the experiment asks."""
+        one = self.experiment
+        return summary(self.rows, one.baseline, one.metrics, by=one.by or ("instance",))
+
+
+def run_experiment(
+    experiment: Experiment,
+    *,
+    store: str | Path,
+    jobs: int | None = None,
+    dask: str | None = None,
+    watcher: Watcher | None = None,
+    allow_inline_rules: bool = True,
+) -> ExperimentResult:
+    """Run what is not stored yet; return all rows.
+
+    Every run is stored as soon as it is finished. A run whose worker dies is repeated once, then it is a failed row;
+    it is not stored, nor is one that ended without a result, so that they are tried again the next time. Runs that a
+    rule's misbehaviour ended are stored: they would end the same way again.
+
+    Parameters
+    ----------
+    experiment
+        What to run.
+    store
+        Folder of finished runs; one folder a run. Several experiments may share it: the same run is computed once.
+    jobs
+        Runs at a time; None: one for each core.
+    dask
+        Address of a Dask scheduler (``tcp://host:8786``) whose workers run them instead; ``jobs`` is then how many are
+        handed over at a time, two for each thread of the cluster if None.
+    watcher
+        Is told what happens.
+    allow_inline_rules
+        Whether code may be loaded from ``./file.py:Class`` rules.
+
+    Raises
+    ------
+    InputError
+        When a scenario is wrong, or the store cannot be written to; before anything is run.
+    RunError
+        When the Dask scheduler is lost.
+    KeyboardInterrupt
+        As it came; what finished is stored.
+    """
+    watcher = watcher or Watcher()
+    all_jobs = experiment.jobs(allow_inline_rules=allow_inline_rules)
+    different = {job.key: job for job in all_jobs}
+    runs = RunStore(store)
+    todo = [job for job in different.values() if job not in runs]
+    not_stored: dict[str, Outcome] = {}
+    if todo:
+        with (
+            closing(_workers(len(todo), jobs, dask)) as workers,
+            closing(_outcomes(todo, workers, watcher)) as outcomes,
+        ):
+            watcher.started(len(different), len(different) - len(todo), workers.count)
+            try:
+                for job, outcome in outcomes:
+                    if outcome.result is None:
+                        not_stored[job.key] = outcome
+                    else:
+                        runs.save(job, outcome)
+                    watcher.run_finished(job, _row(job, runs, not_stored))
+            finally:
+                watcher.ended()
+    rows = [_row(job, runs, not_stored) for job in all_jobs]
+    versions = {name: version for job in all_jobs for name, version in job.versions.items()}
+    return ExperimentResult(experiment, rows, dict(sorted(versions.items())), len(todo))
+
+
+def _workers(runs: int, jobs: int | None, dask: str | None) -> Workers:
+    """Return the workers; imported here, since only a process that runs something needs them."""
+    if dask is not None:
+        from rmfs_experiments.cluster import ClusterWorkers
+
+        return ClusterWorkers(dask, jobs)
+    from joblib import cpu_count
+
+    from rmfs_experiments.local import LocalWorkers
+
+    return LocalWorkers(min(runs, jobs or cpu_count()))
+
+
+def _outcomes(todo: list[Job], workers: Workers, watcher: Watcher) -> Generator[tuple[Job, Outcome], None, None]:
+    """Yield each job with what came of it as soon as it is there; a caller that stops asking stops the workers."""
+    with ThreadPoolExecutor(workers.count) as threads:
+        jobs: dict[Future[Outcome], Job] = {threads.submit(_attempt, job, workers, watcher): job for job in todo}
+        try:
+            for future in as_completed(list(jobs)):
+                yield jobs.pop(future), future.result()
+        finally:
+            threads.shutdown(wait=False, cancel_futures=True)
+            workers.close()  # threads that still wait for a worker learn that it is gone
+
+
+def _attempt(job: Job, workers: Workers, watcher: Watcher) -> Outcome:
+    """Run a job; once more when its worker dies."""
+    watcher.run_started(job)
+    try:
+        return workers.run(job)
+    except WorkerDiedError as died:
+        if died.repeated or workers.closed:
+            return _given_up(died)
+        watcher.run_repeated(job, str(died))
+    try:
+        return workers.run(job)
+    except WorkerDiedError as died:
+        return _given_up(died)
+
+
+def _given_up(died: WorkerDiedError) -> Outcome:
+    return Outcome(None, f"{died}; given up after the repetition", type(died).__name__)
+
+
+def _row(job: Job, runs: RunStore, not_stored: dict[str, Outcome]) -> Row:
+    """Return the row of a run: from the store, so that it is the same whenever it was computed."""
+    outcome = not_stored.get(job.key)
+    return runs.row(job) if outcome is None else row_without_result(job, outcome.error or "", outcome.error_kind or "")

@@ -1,0 +1,28 @@
+"""Who watches an experiment run is told of it here."""
+
+from __future__ import annotations
+
+from rmfs_experiments.model import Job
+from rmfs_experiments.rows import Row
+
+
+class Watcher:
+    """Told what happens while an experiment runs; does nothing with it. Subclasses do.
+
+    `run_started` and `run_repeated` are called from other threads than the rest, several at a time.
+    """
+
+    def started(self, total: int, stored: int, slots: int) -> None:
+        """Say that an experiment begins: runs in all, how many of them are stored already, runs at a time."""
+
+    def run_started(self, job: Job) -> None:
+        """Say that a run begins."""
+
+    def run_repeated(self, job: Job, problem: str) -> None:
+        """Say that a run begins once more, since its worker died."""
+
+    def run_finished(self, job: Job, row: Row) -> None:
+        """Say that a run is over, with its row."""
+
+    def ended(self) -> None:
+        """Say that the experiment is over, or was interrupted."""

@@ -1,0 +1,47 @@
+"""`rmfs new-rule`: a distribution of one's own, to start a rule from."""
+
+from __future__ import annotations
+
+import shlex
+
+import click
+
+DECISIONS = {
+    "POA": "poa",
+    "PPS": "pps",
+    "POA+PPS": "poa_pps",
+    "PR": "pr",
+    "TA": "ta",
+    "PP": "pp",
+    "filter": "filter",
+    "observer": "observer",
+}
+"""What the rule can decide -> its role in a scenario. (Held against the hooks by a test: they are slow to import.)"""
+
+
+@click.command(name="new-rule")
+@click.argument("name", metavar="NAME")
+@click.option(
+    "--decides",
+    required=True,
+    type=click.Choice(list(DECISIONS)),
+    help="What the rule decides: POA orders to stations, PPS pods to stations, POA+PPS both together, PR where pods go "
+    "back to, TA pods to robots, PP paths; a filter chooses the orders that POA sees, an observer decides nothing.",
+)
+@click.option("--into", default=".", metavar="DIR", help="Folder in which the folder NAME is made. [default: this one]")
+def new_rule(name: str, decides: str, into: str) -> None:
+    """Write a distribution with a rule of your own to the new folder NAME.
+
+    It has a working rule of the kind you name, to be changed, with its tests and a README. NAME is what scenarios
+    call the rule: small letters, digits and hyphens.
+    """
+    from rmfs_kit import NewRule, project_files, selecting, write_project
+
+    rule = NewRule(name, DECISIONS[decides])
+    folder = write_project(rule, into)
+    click.echo(f"Wrote {folder}: {', '.join(project_files(rule))}.")
+    click.echo("Next:")
+    path = shlex.quote(str(folder if folder.is_absolute() else f"./{folder}"))
+    click.echo(f"  pip install -e {path}")
+    click.echo(f"  rmfs run examples/small {selecting(rule)}")
+    click.echo(f"Its README says how to test it: {folder / 'README.md'}")

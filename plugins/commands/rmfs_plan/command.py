@@ -1,0 +1,180 @@
+"""``rmfs plan``: path planning by itself, on a map with robots and nothing else."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from rmfs_core.traffic import Roads
+    from rmfs_plan import Collision, Plan
+
+SHOWN = 12
+"""Robots that the table lists, those with the longest delay first."""
+
+
+@click.command()
+@click.argument("map_file", metavar="MAP")
+@click.option("--agents", type=click.IntRange(min=1), default=10, show_default=True, help="Number of robots.")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the random trips.")
+@click.option("--pp", default="sipp", show_default=True, metavar="RULE", help="Planner: sipp, whca-n, free-flow, ...")
+@click.option("--set", "values", multiple=True, metavar="KEY=VALUE", help="A parameter of the planner. Repeatable.")
+@click.option("--scen", metavar="FILE", help="Take the trips from a MovingAI scenario, the first ones in it.")
+@click.option("--out", metavar="DIR", help="Folder to write plan.json and paths.csv to.")
+def plan(
+    map_file: str, agents: int, seed: int, pp: str, values: tuple[str, ...], scen: str | None, out: str | None
+) -> None:
+    """Plan the paths of robots on MAP, a MovingAI map or a text map, one robot after another.
+
+    Each robot has one trip: random ones, or those of a scenario. The paths are checked for collisions.
+    """
+    from rich.console import Console
+
+    from rmfs_core.errors import RunError
+    from rmfs_core.randomness import stream
+    from rmfs_core.world.travel import needs_compiling
+    from rmfs_plan import bare_roads, collisions, find_planner, plan_trips, random_trips, read_map, read_trips
+
+    roads = bare_roads(read_map(map_file))
+    choice = find_planner(pp, _parameters(values), stream(seed, f"rule pp {pp}"))
+    trips = random_trips(roads, agents, seed, map_file) if scen is None else read_trips(scen, roads.layout, agents)
+    _check_reach(roads, trips, scen or map_file)
+    if needs_compiling(choice.rule):
+        click.echo("Compiling the path search (once; takes some seconds) ...", err=True)
+    started = time.perf_counter()
+    plans = plan_trips(roads, choice.planner, trips, choice.exclusive)
+    wall_s = time.perf_counter() - started
+    hits = collisions(roads, [one.path for one in plans])
+    title = f"{Path(map_file).name}, {len(plans)} robots, {pp}"
+    _print(Console(), title, roads, plans, hits, wall_s)
+    if out is not None:
+        about = {"map": map_file, "scen": scen, "seed": seed, "pp": pp, "parameters": _parameters(values)}
+        _write(out, roads, plans, hits, about)
+    stuck = [str(number) for number, one in enumerate(plans, 1) if not one.arrived]
+    if stuck:
+        more = f" and {len(stuck) - SHOWN} more" if len(stuck) > SHOWN else ""
+        raise RunError(
+            f"{pp} found no path to the goal for {len(stuck)} of {len(plans)} robots: {', '.join(stuck[:SHOWN])}{more}."
+        )
+    if hits and choice.exclusive:
+        raise RunError(f"{pp} let robots collide, first {_describe(roads, hits[0])}.")
+
+
+def _parameters(values: Sequence[str]) -> dict[str, Any]:
+    from rmfs_core.errors import InputError
+    from rmfs_core.scenario.overrides import parse_override
+
+    found = {}
+    for override in map(parse_override, values):
+        if len(override.path) != 1:
+            raise InputError(override.place, "expected a parameter of the planner, such as window_s=30")
+        value = override.value
+        found[override.path[0]] = float(value) if type(value) is int and override.path[0].endswith("_s") else value
+    return found
+
+
+def _check_reach(roads: Roads, trips: Sequence[Any], place: str) -> None:
+    """Refuse trips that no robot could make even if it were alone, and such that share a start or a goal."""
+    from rmfs_core.errors import InputError
+    from rmfs_core.world import NORTH
+    from rmfs_core.world.travel import UNREACHABLE
+
+    seen: dict[tuple[str, int], int] = {}
+    for number, trip in enumerate(trips, 1):
+        start, goal = roads.layout.where(trip.start), roads.layout.where(trip.goal)
+        if roads.travel.ticks(trip.start, NORTH, trip.goal, False) >= UNREACHABLE:
+            raise InputError(place, f"no way from {start} to {goal}, the trip of robot {number}")
+        for end, cell, where in (("start", trip.start, start), ("goal", trip.goal, goal)):
+            if (end, cell) in seen:
+                raise InputError(place, f"robots {seen[end, cell]} and {number} have the same {end}, {where}")
+            seen[end, cell] = number
+
+
+def _describe(roads: Roads, hit: Collision) -> str:
+    return f"robots {hit.first + 1} and {hit.second + 1} at {roads.layout.where(hit.cell)} after {hit.since_s:.3f} s"
+
+
+def _costs(plans: Sequence[Plan], hits: Sequence[Collision]) -> dict[str, Any]:
+    """Sums over all robots, in seconds; a robot's cost is the time at which it is at its goal for good."""
+    arrived = [one for one in plans if one.arrived]
+    return {
+        "robots": len(plans),
+        "arrived": len(arrived),
+        "makespan_s": max((one.path.end_tick for one in arrived), default=0) / 1000,
+        "sum_of_costs_s": sum(one.path.end_tick for one in arrived) / 1000,
+        "sum_without_traffic_s": sum(one.fastest_ticks for one in arrived) / 1000,
+        "longest_delay_s": max((one.delay_ticks for one in arrived), default=0) / 1000,
+        "queries": sum(one.queries for one in plans),
+        "collisions": len(hits),
+    }
+
+
+def _print(
+    console: Console, title: str, roads: Roads, plans: Sequence[Plan], hits: Sequence[Collision], wall_s: float
+) -> None:
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", title_style="bold")
+    for column in ("Robot", "From", "To"):
+        table.add_column(column)
+    for column in ("Arrives s", "Delay s", "Stops", "Queries"):
+        table.add_column(column, justify="right")
+    order = sorted(range(len(plans)), key=lambda i: (plans[i].arrived, -plans[i].delay_ticks, i))
+    for i in order[:SHOWN]:
+        one = plans[i]
+        arrives = f"{one.path.end_tick / 1000:.3f}" if one.arrived else "never"
+        delay = f"{one.delay_ticks / 1000:.3f}" if one.arrived else ""
+        cells = (_short(roads, one.trip.start), _short(roads, one.trip.goal))
+        table.add_row(str(i + 1), *cells, arrives, delay, str(len(one.path.legs)), str(one.queries))
+    console.print(table)
+    if len(plans) > SHOWN:
+        console.print(f"The {SHOWN} robots with the longest delay of {len(plans)}.", highlight=False)
+    costs = _costs(plans, hits)
+    console.print(
+        f"Arrived {costs['arrived']} of {costs['robots']}; makespan {costs['makespan_s']:.3f} s; sum of costs "
+        f"{costs['sum_of_costs_s']:.3f} s, {costs['sum_without_traffic_s']:.3f} s without traffic; "
+        f"{costs['queries']} queries in {wall_s:.3f} s; collisions: {len(hits)}",
+        highlight=False,
+        soft_wrap=True,
+    )
+    if hits:
+        console.print(f"First collision: {_describe(roads, hits[0])}", highlight=False, soft_wrap=True)
+
+
+def _short(roads: Roads, cell: int) -> str:
+    return f"{cell % roads.layout.width},{cell // roads.layout.width}"
+
+
+def _write(out: str, roads: Roads, plans: Sequence[Plan], hits: Sequence[Collision], about: Mapping[str, Any]) -> None:
+    from attrs import asdict
+
+    from rmfs_core.results.files import json_ready, output_folder, to_csv, to_json, write_text
+
+    folder = output_folder(out)
+    rows = [row for robot, one in enumerate(plans, 1) for row in _legs(roads, robot, one)]
+    document = {**about, "costs": _costs(plans, hits), "collisions": [asdict(hit) for hit in hits]}
+    write_text(folder / "plan.json", to_json(json_ready(document), indent=2) + "\n")
+    columns = ("robot", "leg", "start_s", "wait_s", "turn_s", "run_s", "from_x", "from_y", "to_x", "to_y", "end_s")
+    write_text(folder / "paths.csv", to_csv(columns, rows))
+
+
+def _legs(roads: Roads, robot: int, one: Plan) -> list[dict[str, object]]:
+    rows: list[dict[str, object]] = []
+    width = roads.layout.width
+    cell, heading, tick = one.path.cell, one.path.heading, one.path.start_tick
+    for number, leg in enumerate(one.path.legs, 1):
+        towards = roads.travel.heading(cell, leg.to)
+        turn = 0 if towards is None else int(roads.passing.turns[(towards - heading) % 4])
+        run = int(roads.passing.runs[roads.layout.distance(cell, leg.to)])
+        end = tick + leg.wait_ticks + turn + run
+        places = {"from_x": cell % width, "from_y": cell // width, "to_x": leg.to % width, "to_y": leg.to // width}
+        times = {"start_s": tick, "wait_s": leg.wait_ticks, "turn_s": turn, "run_s": run, "end_s": end}
+        rows.append({"robot": robot, "leg": number, **places, **{key: t / 1000 for key, t in times.items()}})
+        cell, heading, tick = leg.to, heading if towards is None else towards, end
+    return rows

@@ -1,0 +1,128 @@
+"""The benchmark formats of MovingAI: grid maps and scenarios.
+
+Source: N. Sturtevant, Benchmarks for grid-based pathfinding, IEEE Transactions on Computational Intelligence and AI in
+Games 4(2), 2012, https://doi.org/10.1109/TCIAIG.2012.2197681; https://movingai.com/benchmarks/formats.html
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from attrs import frozen
+from numpy.typing import NDArray
+
+from rmfs_core.errors import InputError
+from rmfs_core.world import EAST, NORTH, SOUTH, WEST, CellKind, Layout, parse_map
+
+FREE, BLOCKED = ".GS", "@OTW"
+
+
+@frozen
+class Trip:
+    """From one cell to another (indices)."""
+
+    start: int
+    goal: int
+
+
+def read_map(path: str | Path) -> Layout:
+    """Read a map: MovingAI's where the file begins with ``type``, else one of `rmfs_core.world.parse_map`.
+
+    On MovingAI's maps robots step in the four directions between free cells (``.``, ``G``, ``S``).
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read or is no such map.
+    """
+    text = read_text(path)
+    if not text.lstrip().startswith("type"):
+        return parse_map(text, str(path))
+    lines = text.splitlines()
+    header = dict(line.split(maxsplit=1) for line in lines[:3] if len(line.split()) == 2)
+    sizes = [_number(header.get(key, ""), f"{path}", f"a line `{key} N`") for key in ("height", "width")]
+    height, width = sizes
+    if len(lines) < 4 or lines[3].strip() != "map":
+        raise InputError(f"{path}:4", "expected the line `map` after type, height and width")
+    rows = lines[4 : 4 + height]
+    if len(rows) < height:
+        raise InputError(str(path), f"found {len(rows)} rows of the map; expected {height}, as its height says")
+    for number, row in enumerate(rows, 5):
+        if len(row) != width:
+            raise InputError(f"{path}:{number}", f"found {len(row)} cells; expected {width}, as the map's width says")
+        unknown = next((sign for sign in row if sign not in FREE + BLOCKED), None)
+        if unknown is not None:
+            raise InputError(
+                f"{path}:{number}", f"unknown sign {unknown!r}; expected one of {' '.join(FREE + BLOCKED)}"
+            )
+    return open_layout(np.array([[sign in FREE for sign in row] for row in rows], dtype=bool))
+
+
+def open_layout(free: NDArray[np.bool_]) -> Layout:
+    """Return a layout of floor and walls, on which robots step in all four directions. ``free`` is (rows, columns)."""
+    height, width = free.shape
+    moves = np.zeros((height, width), dtype=np.int8)
+    moves[:, :-1] |= (free[:, :-1] & free[:, 1:]).astype(np.int8) << EAST
+    moves[:, 1:] |= (free[:, :-1] & free[:, 1:]).astype(np.int8) << WEST
+    moves[1:] |= (free[:-1] & free[1:]).astype(np.int8) << NORTH
+    moves[:-1] |= (free[:-1] & free[1:]).astype(np.int8) << SOUTH
+    kind = np.where(free, CellKind.FLOOR, CellKind.WALL).astype(np.int8).ravel()
+    for array in (kind, moves):
+        array.setflags(write=False)
+    return Layout(width, height, kind, moves.ravel(), ())
+
+
+def read_trips(path: str | Path, layout: Layout, limit: int | None = None) -> tuple[Trip, ...]:
+    """Read a scenario: the first ``limit`` trips of its file.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read, has fewer trips, or one between cells that the map does not have free.
+    """
+    lines = read_text(path).splitlines()
+    if not lines or not lines[0].startswith("version"):
+        raise InputError(f"{path}:1", "expected the line `version 1`, as in MovingAI's scenarios")
+    trips: list[Trip] = []
+    for number, line in enumerate(lines[1:], 2):
+        if line.strip() and (limit is None or len(trips) < limit):
+            trips.append(_trip(line.split("\t") if "\t" in line else line.split(), layout, f"{path}:{number}"))
+    if limit is not None and len(trips) < limit:
+        raise InputError(str(path), f"found {len(trips)} trip(s); expected at least {limit}, one for each robot")
+    return tuple(trips)
+
+
+def _trip(fields: list[str], layout: Layout, place: str) -> Trip:
+    if len(fields) < 8:
+        raise InputError(place, f"found {len(fields)} field(s); expected bucket, map, width, height, start x, start y, "
+                                "goal x, goal y and optimal length")  # fmt: skip
+    numbers = [_number(text, place, "a whole number") for text in fields[2:8]]
+    width, height = numbers[:2]
+    if (width, height) != (layout.width, layout.height):
+        raise InputError(place, f"found a map of {width} x {height} cells; the map given has "
+                                f"{layout.width} x {layout.height}")  # fmt: skip
+    cells = []
+    for x, y in (numbers[2:4], numbers[4:6]):
+        if not (0 <= x < layout.width and 0 <= y < layout.height):
+            raise InputError(place, f"found the cell x {x}, y {y}, which is not on the map")
+        cell = y * layout.width + x
+        if layout.kind[cell] == CellKind.WALL:
+            raise InputError(place, f"found the cell x {x}, y {y}, which is a wall")
+        cells.append(cell)
+    return Trip(*cells)
+
+
+def _number(text: str, place: str, expected: str) -> int:
+    if not text.strip().isdecimal():
+        raise InputError(place, f"expected {expected}, found {text.strip()!r}")
+    return int(text)
+
+
+def read_text(path: str | Path) -> str:
+    """Return a file's text; raise `InputError` when it cannot be read."""
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = (error.strerror or str(error)) if isinstance(error, OSError) else "it is no UTF-8 text"
+        raise InputError(str(path), f"cannot be read: {reason}") from error

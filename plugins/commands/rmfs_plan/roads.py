@@ -1,0 +1,13 @@
+"""Roads of a map that need not be a warehouse."""
+
+from __future__ import annotations
+
+from rmfs_core.motion import Motion
+from rmfs_core.traffic import Roads
+from rmfs_core.world import Layout
+from rmfs_core.world.travel import Travel
+
+
+def bare_roads(layout: Layout, motion: Motion | None = None) -> Roads:
+    """Return the roads of a map, for robots that move as in the paper unless ``motion`` says otherwise."""
+    return Roads(Travel(layout, motion or Motion()))

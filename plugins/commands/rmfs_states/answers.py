@@ -1,0 +1,116 @@
+"""What rules answer, as JSON's objects with names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
+from rmfs_core.results.tables import finite
+from rmfs_core.simulation import checks
+from rmfs_core.simulation.asking import ImpossibleError, instance_of, sequence_of
+from rmfs_core.warehouse import Warehouse
+from rmfs_states.names import Names
+
+
+def answer_to_dict(warehouse: Warehouse, skus: Sequence[str], decides: str, answer: object) -> dict[str, Any] | None:
+    """Return a rule's answer with names; None when it is nothing that the rule may answer.
+
+    Parameters
+    ----------
+    warehouse
+        As it was when the rule was asked.
+    skus
+        SKU names by id.
+    decides
+        ``"POA"``, ``"PPS"``, ``"POA+PPS"``, ``"PR"`` or ``"TA"``.
+    answer
+        What the rule returned.
+    """
+    try:
+        return _WRITERS[decides](warehouse, skus, answer)
+    except ImpossibleError:  # a run ends with an error then, which says what was wrong
+        return None
+
+
+def answer_from_dict(warehouse: Warehouse, names: Names, decides: str, written: Mapping[str, Any]) -> object:
+    """Return the answer that `answer_to_dict` wrote, without a report; KeyError for a name that is not there."""
+    assignments = tuple(
+        OrderAssignment(names.orders[a["order"]], names.stations[a["station"]], tuple(names.skus[s] for s in a["skus"]))
+        for a in written.get("assignments", ())
+    )
+    trips = tuple(PodTrip(names.pods[t["pod"]], names.stations[t["station"]]) for t in written.get("trips", ()))
+    robots = {robot.name: robot.id for robot in warehouse.robots}
+    answers = {
+        "POA": assignments,
+        "PPS": trips,
+        "POA+PPS": JointDecision(assignments, trips),
+        "PR": written.get("cell"),
+        "TA": tuple(TaskAssignment(robots[t["robot"]], names.pods[t["pod"]]) for t in written.get("tasks", ())),
+    }
+    return answers[decides]
+
+
+def report_to_dict(report: SolveReport) -> dict[str, Any]:
+    """Return a solve report; numbers that JSON has no word for are left out (null)."""
+    return {
+        "status": report.status,
+        "objective": finite(report.objective),
+        "bound": finite(report.bound),
+        "stopped_early": report.stopped_early,
+    }
+
+
+def _joint(warehouse: Warehouse, skus: Sequence[str], answer: object) -> dict[str, Any]:
+    decision = instance_of(answer, JointDecision)
+    written = {
+        "assignments": _assignments(warehouse, skus, decision.assignments),
+        "trips": _trips(warehouse, decision.trips),
+    }
+    if decision.report is not None:
+        written["report"] = report_to_dict(instance_of(decision.report, SolveReport))  # type: ignore[assignment]
+    return written
+
+
+def _assignments(warehouse: Warehouse, skus: Sequence[str], answer: object) -> list[dict[str, Any]]:
+    written = []
+    assigned: set[tuple[int, int]] = set()
+    for given in sequence_of(answer, OrderAssignment):
+        order = checks.known("order", given.order, warehouse.orders)
+        station = checks.known("station", given.station, warehouse.stations)
+        open_skus = [sku for sku in order._open if (order.id, sku) not in assigned]
+        chosen = open_skus if given.skus is None else [checks.whole("SKU id", sku) for sku in given.skus]
+        assigned.update((order.id, sku) for sku in chosen)
+        lines = [checks.known("SKU", sku, skus) for sku in chosen]
+        written.append({"order": order.name, "station": station.name, "skus": lines})
+    return written
+
+
+def _trips(warehouse: Warehouse, answer: object) -> list[dict[str, Any]]:
+    return [
+        {
+            "pod": checks.known("pod", given.pod, warehouse.pods).name,
+            "station": checks.known("station", given.station, warehouse.stations).name,
+        }
+        for given in sequence_of(answer, PodTrip)
+    ]
+
+
+def _tasks(warehouse: Warehouse, _: Sequence[str], answer: object) -> dict[str, Any]:
+    tasks = [
+        {
+            "robot": checks.known("robot", given.robot, warehouse.robots).name,
+            "pod": checks.known("pod", given.pod, warehouse.pods).name,
+        }
+        for given in sequence_of(answer, TaskAssignment)
+    ]
+    return {"tasks": tasks}
+
+
+_WRITERS: Mapping[str, Callable[[Warehouse, Sequence[str], object], dict[str, Any]]] = {
+    "POA": lambda warehouse, skus, answer: {"assignments": _assignments(warehouse, skus, answer)},
+    "PPS": lambda warehouse, _, answer: {"trips": _trips(warehouse, answer)},
+    "POA+PPS": _joint,
+    "PR": lambda _warehouse, _skus, answer: {"cell": checks.whole("cell", answer)},
+    "TA": _tasks,
+}

@@ -1,0 +1,66 @@
+"""``rmfs decide``: what a rule decides in a state of the warehouse."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+DECIDES = ("POA", "PPS", "POA+PPS", "PR", "TA")
+
+
+def _print_schema(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
+    if not wanted:
+        return
+    from rmfs_core.results.files import to_json
+    from rmfs_states import state_schema
+
+    click.echo(to_json(state_schema(), indent=2))
+    ctx.exit()
+
+
+@click.command()
+@click.argument("state", metavar="STATE.json", type=click.Path(path_type=Path))
+@click.option("--rule", "name", required=True, metavar="RULE", help="Rule to ask: a name, or ./file.py:Class.")
+@click.option(
+    "--set", "settings", multiple=True, metavar="PARAMETER=VALUE", help="Set a parameter of the rule. Repeatable."
+)
+@click.option("--decides", type=click.Choice(DECIDES), help="What to ask of a rule that decides several things.")
+@click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Seed of the rule's random generator.")
+@click.option("--no-inline-rules", is_flag=True, help="Refuse a rule from a file.")
+@click.option(
+    "--schema",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_schema,
+    help="Print the JSON Schema of states and exit.",
+)
+def decide(
+    state: Path, name: str, settings: tuple[str, ...], decides: str | None, seed: int | None, no_inline_rules: bool
+) -> None:
+    """Ask a rule what it decides in the state of STATE.json, and print its decision as JSON. Nothing is simulated.
+
+    `rmfs explain DIR --period N --state FILE` writes a state of a recorded run; other programs write their own.
+    `outcome` is what the decision comes to: orders and items assigned, new pod visits, places left unused at the
+    stations, and open requests that no pod at the stations or on its way there has an item for.
+    """
+    import attrs
+
+    from rmfs_cli.choices import parse_choice, with_parameters
+    from rmfs_core.results.files import to_json
+    from rmfs_states import decide as ask
+    from rmfs_states import read_state
+
+    given = read_state(state)
+    if seed is not None:
+        given = attrs.evolve(given, seed=seed, random=None)
+    choice = with_parameters(parse_choice(name, "--rule"), settings)
+    answer = ask(given, choice, decides=decides, allow_inline=not no_inline_rules, source=str(state))
+    asked = {"rule": answer.rule, "distribution": answer.distribution, "version": answer.version}
+    written = {**asked, "decides": answer.decides, **answer.decision}
+    if answer.report is not None:
+        written["report"] = answer.report
+    if answer.outcome is not None:
+        written["outcome"] = attrs.asdict(answer.outcome)
+    click.echo(to_json(written, indent=2))

@@ -1,0 +1,306 @@
+"""Asking a rule in a state: its decision, held against the kernel's checks, and what it comes to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from attrs import evolve, frozen
+
+from rmfs_core.errors import InputError, RuleError
+from rmfs_core.randomness import stream
+from rmfs_core.rules import BoundRule
+from rmfs_core.rules.hooks import LABEL_OF_ROLE, ROLE_OF_LABEL
+from rmfs_core.rules.single import load_rule
+from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario, StationsSection
+from rmfs_core.simulation import checks
+from rmfs_core.simulation.applying import apply_assignments, apply_selection, apply_tasks
+from rmfs_core.simulation.asking import Asker, ImpossibleError
+from rmfs_core.simulation.needs import unmet_need
+from rmfs_core.wording import listed
+from rmfs_states.answers import answer_from_dict, answer_to_dict
+from rmfs_states.model import DECIDES, RandomState, State
+from rmfs_states.rebuilding import LacksError, Scene, open_state
+
+ROLES = ("poa_pps", "poa", "pps", "pr", "ta")
+
+
+@frozen
+class Outcome:
+    """What a decision comes to, in terms that rules share.
+
+    Parameters
+    ----------
+    orders, items
+        Orders that lines were assigned of, and the items of these lines.
+    visits
+        New pod-station visits: trips decided.
+    unused
+        Places that stay free at the stations: items, or orders with order capacity.
+    uncovered
+        Open requests that no inbound pod has an item for, afterwards.
+    """
+
+    orders: int
+    items: int
+    visits: int
+    unused: int
+    uncovered: int
+
+
+@frozen
+class Answer:
+    """A rule's decision in a state.
+
+    Parameters
+    ----------
+    rule, distribution, version
+        The rule, and where it comes from.
+    decides
+        What was asked.
+    decision
+        ``assignments``, ``trips``, ``tasks`` or ``cell``, with names.
+    report
+        Status, objective, bound, stopped_early, of a rule that reports them.
+    outcome
+        What the decision comes to; None for PR and TA.
+    """
+
+    rule: str
+    distribution: str
+    version: str
+    decides: str
+    decision: dict[str, Any]
+    report: dict[str, Any] | None
+    outcome: Outcome | None
+
+
+def decide(
+    state: State,
+    choice: RuleChoice,
+    *,
+    decides: str | None = None,
+    folder: str = ".",
+    allow_inline: bool = True,
+    source: str = "state",
+) -> Answer:
+    """Ask a rule what it decides in a state.
+
+    Parameters
+    ----------
+    state
+        The state.
+    choice
+        The rule's name and its parameters.
+    decides
+        What to ask of a rule that decides several things; by default what the state's ``ask`` says.
+    folder
+        Where the file of an inline rule is.
+    allow_inline
+        Whether such a file may be loaded at all.
+    source
+        What a message calls where the state comes from.
+
+    Raises
+    ------
+    InputError
+        When the state contradicts itself, or lacks something that the rule needs.
+    RuleError
+        When the rule raises, or decides something impossible.
+    """
+    if decides is not None and decides not in DECIDES:
+        raise InputError("decides", f"expected {listed(DECIDES, 'or')}, found {decides!r}")
+    preferred = ROLE_OF_LABEL.get(decides or state.ask.decides or "")
+    roles = ROLES if decides is None else (ROLE_OF_LABEL[decides],)
+    rule = load_rule(choice, roles, folder=folder, allow_inline=allow_inline, preferred=preferred)
+    scene = open_state(state, source)
+    return ask(scene, rule)
+
+
+def ask(scene: Scene, rule: BoundRule) -> Answer:
+    """Ask a rule in a scene, and carry out there what it decides: another rule may be asked what comes next."""
+    _check_needs(scene, rule)
+    warehouse, decides = scene.warehouse, LABEL_OF_ROLE[rule.role]
+    arguments = _arguments(scene, rule)
+    asker = Asker(lambda: warehouse.now, None)
+    try:
+        answer, _ = asker.ask(rule, warehouse=scene.view, rng=_generator(scene.state, rule), **arguments)
+    except RuleError as error:
+        if isinstance(error.__cause__, LacksError):
+            lacks = f"asks for {error.__cause__}, but the state has no layout; expected one (`layout`)"
+            raise InputError(scene.names.source, f"{rule.describe()} {lacks}") from error
+        raise
+    decision = answer_to_dict(warehouse, scene.instance.skus, decides, answer)
+    capacity = getattr(rule.instance, "packing_capacity", None)
+    outcome = asker.apply(rule, lambda: carry_out(scene, rule.role, answer, arguments, capacity))
+    assert decision is not None  # it could be carried out
+    report = decision.pop("report", None)
+    return Answer(rule.name, rule.distribution, rule.version, decides, decision, report, outcome)
+
+
+def decide_instead(
+    state: State,
+    choices: Sequence[RuleChoice],
+    decides: str,
+    *,
+    allow_inline: bool = True,
+    source: str = "state",
+    place: str = "rule",
+) -> Answer:
+    """Ask what another rule would have decided; or a POA rule and then, where that leads, a PPS rule.
+
+    Parameters
+    ----------
+    state
+        The state.
+    choices
+        One rule, or a POA and a PPS rule.
+    decides
+        What was decided in the state: POA and joint rules answer each other's states.
+    allow_inline
+        Whether rules may be loaded from files.
+    source
+        What a message calls where the state comes from.
+    place
+        What a message calls where the choices come from.
+
+    Raises
+    ------
+    InputError, RuleError
+        As `decide`; and for a rule that decides something else.
+    """
+    assigning = decides in ("POA", "POA+PPS")
+    roles = [("poa_pps", "poa")] if assigning else [(ROLE_OF_LABEL[decides],)]
+    if len(choices) > 1:
+        if not assigning or len(choices) > 2:
+            raise InputError(place, f"found {len(choices)} rules to decide {decides}; expected one rule")
+        roles = [("poa",), ("pps",)]
+    rules = [
+        load_rule(choice, wanted, allow_inline=allow_inline, place=place, preferred=ROLE_OF_LABEL[decides])
+        for choice, wanted in zip(choices, roles, strict=True)
+    ]
+    scene = open_state(state, source)
+    answers = [ask(scene, rule) for rule in rules]
+    first, last = answers[0], answers[-1]
+    if last is first or first.outcome is None or last.outcome is None:
+        return first
+    outcome = evolve(last.outcome, orders=first.outcome.orders, items=first.outcome.items)
+    return evolve(first, decides="POA+PPS", decision={**first.decision, **last.decision}, outcome=outcome)
+
+
+def outcome_of(state: State, decides: str, decision: Mapping[str, Any], source: str = "state") -> Outcome | None:
+    """Return what a decision comes to that was made in a state.
+
+    Raises
+    ------
+    InputError
+        When it cannot have been made there.
+    """
+    scene = open_state(state, source)
+    try:
+        answer = answer_from_dict(scene.warehouse, scene.names, decides, decision)
+        role = ROLE_OF_LABEL[decides]
+        return carry_out(scene, role, answer, _given(scene, role), None)
+    except (ImpossibleError, KeyError) as error:
+        raise InputError(source, f"the decision does not belong to the state: {error}") from error
+
+
+def _check_needs(scene: Scene, rule: BoundRule) -> None:
+    """Refuse a rule that needs what the state does not have, as a scenario would be refused."""
+    counts_orders = any(station.counts_orders for station in scene.warehouse.stations)
+    nobody = RuleChoice("")
+    scenario = Scenario(
+        RulesSection(poa_pps=nobody), stations=StationsSection(order_capacity=1 if counts_orders else None)
+    )
+    lacks = unmet_need(type(rule.instance), scenario, scene.instance, rule.describe())
+    if lacks is not None:
+        raise InputError(scene.names.source, f"{rule.describe()} needs {lacks}")
+
+
+def _arguments(scene: Scene, rule: BoundRule) -> dict[str, Any]:
+    """Return what the rule's hook is given besides the warehouse and the random generator."""
+    if rule.role == "pr" and scene.state.layout is None:
+        raise InputError(scene.names.source, f"{rule.describe()} decides PR, but the state has no layout; expected one")
+    return _given(scene, rule.role)
+
+
+def _given(scene: Scene, role: str) -> dict[str, Any]:
+    asked, warehouse = scene.state.ask, scene.warehouse
+    if role == "pps":
+        fetches = asked.max_fetches
+        if fetches is None and (scene.state.robots is None or asked.decides == "POA+PPS"):
+            fetches = len(scene.view.free_pods)  # no robots are told of, or the trips may wait for them
+        if fetches is None:
+            fetches = max(len(scene.view.idle_robots) - len(warehouse.waiting), 0)
+        return {"max_fetches": fetches}
+    if role == "pr":
+        if asked.pod is None:
+            scene.names.wrong(("ask", "pod"), "is missing; expected the pod to store")
+        pod = warehouse.pods[scene.names.pod(asked.pod, "ask", "pod")]
+        if pod.location is not None:
+            scene.names.wrong(("ask", "pod"), f'pod "{asked.pod}" is stored; expected one that a robot carries')
+        return {"pod": pod}
+    return {}
+
+
+def _generator(state: State, rule: BoundRule) -> np.random.Generator:
+    if state.random is None:
+        return stream(state.seed, f"rule {rule.role} {rule.name}")
+    return _restored(state.random)
+
+
+def _restored(random: RandomState) -> np.random.Generator:
+    bits = np.random.PCG64(0)
+    bits.state = {
+        "bit_generator": "PCG64",
+        "state": {"state": int(random.state), "inc": int(random.increment)},
+        "has_uint32": random.has_uint32,
+        "uinteger": random.uinteger,
+    }
+    return np.random.Generator(bits)
+
+
+def carry_out(
+    scene: Scene, role: str, answer: object, arguments: Mapping[str, Any], packing_capacity: int | None
+) -> Outcome | None:
+    """Check a decision and apply it to the scene's warehouse, as in a run; return what it comes to (None: PR, TA).
+
+    Raises
+    ------
+    ImpossibleError
+        When it cannot be carried out.
+    """
+    warehouse = scene.warehouse
+    if role == "pr":
+        checks.storage_location(warehouse, arguments["pod"], answer)
+        return None
+    if role == "ta":
+        apply_tasks(warehouse, answer, _forget, _forget)
+        return None
+    open_before = sum(order.open_items for order in warehouse.backlog)
+    if role == "pps":
+        leaving = {pod.id for pod in warehouse.leaving_pods()}
+        uncovered = [{request.sku for request in s.uncovered_requests} for s in warehouse.stations]
+        decision = apply_selection(warehouse, answer, leaving=leaving, uncovered=uncovered, keep=_forget, **arguments)
+    else:
+        decision = apply_assignments(
+            warehouse,
+            answer,
+            joint=role == "poa_pps",
+            shown=scene.shown,
+            period=scene.period,
+            packing_capacity=packing_capacity,
+            keep=_forget,
+        )
+    return Outcome(
+        orders=len({given.order for given in decision.assignments}),
+        items=open_before - sum(order.open_items for order in warehouse.backlog),
+        visits=len(decision.trips),
+        unused=sum(station.free_capacity for station in warehouse.stations),
+        uncovered=sum(len(station.uncovered_requests) for station in warehouse.stations),
+    )
+
+
+def _forget(*_: object) -> None:
+    """Nobody is told, and no robot sets off: the scene is only looked at."""

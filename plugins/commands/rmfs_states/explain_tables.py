@@ -1,0 +1,286 @@
+"""The tables of ``rmfs explain``."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from rich import box
+from rich.console import Console
+from rich.rule import Rule
+from rich.table import Table
+from rich.text import Text
+
+from rmfs_core.clock import to_seconds
+from rmfs_core.rule_helpers import ticks_to_station
+from rmfs_core.scenario import RuleChoice
+from rmfs_core.scenario.tomltext import toml_value
+from rmfs_core.warehouse import Order, Pod
+from rmfs_states import Answer, Outcome, Recorded, Recording, State
+from rmfs_states.rebuilding import Scene, open_state
+from rmfs_states.stories import Episode, where_in
+
+UNUSED_WEIGHT = 2
+"""What a free place counts against a pod-station visit: W_u of the paper's objective (1)."""
+
+
+def print_overview(console: Console, recording: Recording) -> None:
+    """Count the decisions of a run."""
+    counts: Counter[tuple[str, str]] = Counter()
+    periods = 0
+    for recorded in recording:
+        counts[recorded.decides, recorded.rule] += 1
+        periods = max(periods, recorded.period)
+    table = _table("Decides", "Rule", right=("Decisions",))
+    for (decides, rule), count in counts.items():
+        table.add_row(decides, rule, f"{count:,}")
+    console.print(table)
+    _say(console, f"Periods 1 to {periods}, decisions 1 to {counts.total()}: see --period, --decision, --order, --pod.")
+
+
+def print_story(console: Console, name: str, episodes: Sequence[Episode]) -> None:
+    """Print what happened to an order or a pod."""
+    _heading(console, f"What was decided for {name}")
+    if not episodes:
+        _say(console, "Nothing: no decision concerned it.")
+        return
+    table = _table("Time", "Period", "Decision", "By", "What", right=("Time", "Period", "Decision"))
+    for episode in episodes:
+        table.add_row(
+            _span(*(f"{time_s:,.0f} s" for time_s in episode.times_s)),
+            _span(*map(str, episode.periods)),
+            str(episode.number),
+            f"{episode.rule} ({episode.decides})",
+            Text(episode.what),
+        )
+    console.print(table)
+
+
+def print_decision(console: Console, recorded: Recorded, choice: RuleChoice, state: State, limit: int) -> None:
+    """Print the state that a rule saw, and what it decided."""
+    scene = open_state(state, recorded.place)
+    parameters = ", ".join(f"{name} = {toml_value(value)}" for name, value in choice.parameters.items())
+    rule = f"{recorded.rule} ({parameters})" if parameters else recorded.rule
+    when = f"period {recorded.period}, at {recorded.time_s:,.3f} s"
+    _heading(console, f"Decision {recorded.number}: {recorded.decides} by {rule}, {when}")
+    console.print(_stations(scene))
+    decided = recorded.decision
+    assigned: dict[str, list[str]] = {}
+    for given in (decided or {}).get("assignments", ()):
+        assigned.setdefault(given["order"], []).append(f"{given['station']}: {', '.join(given['skus'])}")
+    if recorded.decides in ("POA", "POA+PPS"):
+        _print_backlog(console, scene, assigned, limit)
+    if recorded.decides == "PPS":
+        _print_wanted(console, scene, state.ask.max_fetches)
+    if decided is None:
+        _say(console, "Decided: nothing valid; the run ended here.", style="bold red")
+    else:
+        _print_decided(console, recorded, scene, decided)
+    if recorded.report is not None:
+        _say(console, _reported(recorded.report))
+
+
+def print_others(console: Console, others: Sequence[Recorded]) -> None:
+    """Print the pod selections that followed in the same period."""
+    if not others:
+        return
+    _heading(console, "Pods selected in this period")
+    table = _table("Decision", "Time", "By", "Pods sent", right=("Decision", "Time"))
+    for recorded in others:
+        trips = (recorded.decision or {}).get("trips", ())
+        table.add_row(str(recorded.number), f"{recorded.time_s:,.3f} s", recorded.rule, Text(_pairs(trips, "pod")))
+    console.print(table)
+
+
+def print_comparison(
+    console: Console, recorded: Recorded, outcome: Outcome | None, answers: Sequence[tuple[str, Answer]]
+) -> None:
+    """Print what other rules would have decided in the same state."""
+    _heading(console, "The same state, other rules")
+    rows = [(f"{recorded.rule} (decided)", recorded.decision or {}, recorded.report, outcome)]
+    rows += [(text, answer.decision, answer.report, answer.outcome) for text, answer in answers]
+    if outcome is not None:
+        console.print(_outcomes(rows))
+        if any(row is not None and row.uncovered for *_, row in rows):
+            _say(console, "Not covered: open requests that no pod at the station or bound for it can serve yet.")
+        if any(report is not None for _, _, report, _ in rows):
+            _say(
+                console,
+                "Objective and bound are the rule's own; the paper's models count pods that are there already, too.",
+            )
+    table = _table("Rule", "Decision")
+    for name, decision, _, _ in rows:
+        table.add_row(Text(name), Text(_in_words(recorded.content, decision)))
+    console.print(table)
+
+
+def _outcomes(rows: Sequence[tuple[str, Mapping[str, Any], Mapping[str, Any] | None, Outcome | None]]) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, header_style="bold cyan", pad_edge=False, collapse_padding=True)
+    table.add_column("Rule", overflow="fold", min_width=16)
+    weighted = f"Visits +\n{UNUSED_WEIGHT} unused"
+    for heading in ("Orders", "Items", "New\nvisits", "Unused", weighted, "Not\ncovered", "Objective\n/ bound"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for name, _, report, outcome in rows:
+        assert outcome is not None
+        total = "-" if outcome.uncovered else str(outcome.visits + UNUSED_WEIGHT * outcome.unused)
+        table.add_row(
+            Text(name),
+            str(outcome.orders),
+            str(outcome.items),
+            str(outcome.visits),
+            str(outcome.unused),
+            total,
+            str(outcome.uncovered),
+            f"{_number(report['objective'])} / {_number(report['bound'])}" if report else "-",
+        )
+    return table
+
+
+def _stations(scene: Scene) -> Table:
+    table = _table(
+        "Station",
+        "Free",
+        "Requests",
+        "Not covered",
+        "Queue room",
+        "Inbound pods",
+        right=("Free", "Requests", "Not covered", "Queue room"),
+    )
+    for station in scene.warehouse.stations:
+        unit = "orders" if station.counts_orders else "items"
+        there = set(station.pods_in_line)
+        pods = [f"{pod.name}*" if pod.id in there else pod.name for pod in station.inbound_pods]
+        table.add_row(
+            station.name,
+            f"{station.free_capacity} of {station.capacity} {unit}",
+            str(len(station.open_requests)),
+            str(len(station.uncovered_requests)),
+            str(station.queue_room),
+            Text(", ".join(pods) or "-"),
+        )
+    table.caption = "* in the line at the station"
+    table.caption_justify = "left"
+    return table
+
+
+def _print_backlog(console: Console, scene: Scene, assigned: Mapping[str, Sequence[str]], limit: int) -> None:
+    backlog, whole = scene.view.backlog, scene.warehouse.backlog
+    items = sum(order.open_items for order in backlog)
+    hidden = f" (the prefilters left out {len(whole) - len(backlog)} more)" if len(whole) > len(backlog) else ""
+    _say(
+        console, f"Backlog: {len(backlog):,} orders with {items:,} open items{hidden}; decided for: {len(assigned):,}."
+    )
+    table = _table("Order", "Waits", "Open lines (SKUs)", "Goes to station", right=("Waits",))
+    rows = [order for order in backlog if order.name in assigned]
+    rows += [order for order in backlog if order.name not in assigned][: max(limit - len(rows), 0)]
+    for order in rows[:limit]:
+        waits = scene.warehouse.now - order.arrival_tick
+        table.add_row(
+            Text(order.name),
+            f"{to_seconds(waits):,.0f} s",
+            Text(_lines(scene, order)),
+            Text("; ".join(assigned.get(order.name, ()))),
+        )
+    console.print(table)
+    if len(backlog) > len(rows[:limit]):
+        _say(console, f"... and {len(backlog) - len(rows[:limit]):,} more orders; --limit shows more.")
+
+
+def _print_wanted(console: Console, scene: Scene, max_fetches: int | None) -> None:
+    """Print what pods are wanted for, and which could be sent."""
+    table = _table("Station", "SKUs not covered")
+    for station in scene.warehouse.stations:
+        skus = Counter(scene.instance.skus[request.sku] for request in station.uncovered_requests)
+        if skus:
+            table.add_row(station.name, Text(_counted(skus)))
+    console.print(table)
+    leaving = ", ".join(pod.name for pod in scene.view.leaving_pods)
+    _say(
+        console,
+        f"{max_fetches} of {len(scene.view.free_pods)} free pods could be sent (robots that can start); "
+        + (f"leaving a station: {leaving}." if leaving else "no pod is leaving a station."),
+    )
+
+
+def _print_decided(console: Console, recorded: Recorded, scene: Scene, decided: Mapping[str, Any]) -> None:
+    if decided.get("trips"):
+        table = _table("Pod sent", "To station", "Drive", "Holds SKUs", right=("Drive",))
+        for trip in decided["trips"]:
+            pod = scene.warehouse.pods[scene.names.pods[trip["pod"]]]
+            station = scene.warehouse.stations[scene.names.stations[trip["station"]]]
+            drive = to_seconds(ticks_to_station(scene.view, pod, station))
+            table.add_row(Text(trip["pod"]), Text(trip["station"]), f"{drive:.1f} s", Text(_held(scene, pod)))
+        console.print(table)
+    elif "trips" in decided:
+        _say(console, "Decided: no pod is sent.")
+    if "tasks" in decided or "cell" in decided:
+        _say(console, f"Decided: {_in_words(recorded.content, decided)}.")
+
+
+def _in_words(content: Mapping[str, Any], decision: Mapping[str, Any]) -> str:
+    said = []
+    if "cell" in decision:
+        said.append(f"pod {content['ask']['pod']} is stored at {where_in(content, decision['cell'])}")
+    if "tasks" in decision:
+        said.append(
+            ", ".join(f"robot {task['robot']} fetches pod {task['pod']}" for task in decision["tasks"]) or "no task"
+        )
+    if "assignments" in decision:
+        said.append(f"orders {_pairs(decision['assignments'], 'order')}")
+    if "trips" in decision:
+        said.append(f"pods {_pairs(decision['trips'], 'pod')}")
+    return "; ".join(said) or "nothing valid"
+
+
+def _pairs(entries: Iterable[Mapping[str, str]], what: str) -> str:
+    """Name what goes to which station, station by station: ``4, 17 to 1; 8 to 2``."""
+    by_station: dict[str, list[str]] = {}
+    for entry in entries:
+        by_station.setdefault(entry["station"], []).append(entry[what])
+    return "; ".join(f"{', '.join(names)} to {station}" for station, names in sorted(by_station.items())) or "none"
+
+
+def _lines(scene: Scene, order: Order) -> str:
+    return _counted({scene.instance.skus[line.sku]: line.quantity for line in order.open_lines})
+
+
+def _held(scene: Scene, pod: Pod) -> str:
+    if scene.warehouse.unlimited_stock:
+        return ", ".join(scene.instance.skus[sku] for sku in pod.contents)
+    return _counted({scene.instance.skus[sku]: number for sku, number in pod.contents.items()})
+
+
+def _counted(skus: Mapping[str, int]) -> str:
+    """Name SKUs with their numbers of items, where these are not 1."""
+    return ", ".join(sku if number == 1 else f"{number} x {sku}" for sku, number in skus.items())
+
+
+def _reported(report: Mapping[str, Any]) -> str:
+    early = "; a limit ended the solve before its proof" if report["stopped_early"] else ""
+    return (
+        f"Model: {report['status']}, objective {_number(report['objective'])}, bound {_number(report['bound'])}{early}."
+    )
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:,.6g}"
+
+
+def _span(first: str, last: str) -> str:
+    return first if first == last else f"{first} - {last}"
+
+
+def _table(*columns: str, right: Sequence[str] = ()) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, header_style="bold cyan", pad_edge=False)
+    for column in (*columns, *(name for name in right if name not in columns)):
+        table.add_column(column, justify="right" if column in right else "left", overflow="fold")
+    return table
+
+
+def _heading(console: Console, text: str) -> None:
+    console.print(Rule(Text(text, style="bold"), align="left", style="dim"))
+
+
+def _say(console: Console, text: str, style: str = "") -> None:
+    console.print(Text(text, style=style))

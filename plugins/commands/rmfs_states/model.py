@@ -1,0 +1,231 @@
+"""The format of decision states, version 1: every key with its meaning, unit and default.
+
+Orders, pods, stations, robots and SKUs are called by their names; the order in which a state lists them is the order
+of their ids, by which rules break ties. What a warehouse management system does not know it leaves out.
+"""
+
+# ruff: noqa: RUF009
+# (`key` is attrs' `field` with its documentation: it makes a field, not a default.)
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from attrs import frozen
+
+from rmfs_core.motion import Motion
+from rmfs_core.scenario.checks import DURATION, MAYBE_NO_TIME, MOVING, Check
+from rmfs_core.scenario.model import LayoutSection, key
+from rmfs_core.scenario.schema import schema_of
+from rmfs_core.wording import listed
+
+FORMAT = "rmfs-state"
+VERSION = 1
+DECIDES = ("POA", "PPS", "POA+PPS", "PR", "TA")
+"""The decisions that can be asked of a state."""
+
+MOST = 1_000_000_000
+"""Largest number of items, places and the like that a state may have."""
+
+
+def _one_of(*values: str | int) -> Check:
+    return Check(listed(map(str, values), "or"), lambda value: value in values, {"enum": list(values)})
+
+
+def _number(least: int, most: int = MOST) -> Check:
+    """Return the check for a whole number that is no nonsense: sums of such numbers fit into 64 bits."""
+    schema = {"minimum": least, "maximum": most}
+    return Check(f"a whole number from {least} to {most:,}", lambda value: least <= value <= most, schema)
+
+
+_ITEMS = Check(
+    f"numbers of items from 0 to {MOST:,}, or null",
+    lambda held: all(n is None or 0 <= n <= MOST for n in held.values()),
+)
+_QUANTITIES = Check(
+    f"one line or more, with quantities from 1 to {MOST:,}",
+    lambda lines: bool(lines) and all(1 <= n <= MOST for n in lines.values()),
+)
+
+
+@frozen
+class LayoutState:
+    """The grid: the rows of a text map, or the numbers of the block layout."""
+
+    map: tuple[str, ...] | None = key("Rows of a text map, north at the top, signs as in `layout.map_file`", None)
+    blocks: LayoutSection | None = key("Numbers of the block layout, as in a scenario's `layout`", None)
+
+    def __attrs_post_init__(self) -> None:
+        if (self.map is None) == (self.blocks is None):
+            raise ValueError("expected either `map` or `blocks`")
+        if self.blocks is not None and self.blocks.map_file is not None:
+            raise ValueError("expected no `map_file` in a state; give the rows of the map as `map`")
+
+
+@frozen
+class MotionState:
+    """How robots move, for driving times."""
+
+    acceleration_m_per_s2: float = key("Acceleration and deceleration", 1.0, unit="m/s^2", check=MOVING)
+    top_speed_m_per_s: float = key("Top speed", 1.5, unit="m/s", check=MOVING)
+    full_turn_s: float = key("Time of a full turn on the spot", 2.5, unit="s", check=DURATION)
+    lift_s: float = key("Time to lift a pod, and to set it down", 2.2, unit="s", check=MAYBE_NO_TIME)
+
+    def motion(self) -> Motion:
+        """Return the kinematics."""
+        return Motion(self.acceleration_m_per_s2, self.top_speed_m_per_s, self.full_turn_s, self.lift_s)
+
+
+@frozen
+class PodState:
+    """A pod with contents."""
+
+    contents: Mapping[str, int | None] = key("Items of each SKU on the pod; null: it never runs out", check=_ITEMS)
+    cell: int | None = key(
+        "Cell of the storage location it stands in (row * width + column, from 0 in the north-west); "
+        "left out while a robot carries it, and where the state has no layout",
+        None,
+        check=_number(0),
+    )
+    home: int | None = key("Cell of the storage location it stood in at first; left out: `cell`", None)
+    bound_for: tuple[str, ...] | None = key(
+        "Stations it is at or bound for, in the order of its visits; left out: as the stations' `inbound` have it", None
+    )
+
+
+@frozen
+class RequestState:
+    """An item that is still to be picked at a station."""
+
+    order: str = key("Order it is for")
+    sku: str = key("SKU")
+    pod: str | None = key("Inbound pod that the item is promised from; left out: the first that has one free", None)
+    id: int | None = key("Number of the request; left out: counted on", None, check=_number(0))
+
+
+@frozen
+class StationState:
+    """A picking station."""
+
+    item_capacity: int | None = key("Items that may be assigned at a time", None, unit="items", check=_number(1))
+    order_capacity: int | None = key(
+        "Orders that may be assigned at a time, in place of `item_capacity`", None, unit="orders", check=_number(1)
+    )
+    queue_length: int | None = key(
+        "Pods that can wait besides the one being worked on; left out: as the layout has it, or 12",
+        None,
+        check=_number(1),
+    )
+    requests: tuple[RequestState, ...] = key("Items to pick there, the oldest first", ())
+    inbound: tuple[str, ...] | None = key(
+        "Pods at the station or bound for it, as their trips were decided; left out: the pods of `line`", None
+    )
+    line: tuple[str, ...] = key("Pods at the station (first) and in its queue", ())
+    queue_room: int | None = key(
+        "Pods that could still set out for it; left out: what `line` leaves", None, check=_number(0)
+    )
+
+    def __attrs_post_init__(self) -> None:
+        if (self.item_capacity is None) == (self.order_capacity is None):
+            raise ValueError("expected either `item_capacity` or `order_capacity`")
+
+
+@frozen
+class PartState:
+    """What one period assigned of an order to a station."""
+
+    station: str = key("The station")
+    skus: tuple[str, ...] = key("SKUs of the lines assigned; each line goes to one station whole")
+    period: int = key("Number of the period", 1, check=_number(1))
+
+
+@frozen
+class OrderState:
+    """A pick order that has arrived."""
+
+    lines: Mapping[str, int] = key("Items wanted of each SKU", check=_QUANTITIES)
+    arrival_s: float = key("When it arrived", 0.0, unit="s")
+    parts: tuple[PartState, ...] | None = key(
+        "What was assigned so far, also what is picked already; left out: the lines that stations have requests of. "
+        "Every other line is open: in the backlog",
+        None,
+    )
+
+
+@frozen
+class RobotState:
+    """A robot."""
+
+    cell: int | None = key("Cell where it stands; left out where the state has no layout", None, check=_number(0))
+    heading: int = key("0 east, 1 north, 2 west, 3 south", 1, check=_one_of(0, 1, 2, 3))
+    task: str | None = key("Pod it carries or is on its way to fetch; left out: none", None)
+
+
+@frozen
+class AskState:
+    """What is asked, where the rest of the state does not say it."""
+
+    decides: str | None = key("`POA`, `PPS`, `POA+PPS`, `PR` or `TA`", None, check=_one_of(*DECIDES))
+    period: int | None = key(
+        "Number of the period; left out: one more than the latest that assigned anything", None, check=_number(0)
+    )
+    max_fetches: int | None = key(
+        "PPS: stored pods that may be sent; left out: idle robots less waiting pods, no limit where robots are not "
+        "listed",
+        None,
+        check=_number(0),
+    )
+    pod: str | None = key("PR: the pod to store", None)
+
+
+@frozen
+class RandomState:
+    """State of the rule's random generator, numpy's PCG64. Numbers of 128 bits are texts."""
+
+    state: str = key("State")
+    increment: str = key("Increment")
+    has_uint32: int = key("Whether half a number is left over: 0 or 1", 0, check=_one_of(0, 1))
+    uinteger: int = key("That half", 0, check=_number(0, (1 << 32) - 1))
+
+    def __attrs_post_init__(self) -> None:
+        for text in (self.state, self.increment):
+            if not (text.isascii() and text.isdecimal() and int(text) < 1 << 128):
+                raise ValueError(f'expected texts of decimal digits, numbers below 2^128, found "{text}"')
+
+
+@frozen
+class State:
+    """The warehouse as a rule sees it when it is asked."""
+
+    pods: Mapping[str, PodState] = key("Pods with contents, by name")
+    stations: Mapping[str, StationState] = key(
+        "Picking stations, by name; with a layout, in the order of its stations, row by row from the north-west"
+    )
+    orders: Mapping[str, OrderState] = key("Orders that have arrived, by name; those that are done may be left out")
+    format: str = key(f"`{FORMAT}`", FORMAT, check=_one_of(FORMAT))
+    version: int = key(f"Version of the format: {VERSION}", VERSION, check=_one_of(VERSION))
+    time_s: float | None = key("Time now; left out: the latest arrival", None, unit="s")
+    skus: tuple[str, ...] | None = key("SKUs; left out: in the order in which pods and orders name them", None)
+    layout: LayoutState | None = key("The grid; left out: rules cannot ask for places and driving times", None)
+    motion: MotionState = key("How robots move", factory=MotionState)
+    robots: Mapping[str, RobotState] | None = key(
+        "Robots by name; left out, as many as carry the pods in the stations' lines", None
+    )
+    waiting: tuple[str, ...] | None = key(
+        "Stored pods bound for a station that no robot fetches yet, the longest waiting first; left out: as listed",
+        None,
+    )
+    empty_pods: tuple[int, ...] = key("Cells of storage locations that hold an empty pod", ())
+    reserved: tuple[int, ...] = key("Cells of storage locations that a pod is on its way to", ())
+    backlog: tuple[str, ...] | None = key(
+        "Orders that the rule is shown; left out: all that have open lines (recorded where prefilters are in use)", None
+    )
+    ask: AskState = key("What is asked", factory=AskState)
+    seed: int = key("Seed of the rule's random generator, where `random` is left out", 1, check=_number(0))
+    random: RandomState | None = key("State of the rule's random generator, where it has drawn already", None)
+
+
+def state_schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of decision states."""
+    return schema_of(State, "rmfs decision state")

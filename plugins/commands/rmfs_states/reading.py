@@ -1,0 +1,103 @@
+"""JSON to states and back. Nothing that is read is executed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rmfs_core.errors import InputError
+from rmfs_core.scenario.source import KeyPath, dotted
+from rmfs_core.scenario.structuring import KeyProblem, structure_as
+from rmfs_core.scenario.writing import plain
+from rmfs_states.model import FORMAT, VERSION, State
+
+
+def read_state(path: str | Path) -> State:
+    """Read a state from a JSON file.
+
+    Raises
+    ------
+    InputError
+        With the file and the path of the key, for the first thing that is wrong.
+    """
+    return state_from_dict(read_json(Path(path)), str(path))
+
+
+def state_from_dict(data: object, name: str = "state") -> State:
+    """Return the state that JSON's objects, lists and values describe.
+
+    Parameters
+    ----------
+    data
+        As `json.loads` returns it.
+    name
+        What a message calls the source.
+
+    Raises
+    ------
+    InputError
+        For the first thing that is wrong in it. Whether names lead anywhere is seen when the state is used.
+    """
+    if not isinstance(data, Mapping):
+        raise InputError(name, f"expected a JSON object with the format {FORMAT!r}, found {type(data).__name__}")
+    check_format(data, FORMAT, VERSION, name)
+    try:
+        return structure_as(State, data)
+    except KeyProblem as problem:
+        raise InputError(place_of(name, problem.path), problem.problem) from None
+    except OverflowError as error:  # a whole number of hundreds of digits, where a time is expected
+        raise InputError(name, f"found a number that is out of all bounds: {error}") from None
+
+
+def state_to_dict(state: State) -> dict[str, Any]:
+    """Return a state as JSON's objects, lists and values; `state_from_dict` reads it back as an equal state."""
+    tables: dict[str, Any] = plain(state)
+    return {"format": state.format, "version": state.version, **tables}
+
+
+def check_format(data: Mapping[str, Any], expected: str, version: int, name: str) -> None:
+    """Raise `InputError` unless a file says that it has a format, in the version that is known here."""
+    if data.get("format") != expected:
+        found = f"found {data['format']!r}" if "format" in data else "found no key `format`"
+        raise InputError(place_of(name, ("format",)), f"expected {expected!r}, {found}")
+    if data.get("version") != version or isinstance(data.get("version"), bool):
+        found = f"found {data['version']!r}" if "version" in data else "found no key `version`"
+        raise InputError(place_of(name, ("version",)), f"expected version {version} of {expected!r}, {found}")
+
+
+def place_of(name: str, path: KeyPath) -> str:
+    """Return where a value stands, for a message: the source's name and the path of the key."""
+    return f"{name}, {dotted(path)}" if path else name
+
+
+def read_json(path: Path) -> Any:
+    """Read a JSON file in which no object has a key twice.
+
+    Raises
+    ------
+    InputError
+        When it cannot be read, is no JSON, or has a key twice.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise InputError(str(path), f"cannot be read: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise InputError(str(path), f"expected UTF-8 text: {error}") from error
+    try:
+        return json.loads(text, object_pairs_hook=_object)
+    except json.JSONDecodeError as error:
+        raise InputError(f"{path}, line {error.lineno}", f"this is no valid JSON: {error.msg}") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(str(path), f"this is no state: {error}") from error
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, value in pairs:
+        if name in found:
+            raise ValueError(f"an object names {name!r} twice; expected each name once")
+        found[name] = value
+    return found

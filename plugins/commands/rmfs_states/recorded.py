@@ -1,0 +1,136 @@
+"""Reading a run's recorded decisions; the format is described in `rmfs_states.recording`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from attrs import frozen
+
+from rmfs_core.errors import InputError
+from rmfs_core.results.files import read_json_lines
+from rmfs_core.rules.hooks import ROLE_OF_LABEL
+from rmfs_core.scenario import RuleChoice, Scenario, scenario_from_dict
+from rmfs_states.model import DECIDES, State
+from rmfs_states.patches import patched
+from rmfs_states.reading import check_format, state_from_dict
+from rmfs_states.recording import RECORDING_FILE, RECORDING_FORMAT, RECORDING_VERSION
+
+
+@frozen(eq=False)
+class Recorded:
+    """A decision of a run.
+
+    Parameters
+    ----------
+    number
+        Its place among the recorded decisions, from 1.
+    decides, rule
+        What was decided, and the name of the rule.
+    content
+        The state that the rule saw, as JSON's objects.
+    decision
+        What it decided, with names; None when the answer was nothing valid.
+    report
+        Status, objective, bound and whether the solve was stopped early, of a rule that reports them.
+    place
+        File and line, for messages.
+    """
+
+    number: int
+    decides: str
+    rule: str
+    content: Mapping[str, Any]
+    decision: Mapping[str, Any] | None
+    report: Mapping[str, Any] | None
+    place: str
+
+    @property
+    def period(self) -> int:
+        """Period t: how often orders were assigned until then, this decision included."""
+        return int(self.content["ask"]["period"])
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time in seconds."""
+        return float(self.content["time_s"])
+
+    def state(self) -> State:
+        """Return the state that the rule saw, checked."""
+        return state_from_dict(self.content, self.place)
+
+
+@frozen(eq=False)
+class Recording:
+    """The recorded decisions of a run, read from the file each time they are gone through.
+
+    Parameters
+    ----------
+    file
+        The file.
+    scenario
+        The scenario of the run.
+    """
+
+    file: Path
+    scenario: Scenario
+
+    def __iter__(self) -> Iterator[Recorded]:
+        """Go through the decisions, first to last.
+
+        Raises
+        ------
+        InputError
+            With the line, where the file is damaged or was cut off.
+        """
+        lines = read_json_lines(self.file)
+        _, header = next(lines)
+        content: Mapping[str, Any] = header["state"]
+        for number, (place, line) in enumerate(lines, 1):
+            try:
+                content = patched(content, line["change"])
+                recorded = Recorded(
+                    number, line["decides"], line["rule"], content, line["decision"], line.get("report"), place
+                )
+                if recorded.decides not in DECIDES or recorded.period < 0 or recorded.time_s < 0:
+                    raise InputError(
+                        place, f"found {recorded.decides} of period {recorded.period}; expected a decision"
+                    )
+            except (KeyError, TypeError, AttributeError, ValueError) as error:
+                raise InputError(place, f"this is no recorded decision: {type(error).__name__}: {error}") from error
+            yield recorded
+
+    def choice_of(self, recorded: Recorded) -> RuleChoice:
+        """Return the rule that decided, with its parameters, as the scenario has it."""
+        choice: RuleChoice | None = getattr(self.scenario.rules, ROLE_OF_LABEL[recorded.decides])
+        if choice is None:
+            raise InputError(recorded.place, f"the scenario of the run has no rule for {recorded.decides}")
+        return choice
+
+
+def read_recording(path: str | Path) -> Recording:
+    """Return the recorded decisions of a run.
+
+    Parameters
+    ----------
+    path
+        The folder of a run, or the file.
+
+    Raises
+    ------
+    InputError
+        When there are none, or the file is not what it should be.
+    """
+    file = Path(path)
+    if file.is_dir():
+        folder, file = file, file / RECORDING_FILE
+        if not file.exists():
+            raise InputError(
+                str(folder), "found no recorded decisions; run the scenario with `--record-decisions` to have them"
+            )
+    place, header = next(read_json_lines(file), (str(file), {}))
+    check_format(header, RECORDING_FORMAT, RECORDING_VERSION, place)
+    if not isinstance(header.get("state"), Mapping) or not isinstance(header.get("scenario"), Mapping):
+        raise InputError(place, "the header lacks `scenario` or `state`")
+    return Recording(file, scenario_from_dict(header["scenario"], name=f"{place}, scenario"))

@@ -1,0 +1,211 @@
+"""One run of a rule in a trial world, with every call of the rule watched."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import pluggy
+from attrs import define, evolve, field, frozen
+
+from rmfs_core.errors import RuleError, StandstillError
+from rmfs_core.events import DecisionMade, Event
+from rmfs_core.hookspecs import hookimpl
+from rmfs_core.rules.hooks import HOOK_OF_ROLE, OBSERVER_HOOKS, marked_methods, new_manager
+from rmfs_core.rules.ruleset import BoundRule, RuleSet
+from rmfs_core.simulation.engine import Simulation
+from rmfs_testing.snapshot import Snapshot
+from rmfs_testing.trial_worlds import PLAIN_RULES
+
+if TYPE_CHECKING:
+    from rmfs_core.info import Question, RunInfo
+    from rmfs_core.warehouse import WarehouseView
+    from rmfs_testing.trial_worlds import TrialWorld
+
+MOST_CALLS = 5_000
+"""Decisions after which a run counts as one that gets nowhere; a trial world needs a few dozen of a rule."""
+
+IMPOSSIBLE = "impossible decision"
+RAISED = "exception"
+STARVED = "starved order"
+MUTATED = "mutation of the view"
+
+
+class _EndlessError(Exception):
+    """The rule was asked so often that the run gets nowhere."""
+
+
+@define(eq=False)
+class CallTimes:
+    """How long the calls of a hook took: their number, and wall-clock seconds in all and of the longest."""
+
+    calls: int = 0
+    total_s: float = 0.0
+    longest_s: float = 0.0
+
+    def add(self, seconds: float) -> None:
+        """Count a call."""
+        self.calls += 1
+        self.total_s += seconds
+        self.longest_s = max(self.longest_s, seconds)
+
+
+@frozen(eq=False)
+class Outcome:
+    """What came of a run: all events, and what was wrong as (kind, problem)."""
+
+    events: tuple[Event, ...]
+    problems: tuple[tuple[str, str], ...]
+
+
+@define(eq=False)
+class WatchedRule:
+    """A rule on a plugin manager of its own, on which each call is timed and held against the view before it.
+
+    Parameters
+    ----------
+    instance
+        The rule.
+    times
+        Where the calls are counted, by hook.
+    """
+
+    instance: Any
+    times: dict[str, CallTimes]
+    manager: pluggy.PluginManager = field(init=False, factory=new_manager)
+    view: WarehouseView | None = field(init=False, default=None)
+    mutation: str | None = field(init=False, default=None)
+    decisions: int = field(init=False, default=0)
+    _before: Snapshot | None = field(init=False, default=None)
+    _started: float = field(init=False, default=0.0)
+
+    def __attrs_post_init__(self) -> None:
+        self.manager.register(self.instance, type(self.instance).__name__)
+        self.manager.add_hookcall_monitoring(self._before_call, self._after_call)
+
+    def bound(self, role: str) -> BoundRule:
+        """Return the rule as the kernel knows it."""
+        kind = type(self.instance)
+        hook: pluggy.HookCaller = getattr(self.manager.hook, HOOK_OF_ROLE[role])
+        return BoundRule(role, kind.__name__, self.instance, kind.__module__, "under test", hook)
+
+    def begin(self, view: WarehouseView) -> None:
+        """Forget the run before this one."""
+        self.view, self.mutation, self.decisions = view, None, 0
+
+    def _before_call(self, name: str, _methods: object, arguments: Mapping[str, Any]) -> None:
+        if name not in OBSERVER_HOOKS:
+            self.decisions += 1
+            if self.decisions > MOST_CALLS:
+                raise _EndlessError
+        if self.view is not None and self.mutation is None:
+            self._before = Snapshot.of(self.view, arguments.get("traffic"))
+        self._started = time.perf_counter()
+
+    def _after_call(self, _outcome: object, name: str, methods: object, arguments: Mapping[str, Any]) -> None:
+        if not methods:
+            return
+        self.times.setdefault(name, CallTimes()).add(time.perf_counter() - self._started)
+        if self.view is None or self._before is None or self.mutation is not None:
+            return
+        changed = self._before.first_change(Snapshot.of(self.view, arguments.get("traffic")))
+        if changed is not None:
+            self.mutation = f"{name} changed {changed} at {self.view.now_s:.3f} s"
+
+
+@define(eq=False)
+class _Recorder:
+    """Observer that keeps all events, without what the wall clock says."""
+
+    events: list[Event] = field(factory=list)
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        self.events.append(evolve(event, wall_s=0.0) if isinstance(event, DecisionMade) else event)
+
+
+@define(eq=False)
+class _Forwarding:
+    """Observer that tells the watched rule what happens."""
+
+    rule: WatchedRule
+
+    @hookimpl
+    def run_started(self, run: RunInfo) -> None:
+        self.rule.manager.hook.run_started(run=run)
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        self.rule.manager.hook.on_event(event=event)
+
+    @hookimpl
+    def rule_asked(self, question: Question) -> None:
+        self.rule.manager.hook.rule_asked(question=question)
+
+    @hookimpl
+    def rule_answered(self, question: Question, answer: object) -> None:
+        self.rule.manager.hook.rule_answered(question=question, answer=answer)
+
+    @hookimpl
+    def run_ended(self, tick: int, status: str) -> None:
+        self.rule.manager.hook.run_ended(tick=tick, status=status)
+
+
+def run_trial(world: TrialWorld, rule: WatchedRule, roles: tuple[str, ...]) -> Outcome:
+    """Run a world with a rule in these roles, and the plain rules in the others."""
+    rules = _rules(rule, roles)
+    recorder = _Recorder()
+    rules.register_observer(recorder)
+    simulation = Simulation(world.scenario, world.instance, world.layout, rules)
+    rule.begin(simulation.view)
+    try:
+        simulation.run()
+        rules.pm.hook.run_ended(tick=simulation.now, status=simulation.status)
+        rule.manager.hook.measured()
+        problems = _incomplete(simulation)
+    except Exception as error:  # what an observer raises comes as it is, what a rule raises as a RuleError
+        problems = [_problem(error)]
+    if rule.mutation is not None:  # first: it may well be the cause of the others
+        problems.insert(0, (MUTATED, rule.mutation))
+    return Outcome(tuple(recorder.events), tuple(problems))
+
+
+@cache
+def _plain_rules() -> RuleSet:
+    """Return the rules around the one under test; they remember nothing, so all runs share them."""
+    return RuleSet.load(PLAIN_RULES, ".", allow_inline=False)
+
+
+def _rules(rule: WatchedRule, roles: tuple[str, ...]) -> RuleSet:
+    observes = bool(OBSERVER_HOOKS & marked_methods(rule.instance).keys())
+    chosen: dict[str, Any] = {"poa": None, "pps": None} if "poa_pps" in roles else {}
+    for role in roles:
+        if role == "filter":
+            chosen["filters"] = (rule.bound(role),)
+        elif role != "observer":
+            chosen[role] = rule.bound(role)
+    rules = evolve(_plain_rules(), pm=new_manager(), **chosen)
+    if observes:
+        rules.register_observer(_Forwarding(rule), rule.bound("observer").describe())
+    return rules
+
+
+def _problem(error: BaseException) -> tuple[str, str]:
+    while isinstance(error.__cause__, type(error)):  # simpy raises what a process raised anew
+        error = error.__cause__
+    if isinstance(error, StandstillError):
+        return STARVED, str(error)
+    if isinstance(error.__cause__, _EndlessError):
+        return STARVED, f"after {MOST_CALLS} decisions the run is not over: {error}"
+    if isinstance(error, RuleError) and error.__cause__ is None:
+        return IMPOSSIBLE, str(error)
+    return RAISED, str(error) if isinstance(error, RuleError) else f"{type(error).__name__}: {error}"
+
+
+def _incomplete(simulation: Simulation) -> list[tuple[str, str]]:
+    left = [order.name for order in simulation.warehouse.orders if order.unpicked_items]
+    if not left:
+        return []
+    return [(STARVED, f"orders {', '.join(left)} are not complete after {simulation.view.now_s:.0f} s")]

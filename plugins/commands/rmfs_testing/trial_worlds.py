@@ -1,0 +1,134 @@
+"""The small worlds that every rule is tried in: each has what some rule has stumbled over."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from attrs import evolve, frozen
+
+from rmfs_core.scenario.model import (
+    LayoutSection,
+    RobotsSection,
+    RuleChoice,
+    RulesSection,
+    RunSection,
+    Scenario,
+    StationsSection,
+)
+from rmfs_core.world import Instance, Layout
+from rmfs_testing.worlds import Wanted, small_instance, small_layout
+
+LONGEST_S = 4 * 3600.0
+"""Simulated seconds after which an order that is not complete counts as starved; each world needs a few minutes."""
+
+PLAIN_RULES = RulesSection(
+    poa=RuleChoice("first-come"),
+    pps=RuleChoice("nearest-pod"),
+    pr=RuleChoice("nearest"),
+    ta=RuleChoice("nearest-robot"),
+    pp=RuleChoice("free-flow"),
+)
+"""What decides whatever the rule under test does not: simple, quick, and free of randomness."""
+
+
+@frozen(eq=False)
+class TrialWorld:
+    """A warehouse with its orders, and the scenario around it.
+
+    Parameters
+    ----------
+    name
+        What findings call it.
+    scenario
+        Robots, stations and limits, with `PLAIN_RULES`.
+    instance, layout
+        Orders, pods and grid.
+    """
+
+    name: str
+    scenario: Scenario
+    instance: Instance
+    layout: Layout
+
+    def renamed(self) -> TrialWorld:
+        """Return the same world with longer names of SKUs, orders and pods: they sort as before, and hash otherwise.
+
+        Where a rule goes through a set of names, it goes through it in another order, as in another Python process.
+        """
+        given = self.instance
+        instance = Instance(
+            tuple(f"1{sku}" for sku in given.skus),
+            tuple(evolve(order, name=f"1{order.name}") for order in given.orders),
+            tuple(evolve(pod, name=f"1{pod.name}") for pod in given.pods),
+        )
+        return evolve(self, instance=instance)
+
+
+ORDERS = {"1": "ab", "2": "c", "3": "ade", "4": "b", "5": "bcdf", "6": "ef", "7": "a", "8": "cf", "9": "bde", "10": "d"}
+PODS = {"A": "ab", "B": "bc", "C": "cd", "D": "de", "E": "ef", "F": "fa"}
+
+
+def trial_worlds() -> tuple[TrialWorld, ...]:
+    """Return the worlds, new ones at each call."""
+    plain = small_instance(ORDERS, PODS)
+    one_pod_each = small_instance(
+        {str(i): "abcdefgh"[i:] + "abcdefgh"[:i] for i in range(8)}, {s: s for s in "abcdefgh"}
+    )
+    return (
+        _world("one station", plain, capacities=(8,)),
+        _world("several stations", plain, capacities=(4, 6, 5), robots=5),
+        _world("finite stock", _finite(), capacities=(7, 7)),
+        _world("full queues", one_pod_each, capacities=(32,), robots=6, queue_length=1),
+        _world("a single robot", plain, capacities=(5, 5), robots=1),
+        _world("no order", small_instance({}, PODS), capacities=(8, 8)),
+        _world("later orders", _later(), capacities=(5, 5)),
+        _world("an order as large as the largest station", _large(), capacities=(4, 9, 5)),
+        _world("order capacity", plain, capacities=(2, 1), counts_orders=True),
+    )
+
+
+def _finite() -> Instance:
+    """Exactly what is ordered is there, some of it on several pods, and an order wants more than any one pod has."""
+    orders: Wanted = {"1": {"a": 3, "b": 1}, "2": {"b": 2}, "3": {"c": 1, "d": 2}, "4": {"a": 1, "d": 1}, "5": {"c": 2}}
+    pods: Wanted = {
+        "A": {"a": 2, "c": 1},
+        "B": {"a": 2, "b": 1},
+        "C": {"b": 2, "d": 1},
+        "D": {"c": 2},
+        "E": {"d": 2},
+    }
+    return small_instance(orders, pods)
+
+
+def _later() -> Instance:
+    """Nothing is there at the start; orders come one by one, two at once, and one long after all is quiet again."""
+    arrivals = {"1": 60, "2": 60, "3": 75.5, "4": 80, "5": 110, "6": 111, "7": 112, "8": 130, "9": 200, "10": 3000}
+    return small_instance(ORDERS, PODS, arrivals_s=arrivals)
+
+
+def _large() -> Instance:
+    """One order fits a single station only, and only when that is empty; smaller ones come before and after it."""
+    orders: Wanted = {"1": {"a": 1}, "2": {"b": 2, "c": 1}, "3": {"a": 4, "d": 3, "f": 2}, "4": {"e": 1}, "5": {"c": 1}}
+    return small_instance(orders, PODS, arrivals_s={"4": 90, "5": 120})
+
+
+def _world(
+    name: str,
+    instance: Instance,
+    *,
+    capacities: Sequence[int],
+    robots: int = 3,
+    queue_length: int = 3,
+    counts_orders: bool = False,
+) -> TrialWorld:
+    capacity = tuple(capacities)
+    scenario = Scenario(
+        rules=PLAIN_RULES,
+        layout=LayoutSection(pod_fill=0.6),
+        robots=RobotsSection(count=robots),
+        stations=StationsSection(
+            item_capacity=capacity, order_capacity=capacity if counts_orders else None, queue_length=queue_length
+        ),
+        run=RunSection(until_s=LONGEST_S, standstill_s=2 * LONGEST_S),
+    )
+    return TrialWorld(name, scenario, instance, small_layout(len(capacity), queue_length=queue_length))

@@ -1,0 +1,101 @@
+"""Tiny warehouses for tests of rules."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
+
+from rmfs_core.motion import Motion
+from rmfs_core.scenario.model import LayoutSection
+from rmfs_core.warehouse import Robot, Station, Warehouse
+from rmfs_core.world import NORTH, Instance, Layout, OrderData, PodData, block_map, check_layout, parse_map
+from rmfs_core.world.travel import travel_on
+
+Wanted = Mapping[str, Sequence[str] | Mapping[str, int]]
+
+
+def small_instance(orders: Wanted, pods: Wanted, *, arrivals_s: Mapping[str, float] | None = None) -> Instance:
+    """Write down an instance.
+
+    Parameters
+    ----------
+    orders
+        Order name to its SKUs (quantity 1 each), or to SKU and quantity.
+    pods
+        Pod name to its SKUs (unlimited stock), or to SKU and number of items.
+    arrivals_s
+        Order name to its arrival in seconds; 0 where left out.
+    """
+    names = dict.fromkeys(sku for contents in (*pods.values(), *orders.values()) for sku in contents)
+    ids = {name: i for i, name in enumerate(names)}
+    arrivals = arrivals_s or {}
+    return Instance(
+        skus=tuple(names),
+        orders=tuple(
+            OrderData(name, round(arrivals.get(name, 0.0) * 1000), tuple((ids[s], n) for s, n in _numbers(wanted, 1)))
+            for name, wanted in orders.items()
+        ),
+        pods=tuple(PodData(name, tuple((ids[s], n) for s, n in _numbers(held, None))) for name, held in pods.items()),
+    )
+
+
+def _numbers(skus: Sequence[str] | Mapping[str, int], default: int | None) -> Iterable[tuple[str, int]]:
+    if isinstance(skus, Mapping):
+        return skus.items()
+    return ((sku, default) for sku in skus)  # type: ignore[misc]
+
+
+@lru_cache(maxsize=16)
+def small_layout(stations: int = 1, block_columns: int = 2, queue_length: int = 3) -> Layout:
+    """Return a block layout that is just large enough for so many stations on its east side."""
+    section = LayoutSection(
+        block_rows=2 * stations + 1, block_columns=block_columns, hall_width=1, stations_east=stations, stations_west=0
+    )
+    layout = parse_map(block_map(section, queue_length), "small layout")
+    check_layout(layout, "small layout")
+    return layout
+
+
+def small_world(
+    orders: Wanted,
+    pods: Wanted,
+    *,
+    capacities: Sequence[int] = (15,),
+    counts_orders: bool = False,
+    robots: int = 2,
+    layout: Layout | None = None,
+) -> Warehouse:
+    """Return a warehouse at time 0 with all orders in the backlog.
+
+    Pods stand in the first storage locations in reading order, robots under the last ones.
+
+    Parameters
+    ----------
+    orders, pods
+        As for `small_instance`.
+    capacities
+        Item capacity (or order capacity) of each station.
+    counts_orders
+        Whether stations count orders instead of items.
+    robots
+        Number of robots.
+    layout
+        The grid; left out, `small_layout` with the stations needed.
+    """
+    instance = small_instance(orders, pods)
+    layout = layout or small_layout(len(capacities))
+    locations = layout.storage_locations
+    stations = [
+        Station(i, layout.stations[i], capacity, counts_orders, len(layout.stations[i].queue))
+        for i, capacity in enumerate(capacities)
+    ]
+    warehouse = Warehouse(
+        instance,
+        travel_on(layout, Motion()),
+        stations,
+        [Robot(i, locations[-1 - i], NORTH) for i in range(robots)],
+        locations[: len(instance.pods)],
+    )
+    for order in warehouse.orders:
+        warehouse.order_arrives(order)
+    return warehouse

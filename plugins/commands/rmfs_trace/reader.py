@@ -1,0 +1,172 @@
+"""Reading a trace back: the format is described in `rmfs_trace.writer`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import attrs
+import numpy as np
+from attrs import frozen
+
+from rmfs_core.errors import InputError
+from rmfs_core.events import Event
+from rmfs_core.motion import Motion
+from rmfs_core.results.files import read_json_lines
+from rmfs_core.world import Instance, Layout, OrderData, PodData, StationCells
+from rmfs_trace.writer import EVENTS, FORMAT, NOT_TRACED, VERSION
+
+STATUSES = ("complete", "partial", "failed")
+
+
+@frozen(eq=False)
+class Trace:
+    """A whole trace.
+
+    Parameters
+    ----------
+    scenario
+        The resolved scenario as tables.
+    layout, motion, instance
+        What the run started from.
+    pods
+        For each pod: ``cell``, ``robot`` (the id, or None), ``bound_for``.
+    robots
+        For each robot: ``cell``, ``heading``.
+    stations
+        For each station: ``name``, ``capacity``, ``counts_orders``.
+    blocked
+        Storage locations that hold an empty pod.
+    events
+        In the order in which they happened; ``wall_s`` of decisions is 0.
+    tick, status
+        When the run ended, and how.
+    """
+
+    scenario: Mapping[str, Any]
+    layout: Layout
+    motion: Motion
+    instance: Instance
+    pods: tuple[Mapping[str, Any], ...]
+    robots: tuple[Mapping[str, Any], ...]
+    stations: tuple[Mapping[str, Any], ...]
+    blocked: tuple[int, ...]
+    events: tuple[Event, ...]
+    tick: int
+    status: str
+
+
+def read_trace(path: str | Path) -> Trace:
+    """Read a trace file.
+
+    Raises
+    ------
+    InputError
+        With the file and the line when it is no trace, is damaged or was cut off.
+    """
+    lines = read_json_lines(path)
+    place, first = next(lines, (str(path), {}))
+    if first.get("format") != FORMAT:
+        raise InputError(place, f"this is no trace; expected a header with the format {FORMAT!r}")
+    if first.get("version") != VERSION:
+        raise InputError(place, f"found a trace of version {first.get('version')!r}; expected version {VERSION}")
+    found: list[Event] = []
+    for place, line in lines:
+        if line.get("e") == "end":
+            tick, status = _end(place, line)
+            extra = next(lines, None)
+            if extra is not None:
+                raise InputError(extra[0], "found a line behind the end; expected nothing")
+            return _trace(str(path), first, tuple(found), tick, status)
+        found.append(_event(place, line))
+    raise InputError(place, "the trace was cut off here; expected a last line with the event 'end'")
+
+
+def _is_int(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+_CHECKS: dict[str, Callable[[Any], bool]] = {
+    "int": _is_int,
+    "int | None": lambda value: value is None or _is_int(value),
+    "float | None": lambda value: value is None or _is_number(value),
+    "bool": lambda value: isinstance(value, bool),
+    "str": lambda value: isinstance(value, str),
+    "tuple[int, ...]": lambda value: isinstance(value, list) and all(map(_is_int, value)),
+}
+_FIELDS = {
+    name: {field.name: str(field.type) for field in attrs.fields(kind) if field.name not in NOT_TRACED}
+    for name, kind in EVENTS.items()
+}
+_NOT_TRACED: dict[str, dict[str, Any]] = {
+    name: {field.name: 0.0 for field in attrs.fields(kind) if field.name in NOT_TRACED} for name, kind in EVENTS.items()
+}
+
+
+def _event(place: str, line: dict[str, Any]) -> Event:
+    name = line.pop("e", None)
+    if name not in EVENTS:
+        raise InputError(place, f"found the event {name!r}; expected one of {', '.join(EVENTS)}, end")
+    fields = _FIELDS[name]
+    if line.keys() != fields.keys():
+        raise InputError(place, f"{name} has the fields {', '.join(line)}; expected {', '.join(fields)}")
+    for key, kind in fields.items():
+        if not _CHECKS[kind](line[key]):
+            raise InputError(place, f"{key} of {name} is {line[key]!r}; expected {kind}")
+        if isinstance(line[key], list):
+            line[key] = tuple(line[key])
+    return EVENTS[name](**line, **_NOT_TRACED[name])
+
+
+def _end(place: str, line: Mapping[str, Any]) -> tuple[int, str]:
+    tick, status = line.get("tick"), line.get("status")
+    if not isinstance(tick, int) or status not in STATUSES:
+        raise InputError(place, f"found the end {line}; expected a tick and a status of {', '.join(STATUSES)}")
+    return tick, str(status)
+
+
+def _trace(path: str, first: Mapping[str, Any], found: tuple[Event, ...], tick: int, status: str) -> Trace:
+    try:
+        return Trace(
+            scenario=first["scenario"],
+            layout=_layout(first["layout"]),
+            motion=Motion(**first["motion"]),
+            instance=_instance(first),
+            pods=tuple({key: pod[key] for key in ("cell", "robot", "bound_for")} for pod in first["pods"]),
+            robots=tuple({key: robot[key] for key in ("cell", "heading")} for robot in first["robots"]),
+            stations=tuple(first["stations"]),
+            blocked=tuple(first["blocked"]),
+            events=found,
+            tick=tick,
+            status=status,
+        )
+    except KeyError as error:
+        raise InputError(f"{path}, line 1", f"the header lacks {error}") from error
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{path}, line 1", f"the header is not as the format has it: {error}") from error
+
+
+def _layout(table: Mapping[str, Any]) -> Layout:
+    width, height = table["width"], table["height"]
+
+    def cells(rows: list[str]) -> np.ndarray[Any, np.dtype[np.int8]]:
+        if len(rows) != height or any(len(row) != width for row in rows):
+            raise ValueError(f"expected {height} rows of {width} cells each")
+        return np.array([int(digit, 16) for row in rows for digit in row], dtype=np.int8)
+
+    stations = tuple(StationCells(entry["cell"], tuple(entry["queue"])) for entry in table["stations"])
+    return Layout(width, height, cells(table["kind"]), cells(table["moves"]), stations)
+
+
+def _instance(first: Mapping[str, Any]) -> Instance:
+    orders = tuple(
+        OrderData(order["name"], order["arrival"], tuple((sku, quantity) for sku, quantity in order["lines"]))
+        for order in first["orders"]
+    )
+    pods = tuple(PodData(pod["name"], tuple((sku, number) for sku, number in pod["contents"])) for pod in first["pods"])
+    return Instance(tuple(first["skus"]), orders, pods)

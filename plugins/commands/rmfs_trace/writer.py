@@ -1,0 +1,166 @@
+"""The event trace of a run, ``trace.jsonl.gz``: one JSON object a line, compressed with gzip, UTF-8.
+
+The trace and nothing else is enough to recompute every metric and to say where every robot and pod is at any time.
+`rmfs_trace.read_trace` reads it. Ids count from 0 and are positions in the lists of the header. A cell is
+``row * width + column``; row 0 is north, column 0 west. Headings are 0 east, 1 north, 2 west, 3 south. Times are whole
+ticks of ``tick_s`` seconds since the start of the run.
+
+First line, the header::
+
+    format, version   "rmfs-trace", 1
+    tick_s            0.001
+    scenario          the resolved scenario (as in result.json)
+    layout            width, height
+                      kind: a text per row, a digit per cell: 0 wall, 1 floor, 2 storage location, 3 queue, 4 station
+                      moves: a text per row, a hexadecimal digit per cell; bit 1 << heading is set where a robot may
+                      step from the cell into its neighbour in that heading
+                      stations: for each its cell and its queue's cells, the one next to the station first
+    motion            acceleration_m_per_s2, top_speed_m_per_s, full_turn_s, lift_s
+    skus              names
+    orders            name, arrival (tick), lines: [SKU, quantity] each
+    pods              name, contents: [SKU, items or null for unlimited] each, cell, robot that carries it or null,
+                      bound_for: stations it is at or bound for from the start
+    robots            cell, heading
+    stations          name, capacity, counts_orders (capacity in orders instead of items)
+    blocked           storage locations that hold an empty pod for the whole run
+
+Then one line an event, in the order in which they happened: ``e``, the event's class in lower case with underscores,
+and the fields of that class in `rmfs_core.events` (where each is documented), ``tick`` first. Left out is ``wall_s``
+of ``decision_made``: equal runs have equal traces.
+
+Where a robot is: it rests at its header cell until its first ``robot_moved``. In such a leg it stands at ``origin`` for
+``wait_ticks`` from ``start_tick``, turns there for ``turn_ticks`` to ``heading``, and drives ``distance_m`` cells
+straight until ``tick``: from rest with ``acceleration_m_per_s2`` up to ``top_speed_m_per_s``, and back to rest
+(`rmfs_core.motion.Motion.position_m`). It then rests at ``to``. A pod is where its robot is from ``pod_lifted`` to
+``pod_stored``; an item leaves it with each ``item_picked``.
+
+Last line: ``{"e": "end", "tick": ..., "status": ...}`` with the status ``complete``, ``partial`` or ``failed``. A trace
+without it was cut off.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import attrs
+
+from rmfs_core import events
+from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.events import DecisionMade, Event
+from rmfs_core.hookspecs import hookimpl
+from rmfs_core.results.files import JsonLinesFile, beside_results, json_ready
+from rmfs_core.results.tables import finite
+from rmfs_core.scenario import scenario_to_dict
+
+if TYPE_CHECKING:
+    from rmfs_core.info import RunInfo
+    from rmfs_core.world import Layout
+
+FILE = "trace.jsonl.gz"
+FORMAT = "rmfs-trace"
+VERSION = 1
+NOT_TRACED = frozenset({"wall_s"})
+
+
+def _snake(name: str) -> str:
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
+
+
+EVENTS: dict[str, type[Event]] = {
+    _snake(name): kind
+    for name, kind in vars(events).items()
+    if isinstance(kind, type) and issubclass(kind, Event) and kind is not Event
+}
+"""Every class of event by its name in a trace."""
+
+_NAMES = {kind: name for name, kind in EVENTS.items()}
+_FIELDS = {
+    kind: tuple(field.name for field in attrs.fields(kind) if field.name not in NOT_TRACED) for kind in EVENTS.values()
+}
+
+
+class TraceWriter:
+    """Observer that writes the trace while the run goes on; the file has its name once the run has ended.
+
+    Parameters
+    ----------
+    path
+        The file; None: ``trace.jsonl.gz`` in the folder of the results.
+    """
+
+    file: ClassVar = FILE
+
+    def __init__(self, path: str | Path | None = None) -> None:
+        self._path = path
+
+    @hookimpl
+    def run_started(self, run: RunInfo) -> None:
+        """Write the header."""
+        self._file = JsonLinesFile(beside_results(run, self.file) if self._path is None else self._path)
+        self._file.write(header(run))
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        """Write a line."""
+        kind = type(event)
+        line: dict[str, Any] = {"e": _NAMES[kind]}
+        for name in _FIELDS[kind]:
+            line[name] = getattr(event, name)
+        if isinstance(event, DecisionMade):
+            line["objective"], line["bound"] = finite(event.objective), finite(event.bound)
+        self._file.write(line)
+
+    @hookimpl
+    def run_ended(self, tick: int, status: str) -> None:
+        """Write the last line and give the file its name."""
+        self._file.write({"e": "end", "tick": tick, "status": status})
+        self._file.commit()
+
+
+def header(run: RunInfo) -> dict[str, Any]:
+    """Return the first line of a run's trace."""
+    warehouse, instance = run.warehouse, run.instance
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "tick_s": 1 / TICKS_PER_S,
+        "scenario": json_ready(scenario_to_dict(run.scenario)),
+        "layout": _layout(run.layout),
+        "motion": attrs.asdict(run.motion),
+        "skus": instance.skus,
+        "orders": [
+            {"name": order.name, "arrival": order.arrival_tick, "lines": order.lines} for order in instance.orders
+        ],
+        "pods": [
+            {
+                "name": pod.name,
+                "contents": data.contents,
+                "cell": pod.cell,
+                "robot": pod.robot,
+                "bound_for": pod.bound_for,
+            }
+            for pod, data in zip(warehouse.pods, instance.pods, strict=True)
+        ],
+        "robots": [{"cell": robot.cell, "heading": robot.heading} for robot in warehouse.robots],
+        "stations": [
+            {"name": station.name, "capacity": station.capacity, "counts_orders": station.counts_orders}
+            for station in warehouse.stations
+        ],
+        "blocked": warehouse.blocked_locations,
+    }
+
+
+def _layout(layout: Layout) -> dict[str, Any]:
+    def rows(cells: Any) -> list[str]:
+        digits = "".join(f"{int(cell):x}" for cell in cells)
+        return [digits[i : i + layout.width] for i in range(0, len(digits), layout.width)]
+
+    return {
+        "width": layout.width,
+        "height": layout.height,
+        "kind": rows(layout.kind),
+        "moves": rows(layout.moves),
+        "stations": [{"cell": cells.station, "queue": cells.queue} for cells in layout.stations],
+    }

@@ -1,0 +1,70 @@
+"""`rmfs validate`: check what a run recorded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rmfs_cli.screen import table_console
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from rmfs_validation import Fault, Report
+
+PIPE_WIDTH = 200
+"""Columns of the table where the output is no terminal."""
+
+
+@click.command()
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.option(
+    "--collisions/--no-collisions",
+    default=None,
+    help="Check that no two robots hold a cell at once, or do not. Default: unless the PP rule ignores other robots.",
+)
+@click.option("--limit", type=click.IntRange(min=1), default=50, show_default=True, help="Faults to show at most.")
+def validate(folder: Path, collisions: bool | None, limit: int) -> None:
+    """Check the trace of a run in DIR: whether everything it tells can have happened.
+
+    DIR is what `rmfs run --trace --out DIR` wrote, or a trace file. Read are the trace and, when it lies beside it, the
+    metrics of result.json. Exit codes: 0 no faults, 1 faults, 2 the input cannot be read.
+    """
+    from rmfs_validation import check_trace
+
+    report = check_trace(folder, collisions=collisions)
+    console = table_console(PIPE_WIDTH)
+    if report.faults:
+        _print_faults(console, report.faults, limit)
+    for line in _remarks(report):
+        click.echo(line)
+    if report.faults:
+        raise click.exceptions.Exit(1)
+
+
+def _print_faults(console: Console, faults: list[Fault], limit: int) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column("time", justify="right", no_wrap=True)
+    table.add_column("kind", style="bold red", no_wrap=True)
+    table.add_column("fault")
+    for fault in faults[:limit]:
+        table.add_row(f"{fault.time_s:.3f} s", fault.kind, Text(fault.sentence))
+    console.print(table)
+    if len(faults) > limit:
+        click.echo(f"... and {len(faults) - limit} more; --limit shows more of them.")
+
+
+def _remarks(report: Report) -> list[str]:
+    faults = len(report.faults)
+    counted = {0: "no faults", 1: "1 fault"}.get(faults, f"{faults} faults")
+    lines = [f"{counted} in {report.events} events"]
+    if not report.collisions_checked:
+        lines.append("Not checked: whether two robots hold a cell at once; the PP rule ignores other robots.")
+    if not report.metrics_checked:
+        lines.append("Not checked: metrics; there is no result.json beside the trace.")
+    return lines

@@ -1,0 +1,70 @@
+"""The header of a trace: what a run starts from."""
+
+from __future__ import annotations
+
+from rmfs_core.errors import InputError
+from rmfs_trace.reader import Trace
+from rmfs_validation.case import Case
+
+PLACE = "header of the trace"
+
+
+def check_readable(trace: Trace) -> None:
+    """Raise `InputError` when the header names what it does not have: nothing can be checked then."""
+    cells, skus, stations = len(trace.layout.kind), len(trace.instance.skus), len(trace.layout.stations)
+    named = {
+        "cell": (cells, [place["cell"] for place in (*trace.robots, *trace.pods)] + list(trace.blocked)),
+        "cell of a station": (cells, [c for own in trace.layout.stations for c in (own.station, *own.queue)]),
+        "robot": (len(trace.robots), [pod["robot"] for pod in trace.pods if pod["robot"] is not None]),
+        "station": (stations, [station for pod in trace.pods for station in pod["bound_for"]]),
+        "SKU": (skus, [sku for order in trace.instance.orders for sku, _ in order.lines]),
+        "SKU of a pod": (skus, [sku for pod in trace.instance.pods for sku, _ in pod.contents]),
+        "heading": (4, [robot["heading"] for robot in trace.robots]),
+    }
+    for what, (count, ids) in named.items():
+        wrong = next((i for i in ids if not isinstance(i, int) or not 0 <= i < count), None)
+        if wrong is not None:
+            raise InputError(PLACE, f"found {what} {wrong!r}; expected a whole number from 0 to {count - 1}")
+    if stations != len(trace.stations):
+        raise InputError(PLACE, f"found {len(trace.stations)} stations, but the layout has {stations}")
+    motion = trace.motion
+    if not (motion.acceleration_m_per_s2 > 0 and motion.top_speed_m_per_s > 0):
+        raise InputError(PLACE, f"found {motion}; expected an acceleration and a top speed above 0")
+
+
+def check_header(case: Case) -> None:
+    """Add faults: the header against the scenario in it, and where pods and robots are at the start."""
+    trace = case.trace
+    robots, stations = trace.scenario.get("robots", {}), trace.scenario["stations"]
+    for name in ("acceleration_m_per_s2", "top_speed_m_per_s", "full_turn_s", "lift_s"):
+        found = getattr(trace.motion, name)
+        if robots.get(name, found) != found:
+            case.add("header", 0, f"{name} of the robots is {found}; the scenario says {robots[name]}")
+    for i, station in enumerate(trace.stations):
+        asked = stations.get("order_capacity" if station["counts_orders"] else "item_capacity")
+        capacity = asked[i] if isinstance(asked, list | tuple) and i < len(asked) else asked
+        if station["capacity"] != capacity:
+            case.add("header", 0, f"the capacity of {case.station(i)} is {station['capacity']}, not {capacity}")
+    _places(case)
+
+
+def _places(case: Case) -> None:
+    taken: dict[int, int | None] = {}
+    standing: list[tuple[int | None, int]] = [(None, cell) for cell in case.trace.blocked]
+    standing += [(i, pod["cell"]) for i, pod in enumerate(case.trace.pods) if pod["robot"] is None]
+    for pod, cell in standing:
+        if not case.is_storage(cell):
+            case.add("no-storage-location", 0, f"{case.pod(pod)} stands at {case.where(cell)} from the start")
+        elif cell in taken:
+            case.add(
+                "location-taken", 0, f"{case.pod(pod)} and {case.pod(taken[cell])} both stand at {case.where(cell)}"
+            )
+        taken[cell] = pod
+    carriers: dict[int, int] = {}
+    for i, pod_start in enumerate(case.trace.pods):
+        robot = pod_start["robot"]
+        if robot is None:
+            continue
+        if robot in carriers:
+            case.add("header", 0, f"{case.robot(robot)} carries {case.pod(carriers[robot])} and {case.pod(i)}")
+        carriers[robot] = i

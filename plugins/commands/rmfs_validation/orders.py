@@ -1,0 +1,172 @@
+"""Orders: arrival, assignment within capacity, completion; and the decisions that assign them."""
+
+from __future__ import annotations
+
+from rmfs_core.events import DecisionMade, OrderArrived, OrderAssigned, OrderCompleted, TripDecided
+from rmfs_validation.case import Case, Handlers, seconds
+from rmfs_validation.state import OrderState, State
+
+DECISIONS = ("POA", "PPS", "POA+PPS")
+
+
+class OrderCheck:
+    """Each order arrives, is assigned line by line, and is complete exactly with its last pick."""
+
+    def __init__(self, case: Case, state: State) -> None:
+        self.case = case
+        self.state = state
+        self.handlers: Handlers = {
+            OrderArrived: self.arrived,
+            OrderAssigned: self.assigned,
+            OrderCompleted: self.completed,
+        }
+
+    def arrived(self, event: OrderArrived) -> None:
+        """Check that an order arrives when it should."""
+        order, due = self.state.orders[event.order], self.case.trace.instance.orders[event.order].arrival_tick
+        if order.arrived or event.tick != due:
+            again = " again" if order.arrived else ""
+            self.case.add(
+                "arrival",
+                event.tick,
+                f"{self.case.order(event.order)} arrives{again}; expected once, at {seconds(due)}",
+            )
+        order.arrived = True
+
+    def assigned(self, event: OrderAssigned) -> None:
+        """Check the lines that are assigned, and note their part."""
+        case, order = self.case, self.state.orders[event.order]
+        assigns = f"{case.order(event.order)} is assigned to {case.station(event.station)}"
+        if not order.arrived:
+            case.add("assigned-before-arrival", event.tick, f"{assigns}, but has not arrived")
+        for sku in event.skus:
+            if sku not in order.unassigned:
+                why = "has been assigned before" if sku in order.unpicked else "is no line of it"
+                case.add("line-assigned", event.tick, f"{assigns} with {case.sku(sku)}, which {why}")
+        lines = {sku: order.unassigned.pop(sku) for sku in event.skus if sku in order.unassigned}
+        items = sum(lines.values())
+        if event.items != items:
+            case.add("items", event.tick, f"{assigns} with {items} items, but {event.items} are reported")
+        if event.complete == bool(order.unassigned):
+            left = f"{len(order.unassigned)} of its lines are left"
+            case.add("complete-flag", event.tick, f"{assigns} with `complete` {str(event.complete).lower()}; {left}")
+        if lines:
+            self._add_part(event, order, lines)
+
+    def _add_part(self, event: OrderAssigned, order: OrderState, lines: dict[int, int]) -> None:
+        """Take up capacity; what one period assigns of an order to a station is one part."""
+        case, station = self.case, self.state.stations[event.station]
+        header = case.trace.stations[event.station]
+        part = (event.station, event.period)
+        old, items = order.size[part], sum(lines.values())
+        order.part_of |= dict.fromkeys(lines, part)
+        order.left[part] += items
+        order.size[part] = 1 if header["counts_orders"] else old + items
+        station.open.update(lines)
+        station.load += order.size[part] - old
+        if station.load > header["capacity"]:
+            unit = "orders" if header["counts_orders"] else "items"
+            case.add(
+                "capacity-exceeded",
+                event.tick,
+                f"{case.order(event.order)} is assigned to {case.station(event.station)}, "
+                f"which has {station.load} {unit} then; its capacity is {header['capacity']}",
+            )
+
+    def completed(self, event: OrderCompleted) -> None:
+        """Check that nothing is left of an order, and that its last item was picked just now."""
+        order, name = self.state.orders[event.order], self.case.order(event.order)
+        left = sum(order.unpicked.values())
+        if order.completed:
+            self.case.add("completed-twice", event.tick, f"{name} is complete again")
+        elif left:
+            self.case.add("completed-early", event.tick, f"{name} is complete, but {left} of its items are not picked")
+        elif event.tick != order.last_pick_tick:
+            self.case.add(
+                "completed-late",
+                event.tick,
+                f"{name} is complete, but its last item was picked at {seconds(order.last_pick_tick)}",
+            )
+        order.completed = True
+
+    def at_end(self) -> None:
+        """Check that a complete run left nothing, and that what was picked was told to be complete."""
+        tick, status = self.case.trace.tick, self.case.trace.status
+        for i, order in enumerate(self.state.orders):
+            left = sum(order.unpicked.values())
+            if not order.completed and (status == "complete" or (status == "partial" and not left)):
+                self.case.add(
+                    "order-left",
+                    tick,
+                    f"{self.case.order(i)} is not complete at the end ({left} of its items are not picked)",
+                )
+        if status == "partial" and self.state.orders and all(order.completed for order in self.state.orders):
+            self.case.add("status", tick, "every order is complete, but the status of the run is partial")
+
+
+class DecisionCheck:
+    """Periods count up, and each decision reports the backlog it saw and the assignments and trips it had."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        self.period = 0
+        self.assignments = 0
+        self.trips = 0
+        self.backlog = 0
+        self.closed = 0  # orders that left the backlog by the decision under way
+        self.filtered = bool(case.trace.scenario.get("rules", {}).get("filters"))
+        self.handlers: Handlers = {
+            OrderArrived: self.arrived,
+            OrderAssigned: self.assigned,
+            TripDecided: self.trip,
+            DecisionMade: self.decided,
+        }
+
+    def arrived(self, event: OrderArrived) -> None:  # noqa: ARG002
+        """Count."""
+        self.backlog += 1
+
+    def assigned(self, event: OrderAssigned) -> None:
+        """Check that an assignment belongs to the period under way; its decision is told after it."""
+        self.assignments += 1
+        self.backlog -= event.complete
+        self.closed += event.complete
+        if event.period != self.period + 1:
+            self.case.add(
+                "period",
+                event.tick,
+                f"{self.case.order(event.order)} is assigned in period {event.period}; expected {self.period + 1}",
+            )
+
+    def trip(self, event: TripDecided) -> None:  # noqa: ARG002
+        """Count."""
+        self.trips += 1
+
+    def decided(self, event: DecisionMade) -> None:
+        """Check number and size of a decision."""
+        if event.decides not in DECISIONS:
+            self.case.add(
+                "unknown-id", event.tick, f"a decision on {event.decides!r}; expected {' or '.join(DECISIONS)}"
+            )
+        seen = self.backlog + self.closed
+        if event.backlog > seen or (event.backlog < seen and not self.filtered):
+            self.case.add(
+                "backlog",
+                event.tick,
+                f"the {event.decides} decision of period {event.period} saw {event.backlog} orders in the backlog; "
+                f"there were {seen}",
+            )
+        expected = self.period + ("POA" in event.decides)
+        if event.period != expected:
+            self.case.add(
+                "period", event.tick, f"the {event.decides} decision has period {event.period}; expected {expected}"
+            )
+        if (event.assignments, event.trips) != (self.assignments, self.trips):
+            self.case.add(
+                "decision-size",
+                event.tick,
+                f"the {event.decides} decision of period {event.period} reports {event.assignments} assignments "
+                f"and {event.trips} trips; it had {self.assignments} and {self.trips}",
+            )
+        self.period = event.period
+        self.assignments = self.trips = self.closed = 0

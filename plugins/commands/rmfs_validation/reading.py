@@ -1,0 +1,87 @@
+"""Validation of what a run left in a folder."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from attrs import frozen
+
+from rmfs_core.errors import InputError
+from rmfs_core.results import RESULT_FILE
+from rmfs_trace.reader import read_trace
+from rmfs_trace.writer import FILE as TRACE_FILE
+from rmfs_validation.fault import Fault
+from rmfs_validation.validator import avoids_collisions, faults_of
+
+
+@frozen
+class Report:
+    """Outcome of a validation.
+
+    Parameters
+    ----------
+    faults
+        In the order of time.
+    events
+        Number of events in the trace.
+    collisions_checked
+        Whether robots were held against each other.
+    metrics_checked
+        Whether there were reported metrics to compare.
+    """
+
+    faults: list[Fault]
+    events: int
+    collisions_checked: bool
+    metrics_checked: bool
+
+
+def validate_trace(path: str | Path, *, collisions: bool | None = None) -> list[Fault]:
+    """Return everything that is wrong with a recorded run, in the order of time.
+
+    Parameters
+    ----------
+    path
+        The folder of a run with ``trace.jsonl.gz``, or a trace file. When ``result.json`` lies beside the trace, its
+        metrics must be those that the trace amounts to.
+    collisions
+        Whether no two robots may hold a cell at once. None: unless the scenario's PP rule is ``free-flow``, which
+        ignores other robots.
+
+    Raises
+    ------
+    InputError
+        When a file is missing, damaged or not what it should be.
+    """
+    return check_trace(path, collisions=collisions).faults
+
+
+def check_trace(path: str | Path, *, collisions: bool | None = None) -> Report:
+    """Validate a recorded run as `validate_trace` does, and report what was checked too."""
+    file = Path(path)
+    if file.is_dir():
+        if not (file / TRACE_FILE).exists():
+            raise InputError(str(file), f"has no {TRACE_FILE}; `rmfs run --trace` records one")
+        file = file / TRACE_FILE
+    trace = read_trace(file)
+    result = _read_result(file.parent / RESULT_FILE)
+    if collisions is None:
+        collisions = avoids_collisions(trace)
+    faults = faults_of(trace, result, collisions=collisions)
+    return Report(faults, len(trace.events), collisions, result is not None)
+
+
+def _read_result(file: Path) -> Mapping[str, Any] | None:
+    """Return the content of result.json; None when there is none."""
+    if not file.exists():
+        return None
+    try:
+        content = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(str(file), f"cannot be read as JSON: {error}") from error
+    if not isinstance(content, Mapping) or not isinstance(content.get("metrics"), Mapping):
+        raise InputError(str(file), "expected a result that rmfs has written, with the key `metrics`")
+    return content

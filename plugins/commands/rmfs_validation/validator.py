@@ -1,0 +1,132 @@
+"""All checks over one trace."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import attrs
+
+from rmfs_core.events import Event
+from rmfs_trace.reader import Trace
+from rmfs_trace.writer import EVENTS
+from rmfs_validation.case import Case, seconds
+from rmfs_validation.collisions import find_collisions
+from rmfs_validation.fault import Fault
+from rmfs_validation.header import check_header, check_readable
+from rmfs_validation.lines import LineCheck
+from rmfs_validation.metrics import compare
+from rmfs_validation.motion import MotionCheck, WayCheck
+from rmfs_validation.orders import DecisionCheck, OrderCheck
+from rmfs_validation.picking import PickCheck
+from rmfs_validation.pods import PodCheck
+from rmfs_validation.state import State
+
+IGNORES_OTHER_ROBOTS = "free-flow"
+CELLS = ("origin", "to", "cell")
+
+
+def faults_of(trace: Trace, result: Mapping[str, Any] | None = None, *, collisions: bool | None = None) -> list[Fault]:
+    """Return everything that is wrong with a trace, in the order of time.
+
+    Parameters
+    ----------
+    trace
+        The trace.
+    result
+        Content of result.json; its metrics are compared with those of the trace when given.
+    collisions
+        Whether no two robots may hold a cell at once. None: unless the scenario's PP rule ignores other robots.
+
+    Raises
+    ------
+    InputError
+        When the header lacks what a validation needs.
+    """
+    check_readable(trace)
+    case = Case(trace)
+    check_header(case)
+    state = State(trace)
+    orders = OrderCheck(case, state)
+    # The way is checked while a robot is still where its run starts, the decision before its parts take up capacity.
+    checks = (
+        WayCheck(case, state),
+        MotionCheck(case, state),
+        PodCheck(case, state),
+        LineCheck(case, state),
+        PickCheck(case, state),
+        DecisionCheck(case),
+        orders,
+    )
+    handlers: dict[type[Event], list[Callable[[Any], None]]] = {kind: [] for kind in EVENTS.values()}
+    for check in checks:
+        for kind, handler in check.handlers.items():
+            handlers[kind].append(handler)
+    whole = _follow(case, handlers)
+    orders.at_end()
+    if whole:
+        if collisions or (collisions is None and avoids_collisions(trace)):
+            find_collisions(case, state)
+        if result is not None:
+            compare(case, result)
+    return sorted(case.faults, key=lambda fault: fault.tick)
+
+
+def avoids_collisions(trace: Trace) -> bool:
+    """Whether the PP rule of a trace's scenario keeps robots out of each other's way."""
+    choice = trace.scenario.get("rules", {}).get("pp")
+    name = choice.get("rule") if isinstance(choice, Mapping) else choice
+    return bool(name != IGNORES_OTHER_ROBOTS)
+
+
+def _follow(case: Case, handlers: Mapping[type[Event], list[Callable[[Any], None]]]) -> bool:
+    """Hand each event to its checks; return whether all of them name only what exists."""
+    limits = _limits(case.trace)
+    now, whole = 0, True
+    for event in case.trace.events:
+        unknown = _unknown(event, limits)
+        if unknown is not None:
+            case.add("unknown-id", event.tick, f"{type(event).__name__} names {unknown}, which does not exist")
+            whole = False
+            continue
+        if event.tick < now:
+            case.add(
+                "time-order",
+                event.tick,
+                f"{type(event).__name__} at {seconds(event.tick)} stands below an event of {seconds(now)}",
+            )
+        now = max(now, event.tick)
+        for handle in handlers[type(event)]:
+            handle(event)
+    if case.trace.tick < now:
+        case.add("time-order", now, f"the last event is later than the end of the run at {seconds(case.trace.tick)}")
+    return whole
+
+
+def _limits(trace: Trace) -> dict[type[Event], list[tuple[str, int]]]:
+    """For each kind of event its fields that are ids, and how many there are."""
+    counts = {
+        "robot": len(trace.robots),
+        "pod": len(trace.pods),
+        "station": len(trace.stations),
+        "next_station": len(trace.stations),
+        "order": len(trace.instance.orders),
+        "sku": len(trace.instance.skus),
+        "skus": len(trace.instance.skus),
+        "heading": 4,
+        **dict.fromkeys(CELLS, len(trace.layout.kind)),
+    }
+    return {
+        kind: [(field.name, counts[field.name]) for field in attrs.fields(kind) if field.name in counts]
+        for kind in EVENTS.values()
+    }
+
+
+def _unknown(event: Event, limits: Mapping[type[Event], list[tuple[str, int]]]) -> str | None:
+    """Return the first id in an event that is none."""
+    for name, count in limits[type(event)]:
+        value = getattr(event, name)
+        for i in value if isinstance(value, tuple) else (value,):
+            if i is not None and not 0 <= i < count:
+                return f"{name} {i}"
+    return None

@@ -1,0 +1,93 @@
+"""The command line: a group whose commands are the entry points of ``rmfs.commands``."""
+
+from __future__ import annotations
+
+import sys
+from importlib.metadata import EntryPoint
+
+import click
+
+from rmfs_core import entrypoints
+from rmfs_core.errors import InputError, RmfsError
+from rmfs_core.wording import did_you_mean, listed
+
+
+class Commands(click.Group):
+    """A group that imports a command when it is looked up; one that cannot be imported costs the others nothing."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
+        """Return the names of all commands; nothing is imported."""
+        return list(entrypoints.offers(entrypoints.COMMANDS))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
+        """Import and return a command; in place of one that cannot be had, one that says why when it is called."""
+        if cmd_name not in (known := entrypoints.offers(entrypoints.COMMANDS)):
+            return None
+        try:
+            return _load(cmd_name, known)
+        except InputError as error:
+            return _Unusable(cmd_name, error)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command that the first word names."""
+        names = self.list_commands(ctx)
+        if args and not args[0].startswith("-") and args[0] not in names:
+            hint = did_you_mean(args[0], names) or f"; the commands are {listed(names)}"
+            raise click.UsageError(f'there is no command "{args[0]}"{hint}', ctx)
+        return super().resolve_command(ctx, args)
+
+
+class _Unusable(click.Command):
+    """Stands for a command that cannot be had; takes any arguments."""
+
+    def __init__(self, name: str, error: InputError) -> None:
+        super().__init__(
+            name,
+            short_help=f"(not usable: {error.problem})",
+            add_help_option=False,
+            context_settings={"ignore_unknown_options": True, "allow_extra_args": True},
+        )
+        self._error = error
+
+    def invoke(self, ctx: click.Context) -> None:  # noqa: ARG002
+        """Say why."""
+        raise self._error
+
+
+def _load(name: str, known: dict[str, tuple[EntryPoint, ...]]) -> click.Command:
+    place = f"rmfs {name}"
+    if len(known[name]) > 1:
+        clash = listed(" ".join(entrypoints.origin(entry)) for entry in known[name])
+        raise InputError(place, f"more than one installed distribution offers it: {clash}; uninstall all but one")
+    (entry,) = known[name]
+    command = entrypoints.load(entry, place, "command")
+    if not isinstance(command, click.Command):
+        described = entrypoints.describe("command", name, *entrypoints.origin(entry))
+        raise InputError(place, f"{described} is {type(command).__name__}; expected a click.Command")
+    return command
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="rmfs")
+def rmfs() -> None:
+    """Simulate robotic mobile fulfillment systems with interchangeable decision rules."""
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point of ``rmfs``. Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 interrupted."""
+    try:
+        # Outside its standalone mode click returns the code of `ctx.exit` (and a command's value otherwise).
+        code = rmfs.main(arguments, standalone_mode=False)
+        if isinstance(code, int) and code:
+            sys.exit(code)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(2)
+    except RmfsError as error:
+        click.echo(f"Error: {error}", err=True)
+        sys.exit(error.exit_code)
+    except (KeyboardInterrupt, click.Abort):
+        click.echo("Interrupted.", err=True)
+        sys.exit(130)

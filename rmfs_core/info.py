@@ -1,0 +1,69 @@
+"""What observers are told of a run, besides its events."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from rmfs_core.motion import Motion
+from rmfs_core.scenario.model import Scenario
+from rmfs_core.warehouse import WarehouseView
+from rmfs_core.world.grid import Layout
+from rmfs_core.world.instance import Instance
+
+
+@frozen(eq=False)
+class RunInfo:
+    """A run before its first event.
+
+    Parameters
+    ----------
+    scenario, instance, layout, motion
+        What the run starts from.
+    warehouse
+        The warehouse at time 0; the same object shows it at any later time.
+    out
+        The folder that the results will be in, where an observer may write files of its own; None where none are kept.
+    """
+
+    scenario: Scenario
+    instance: Instance
+    layout: Layout
+    motion: Motion
+    warehouse: WarehouseView
+    out: Path | None = None
+
+
+@frozen(eq=False)
+class Question:
+    """A rule that is asked for a decision.
+
+    Parameters
+    ----------
+    decides
+        ``"POA"``, ``"PPS"``, ``"POA+PPS"``, ``"PR"``, ``"TA"``, ``"PP"`` or ``"filter"``.
+    rule
+        The rule's name, as in the scenario.
+    hook
+        The hook that is called.
+    warehouse
+        The view that the rule is shown.
+    rng
+        The rule's random generator, before it draws. An observer must not draw from it.
+    period
+        Number of the period; 0 before the first.
+    arguments
+        What else the hook is handed, by name.
+    """
+
+    decides: str
+    rule: str
+    hook: str
+    warehouse: WarehouseView
+    rng: np.random.Generator
+    period: int
+    arguments: Mapping[str, Any]

@@ -1,0 +1,206 @@
+"""The metrics of a run, from its events and nothing else.
+
+Counts, distances and times are summed as integers and divided once at the end, so that the same events give the same
+bytes. A mean over nothing is None.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rmfs_core.clock import TICKS_PER_S, to_seconds
+from rmfs_core.events import (
+    DecisionMade,
+    Event,
+    ItemPicked,
+    OrderAssigned,
+    OrderCompleted,
+    RobotMoved,
+    VisitStarted,
+)
+from rmfs_core.hookspecs import hookimpl
+from rmfs_core.world import Instance
+
+if TYPE_CHECKING:
+    from rmfs_core.info import RunInfo
+
+Number = int | float | None
+TICKS_PER_HOUR = 3600 * TICKS_PER_S
+
+
+def ratio(part: int | float, whole: int | float) -> float | None:
+    """``part / whole``, or None when there is no whole."""
+    return part / whole if whole else None
+
+
+class _OrderState:
+    """What has become of one order."""
+
+    __slots__ = ("arrival_tick", "assigned_tick", "parts")
+
+    def __init__(self, arrival_tick: int) -> None:
+        self.arrival_tick = arrival_tick
+        self.assigned_tick: int | None = None
+        self.parts: set[tuple[int, int]] = set()  # (station, period)
+
+
+class Metrics:
+    """Observer that computes every metric of a run; `values` and `timing` can be asked at any time."""
+
+    def __init__(self) -> None:
+        self.begin(Instance((), (), ()), 0)
+
+    def begin(self, instance: Instance, stations: int) -> None:
+        """Start afresh for an instance and a number of stations (all that events do not tell)."""
+        self.stations = stations
+        self.status: str | None = None
+        self.now = 0
+        self.orders = [_OrderState(order.arrival_tick) for order in instance.orders]
+        self.completed = 0
+        self.last_completion = 0
+        self.picks = 0
+        self.visits = 0
+        self.loaded_m = 0
+        self.empty_m = 0
+        self.backlog_ticks = 0
+        self.station_ticks = 0
+        self.handling_ticks = 0
+        self.picker_free = [0] * stations
+        self.periods = 0
+        self.stopped_early = 0
+        self.split_open: set[int] = set()
+        self.split_open_max = 0
+        self.decision_s_first = 0.0
+        self.decision_s_later = 0.0
+
+    @hookimpl
+    def run_started(self, run: RunInfo) -> None:
+        """Start afresh."""
+        self.begin(run.instance, len(run.layout.stations))
+
+    @hookimpl
+    def run_ended(self, tick: int, status: str) -> None:
+        """Take note of the end."""
+        self.now = tick
+        self.status = status
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        """Count."""
+        self.now = event.tick
+        match event:
+            case RobotMoved():
+                if event.pod is None:
+                    self.empty_m += event.distance_m
+                else:
+                    self.loaded_m += event.distance_m
+            case ItemPicked():
+                self.picks += 1
+                self.handling_ticks += event.picker_free_tick - event.start_tick
+                self.picker_free[event.station] = event.picker_free_tick
+                self._note_split_orders()
+            case VisitStarted():
+                self.visits += 1
+            case OrderAssigned():
+                self._assigned(event)
+            case OrderCompleted():
+                self._completed(event)
+            case DecisionMade():
+                self._decided(event)
+
+    def _assigned(self, event: OrderAssigned) -> None:
+        order = self.orders[event.order]
+        order.parts.add((event.station, event.period))
+        if event.complete:
+            order.assigned_tick = event.tick
+        if len(order.parts) > 1 or not event.complete:
+            self.split_open.add(event.order)
+        else:  # several assignments of one decision, all to one station, are one part
+            self.split_open.discard(event.order)
+
+    def _note_split_orders(self) -> None:
+        """Update the maximum. Decisions take no time, so it is enough to look when one is over: before a pick."""
+        self.split_open_max = max(self.split_open_max, len(self.split_open))
+
+    def _completed(self, event: OrderCompleted) -> None:
+        self._note_split_orders()
+        self.split_open.discard(event.order)
+        order = self.orders[event.order]
+        assigned = event.tick if order.assigned_tick is None else order.assigned_tick
+        self.completed += 1
+        self.last_completion = event.tick
+        self.backlog_ticks += assigned - order.arrival_tick
+        self.station_ticks += event.tick - assigned
+
+    def _decided(self, event: DecisionMade) -> None:
+        self.periods += "POA" in event.decides
+        self.stopped_early += event.stopped_early
+        if event.period <= 1:
+            self.decision_s_first += event.wall_s
+        else:
+            self.decision_s_later += event.wall_s
+
+    @property
+    def makespan_ticks(self) -> int:
+        """Time of the last completed order; of the run's end (or now) when orders are left."""
+        if self.completed == len(self.orders):
+            return self.last_completion
+        return self.now
+
+    @property
+    def busy_ticks(self) -> int:
+        """Time pickers handled items, summed over the stations, up to the makespan."""
+        beyond = sum(max(0, free - self.makespan_ticks) for free in self.picker_free)
+        return self.handling_ticks - beyond
+
+    @hookimpl(specname="measured")
+    def values(self) -> dict[str, Number]:
+        """Every metric that is the same on every run of the same scenario and seed, by name.
+
+        `rmfs_core.results.catalogue` has their meanings and units.
+        """
+        self._note_split_orders()
+        makespan, done = self.makespan_ticks, self.completed
+        distance = self.loaded_m + self.empty_m
+        turnover = self.backlog_ticks + self.station_ticks
+        return {
+            "orders_completed": done,
+            "orders_total": len(self.orders),
+            "picks": self.picks,
+            "pod_station_visits": self.visits,
+            "psv_per_order": ratio(self.visits, done),
+            "pile_on": ratio(self.picks, self.visits),
+            "distance_m": distance,
+            "distance_per_order_m": ratio(distance, done),
+            "loaded_distance_m": self.loaded_m,
+            "empty_distance_m": self.empty_m,
+            "turnover_s": ratio(turnover, done * TICKS_PER_S),
+            "turnover_backlog_s": ratio(self.backlog_ticks, done * TICKS_PER_S),
+            "turnover_station_s": ratio(self.station_ticks, done * TICKS_PER_S),
+            "makespan_s": to_seconds(makespan),
+            "orders_per_hour": ratio(done * TICKS_PER_HOUR, makespan),
+            "picks_per_hour": ratio(self.picks * TICKS_PER_HOUR, makespan),
+            "picker_utilisation": ratio(self.busy_ticks, self.stations * makespan),
+            "split_orders_open_max": self.split_open_max,
+            "periods": self.periods,
+            "solves_stopped_early": self.stopped_early,
+        }
+
+    def timing(self, wall_s: float) -> dict[str, float | None]:
+        """Wall-clock figures, by name; they differ from run to run.
+
+        Parameters
+        ----------
+        wall_s
+            Wall-clock seconds of the simulation.
+        """
+        simulated_s = to_seconds(self.now)
+        share = ratio(self.decision_s_later, to_seconds(self.makespan_ticks))
+        return {
+            "wall_s": wall_s,
+            "simulated_s_per_wall_s": ratio(simulated_s, wall_s),
+            "decision_s_first": self.decision_s_first,
+            "decision_s_later": self.decision_s_later,
+            "decision_s_per_order": ratio(self.decision_s_later, self.completed),
+            "decision_percent_of_simulated": None if share is None else 100 * share,
+        }

@@ -1,0 +1,154 @@
+"""The result of a run: in memory, and as files."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from attrs import define, field
+
+from rmfs_core.errors import InputError
+from rmfs_core.results.files import json_ready, output_folder, to_csv, to_json, write_text
+from rmfs_core.results.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Row
+from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
+
+RESULT_FILE = "result.json"
+TABLE_FILES = {
+    "orders": ("orders.csv", ORDER_COLUMNS),
+    "visits": ("visits.csv", VISIT_COLUMNS),
+    "periods": ("periods.csv", PERIOD_COLUMNS),
+}
+
+
+@define(eq=False)
+class Result:
+    """What a run measured.
+
+    Parameters
+    ----------
+    scenario
+        The resolved scenario.
+    seed
+        Its seed.
+    versions
+        Version of every distribution that took part, by name; the digest of files beside the scenario that hold rules.
+    status
+        ``"complete"``; ``"partial"`` when orders are left (``run.until_s``, or the run was interrupted);
+        ``"failed"`` when an error ended the run.
+    metrics
+        Every metric by name; the same on every run of the same scenario, seed and versions. None: not defined (a
+        mean over no orders). `rmfs_core.results.catalogue` has meanings and units.
+    timing
+        Wall-clock figures by name, ``hook_s`` with the seconds of each hook.
+    orders, visits, periods
+        Rows of the tables, as in orders.csv, visits.csv and periods.csv.
+    error
+        Message of the error that ended a failed run.
+    interrupted
+        Whether a keyboard interrupt ended the run. (Not in the files.)
+    hook_calls
+        How often the rules of each hook were asked. (Not in the files.)
+    """
+
+    scenario: Scenario
+    seed: int
+    versions: dict[str, str]
+    status: str
+    metrics: dict[str, Any]
+    timing: dict[str, Any]
+    orders: list[Row] = field(factory=list, repr=False)
+    visits: list[Row] = field(factory=list, repr=False)
+    periods: list[Row] = field(factory=list, repr=False)
+    error: str | None = None
+    interrupted: bool = False
+    hook_calls: dict[str, int] = field(factory=dict, repr=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the content of result.json: everything but the tables."""
+        content: dict[str, Any] = {
+            "scenario": json_ready(scenario_to_dict(self.scenario)),
+            "seed": self.seed,
+            "versions": self.versions,
+            "status": self.status,
+        }
+        if self.error is not None:
+            content["error"] = self.error
+        return content | {"metrics": self.metrics, "timing": self.timing}
+
+    def save(self, folder: str | Path) -> None:
+        """Write result.json, orders.csv, visits.csv and periods.csv, each whole or not at all.
+
+        The folder is made when it is not there; files of an earlier run are replaced.
+
+        Raises
+        ------
+        InputError
+            When the folder is a file, or cannot be written to.
+        """
+        path = output_folder(folder)
+        for table, (name, columns) in TABLE_FILES.items():
+            write_text(path / name, to_csv(list(columns), getattr(self, table)))
+        write_text(path / RESULT_FILE, to_json(self.to_dict(), indent=2) + "\n")
+
+
+def load_result(folder: str | Path) -> Result:
+    """Read a saved result back.
+
+    Raises
+    ------
+    InputError
+        When a file is missing or is not what `Result.save` writes; file and line are named.
+    """
+    path = Path(folder)
+    file = path / RESULT_FILE
+    try:
+        content = json.loads(_read(file))
+    except json.JSONDecodeError as error:
+        raise InputError(f"{file}, line {error.lineno}", f"this is no valid JSON: {error.msg}") from error
+    expected = ("scenario", "seed", "versions", "status", "metrics", "timing")
+    missing = [key for key in expected if not isinstance(content, Mapping) or key not in content]
+    if missing:
+        raise InputError(str(file), f"the key `{missing[0]}` is missing; expected a result that rmfs has written")
+    tables = {table: _read_table(path / name, columns) for table, (name, columns) in TABLE_FILES.items()}
+    return Result(
+        scenario=scenario_from_dict(content["scenario"], name=f"{file}, scenario"),
+        seed=content["seed"],
+        versions=content["versions"],
+        status=content["status"],
+        metrics=content["metrics"],
+        timing=content["timing"],
+        error=content.get("error"),
+        orders=tables["orders"],
+        visits=tables["visits"],
+        periods=tables["periods"],
+    )
+
+
+def _read(file: Path) -> str:
+    try:
+        return file.read_text(encoding="utf-8")
+    except OSError as error:
+        raise InputError(str(file), f"cannot be read: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise InputError(str(file), f"expected UTF-8 text: {error}") from error
+
+
+def _read_table(file: Path, columns: Mapping[str, type]) -> list[Row]:
+    reader = csv.DictReader(_read(file).splitlines(keepends=True), strict=True)
+    if reader.fieldnames is None or list(reader.fieldnames) != list(columns):
+        raise InputError(f"{file}, line 1", f"expected the columns {', '.join(columns)}")
+    try:
+        return [{name: _value(row[name], kind) for name, kind in columns.items()} for row in reader]
+    except (ValueError, TypeError, KeyError, csv.Error) as error:
+        raise InputError(f"{file}, line {reader.line_num}", f"the row is not as expected: {error}") from error
+
+
+def _value(text: str, kind: type) -> Any:
+    if text == "" and kind is not str:
+        return None
+    if kind is bool:
+        return {"true": True, "false": False}[text]
+    return kind(text)

@@ -1,0 +1,261 @@
+"""Running a scenario from start to end: the library's front door."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import ClassVar, Protocol
+
+from attrs import evolve, frozen
+
+from rmfs_core import entrypoints
+from rmfs_core.errors import InputError, RunError
+from rmfs_core.results.files import output_folder
+from rmfs_core.results.metrics import Metrics
+from rmfs_core.results.result import RESULT_FILE, TABLE_FILES, Result
+from rmfs_core.results.tables import Tables
+from rmfs_core.rules import RuleSet
+from rmfs_core.scenario import Scenario, load_scenario, located
+from rmfs_core.simulation.engine import Simulation
+from rmfs_core.wording import did_you_mean, listed
+from rmfs_core.world import make_instance, make_layout
+
+_OWN_FILES = (RESULT_FILE, *(file for file, _ in TABLE_FILES.values()))
+
+
+def run(
+    scenario: Scenario | str | Path,
+    *,
+    seed: int | None = None,
+    overrides: Sequence[str] = (),
+    out: str | Path | None = None,
+    record: Sequence[str] = (),
+    trace: bool = False,
+    record_decisions: bool = False,
+    observers: Sequence[object] = (),
+    allow_inline_rules: bool = True,
+) -> Result:
+    """Simulate a scenario.
+
+    Parameters
+    ----------
+    scenario
+        A scenario, its file, or the name of a shipped one.
+    seed
+        Replaces the scenario's seed.
+    overrides
+        ``key=value`` each, replacing values of the file; not for a `Scenario` object (see `attrs.evolve`).
+    out
+        Folder to write the result's files to. Files of an earlier run there are replaced; its trace and decisions are
+        deleted.
+    record
+        Names of recorders, entry points of the group ``rmfs.recorders``, whose files shall be in ``out`` too.
+    trace
+        The same as ``record=("trace",)``: the event trace, ``trace.jsonl.gz``.
+    record_decisions
+        The same as ``record=("decisions",)``: what each rule saw and decided, ``decisions.jsonl.gz``.
+    observers
+        Objects whose ``@hookimpl`` methods are told of every event, besides those that the scenario names.
+    allow_inline_rules
+        Whether code may be loaded from ``./file.py:Class`` rules beside the scenario.
+
+    Returns
+    -------
+    Result
+        Status ``"complete"``, or ``"partial"`` when orders are left because ``run.until_s`` was reached or a keyboard
+        interrupt ended the run (``result.interrupted``; it is not raised again).
+
+    Raises
+    ------
+    InputError
+        When something is wrong with the scenario or the arguments; before anything is simulated.
+    RunError
+        When a rule misbehaves or the run stands still. Its ``result`` has what was measured until then, status
+        ``"failed"``, and is saved in ``out`` like any other.
+    """
+    wanted = dict.fromkeys((*record, *(name for name, on in (("trace", trace), ("decisions", record_decisions)) if on)))
+    if wanted and out is None:
+        raise InputError(next(iter(wanted)), "what is recorded needs a folder to be written to; expected `out` with it")
+    resolved = _resolve(scenario, seed, overrides)
+    recorders = [load_recorder(name) for name in wanted]
+    measured = _prepare(resolved, (*observers, *(kind() for kind in recorders)), allow_inline_rules, out)
+    outcome = _simulate(measured.simulation)
+    result, outcome = _conclude(measured, outcome)
+    if measured.folder is not None:
+        for file in _files_of_recorders() - {kind.file for kind in recorders}:
+            (measured.folder / file).unlink(missing_ok=True)
+    if isinstance(outcome.error, RunError):
+        outcome.error.result = result
+    if outcome.error is not None:
+        raise outcome.error
+    return result
+
+
+class Recorder(Protocol):
+    """An observer that `run` makes when it is asked to record: an entry point of the group ``rmfs.recorders``.
+
+    It is made without arguments and writes one file into ``RunInfo.out``, whole or not at all.
+    """
+
+    file: ClassVar[str]
+    """Name of the file; one that an earlier run has left is deleted where a run does not record it."""
+
+    def __init__(self) -> None: ...
+
+
+def load_recorder(name: str) -> type[Recorder]:
+    """Return the class of an installed recorder.
+
+    Raises
+    ------
+    InputError
+        When there is none of that name, or it is no recorder.
+    """
+    place, known = f"record {name}", entrypoints.offers(entrypoints.RECORDERS)
+    if name not in known:
+        raise InputError(place, f'there is no recorder "{name}"{did_you_mean(name, known)}; known are {listed(known)}')
+    if len(known[name]) > 1:
+        clash = listed(" ".join(entrypoints.origin(entry)) for entry in known[name])
+        raise InputError(place, f"more than one installed distribution offers it: {clash}; uninstall all but one")
+    kind = entrypoints.load(known[name][0], place, "recorder")
+    file = getattr(kind, "file", None)
+    if not isinstance(kind, type) or not isinstance(file, str) or Path(file).name != file or file in _OWN_FILES:
+        described = entrypoints.describe("recorder", name, *entrypoints.origin(known[name][0]))
+        raise InputError(place, f"{described} is no recorder: expected a class with the name of its file as `file`")
+    return kind
+
+
+def _files_of_recorders() -> set[str]:
+    """Return the files that installed recorders write; a recorder that cannot be had writes none."""
+    found = set()
+    for name in entrypoints.offers(entrypoints.RECORDERS):
+        with suppress(InputError):
+            found.add(load_recorder(name).file)
+    return found
+
+
+@frozen(eq=False)
+class _Measured:
+    """A simulation and what measures it."""
+
+    simulation: Simulation
+    metrics: Metrics
+    tables: Tables
+    versions: dict[str, str]
+    folder: Path | None
+
+
+def _folder_for_results(out: str | Path, scenario: Scenario) -> Path:
+    """Return the output folder, unless results would replace what is no result."""
+    folder = output_folder(out)
+    names = [name for name, _ in TABLE_FILES.values()]
+    for key in ("orders_file", "pods_file"):
+        given = getattr(scenario.instance, key)
+        if given is not None and (Path(scenario.folder) / given).resolve() in [(folder / n).resolve() for n in names]:
+            raise InputError(str(folder), f"results would replace `instance.{key}`, {given}; expected another folder")
+    foreign = [name for name in names if (folder / name).exists()]
+    if foreign and not (folder / RESULT_FILE).exists():
+        raise InputError(
+            str(folder),
+            f"found a file {foreign[0]} that no run of rmfs has written; expected a folder for results alone",
+        )
+    return folder
+
+
+@frozen
+class _Outcome:
+    """How a simulation ended."""
+
+    status: str
+    wall_s: float
+    error: Exception | None = None
+    interrupted: bool = False
+
+
+def _resolve(scenario: Scenario | str | Path, seed: int | None, overrides: Sequence[str]) -> Scenario:
+    if not isinstance(scenario, Scenario):
+        return load_scenario(scenario, overrides, seed)
+    if overrides:
+        raise InputError("overrides", "expected a scenario file with them; change a Scenario with attrs.evolve")
+    return scenario if seed is None else scenario.with_seed(seed)
+
+
+def _prepare(
+    scenario: Scenario, observers: Sequence[object], allow_inline_rules: bool, out: str | Path | None
+) -> _Measured:
+    with located(scenario):
+        rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
+        instance, layout = make_instance(scenario), make_layout(scenario)
+    metrics, tables = Metrics(), Tables()
+    # Who is registered last is told first: whatever another observer does wrong, metrics and tables have it already.
+    for observer in (*observers, tables, metrics):
+        rules.register_observer(observer)
+    rules.check()
+    folder = None if out is None else _folder_for_results(out, scenario)
+    simulation = Simulation(scenario, instance, layout, rules, folder)
+    return _Measured(simulation, metrics, tables, _versions(rules, scenario.folder), folder)
+
+
+def _versions(rules: RuleSet, folder: str) -> dict[str, str]:
+    """Versions of the distributions, and of each file beside the scenario its digest: it has no other version."""
+    files = {
+        Path(os.path.relpath(file, folder)).as_posix(): f"sha256:{hashlib.sha256(Path(file).read_bytes()).hexdigest()}"
+        for file in rules.inline_files
+    }
+    return {**rules.distributions, **files}
+
+
+def _simulate(simulation: Simulation) -> _Outcome:
+    started = time.perf_counter()
+    error: Exception | None = None
+    interrupted = False
+    try:
+        simulation.run()
+        status = simulation.status
+    except KeyboardInterrupt:
+        status, interrupted = "partial", True
+    except (
+        Exception
+    ) as problem:  # not a rule's fault, or it would be a RunError; what was measured is kept all the same
+        status, error = "failed", problem
+    return _Outcome(status, time.perf_counter() - started, error, interrupted)
+
+
+def _conclude(measured: _Measured, outcome: _Outcome) -> tuple[Result, _Outcome]:
+    """Tell the observers that the run is over, and save; an observer that fails at that takes nothing away."""
+    found, error = measured.simulation.end(outcome.status)
+    if error is not None and outcome.error is None:
+        outcome = evolve(outcome, status="failed", error=error)
+    result = _result(measured, outcome, found)
+    if measured.folder is not None:
+        result.save(measured.folder)
+    return result, outcome
+
+
+def _result(measured: _Measured, outcome: _Outcome, found: Mapping[str, float | None]) -> Result:
+    simulation, metrics, tables = measured.simulation, measured.metrics, measured.tables
+    return Result(
+        scenario=simulation.scenario,
+        seed=simulation.scenario.seed,
+        versions=measured.versions,
+        status=outcome.status,
+        metrics=dict(found),
+        timing={
+            **metrics.timing(outcome.wall_s),
+            "hook_s": simulation.hook_seconds,
+            "profile_s": {
+                **simulation.profile,
+                "events": max(outcome.wall_s - sum(simulation.profile.values()), 0.0),
+            },
+        },
+        orders=tables.orders,
+        visits=tables.visits,
+        periods=tables.periods,
+        error=None if outcome.error is None else str(outcome.error),
+        interrupted=outcome.interrupted,
+        hook_calls=dict(simulation.asker.calls),
+    )

@@ -1,0 +1,171 @@
+"""The rows of orders.csv, visits.csv and periods.csv. People's names of orders, pods and stations, times in seconds."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from rmfs_core.clock import to_seconds
+from rmfs_core.events import (
+    DecisionMade,
+    Event,
+    ItemPicked,
+    OrderAssigned,
+    OrderCompleted,
+    VisitEnded,
+    VisitStarted,
+)
+from rmfs_core.hookspecs import hookimpl
+from rmfs_core.world import Instance
+
+if TYPE_CHECKING:
+    from rmfs_core.info import RunInfo
+
+Row = dict[str, Any]
+
+ORDER_COLUMNS: dict[str, type] = {
+    "order": str,
+    "arrival_s": float,
+    "items": int,
+    "lines": int,
+    "parts": int,
+    "stations": str,
+    "assigned_s": float,
+    "completed_s": float,
+    "turnover_s": float,
+    "turnover_backlog_s": float,
+    "turnover_station_s": float,
+}
+"""Columns of orders.csv. ``parts``: assignments (station and period); ``stations``: their numbers, first assigned
+first, separated by blanks; ``assigned_s``: when the last line was assigned. Empty where it has not come to that."""
+
+VISIT_COLUMNS: dict[str, type] = {
+    "visit": int,
+    "pod": str,
+    "station": str,
+    "robot": str,
+    "start_s": float,
+    "end_s": float,
+    "picks": int,
+}
+"""Columns of visits.csv: one row a pod-station visit; ``end_s`` is empty where the run ended first."""
+
+PERIOD_COLUMNS: dict[str, type] = {
+    "period": int,
+    "time_s": float,
+    "decides": str,
+    "rule": str,
+    "backlog": int,
+    "assignments": int,
+    "trips": int,
+    "status": str,
+    "objective": float,
+    "bound": float,
+    "stopped_early": bool,
+    "seconds": float,
+}
+"""Columns of periods.csv: one row a decision (`rmfs_core.events.DecisionMade`). ``seconds``, the last one, is
+wall-clock time and the only column that differs from run to run."""
+
+
+class Tables:
+    """Observer that collects the rows."""
+
+    def __init__(self) -> None:
+        self.begin(Instance((), (), ()))
+
+    def begin(self, instance: Instance) -> None:
+        """Start afresh for an instance."""
+        self.instance = instance
+        self.visits: list[Row] = []
+        self.periods: list[Row] = []
+        self._parts: dict[int, dict[tuple[int, int], None]] = {}
+        self._assigned: dict[int, int] = {}
+        self._completed: dict[int, int] = {}
+
+    @hookimpl
+    def run_started(self, run: RunInfo) -> None:
+        """Start afresh."""
+        self.begin(run.instance)
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        """Add to the rows."""
+        match event:
+            case OrderAssigned():
+                self._parts.setdefault(event.order, {})[event.station, event.period] = None
+                if event.complete:
+                    self._assigned[event.order] = event.tick
+            case OrderCompleted():
+                self._completed[event.order] = event.tick
+            case VisitStarted():
+                self._visit_started(event)
+            case ItemPicked():
+                self.visits[event.visit - 1]["picks"] += 1
+            case VisitEnded():
+                self.visits[event.visit - 1]["end_s"] = event.time_s
+            case DecisionMade():
+                self._decided(event)
+
+    def _visit_started(self, event: VisitStarted) -> None:
+        self.visits.append(
+            {
+                "visit": event.visit,
+                "pod": self.instance.pods[event.pod].name,
+                "station": str(event.station + 1),
+                "robot": str(event.robot + 1),
+                "start_s": event.time_s,
+                "end_s": None,
+                "picks": 0,
+            }
+        )
+
+    def _decided(self, event: DecisionMade) -> None:
+        self.periods.append(
+            {
+                "period": event.period,
+                "time_s": event.time_s,
+                "decides": event.decides,
+                "rule": event.rule,
+                "backlog": event.backlog,
+                "assignments": event.assignments,
+                "trips": event.trips,
+                "status": event.status,
+                "objective": finite(event.objective),
+                "bound": finite(event.bound),
+                "stopped_early": bool(event.stopped_early),
+                "seconds": event.wall_s,
+            }
+        )
+
+    @property
+    def orders(self) -> list[Row]:
+        """Rows of orders.csv, one for every order of the instance."""
+        return [self._order(i) for i in range(len(self.instance.orders))]
+
+    def _order(self, i: int) -> Row:
+        order = self.instance.orders[i]
+        parts = self._parts.get(i, {})
+        assigned, completed = self._assigned.get(i), self._completed.get(i)
+        return {
+            "order": order.name,
+            "arrival_s": to_seconds(order.arrival_tick),
+            "items": order.items,
+            "lines": len(order.lines),
+            "parts": len(parts),
+            "stations": " ".join(str(s + 1) for s in dict.fromkeys(station for station, _ in parts)),
+            "assigned_s": _seconds(assigned),
+            "completed_s": _seconds(completed),
+            "turnover_s": _seconds(completed, order.arrival_tick),
+            "turnover_backlog_s": _seconds(assigned, order.arrival_tick),
+            "turnover_station_s": None if assigned is None else _seconds(completed, assigned),
+        }
+
+
+def _seconds(tick: int | None, since: int = 0) -> float | None:
+    return None if tick is None else to_seconds(tick - since)
+
+
+def finite(value: float | None) -> float | None:
+    """Return a number as a float; None for what JSON cannot say (a bound of infinity, for example)."""
+    return float(value) if value is not None and math.isfinite(value) else None

@@ -1,0 +1,155 @@
+"""What is known about installed rules, for people and machines."""
+
+from __future__ import annotations
+
+import inspect
+import re
+import typing
+from collections.abc import Iterator
+from importlib.metadata import EntryPoint
+from typing import Any
+
+import attrs
+from attrs import frozen
+
+from rmfs_core import entrypoints
+from rmfs_core.errors import InputError
+from rmfs_core.rules.hooks import LABEL_OF_ROLE, check_hooks, require_attrs_class, roles_of
+from rmfs_core.rules.parameters import parameters_of, type_name
+from rmfs_core.rules.sources import load_entry
+from rmfs_core.wording import one_line
+
+_SHORT_REFERENCE = re.compile(r"(?:doi\.org/|doi:\s?)(10\.[^\s,;]+)|(arXiv:\d{4}\.\d{4,5})", re.IGNORECASE)
+
+
+@frozen
+class Parameter:
+    """A parameter of a rule.
+
+    Parameters
+    ----------
+    name, type
+        Its key in a scenario and what it takes, in words.
+    required
+        Whether a scenario has to give it.
+    default
+        Its value when the scenario gives none.
+    unit, doc
+        From the field's metadata, else from the "Parameters" section of the docstring; empty where neither says.
+    """
+
+    name: str
+    type: str
+    required: bool
+    default: Any
+    unit: str
+    doc: str
+
+    def shown(self) -> str:
+        """Return the parameter as a table shows it: ``reallocation_s = 30.0 s``."""
+        value = "(required)" if self.required else _toml_like(self.default)
+        return f"{self.name} = {value} {self.unit}".rstrip()
+
+
+@frozen
+class RuleDescription:
+    """An installed rule; ``error`` says why it cannot be used, and then the fields that need its class are empty."""
+
+    name: str
+    distribution: str
+    version: str
+    decides: tuple[str, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
+    summary: str = ""
+    reference: str = ""
+    doc: str = ""
+    error: str | None = None
+
+    def short_references(self) -> str:
+        """Return the DOIs and arXiv numbers in the reference, or its first line where it has none."""
+        found = [match[1] or match[2] for match in _SHORT_REFERENCE.finditer(self.reference)]
+        return "\n".join(dict.fromkeys(number.rstrip(".") for number in found)) or self.reference.partition("\n")[0]
+
+
+def installed_rules() -> list[RuleDescription]:
+    """Describe every installed rule, by what it decides and by name; rules that cannot be imported carry the error."""
+    found = [
+        _describe(entry, len(entries) > 1)
+        for entries in entrypoints.offers(entrypoints.RULES).values()
+        for entry in entries
+    ]
+    labels = list(LABEL_OF_ROLE.values())
+    return sorted(found, key=lambda rule: [labels.index(label) for label in rule.decides] or [len(labels)])
+
+
+def _describe(entry: EntryPoint, clash: bool) -> RuleDescription:
+    distribution, version = entrypoints.origin(entry)
+    try:
+        source = load_entry(entry, entry.name)
+        rule = require_attrs_class(entry.name, source.target, source.describe())
+        check_hooks(entry.name, rule, rule.__name__)
+        parameters = tuple(_parameters(rule))
+    except InputError as error:
+        return RuleDescription(entry.name, distribution, version, error=error.problem)
+    except Exception as error:  # a class that cannot even be looked at must not hide the others
+        return RuleDescription(entry.name, distribution, version, error=one_line(error))
+    doc = inspect.getdoc(rule) or ""
+    return RuleDescription(
+        name=entry.name,
+        distribution=distribution,
+        version=version,
+        decides=tuple(LABEL_OF_ROLE[role] for role in roles_of(rule)),
+        parameters=parameters,
+        summary=doc.partition("\n")[0],
+        reference=sections(doc).get("References", ""),
+        doc=doc,
+        error="offered by more than one installed distribution; uninstall all but one" if clash else None,
+    )
+
+
+def sections(doc: str) -> dict[str, str]:
+    """Return the text of each section of a numpydoc docstring by its title."""
+    parts = re.split(r"^(\S.*)\n-{3,}\n", doc, flags=re.MULTILINE)
+    return {title.strip(): text.strip() for title, text in zip(parts[1::2], parts[2::2], strict=True)}
+
+
+def _parameters(rule: type) -> Iterator[Parameter]:
+    documented = _documented_parameters(sections(inspect.getdoc(rule) or "").get("Parameters", ""))
+    try:
+        hints = typing.get_type_hints(rule)
+    except NameError:
+        hints = {}
+    for name, field in parameters_of(rule).items():
+        doc = field.metadata.get("doc") or documented.get(name, "")
+        in_brackets = re.search(r"\(([^()\s]{1,12})\)\.?$", doc)
+        unit = field.metadata.get("unit") or (in_brackets[1] if in_brackets else "")
+        required = field.default is attrs.NOTHING
+        kind = hints.get(field.name, field.type)
+        yield Parameter(name, type_name(kind), required, _default(field), str(unit), str(doc))
+
+
+def _default(field: attrs.Attribute[Any]) -> Any:
+    default: Any = field.default
+    if default is attrs.NOTHING:
+        return None
+    if hasattr(default, "takes_self"):  # attrs.Factory
+        return "(depends on the others)" if default.takes_self else default.factory()
+    return default
+
+
+def _documented_parameters(text: str) -> dict[str, str]:
+    """Return the description of each entry of a "Parameters" section: a line with names, then indented lines."""
+    found: dict[str, str] = {}
+    names: list[str] = []
+    for line in text.splitlines():
+        if line and not line[0].isspace():
+            names = [name.strip() for name in line.partition(":")[0].split(",")]
+        elif line.strip():
+            found |= {name: f"{found.get(name, '')} {line.strip()}".strip() for name in names}
+    return found
+
+
+def _toml_like(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return f'"{value}"' if isinstance(value, str) else str(value)

@@ -1,0 +1,139 @@
+"""From a scenario's parameters to an instance of a rule's class."""
+
+from __future__ import annotations
+
+import types
+import typing
+from collections.abc import Mapping
+from typing import Any
+
+import attrs
+import cattrs
+from cattrs.strategies import configure_union_passthrough
+
+from rmfs_core.errors import InputError
+from rmfs_core.scenario.tomltext import shown
+from rmfs_core.wording import did_you_mean, listed, one_line
+
+
+def _strict_converter() -> cattrs.Converter:
+    """Return a converter that never turns a text into a number or a number into a text."""
+    converter = cattrs.Converter(forbid_extra_keys=True, detailed_validation=False)
+
+    def exactly(kind: type) -> Any:
+        def structure(value: Any, _: Any) -> Any:
+            if type(value) is kind:
+                return value
+            if kind is float and type(value) is int:
+                return float(value)
+            raise TypeError(f"expected {kind.__name__}")
+
+        return structure
+
+    def sequence(value: Any, kind: Any) -> Any:
+        if not isinstance(value, list | tuple):
+            raise TypeError("expected a list")
+        origin, kinds = typing.get_origin(kind), typing.get_args(kind)
+        if origin is list or kinds[1:] == (...,):
+            kinds = (kinds[0],) * len(value)
+        return origin(converter.structure(entry, part) for entry, part in zip(value, kinds, strict=True))
+
+    for kind in (bool, int, float, str):
+        converter.register_structure_hook(kind, exactly(kind))
+    converter.register_structure_hook_func(_is_sequence, sequence)
+    configure_union_passthrough(bool | int | float | str | None, converter)
+    return converter
+
+
+def _is_sequence(kind: Any) -> bool:
+    origin: Any = typing.get_origin(kind)
+    return origin is list or origin is tuple
+
+
+_converter = _strict_converter()
+_WORDS = {int: "a whole number", float: "a number", str: "a text", bool: "true or false", type(None): "nothing"}
+
+
+def parameters_of(rule: type) -> dict[str, attrs.Attribute[Any]]:
+    """Return the fields of a rule's class that a scenario can set, by the name used there."""
+    return {field.alias or field.name: field for field in attrs.fields(rule) if field.init}
+
+
+def build(rule: type, values: Mapping[str, Any], place: str, rule_name: str) -> Any:
+    """Return a new instance of a rule's class with these parameters; raise `InputError` where one is wrong."""
+    valid = parameters_of(rule)
+    for name in values:
+        if name not in valid:
+            has = f"valid parameters are {listed(valid)}" if valid else "it has no parameters"
+            raise InputError(
+                f"{place}.{name}", f"{rule_name} has no parameter `{name}`{did_you_mean(name, valid)}; {has}"
+            )
+    for name, field in valid.items():
+        if field.default is attrs.NOTHING and name not in values:
+            raise InputError(f"{place}.{name}", f"{rule_name} needs the parameter `{name}`, which is missing")
+    hints = _type_hints(rule)
+    ready = {name: _structure(valid[name], hints, value, f"{place}.{name}") for name, value in values.items()}
+    try:
+        return rule(**ready)
+    except Exception as error:
+        _blame_parameter(rule, ready, place)
+        if isinstance(error, ValueError | TypeError):
+            raise InputError(place, f"{rule_name}: {_text(error)}") from error
+        raise InputError(place, f"{rule_name} cannot be created: {one_line(error)}") from error
+
+
+def _type_hints(rule: type) -> Mapping[str, Any]:
+    try:
+        return typing.get_type_hints(rule)
+    except NameError:  # a type imported under TYPE_CHECKING only: fields go unchecked
+        return {}
+
+
+def _structure(field: attrs.Attribute[Any], hints: Mapping[str, Any], value: Any, place: str) -> Any:
+    kind = hints.get(field.name)
+    if field.converter is not None or kind is None or kind is Any:
+        return value
+    try:
+        return _converter.structure(value, kind)
+    except Exception as error:
+        raise InputError(place, f"expected {type_name(kind)}, found {shown(value)}") from error
+
+
+def type_name(kind: Any) -> str:
+    """Name a parameter's type for people: ``a whole number``, ``a number or nothing``, ``one of "a", "b"``."""
+    if kind in _WORDS:
+        return _WORDS[kind]
+    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
+    if origin in (typing.Union, types.UnionType):
+        return listed((type_name(part) for part in arguments), "or")
+    if origin is typing.Literal:
+        return f"one of {', '.join(repr(value) for value in arguments)}"
+    if origin is tuple and arguments[1:] != (...,):
+        return f"a list of {listed(type_name(part) for part in arguments)}"
+    if origin in (list, tuple):
+        return f"a list, each {type_name(arguments[0])}"
+    return getattr(kind, "__name__", str(kind))
+
+
+def _blame_parameter(rule: type, values: Mapping[str, Any], place: str) -> None:
+    """Raise `InputError` with the parameter's own place if one validator alone refuses its value."""
+    for name, field in parameters_of(rule).items():
+        if field.validator is None or name not in values:
+            continue
+        try:
+            with attrs.validators.disabled():
+                instance = rule(**values)
+        except Exception:  # the class refuses the values for another reason, which the caller reports
+            return
+        value = getattr(instance, field.name)
+        try:
+            field.validator(instance, field, value)
+        except (ValueError, TypeError) as error:
+            text = _text(error)
+            found = "" if "found" in text or repr(value) in text else f", found {shown(value)}"
+            raise InputError(f"{place}.{name}", f"{text}{found}") from error
+
+
+def _text(error: Exception) -> str:
+    """Return the sentence of a validator's error; attrs' own validators carry more arguments than the text."""
+    return " ".join(str(error.args[0] if error.args else error).split()) or type(error).__name__

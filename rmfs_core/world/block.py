@@ -1,0 +1,135 @@
+"""RAWSim-O's block layout, which is the paper's: blocks of storage locations two deep, one-lane aisles, a hall.
+
+The aisles between the blocks are one-way, in alternating directions; the outermost lanes form a ring that is driven
+counter-clockwise. A picking station lies beside the hall: its queue is entered from an aisle that leads out of the
+storage area, folds twice, and ends at the station, which pods leave along the next aisle but one.
+
+Source: Merschformann, Xie, Li (2018), RAWSim-O, Logistics Research 11:8, doi:10.23773/2018_8; the paper, Section 4.1.2.
+"""
+
+from __future__ import annotations
+
+from rmfs_core.errors import InputError
+from rmfs_core.scenario.model import LayoutSection
+from rmfs_core.world.grid import EAST, NORTH, SOUTH, WEST
+from rmfs_core.world.textmap import FLOOR_SIGN, QUEUE_SIGN
+
+BLOCK_DEPTH = 2
+ROW_PITCH = BLOCK_DEPTH + 1
+
+
+def block_map(section: LayoutSection, queue_length: int, place: str = "layout") -> str:
+    """Draw the block layout as a text map.
+
+    Parameters
+    ----------
+    section
+        Numbers of blocks, their length, the hall's width, stations on either side.
+    queue_length
+        Cells that a station's queue must have at least; it is three rows deep.
+    place
+        What to call the section in errors.
+
+    Raises
+    ------
+    InputError
+        When a side is too short for its stations.
+    """
+    return _BlockMap(section, queue_length, place).draw()
+
+
+class _BlockMap:
+    def __init__(self, section: LayoutSection, queue_length: int, place: str) -> None:
+        self.section = section
+        fitting = (section.block_rows - 1) // 2
+        for side, count in (("stations_east", section.stations_east), ("stations_west", section.stations_west)):
+            if count > fitting:
+                raise InputError(
+                    f"{place}.{side}",
+                    f"found {count} stations beside {section.block_rows} rows of blocks; "
+                    f"at most {fitting} fit, one to every two rows of blocks between the first and the last aisle",
+                )
+        if section.stations_east + section.stations_west == 0:
+            raise InputError(f"{place}.stations_east", "found no picking station; expected at least one on either side")
+        queue_columns = -(-queue_length // ROW_PITCH)
+        self.west = queue_columns if section.stations_west else 0
+        inner = section.block_columns * (section.block_length + 1) - 1
+        self.first_block = self.west + section.hall_width
+        self.hall_east = self.first_block + inner
+        self.east = self.hall_east + section.hall_width  # first column beyond the hall
+        self.width = self.east + (queue_columns if section.stations_east else 0)
+        self.height = section.block_rows * ROW_PITCH + 1
+        self.queue_columns = queue_columns
+        self.fitting = fitting
+        self.signs = [["@"] * self.width for _ in range(self.height)]
+
+    def draw(self) -> str:
+        for row in range(self.height):
+            for column in range(self.west, self.east):
+                self.signs[row][column] = self._inner_sign(row, column)
+        for i in range(self.section.stations_east):
+            self._station(1 + 2 * self._place(i, self.section.stations_east), east=True)
+        for i in range(self.section.stations_west):
+            self._station(2 + 2 * self._place(i, self.section.stations_west), east=False)
+        return "\n".join("".join(row) for row in self.signs) + "\n"
+
+    def _place(self, i: int, count: int) -> int:
+        """Spread ``count`` stations evenly over the places where one fits."""
+        return (2 * i + 1) * self.fitting // (2 * count)
+
+    def _inner_sign(self, row: int, column: int) -> str:
+        moves = 0
+        if row % ROW_PITCH == 0:
+            moves |= 1 << self._row_heading(row // ROW_PITCH)
+        vertical = self._column_heading(column)
+        if vertical is not None:
+            moves |= 1 << vertical
+        if not moves:
+            return "#"
+        inside = {
+            EAST: column + 1 < self.east,
+            WEST: column > self.west,
+            NORTH: row > 0,
+            SOUTH: row + 1 < self.height,
+        }
+        return FLOOR_SIGN[sum(1 << h for h in range(4) if moves >> h & 1 and inside[h])]
+
+    def _row_heading(self, aisle: int) -> int:
+        """Heading of a horizontal aisle, counted from the north: alternating, but the last one closes the ring."""
+        return EAST if aisle % 2 or aisle == self.section.block_rows else WEST
+
+    def _column_heading(self, column: int) -> int | None:
+        """Heading of the lane in a column, or None where the column has storage locations."""
+        if column < self.first_block:
+            return SOUTH if (column - self.west) % 2 == 0 else NORTH
+        if column >= self.hall_east:
+            return NORTH if (self.east - 1 - column) % 2 == 0 else SOUTH
+        block, within = divmod(column - self.first_block, self.section.block_length + 1)
+        if within < self.section.block_length:
+            return None
+        return NORTH if block % 2 == 0 else SOUTH
+
+    def _station(self, aisle: int, *, east: bool) -> None:
+        """Draw a station whose queue is entered from a horizontal aisle."""
+        top = aisle * ROW_PITCH
+        outward, inward = (EAST, WEST) if east else (WEST, EAST)
+        columns = list(range(self.east, self.width)) if east else list(range(self.west - 1, -1, -1))
+        for fold, heading in enumerate((outward, inward, outward)):
+            for column in columns:
+                self.signs[top + fold][column] = QUEUE_SIGN[heading]
+        self.signs[top][columns[-1]] = QUEUE_SIGN[SOUTH]
+        self.signs[top + 1][columns[0]] = QUEUE_SIGN[SOUTH]
+        self.signs[top + 2][columns[-1]] = QUEUE_SIGN[SOUTH]
+        for column in columns:
+            self.signs[top + 3][column] = FLOOR_SIGN[1 << inward]
+        self.signs[top + 3][columns[-1]] = "O"
+        edge = self.east - 1 if east else self.west
+        self._open(top, edge, outward)
+
+    def _open(self, row: int, column: int, heading: int) -> None:
+        """Let the hall's outermost lane turn off into a queue."""
+        moves = 1 << heading
+        ring = self._column_heading(column)
+        if ring is not None:
+            moves |= 1 << ring
+        self.signs[row][column] = FLOOR_SIGN[moves]

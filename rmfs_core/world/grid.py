@@ -1,0 +1,108 @@
+"""A layout: what each cell is and which moves leave it."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from functools import cached_property
+
+import numpy as np
+from attrs import define, frozen
+from numpy.typing import NDArray
+
+EAST, NORTH, WEST, SOUTH = range(4)
+STEPS = ((1, 0), (0, -1), (-1, 0), (0, 1))
+"""(columns, rows) of a step in each heading; row 0 is the northernmost."""
+
+
+class CellKind(IntEnum):
+    """What a cell is."""
+
+    WALL = 0
+    FLOOR = 1
+    STORAGE = 2
+    QUEUE = 3
+    STATION = 4
+
+
+@frozen
+class StationCells:
+    """The cells of a picking station.
+
+    Parameters
+    ----------
+    station
+        Cell index of the station itself.
+    queue
+        Cell indices of the queue, from the one next to the station to the entry.
+    """
+
+    station: int
+    queue: tuple[int, ...]
+
+    def slot(self, position: int) -> int:
+        """Cell of a place in the line: 0 is the station, 1 the queue cell next to it; beyond the queue, its entry."""
+        return self.station if position == 0 else self.queue[min(position, len(self.queue)) - 1]
+
+
+@define(eq=False, frozen=True, slots=False)
+class Layout:
+    """A grid of 1 m x 1 m cells. Cell index = row * width + column; row 0 is north, column 0 west.
+
+    Parameters
+    ----------
+    width, height
+        Columns and rows.
+    kind
+        `CellKind` of each cell, int8, shape (height * width,).
+    moves
+        Bit ``1 << heading`` is set where a robot may step from the cell into its neighbour in that heading,
+        int8, shape (height * width,). Whether it may enter or cross a storage or queue cell depends on what it
+        carries and where it goes: `rmfs_core.world.travel` has those rules.
+    stations
+        Picking stations by id, in reading order (row by row from the north-west).
+    """
+
+    width: int
+    height: int
+    kind: NDArray[np.int8]
+    moves: NDArray[np.int8]
+    stations: tuple[StationCells, ...]
+
+    @cached_property
+    def storage_locations(self) -> tuple[int, ...]:
+        """Cell indices of the storage locations, ascending."""
+        return tuple(int(cell) for cell in np.flatnonzero(self.kind == CellKind.STORAGE))
+
+    @cached_property
+    def lane(self) -> NDArray[np.int64]:
+        """Id of the station whose queue (or station) a cell is, or -1. Shape (cells,)."""
+        lane = np.full(self.kind.shape, -1, dtype=np.int64)
+        for i, cells in enumerate(self.stations):
+            lane[[cells.station, *cells.queue]] = i
+        lane.setflags(write=False)
+        return lane
+
+    def may_step(self, cell: int, heading: int) -> bool:
+        """Whether a robot may step from a cell into its neighbour in a heading."""
+        return bool(self.moves[cell] >> heading & 1)
+
+    def neighbour(self, cell: int, heading: int) -> int | None:
+        """Cell index of the neighbour in a heading, or None at the edge of the grid."""
+        column, row = cell % self.width, cell // self.width
+        column, row = column + STEPS[heading][0], row + STEPS[heading][1]
+        if 0 <= column < self.width and 0 <= row < self.height:
+            return row * self.width + column
+        return None
+
+    def distance(self, cell: int, other: int) -> int:
+        """Metres between two cells along rows and columns."""
+        return abs(cell % self.width - other % self.width) + abs(cell // self.width - other // self.width)
+
+    def where(self, cell: int) -> str:
+        """Cell for people: ``row 3, column 17`` (counted from 1, from the north-west corner)."""
+        return where(cell, self.width)
+
+
+def where(cell: int, width: int) -> str:
+    """Cell for people, counted from 1."""
+    return f"row {cell // width + 1}, column {cell % width + 1}"

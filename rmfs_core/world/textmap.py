@@ -1,0 +1,201 @@
+"""Layouts as text maps, one character a cell (1 m x 1 m), north at the top.
+
+=========  ====================================================================================================
+``#``      storage location
+``.``      floor; robots may leave it in every direction
+``> < ^ v``  one-way floor: robots leave it in that direction only
+``└ ┘ ┌ ┐``  crossing of one-way aisles: the two directions that the sign's arms point to
+``─ │ ├ ┤ ┬ ┴``  floor that may be left in the directions of its arms
+``O``      picking station
+``q``      queue cell; the queue of a station is the chain of them that ends beside it
+``→ ← ↑ ↓``  queue cell with its direction, for queues that are folded
+``@``, blank  wall
+=========  ====================================================================================================
+
+Storage locations can be entered from and left to every cell beside them. A queue is entered at its far end, from the
+floor, and left through its station.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rmfs_core.errors import InputError
+from rmfs_core.world.grid import EAST, NORTH, SOUTH, WEST, CellKind, Layout, StationCells, where
+
+_E, _N, _W, _S = 1 << EAST, 1 << NORTH, 1 << WEST, 1 << SOUTH
+FLOOR_MOVES = {
+    ">": _E,
+    "^": _N,
+    "<": _W,
+    "v": _S,
+    "└": _N | _E,
+    "┘": _N | _W,
+    "┌": _S | _E,
+    "┐": _S | _W,
+    "─": _E | _W,
+    "│": _N | _S,
+    "├": _N | _S | _E,
+    "┤": _N | _S | _W,
+    "┬": _E | _W | _S,
+    "┴": _E | _W | _N,
+    ".": _E | _N | _W | _S,
+}
+FLOOR_SIGN = {moves: sign for sign, moves in FLOOR_MOVES.items()}
+QUEUE_HEADING = {"→": EAST, "↑": NORTH, "←": WEST, "↓": SOUTH}
+QUEUE_SIGN = {heading: sign for sign, heading in QUEUE_HEADING.items()}
+
+
+def parse_map(text: str, place: str) -> Layout:
+    """Read a text map.
+
+    Parameters
+    ----------
+    text
+        The map.
+    place
+        What to call it in errors, such as the file's name.
+
+    Raises
+    ------
+    InputError
+        At an unknown character, or a queue that is no chain to its station.
+    """
+    rows = [row.rstrip() for row in text.expandtabs().rstrip().splitlines()]
+    while rows and not rows[0]:
+        rows.pop(0)
+    if not rows:
+        raise InputError(place, "the map is empty; expected rows of characters such as `#` and `.`")
+    return _MapReader(rows, place).layout()
+
+
+class _MapReader:
+    def __init__(self, rows: list[str], place: str) -> None:
+        self.place = place
+        self.width, self.height = max(map(len, rows)), len(rows)
+        self.signs = "".join(row.ljust(self.width) for row in rows)
+
+    def layout(self) -> Layout:
+        kind = np.array([self._kind(cell, sign) for cell, sign in enumerate(self.signs)], dtype=np.int8)
+        moves = np.zeros(len(kind), dtype=np.int8)
+        layout = Layout(self.width, self.height, kind, moves, ())
+        stations = tuple(self._station(layout, int(cell)) for cell in np.flatnonzero(kind == CellKind.STATION))
+        self._check_queues_used(kind, stations)
+        entries = {cells.queue[-1] for cells in stations}
+        for cell in range(len(kind)):
+            moves[cell] = self._moves(layout, cell, entries)
+        for cells in stations:
+            for cell, following in zip(cells.queue, (cells.station, *cells.queue), strict=False):
+                moves[cell] = 1 << self._heading(layout, cell, following)
+        moves.setflags(write=False)
+        kind.setflags(write=False)
+        return Layout(self.width, self.height, kind, moves, stations)
+
+    def _kind(self, cell: int, sign: str) -> CellKind:
+        if sign in FLOOR_MOVES:
+            return CellKind.FLOOR
+        if sign == "q" or sign in QUEUE_HEADING:
+            return CellKind.QUEUE
+        kinds = {"#": CellKind.STORAGE, "O": CellKind.STATION, " ": CellKind.WALL, "@": CellKind.WALL}
+        if sign not in kinds:
+            known = "# O q " + " ".join((*FLOOR_MOVES, *QUEUE_HEADING)) + " @ and blank"
+            raise InputError(
+                f"{self.place}, {where(cell, self.width)}", f"unknown sign {sign!r}; expected one of {known}"
+            )
+        return kinds[sign]
+
+    def _station(self, layout: Layout, station: int) -> StationCells:
+        queue: list[int] = []
+        at = station
+        while True:
+            feeding = [cell for cell in self._beside(layout, at, CellKind.QUEUE) if self._feeds(layout, cell, at)]
+            feeding = [cell for cell in feeding if cell not in queue]
+            if len(feeding) > 1:
+                cells = " and ".join(where(cell, self.width) for cell in feeding)
+                raise InputError(
+                    f"{self.place}, {where(at, self.width)}",
+                    f"the queue branches to {cells}; give the direction of its cells with → ← ↑ ↓",
+                )
+            if not feeding:
+                break
+            at = feeding[0]
+            queue.append(at)
+        if not queue:
+            raise InputError(
+                f"{self.place}, {where(station, self.width)}",
+                "the picking station has no queue; expected at least one queue cell (`q`) beside it",
+            )
+        return StationCells(station, tuple(queue))
+
+    def _feeds(self, layout: Layout, cell: int, following: int) -> bool:
+        sign = self.signs[cell]
+        return sign == "q" or layout.neighbour(cell, QUEUE_HEADING[sign]) == following
+
+    def _beside(self, layout: Layout, cell: int, kind: CellKind) -> list[int]:
+        beside = (layout.neighbour(cell, heading) for heading in range(4))
+        return [n for n in beside if n is not None and layout.kind[n] == kind]
+
+    def _check_queues_used(self, kind: np.ndarray, stations: tuple[StationCells, ...]) -> None:
+        used: dict[int, int] = {}
+        for cells in stations:
+            for cell in cells.queue:
+                if cell in used:
+                    raise InputError(
+                        f"{self.place}, {where(cell, self.width)}", "the queue cell belongs to two stations"
+                    )
+                used[cell] = cells.station
+        for cell in map(int, np.flatnonzero(kind == CellKind.QUEUE)):
+            if cell not in used:
+                raise InputError(
+                    f"{self.place}, {where(cell, self.width)}", "the queue cell leads to no picking station"
+                )
+
+    def _moves(self, layout: Layout, cell: int, entries: set[int]) -> int:
+        kind = layout.kind[cell]
+        moves = 0
+        for heading in range(4):
+            beside = layout.neighbour(cell, heading)
+            if beside is None or not self._may_enter(layout, cell, heading, beside, entries):
+                continue
+            asked = FLOOR_MOVES.get(self.signs[cell], _E | _N | _W | _S) >> heading & 1
+            if asked or (kind == CellKind.FLOOR and layout.kind[beside] == CellKind.STORAGE):
+                moves |= 1 << heading
+        return moves if kind in (CellKind.FLOOR, CellKind.STORAGE, CellKind.STATION) else 0
+
+    def _may_enter(self, layout: Layout, cell: int, heading: int, beside: int, entries: set[int]) -> bool:
+        kind, target = layout.kind[cell], layout.kind[beside]
+        if target == CellKind.FLOOR:
+            # Never against a one-way cell.
+            return FLOOR_MOVES[self.signs[beside]] != 1 << (heading + 2) % 4
+        if target == CellKind.STORAGE:
+            return bool(kind != CellKind.STATION)
+        return bool(target == CellKind.QUEUE and kind == CellKind.FLOOR and beside in entries)
+
+    def _heading(self, layout: Layout, cell: int, following: int) -> int:
+        return next(heading for heading in range(4) if layout.neighbour(cell, heading) == following)
+
+
+def draw_map(layout: Layout) -> str:
+    """Return the text map of a layout; `parse_map` reads it back to the same layout."""
+    signs = [_sign(layout, cell) for cell in range(layout.width * layout.height)]
+    rows = ("".join(signs[i : i + layout.width]).rstrip() for i in range(0, len(signs), layout.width))
+    return "\n".join(rows) + "\n"
+
+
+def _sign(layout: Layout, cell: int) -> str:
+    match layout.kind[cell]:
+        case CellKind.STORAGE:
+            return "#"
+        case CellKind.STATION:
+            return "O"
+        case CellKind.QUEUE:
+            return QUEUE_SIGN[int(layout.moves[cell]).bit_length() - 1]
+        case CellKind.FLOOR:
+            moves = 0
+            for heading in range(4):
+                beside = layout.neighbour(cell, heading)
+                if layout.may_step(cell, heading) and beside is not None and layout.kind[beside] != CellKind.STORAGE:
+                    moves |= 1 << heading
+            return FLOOR_SIGN.get(moves, ".")
+        case _:
+            return "@"

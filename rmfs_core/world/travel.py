@@ -1,0 +1,207 @@
+"""Exact driving times and fastest paths on the grid, other robots ignored.
+
+Robots drive straight runs between stops and turn only at a standstill, so the state of the search is (cell, heading) at
+rest, and its moves are turns and whole runs. Tables are computed on demand, one Dijkstra search each, and kept.
+
+Who may pass what: a robot without a pod drives over the floor and under stored pods. A robot with a pod drives over
+the floor only; storage cells are its start and its goal, never on its way. Queue cells are entered only on the way to a
+cell of the same queue, and a station is never driven through.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from functools import lru_cache
+from pathlib import Path as FilePath
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rmfs_core.decisions import Leg
+from rmfs_core.motion import Motion
+from rmfs_core.world.grid import STEPS, CellKind, Layout
+
+UNREACHABLE = 1 << 40
+TABLES_BYTES = 128 << 20
+"""Memory that the tables of one layout may take; the least recently used go first."""
+
+
+def needs_compiling(rule: type | None = None) -> bool:
+    """Whether searches have never been compiled on this machine (that takes some seconds, once).
+
+    Parameters
+    ----------
+    rule
+        Class of a PP rule whose own searches count too: what its static method ``searches`` returns, if it has one.
+    """
+    from rmfs_core.world import travel_search
+
+    searches = [travel_search.times_to, *getattr(rule, "searches", tuple)()]
+    return not all(_compiled(search) for search in searches)
+
+
+def _compiled(search: Any) -> bool:
+    folder = search.stats.cache_path
+    name = f"{search.py_func.__module__.rpartition('.')[2]}.{search.py_func.__qualname__}"
+    return folder is not None and any(FilePath(folder).glob(f"{name}-*.nbi"))
+
+
+@lru_cache(maxsize=8)
+def travel_on(layout: Layout, motion: Motion) -> Travel:
+    """Return the travel times of a layout and kind of robot; runs of one process share them."""
+    return Travel(layout, motion)
+
+
+class Travel:
+    """Travel times of one layout and one kind of robot.
+
+    Parameters
+    ----------
+    layout
+        The grid.
+    motion
+        Kinematics of the robots.
+    """
+
+    def __init__(self, layout: Layout, motion: Motion) -> None:
+        self._layout = layout
+        self._motion = motion
+        longest = max(layout.width, layout.height)
+        self._runs = np.array([motion.run_ticks(cells) for cells in range(longest + 1)], dtype=np.int64)
+        self._turns = np.array([motion.turn_ticks(0, heading) for heading in range(4)], dtype=np.int64)
+        self._offsets = np.array([column + row * layout.width for column, row in STEPS], dtype=np.int64)
+        self._lane = layout.lane
+        self._floor = layout.kind == CellKind.FLOOR
+        self._queue = layout.kind == CellKind.QUEUE
+        self._under = self._floor | (layout.kind == CellKind.STORAGE)
+        for array in (self._runs, self._turns, self._offsets, self._floor, self._under):
+            array.setflags(write=False)
+        self._tables: OrderedDict[tuple[int, int, bool], NDArray[np.int64]] = OrderedDict()
+        self._bytes = 0
+        self._seconds = 0.0
+
+    @property
+    def seconds(self) -> float:
+        """Wall-clock seconds that tables have taken so far."""
+        return self._seconds
+
+    @property
+    def layout(self) -> Layout:
+        """The grid."""
+        return self._layout
+
+    @property
+    def motion(self) -> Motion:
+        """Kinematics of the robots."""
+        return self._motion
+
+    def load_searches(self) -> None:
+        """Load the compiled searches now (or compile them), not within the first decision that needs them."""
+        station = self.layout.stations[0].station
+        self.times_from(station, 0, loaded=True)
+        self.fastest_path(station, 0, self.layout.storage_locations[0], loaded=True)
+
+    def times_to(self, goal: int, loaded: bool) -> NDArray[np.int64]:
+        """Ticks from standing in each cell with each heading to rest at ``goal``. Shape (cells, 4), read-only.
+
+        `UNREACHABLE` where there is no way.
+        """
+        from rmfs_core.world import travel_search
+
+        table = self._kept((goal, -1, loaded))
+        if table is None:
+            started = perf_counter()
+            table = travel_search.times_to(goal, *self._grid(goal, loaded))
+            self._keep((goal, -1, loaded), table)
+            self._seconds += perf_counter() - started
+        return table
+
+    def times_from(self, cell: int, heading: int, loaded: bool) -> NDArray[np.int64]:
+        """Ticks from standing in ``cell`` with ``heading`` to rest in each cell, whatever the heading there.
+
+        Shape (cells,), read-only. Storage cells are goals here; `UNREACHABLE` where there is no way.
+        """
+        from rmfs_core.world import travel_search
+
+        table = self._kept((cell, heading, loaded))
+        if table is None:
+            started = perf_counter()
+            table = travel_search.times_from(cell, heading, self._lane, *self._grid(cell, loaded))
+            self._keep((cell, heading, loaded), table)
+            self._seconds += perf_counter() - started
+        return table
+
+    def ticks(self, cell: int, heading: int, goal: int, loaded: bool) -> int:
+        """Ticks from standing in ``cell`` with ``heading`` to rest at ``goal``."""
+        return int(self.times_to(goal, loaded)[cell, heading])
+
+    def fastest_path(self, cell: int, heading: int, goal: int, loaded: bool) -> tuple[Leg, ...]:
+        """Legs of a fastest path to ``goal``; of equally fast ones the one that turns last and stops first.
+
+        Raises
+        ------
+        ValueError
+            When there is no way.
+        """
+        from rmfs_core.world import travel_search
+
+        table = self.times_to(goal, loaded)
+        if table[cell, heading] >= UNREACHABLE:
+            raise ValueError(f"no way from {self.layout.where(cell)} to {self.layout.where(goal)}")
+        ends = travel_search.descend(cell, heading, goal, table, *self._grid(goal, loaded))
+        return tuple(Leg(int(end)) for end in ends)
+
+    def run_problem(self, start: int, leg_start: int, to: int, goal: int, loaded: bool) -> str | None:
+        """Say why a straight run from ``leg_start`` to ``to`` is impossible on a path from ``start`` to ``goal``.
+
+        None when it is possible.
+        """
+        heading = self.heading(leg_start, to)
+        if heading is None:
+            return f"{self.layout.where(leg_start)} to {self.layout.where(to)} is no straight run"
+        passable = self._floor if loaded else self._under
+        offset = int(self._offsets[heading])
+        cell = leg_start
+        while cell != to:
+            if not self.layout.may_step(cell, heading):
+                return f"no robot may go from {self.layout.where(cell)} in heading {heading}"
+            cell += offset
+            lane = int(self._lane[cell])
+            own_queue = self._queue[cell] and lane in (int(self._lane[goal]), int(self._lane[start]))
+            if not (passable[cell] or cell == goal or own_queue):
+                carrying = "with a pod" if loaded else "without a pod"
+                return f"a robot {carrying} may not pass {self.layout.where(cell)} on its way"
+        return None
+
+    def heading(self, cell: int, to: int) -> int | None:
+        """Heading of a straight run between two cells, None when they are in neither one row nor one column."""
+        width = self.layout.width
+        across, down = to % width - cell % width, to // width - cell // width
+        if (across == 0) == (down == 0):
+            return None
+        if down == 0:
+            return 0 if across > 0 else 2
+        return 1 if down < 0 else 3
+
+    def _grid(self, end: int, loaded: bool) -> tuple[NDArray[np.int64] | NDArray[np.int8] | NDArray[np.bool_], ...]:
+        """Return moves, passable cells (on the way from or to ``end``), offsets, run and turn times."""
+        passable = self._floor if loaded else self._under
+        if self._lane[end] >= 0:
+            passable = passable | ((self._lane == self._lane[end]) & self._queue)
+            passable.setflags(write=False)  # as the others are: the searches are compiled for one type of array
+        return self.layout.moves, passable, self._offsets, self._runs, self._turns
+
+    def _kept(self, key: tuple[int, int, bool]) -> NDArray[np.int64] | None:
+        table = self._tables.get(key)
+        if table is not None:
+            self._tables.move_to_end(key)
+        return table
+
+    def _keep(self, key: tuple[int, int, bool], table: NDArray[np.int64]) -> None:
+        table.setflags(write=False)
+        self._tables[key] = table
+        self._bytes += table.nbytes
+        while self._bytes > TABLES_BYTES and len(self._tables) > 1:
+            self._bytes -= self._tables.popitem(last=False)[1].nbytes

@@ -1,0 +1,166 @@
+"""``rmfs bench``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import rmfs_core
+from rmfs_bench import worlds
+from rmfs_bench.bench import ROLES
+from rmfs_bench.command import DECIDES, WORLDS
+from rmfs_core.cli import main
+from rmfs_core.rules.hooks import LABEL_OF_ROLE
+
+FEW = ("--set", "instance.orders=10", "--world", "small")
+RULES = """
+@define
+class Nothing:
+    "POA: assigns nothing, so the run stands still."
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return []
+
+
+INTERRUPTS = iter([KeyboardInterrupt])
+
+
+@define
+class Interrupted:
+    "POA: somebody presses Ctrl-C while it thinks for the first time."
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        for interrupt in INTERRUPTS:
+            raise interrupt
+        return []
+
+
+@define
+class Both:
+    "POA and PPS: the first of everything."
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return assign_best_pairs(warehouse, lambda _: np.zeros(len(warehouse.backlog), dtype=np.int64))
+
+    @hookimpl
+    def select_pods(self, warehouse, max_fetches):
+        return send_pods(warehouse, max_fetches, lambda station, pods: pods[0])
+"""
+
+
+def bench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    """Run rules against each other: exit code, output with blanks drawn together, errors."""
+    code = 0
+    try:
+        main(["bench", *arguments])
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    out, err = capsys.readouterr()
+    return code, "\n".join(" ".join(line.split()) for line in out.splitlines()), err
+
+
+@pytest.fixture
+def acme(install: Any) -> None:
+    """Install the rules above, as another distribution."""
+    head = "import numpy as np\nfrom rmfs_core.rule_helpers import assign_best_pairs, send_pods\n"
+    names = {name.lower(): f"acme_rules:{name}" for name in ("Nothing", "Interrupted", "Both")}
+    install("acme", names, acme_rules=head + RULES)
+
+
+def test_what_can_be_chosen() -> None:
+    """The command offers the worlds that there are, and rules of every decision."""
+    assert tuple(worlds.WORLDS) == WORLDS
+    assert set(DECIDES) == {LABEL_OF_ROLE[role] for role in ROLES}
+
+
+def test_side_by_side(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Rules that decide the same share a table; the figures are those of the runs, and are in the file as well."""
+    file = tmp_path / "bench.json"
+    rules = ("first-come", "split-over-time", "nearest-pod")
+    code, out, _ = bench(capsys, *rules, *FEW, "--seed", "1", "--seed", "2", "--json", str(file))
+    assert code == 0
+    assert "POA, POA+PPS in world small, mean over seeds 1, 2" in out
+    assert "PPS in world small, mean over seeds 1, 2" in out
+    content = json.loads(file.read_text(encoding="utf-8"))
+    assert (content["format"], content["version"]) == ("rmfs-bench", 1)
+    runs = content["runs"]
+    assert [(run["rule"], run["seed"]) for run in runs] == [(rule, seed) for rule in rules for seed in (1, 2)]
+    assert all(run["calls"] > 0 and run["seconds"] > 0 and run["status"] == "complete" for run in runs)
+    visits = (runs[0]["metrics"]["psv_per_order"] + runs[1]["metrics"]["psv_per_order"]) / 2
+    assert next(line for line in out.splitlines() if line.startswith("first-come")).split()[1] == f"{visits:.2f}"
+
+
+def test_the_others_are_fixed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A run of the bench is the run of the scenario with the fixed rules and the one that is compared."""
+    file = tmp_path / "bench.json"
+    bench(capsys, "nearest-pod", *FEW, "--seed", "3", "--json", str(file))
+    fixed = ("poa=pod-match", "pps=nearest-pod", "pr=nearest", "ta=nearest-robot", "pp=free-flow")
+    overrides = ["instance.orders=10", *(f"rules.{rule}" for rule in fixed)]
+    result = rmfs_core.run("examples/small", seed=3, overrides=overrides)
+    (run,) = json.loads(file.read_text(encoding="utf-8"))["runs"]
+    assert run["metrics"] == {name: result.metrics[name] for name in run["metrics"]}
+
+
+@pytest.mark.parametrize(
+    ("rule", "field"),
+    [("random", "PR"), ("balanced", "TA"), ("sipp", "PP"), ('{ rule = "most-covered", n = 2 }', "filter")],
+)
+def test_every_kind_of_rule(capsys: pytest.CaptureFixture[str], rule: str, field: str) -> None:
+    """Rules of every decision can be measured, with parameters."""
+    code, out, _ = bench(capsys, rule, *FEW, "--seed", "1")
+    assert code == 0
+    assert f"{field} in world small, seed 1" in out
+
+
+def test_rules_of_other_distributions(acme: None, capsys: pytest.CaptureFixture[str]) -> None:
+    """Any installed distribution's rules take part; one that decides several things is told in what."""
+    code, out, _ = bench(capsys, "both", "pod-match", "--decides", "POA", *FEW, "--seed", "1")
+    assert code == 0
+    assert sum(line.startswith(("both", "pod-match")) for line in out.splitlines()) == 2
+    code, _, err = bench(capsys, "both", *FEW)
+    assert code == 2
+    assert "decides POA and PPS; say which of them is asked" in err
+
+
+def test_a_run_that_fails(acme: None, capsys: pytest.CaptureFixture[str]) -> None:
+    """The other rules' figures are shown all the same; exit code 1, and what went wrong."""
+    code, out, err = bench(capsys, "nothing", "first-come", *FEW, "--seed", "1")
+    assert code == 1
+    assert "nothing 1 of 1 failed - - -" in out
+    assert next(line for line in out.splitlines() if line.startswith("first-come")).count("-") == 1
+    assert "nothing, small, seed 1 failed: The run stands still" in err
+
+
+def test_an_interrupt_ends_it(acme: None, capsys: pytest.CaptureFixture[str]) -> None:
+    """At once, in the run that warms a rule up, too: no further run, exit code 130."""
+    code, out, err = bench(capsys, "interrupted", "first-come", *FEW)
+    assert (code, out) == (130, "")
+    assert "Interrupted." in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (("first-comes",), 'did you mean "first-come"'),
+        (("integrated", "--set", "instance.items_per_sku=5"), "needs pods whose SKUs never run out"),
+        (("integrated", "--set", "instance.order=5"), "unknown key"),
+        (("pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
+        (("pod-match", "--set", "rules.poa.name=first-come"), "takes the place of `rules.poa`"),
+        (("integrated", "pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
+        (("demand", "--world", "tiny"), "Invalid value for '--world'"),
+        (("./x.py:X", "--no-inline-rules"), "--no-inline-rules refuses"),
+        (("demand", "--json", "no-such-folder/bench.json"), "no-such-folder/bench.json: cannot be written"),
+        ((), "Missing argument"),
+    ],
+)
+def test_wrong_input(capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str) -> None:
+    """What is wrong is one sentence; exit code 2."""
+    code, out, err = bench(capsys, *arguments)
+    assert (code, out) == (2, "")
+    assert problem in err

@@ -1,0 +1,27 @@
+"""Rules as they are named on a command line."""
+
+from __future__ import annotations
+
+import pytest
+
+from rmfs_cli.choices import parse_choice, with_parameters
+from rmfs_core import InputError
+from rmfs_core.scenario import RuleChoice
+
+
+def test_choices() -> None:
+    """A name, or a TOML table; parameters are set and taken out."""
+    assert parse_choice("demand", "x") == RuleChoice("demand")
+    table = parse_choice('{ rule = "integrated", gap = 0.1, threads = 2 }', "x")
+    assert table == RuleChoice("integrated", {"gap": 0.1, "threads": 2})
+    assert with_parameters(table, ["gap=", "threads=1"]) == RuleChoice("integrated", {"threads": 1})
+    for wrong, problem in (
+        ("{ rule = ", "no valid TOML"),
+        ("{ gap = 1 }", "expected a key `rule`"),
+        ("", "the name of"),
+    ):
+        with pytest.raises(InputError, match=problem):
+            parse_choice(wrong, "x")
+    for wrong, problem in (("a.b=1", "expected a parameter of the rule"), ("gap", "expected parameter=value")):
+        with pytest.raises(InputError, match=problem):
+            with_parameters(table, [wrong])

@@ -1,0 +1,63 @@
+"""`rmfs generate`: instances as CSV files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from attrs import evolve
+
+from rmfs_core.cli import main
+from rmfs_core.scenario import InstanceSection, load_scenario, shipped_scenarios
+from rmfs_core.world import block_map, make_instance, make_layout
+
+
+@pytest.mark.parametrize("name", shipped_scenarios())
+def test_the_written_scenario_has_the_same_instance(name: str, tmp_path: Path) -> None:
+    """The scenario in the folder differs in where its orders and pods come from, and in nothing else."""
+    main(["generate", name, "--seed", "4", "--out", str(tmp_path / "new" / "folder")])
+    before = load_scenario(name, seed=4)
+    after = load_scenario(tmp_path / "new" / "folder" / "scenario.toml")
+    assert make_instance(after) == make_instance(before)
+    assert evolve(after, instance=InstanceSection()) == evolve(before, instance=InstanceSection())
+    assert after.instance.pods_at_stations == before.instance.pods_at_stations
+
+
+def test_files_that_are_there_are_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without --force nothing is replaced, and nothing is written beside it; with it, everything is."""
+    (tmp_path / "pods.csv").write_text("mine", encoding="utf-8")
+    with pytest.raises(SystemExit) as stop:
+        main(["generate", "examples/small", "--out", str(tmp_path)])
+    assert stop.value.code == 2
+    assert capsys.readouterr().err == (
+        f"Error: {tmp_path / 'pods.csv'}: found a file of that name; --force replaces it\n"
+    )
+    assert [path.name for path in tmp_path.iterdir()] == ["pods.csv"]
+    main(["generate", "examples/small", "--out", str(tmp_path), "--force"])
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["orders.csv", "pods.csv", "scenario.toml"]
+    assert (tmp_path / "pods.csv").read_text(encoding="utf-8") != "mine"
+
+
+def test_a_file_in_the_way_of_the_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The output folder cannot be a file."""
+    (tmp_path / "out").write_text("", encoding="utf-8")
+    with pytest.raises(SystemExit) as stop:
+        main(["generate", "examples/small", "--out", str(tmp_path / "out")])
+    assert stop.value.code == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_maps_and_rules_in_files_come_along(tmp_path: Path) -> None:
+    """A scenario that names files of its own folder works in the new folder as well."""
+    small = load_scenario("examples/small")
+    (tmp_path / "maps").mkdir()
+    (tmp_path / "maps" / "hall.txt").write_text(block_map(small.layout, small.stations.queue_length), encoding="utf-8")
+    (tmp_path / "mine.py").write_text("class Mine: ...\n", encoding="utf-8")
+    (tmp_path / "mine.toml").write_text(
+        '[layout]\nmap_file = "maps/hall.txt"\n[rules]\npoa = "./mine.py:Mine"\npps = "demand"\n', encoding="utf-8"
+    )
+    main(["generate", str(tmp_path / "mine.toml"), "--out", str(tmp_path / "new"), "--set", "instance.pods=20"])
+    scenario = load_scenario(tmp_path / "new" / "scenario.toml")
+    assert scenario.layout.map_file == "hall.txt"
+    assert make_layout(scenario).storage_locations == make_layout(small).storage_locations
+    assert (tmp_path / "new" / "mine.py").read_text(encoding="utf-8") == "class Mine: ...\n"

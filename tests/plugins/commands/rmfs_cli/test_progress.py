@@ -1,0 +1,66 @@
+"""What a run shows while it goes on."""
+
+import io
+
+import pytest
+from rich.console import Console
+
+from rmfs_cli.progress import LiveProgress, PlainProgress, duration, progress_for
+from rmfs_core.events import ItemPicked, OrderCompleted, VisitStarted
+from rmfs_core.info import RunInfo
+
+EVENTS = (
+    VisitStarted(1000, 1, robot=0, pod=0, station=1),
+    ItemPicked(8000, 1000, 14_000, visit=1, station=1, pod=0, order=0, sku=0),
+    ItemPicked(21_000, 14_000, 27_000, visit=1, station=1, pod=0, order=0, sku=1),
+    OrderCompleted(21_000, 0),
+)
+
+
+@pytest.mark.parametrize(("seconds", "text"), [(0, "0:00:00"), (3599.6, "1:00:00"), (36_061, "10:01:01")])
+def test_durations(seconds: float, text: str) -> None:
+    """Hours, minutes and seconds, rounded."""
+    assert duration(seconds) == text
+
+
+def test_plain_lines_tell_the_same_of_equal_runs(tiny: RunInfo) -> None:
+    """One line at the start, one when a further tenth of the orders is complete, one at the end; no wall-clock time."""
+    stream = io.StringIO()
+    progress = progress_for(Console(file=stream, width=20), "a [run]")
+    assert isinstance(progress, PlainProgress)
+    progress.run_started(tiny)
+    for event in EVENTS:
+        progress.on_event(event)
+    progress.run_ended(21_000, "partial")
+    assert stream.getvalue().splitlines() == [
+        "a [run]: 2 orders, 2 SKUs, 2 pods, 2 stations, 2 robots, seed 7",
+        " 50 %  1 of 2 orders at 0:00:21 simulated, 2 picks, 1.00 visits per order, pile-on 2.00",
+        "partial: 1 of 2 orders at 0:00:21 simulated, 2 picks, 1.00 visits per order, pile-on 2.00",
+    ]
+
+
+@pytest.mark.parametrize("width", [80, 120])
+def test_the_live_display_fits_the_terminal(tiny: RunInfo, width: int) -> None:
+    """On a terminal, orders, figures and every station's state are shown without cutting anything off."""
+    stream = io.StringIO()
+    progress = progress_for(Console(file=stream, force_terminal=True, width=width, height=30), "small")
+    assert isinstance(progress, LiveProgress)
+    progress.run_started(tiny)
+    for event in EVENTS:
+        progress.on_event(event)
+    picture = io.StringIO()
+    Console(file=picture, width=width).print(progress.picture())
+    progress.run_ended()
+    shown = picture.getvalue()
+    for text in ("1 of 2 (50%)", "0:00:21", "0 busy, 2 idle", "Pile-on", "2.00", "Ends in about", "0/4", "Inbound"):
+        assert text in shown
+    assert "…" not in shown
+    assert max(map(len, shown.splitlines())) <= width
+
+
+def test_the_live_display_can_be_closed_twice(tiny: RunInfo) -> None:
+    """The terminal is given back once, whatever ended the run."""
+    progress = LiveProgress("small", Console(file=io.StringIO(), force_terminal=True))
+    progress.run_started(tiny)
+    progress.close()
+    progress.close()

@@ -1,0 +1,153 @@
+"""`rmfs rules`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+
+from rmfs_cli.rules import rules
+from rmfs_core.cli import main
+
+Install = Callable[..., None]
+
+DOCUMENTED = '''
+@define
+class Mine:
+    """Assign as I please.
+
+    Parameters
+    ----------
+    patience_s
+        How long to wait (s).
+    mode, unused
+        Fast or slow.
+
+    References
+    ----------
+    A. Uthor: A paper. https://doi.org/10.1000/xyz.
+
+    Another report, 1999.
+    """
+
+    patience_s: float
+    mode: str = "slow"
+    names: list[str] = field(factory=list)
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return []
+
+    @hookimpl
+    def select_pods(self, warehouse):
+        return []
+
+    @hookimpl
+    def on_event(self, event):
+        pass
+'''
+
+
+def invoke(*arguments: str) -> Result:
+    """Call the command."""
+    return CliRunner().invoke(rules, arguments)
+
+
+def as_json() -> dict[str, dict[str, Any]]:
+    """Return what the command prints for machines, by name of the rule."""
+    return {rule["name"]: rule for rule in json.loads(invoke("--json").stdout)}
+
+
+def test_the_table_shows_every_column() -> None:
+    """Rule, decision, distribution, parameters with defaults and units, summary and reference."""
+    result = invoke()
+    assert (result.exit_code, result.stderr) == (0, "")
+    for text in (
+        "balanced",
+        "TA",
+        "rmfs 0.1.0",
+        "reallocation_s = 30.0 s",
+        "help_others = true",
+        "Share the robots out over the active stations, as evenly as possible.",
+        "10.23773/2018_8",
+        "arXiv:1902.03092",
+    ):
+        assert text in result.stdout
+
+
+def test_every_shipped_rule_has_summary_reference_and_documented_parameters() -> None:
+    """Nothing in the table is empty for the rules of this distribution."""
+    shipped = [rule for rule in as_json().values() if rule["distribution"] == "rmfs"]
+    assert len(shipped) >= 11
+    for rule in shipped:
+        assert rule["error"] is None
+        assert rule["decides"]
+        assert rule["summary"].endswith(".")
+        assert "https://doi.org/" in rule["reference"] or "https://arxiv.org/" in rule["reference"]
+        assert all(parameter["doc"] for parameter in rule["parameters"])
+
+
+def test_json_has_what_a_third_partys_docstring_says(install: Install) -> None:
+    """Decisions from the hooks, units and docs from the numpydoc sections, required parameters marked."""
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=DOCUMENTED)
+    mine = as_json()["mine"]
+    assert (mine["distribution"], mine["version"]) == ("acme", "1.0")
+    assert mine["decides"] == ["POA", "PPS", "observer"]
+    assert mine["summary"] == "Assign as I please."
+    assert mine["reference"] == "A. Uthor: A paper. https://doi.org/10.1000/xyz.\n\nAnother report, 1999."
+    assert [tuple(parameter.values()) for parameter in mine["parameters"]] == [
+        ("patience_s", "a number", True, None, "s", "How long to wait (s)."),
+        ("mode", "a text", False, "slow", "", "Fast or slow."),
+        ("names", "a list, each a text", False, [], "", ""),
+    ]
+
+
+def test_the_details_of_one_rule(install: Install) -> None:
+    """The whole docstring, and the parameters as a scenario writes them."""
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=DOCUMENTED)
+    result = invoke("mine")
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert result.stdout.startswith("mine  decides POA, PPS, observer; from acme 1.0\n\nAssign as I please.\n")
+    assert "Another report, 1999." in result.stdout
+    assert "  patience_s = (required) s  # a number. How long to wait (s)\n" in result.stdout
+    assert '  mode = "slow"  # a text. Fast or slow\n' in result.stdout
+
+
+def test_a_rule_that_cannot_be_imported_is_shown_with_its_error(install: Install) -> None:
+    """The command goes on, exits with 0, and says so on stderr."""
+    install("acme", {"broken": "acme_rules:Broken"}, acme_rules="import acme_nowhere\n")
+    result = invoke()
+    problem = (
+        'rule "broken" (acme 1.0) cannot be imported from acme_rules:Broken: '
+        "ModuleNotFoundError: No module named 'acme_nowhere'"
+    )
+    assert result.exit_code == 0
+    assert result.stderr == f"Rule broken (acme 1.0) cannot be used: {problem}\n"
+    assert "broken" in result.stdout
+    assert "pod-match" in result.stdout
+    assert as_json()["broken"]["error"] == problem
+
+
+def test_rules_that_clash_are_both_shown(install: Install) -> None:
+    """Each row says why the name cannot be selected."""
+    for name in ("acme", "bolt"):
+        install(name, {"mine": f"{name}_rules:Mine"}, **{f"{name}_rules": DOCUMENTED})
+    result = invoke("--json")
+    clash = [rule for rule in json.loads(result.stdout) if rule["name"] == "mine"]
+    assert [rule["distribution"] for rule in clash] == ["acme", "bolt"]
+    assert {rule["error"] for rule in clash} == {
+        "offered by more than one installed distribution; uninstall all but one"
+    }
+
+
+def test_an_unknown_name_is_a_wrong_input(capsys: pytest.CaptureFixture[str]) -> None:
+    """Exit code 2, and the nearest name."""
+    with pytest.raises(SystemExit) as stop:
+        main(["rules", "balancd"])
+    assert stop.value.code == 2
+    assert capsys.readouterr().err == (
+        'Error: rmfs rules: unknown rule "balancd" (did you mean "balanced"?); `rmfs rules` lists all\n'
+    )

@@ -1,0 +1,145 @@
+"""Paired comparison: the figures are those of a calculation by hand."""
+
+import math
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from rmfs_core.errors import InputError
+from rmfs_experiments.compare import holm, interval, summary
+
+
+def row(rule_set: str, seed: int, value: float | None, instance: str = "one", **more: Any) -> dict[str, Any]:
+    """Return the row of a run."""
+    return {"instance": instance, "rule_set": rule_set, "seed": seed, "status": "complete", "m": value, **more}
+
+
+def test_differences_are_paired_by_instance_and_seed() -> None:
+    """Differences 1, 2, 3 from 10, 20, 30: mean 2, interval 2 +- 4.3027 / sqrt(3), each a tenth of its baseline."""
+    rows = [row("base", seed, 10.0 * seed) for seed in (1, 2, 3)]
+    rows += [row("other", seed, 11.0 * seed) for seed in (3, 1, 2)]
+    base, other = summary(rows, "base", ["m"]).paired
+    assert (base.rule_set, base.mean, base.difference.mean) == ("base", 20.0, None)
+    assert (other.pairs, other.left_out, other.mean, other.baseline_mean) == (3, 0, 22.0, 20.0)
+    assert other.difference.mean == 2.0
+    assert other.difference.high == pytest.approx(2 + 4.302653 / math.sqrt(3), abs=1e-6)
+    assert other.difference.low == pytest.approx(2 - 4.302653 / math.sqrt(3), abs=1e-6)
+    assert other.relative.mean == pytest.approx(0.1)
+    assert other.difference.p == pytest.approx(0.0741799, abs=1e-6)
+    assert other.p_holm == other.difference.p
+
+
+def test_p_values_are_corrected_over_the_rule_sets() -> None:
+    """Three rule sets against the baseline: the smallest p-value counts three times, the next twice, the last once."""
+    values = {"base": [5.0, 6.0, 7.0, 9.0], "a": [6.0, 8.0, 8.5, 11.0], "b": [5.5, 6.0, 7.5, 9.5], "c": [5, 7, 6, 9.5]}
+    rows = [row(name, seed, value) for name, column in values.items() for seed, value in enumerate(column)]
+    found = {one.rule_set: one for one in summary(rows, "base", ["m"]).paired}
+    p = {name: stats.ttest_rel(values[name], values["base"]).pvalue for name in "abc"}
+    assert p["a"] < p["b"] < p["c"]
+    assert found["a"].difference.p == pytest.approx(p["a"])
+    assert found["a"].p_holm == pytest.approx(3 * p["a"])
+    assert found["b"].p_holm == pytest.approx(2 * p["b"])
+    assert found["c"].p_holm == pytest.approx(max(p["c"], 2 * p["b"]))
+    assert found["base"].p_holm is None
+
+
+def test_holm_by_hand() -> None:
+    """0.01, 0.04, 0.03, 0.005: times 3, 1, 2, 4; the largest is raised to the one before it."""
+    assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])
+    assert holm([0.5, 0.6]) == pytest.approx([1.0, 1.0])
+    assert holm([]) == []
+
+
+@given(st.lists(st.floats(0, 1), max_size=8))
+def test_holm_lies_between_the_p_value_and_bonferroni(p_values: list[float]) -> None:
+    """Corrected values keep their order, and lie between the p-value and its multiple, at most 1."""
+    corrected = holm(p_values)
+    for p, one in zip(p_values, corrected, strict=True):
+        assert p <= one <= min(1.0, p * len(p_values)) or one == pytest.approx(p)
+    assert [corrected[i] for i in sorted(range(len(p_values)), key=lambda i: p_values[i])] == sorted(corrected)
+
+
+def test_one_pair_has_no_interval() -> None:
+    """A single pair gives a difference, but neither interval nor p-value; no pair gives nothing."""
+    alone = interval([3.0])
+    assert (alone.mean, alone.low, alone.high, alone.p) == (3.0, None, None, None)
+    assert interval([]).mean is None
+
+
+def test_equal_differences_have_an_interval_of_no_width() -> None:
+    """Without variance the interval is the mean; p is 1 if that is 0, and 0 if not."""
+    nothing, always = interval([0.0, 0.0, 0.0]), interval([2.0, 2.0])
+    assert (nothing.low, nothing.high, nothing.p) == (0.0, 0.0, 1.0)
+    assert (always.low, always.high, always.p) == (2.0, 2.0, 0.0)
+
+
+def test_pairs_with_a_side_that_failed_are_left_out_and_counted() -> None:
+    """A failed run, one without the figure and one that is missing take their pairs with them; the rest counts."""
+    rows = [row("base", seed, 10.0) for seed in range(1, 6)]
+    rows += [
+        row("other", 1, 12.0),
+        row("other", 2, 99.0, status="failed"),
+        row("other", 3, None),
+        row("other", 4, 14.0),
+    ]
+    other = summary(rows, "base", ["m"]).paired[1]
+    assert (other.pairs, other.left_out, other.mean, other.baseline_mean) == (2, 3, 13.0, 10.0)
+    assert other.difference.mean == 3.0
+
+
+def test_a_baseline_of_zero_has_no_relative_difference() -> None:
+    """A share of nothing is not defined, the difference itself is."""
+    rows = [row("base", 1, 0.0), row("base", 2, 4.0), row("other", 1, 1.0), row("other", 2, 5.0)]
+    other = summary(rows, "base", ["m"]).paired[1]
+    assert other.difference.mean == 1.0
+    assert other.relative.mean is None
+
+
+def test_instance_sets_and_overall() -> None:
+    """Each instance is a set of its own, and all together are one more; columns can tell other sets apart."""
+    rows = [
+        row(name, seed, 10.0 * size + (name == "other") * size, f"orders={size}, skus={skus}", size=size)
+        for name in ("base", "other")
+        for size in (1, 2)
+        for skus in (5, 6)
+        for seed in (1, 2)
+    ]
+    by_instance = summary(rows, "base", ["m"])
+    assert len(by_instance.instance_sets) == 5
+    assert by_instance.of("overall", "m")[1].pairs == 8
+    assert by_instance.of("overall", "m")[1].difference.mean == 1.5
+    by_size = summary(rows, "base", ["m"], by=["size"])
+    assert by_size.instance_sets == ("size=1", "size=2", "overall")
+    assert by_size.of("size=2", "m")[1].pairs == 4
+    assert sum(by_size.holds("size=2", one) for one in rows) == 8
+    assert all(by_size.holds("overall", one) for one in rows)
+
+
+def test_how_runs_ended_is_counted() -> None:
+    """Complete, partial and failed runs add up; standing still and solves stopped early are counted besides."""
+    rows = [
+        row("base", 1, 1.0),
+        row("base", 2, 1.0, status="partial", solves_stopped_early=3),
+        row("base", 3, None, status="failed", error_kind="StandstillError"),
+        row("base", 4, None, status="failed", error_kind="RuleError"),
+        row("other", 1, 1.0, solves_stopped_early=0),
+    ]
+    base, other = summary(rows, "base", ["m"]).counted
+    assert (base.runs, base.complete, base.partial, base.failed, base.stood_still, base.stopped_early) == (
+        4,
+        1,
+        1,
+        2,
+        1,
+        1,
+    )
+    assert (other.runs, other.complete, other.failed, other.stopped_early) == (1, 1, 0, 0)
+
+
+def test_a_baseline_that_is_not_there_is_named() -> None:
+    """The nearest rule set is suggested."""
+    with pytest.raises(InputError, match="did you mean `base`"):
+        summary([row("base", 1, 1.0)], "bse", ["m"])

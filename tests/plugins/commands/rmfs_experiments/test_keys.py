@@ -1,0 +1,94 @@
+"""The hash that names a run: what counts, and what does not."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+from attrs import evolve
+
+from rmfs_core import RuleError, run
+from rmfs_core.errors import InputError
+from rmfs_core.rules import RuleSet
+from rmfs_core.scenario import Scenario, load_scenario
+from rmfs_experiments.keys import run_key, versions_of
+
+VERSIONS = {"rmfs": "0.1.0", "other": "2"}
+MAP = "........\n.##.##..\n.##.##..\n........\n.##.##.qqqO\n.##.##.@@@.\n...........\n"
+
+
+@pytest.fixture
+def scenario(folder: Path) -> Scenario:
+    """Return a scenario that names files of every kind."""
+    (folder / "orders.csv").write_text("order,arrival_s,sku,quantity\n1,0,a,1\n", encoding="utf-8")
+    (folder / "pods.csv").write_text("pod,sku,quantity\np,a,\n", encoding="utf-8")
+    (folder / "map.txt").write_text(MAP, encoding="utf-8")
+    (folder / "files.toml").write_text(
+        '[instance]\norders_file = "orders.csv"\npods_file = "pods.csv"\n[layout]\nmap_file = "map.txt"\n'
+        '[stations]\nqueue_length = 3\n[rules]\npoa = "pod-match"\npps = "demand"\npr = "./bad.py:Raising"\n'
+        'ta = { rule = "balanced", reallocation_s = 5.0, help_others = true }\n',
+        encoding="utf-8",
+    )
+    return load_scenario(folder / "files.toml")
+
+
+def key_of(scenario: Scenario, seed: int = 1) -> str:
+    """Return the key of a run of a scenario with the rules that are installed."""
+    rules = RuleSet.load(scenario.rules, scenario.folder)
+    return run_key(scenario, versions_of(rules, scenario.folder))(seed)
+
+
+def test_seed_values_and_versions_count(scenario: Scenario) -> None:
+    """Another seed, value, rule, parameter or version is another run."""
+    keys = [
+        run_key(scenario, VERSIONS)(1),
+        run_key(scenario, VERSIONS)(2),
+        run_key(scenario, {**VERSIONS, "rmfs": "0.1.1"})(1),
+        run_key(scenario, {**VERSIONS, "other": "3"})(1),
+        run_key(evolve(scenario, robots=evolve(scenario.robots, count=3)), VERSIONS)(1),
+        run_key(load_scenario(f"{scenario.folder}/files.toml", ["rules.poa=first-come"]), VERSIONS)(1),
+        run_key(load_scenario(f"{scenario.folder}/files.toml", ["rules.ta.help_others=false"]), VERSIONS)(1),
+    ]
+    assert len(set(keys)) == len(keys)
+
+
+@pytest.mark.parametrize("name", ["orders.csv", "pods.csv", "map.txt", "bad.py"])
+def test_the_contents_of_files_count(scenario: Scenario, name: str) -> None:
+    """A change in a file of orders, pods, layout or rules that the scenario names makes another run."""
+    before = key_of(scenario)
+    file = Path(scenario.folder) / name
+    file.write_text(file.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    assert key_of(scenario) != before
+
+
+def test_place_and_order_do_not_count(scenario: Scenario, tmp_path: Path) -> None:
+    """The same files in another folder, keys in another order, and a default written out are the same run."""
+    before = key_of(scenario)
+    elsewhere = tmp_path / "elsewhere"
+    shutil.copytree(scenario.folder, elsewhere, ignore=shutil.ignore_patterns("elsewhere"))
+    text = (elsewhere / "files.toml").read_text(encoding="utf-8")
+    rules, _, rest = text.partition("[rules]\n")
+    swapped = "\n".join(reversed(rest.strip().splitlines()))
+    swapped = swapped.replace("reallocation_s = 5.0, help_others = true", "help_others = true, reallocation_s = 5.0")
+    (elsewhere / "other.toml").write_text(
+        f"seed = 9\n[rules]\n{swapped}\n{rules}[robots]\ncount = 8\n", encoding="utf-8"
+    )
+    moved = load_scenario(elsewhere / "other.toml")
+    assert moved.folder != scenario.folder
+    assert key_of(moved) == before
+
+
+def test_the_versions_are_those_of_the_result(folder: Path) -> None:
+    """A run's result.json has the versions that went into its key."""
+    scenario = load_scenario(folder / "tiny.toml", ["rules.pr=./bad.py:Raising"])
+    rules = RuleSet.load(scenario.rules, scenario.folder)
+    with pytest.raises(RuleError) as caught:
+        run(scenario)
+    assert caught.value.result is not None
+    assert caught.value.result.versions == versions_of(rules, scenario.folder)
+
+
+def test_a_missing_file_is_named(scenario: Scenario) -> None:
+    """A file that cannot be read is an error with the key that names it."""
+    (Path(scenario.folder) / "orders.csv").unlink()
+    with pytest.raises(InputError, match=r"instance.orders_file: cannot read .*orders.csv"):
+        run_key(scenario, VERSIONS)

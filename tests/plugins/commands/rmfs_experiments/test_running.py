@@ -1,0 +1,219 @@
+"""Running experiments: rows, what is stored, what is computed again, and runs that fail."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from attrs import evolve
+
+import rmfs_core
+from rmfs_core.errors import InputError
+from rmfs_core.results import Metrics
+from rmfs_experiments import Experiment, Job, RuleSetChoice, Watcher, run_experiment
+from rmfs_experiments.outcome import simulate
+from rmfs_experiments.store import RunStore
+
+Write = Callable[..., Experiment]
+Rows = list[dict[str, Any]]
+
+
+class Recorder(Watcher):
+    """Remembers what it is told."""
+
+    def __init__(self) -> None:
+        self.told: list[str] = []
+        self.ran: list[str] = []
+
+    def started(self, total: int, stored: int, slots: int) -> None:
+        self.told.append(f"started {total} {stored} {slots}")
+
+    def run_repeated(self, job: Job, problem: str) -> None:
+        self.told.append(f"repeated {job.rule_set} {job.seed}: {problem}")
+
+    def run_finished(self, job: Job, row: dict[str, Any]) -> None:
+        self.ran.append(job.key)
+
+    def ended(self) -> None:
+        self.told.append("ended")
+
+
+def without_timing(rows: Rows) -> Rows:
+    """Return rows with what is the same on every run."""
+    kept = {*Metrics().values(), "instance", "scenario", "rule_set", "seed", "status", "error", "error_kind", "key"}
+    return [{name: value for name, value in row.items() if name in kept} for row in rows]
+
+
+def test_rows_are_what_single_runs_measure(experiment: Write, folder: Path, tmp_path: Path) -> None:
+    """One row a run, in the order of the jobs, with labels, status, every metric and every timing figure."""
+    result = run_experiment(experiment(), store=tmp_path / "runs", jobs=1)
+    assert [(row["rule_set"], row["seed"]) for row in result.rows] == [
+        ("pod-match", 1),
+        ("pod-match", 2),
+        ("first-come", 1),
+        ("first-come", 2),
+    ]
+    row = result.rows[3]
+    alone = rmfs_core.run(folder / "tiny.toml", seed=2, overrides=["rules.poa=first-come"])
+    assert {name: row[name] for name in alone.metrics} == alone.metrics
+    timing = {"wall_s", "decision_s_first", "decision_s_later", "run_s", "hook_s.assign_orders", "hook_s.plan_path"}
+    assert timing <= row.keys()
+    assert (row["instance"], row["scenario"], row["status"], row["error"]) == ("tiny", "tiny", "complete", None)
+    assert row["run_s"] >= row["wall_s"] > 0
+    assert not result.failed
+    table = result.table()
+    assert table["seed"] == [1, 2, 1, 2]
+    assert len({len(column) for column in table.values()}) == 1
+
+
+def test_each_run_is_stored_under_its_key(experiment: Write, tmp_path: Path) -> None:
+    """The store has a folder for each run, named by its key, with the run's files, and nothing else."""
+    one = experiment()
+    run_experiment(one, store=tmp_path / "runs", jobs=2)
+    assert {path.name for path in (tmp_path / "runs").iterdir()} == {job.key for job in one.jobs()}
+    files = {path.name for path in (tmp_path / "runs" / one.jobs()[0].key).iterdir()}
+    assert {"result.json", "orders.csv", "visits.csv", "periods.csv", "run.json"} <= files
+
+
+def test_the_number_of_workers_changes_nothing(experiment: Write, tmp_path: Path) -> None:
+    """One worker and two give the same rows, but for wall-clock figures."""
+    one = run_experiment(experiment(), store=tmp_path / "one", jobs=1)
+    two = run_experiment(experiment(), store=tmp_path / "two", jobs=2)
+    assert without_timing(one.rows) == without_timing(two.rows)
+
+
+def test_what_is_stored_is_not_computed_again(experiment: Write, tmp_path: Path) -> None:
+    """More seeds and another rule set add runs; those that are there stay as they are."""
+    first = run_experiment(experiment(), store=tmp_path / "runs", jobs=1)
+    more = evolve(experiment(), seeds=(1, 2, 3))
+    recorder = Recorder()
+    second = run_experiment(more, store=tmp_path / "runs", jobs=1, watcher=recorder)
+    assert (first.computed, second.computed, len(second.rows)) == (4, 2, 6)
+    assert recorder.told == ["started 6 4 1", "ended"]
+    assert [row for row in second.rows if row["seed"] < 3] == first.rows
+    assert run_experiment(more, store=tmp_path / "runs").computed == 0
+
+
+def test_equal_rule_sets_are_computed_once(experiment: Write, tmp_path: Path) -> None:
+    """Two names for the same rules are two rows of one run."""
+    one = experiment()
+    twice = evolve(one, rule_sets=(*one.rule_sets, RuleSetChoice("again", {"rules.poa": "first-come"})))
+    result = run_experiment(twice, store=tmp_path / "runs", jobs=1)
+    assert (len(result.rows), result.computed) == (6, 4)
+    again = [row for row in result.rows if row["rule_set"] == "again"]
+    assert [{**row, "rule_set": "first-come"} for row in again] == result.rows[2:4]
+
+
+def test_half_a_run_does_not_count(experiment: Write, tmp_path: Path) -> None:
+    """What a kill leaves behind while a run is written is not taken for the run."""
+    job = experiment().jobs()[0]
+    runs = RunStore(tmp_path / "runs")
+    half = tmp_path / "runs" / f".{job.key}.0123456789ab.part"
+    half.mkdir()
+    (half / "result.json").write_text("{", encoding="utf-8")
+    assert job not in runs
+    runs.save(job, simulate(job))
+    assert job in runs
+    assert runs.row(job)["status"] == "complete"
+
+
+def test_a_run_that_another_process_stored_meanwhile_stays(experiment: Write, tmp_path: Path) -> None:
+    """Saving a run that is there already changes nothing and leaves nothing behind."""
+    job = experiment().jobs()[0]
+    runs = RunStore(tmp_path / "runs")
+    runs.save(job, simulate(job))
+    before = runs.row(job)
+    runs.save(job, simulate(job))
+    assert runs.row(job) == before
+    assert len(list((tmp_path / "runs").iterdir())) == 1
+
+
+def test_a_stored_run_that_was_changed_is_named(experiment: Write, tmp_path: Path) -> None:
+    """A stored file that is none any more is an error that says what to do."""
+    run_experiment(experiment(), store=tmp_path / "runs", jobs=1)
+    key = experiment().jobs()[1].key
+    (tmp_path / "runs" / key / "result.json").write_text("{", encoding="utf-8")
+    with pytest.raises(InputError, match=f"{key}: is not as it was stored; delete the folder"):
+        run_experiment(experiment(), store=tmp_path / "runs")
+
+
+FAILING = """
+base = "tiny.toml"
+seeds = [1, 2]
+baseline = "good"
+[[rule_sets]]
+name = "good"
+[[rule_sets]]
+name = "bad"
+rules.pr = { rule = "./bad.py:%s" }
+"""
+
+
+def test_a_run_that_fails_is_a_row_with_its_error(experiment: Write, tmp_path: Path) -> None:
+    """A rule that raises fails its own runs; they are stored, since they would end the same way again."""
+    one = experiment(FAILING % "Raising")
+    result = run_experiment(one, store=tmp_path / "runs", jobs=2)
+    assert [row["status"] for row in result.rows] == ["complete", "complete", "failed", "failed"]
+    assert result.failed[0]["error_kind"] == "RuleError"
+    assert "no idea" in result.failed[0]["error"]
+    assert result.failed[0]["picks"] > 0
+    assert run_experiment(one, store=tmp_path / "runs").computed == 0
+
+
+def test_a_run_without_a_result_is_a_row_too(experiment: Write, tmp_path: Path) -> None:
+    """Orders that do not fit the station are found only when the run begins; the run is tried again the next time."""
+    one = experiment(
+        'base = "tiny.toml"\nseeds = [1]\nbaseline = "good"\n[[rule_sets]]\nname = "good"\n'
+        '[[rule_sets]]\nname = "narrow"\nstations.item_capacity = 1\n'
+    )
+    result = run_experiment(one, store=tmp_path / "runs", jobs=1)
+    assert [row["status"] for row in result.rows] == ["complete", "failed"]
+    assert result.rows[1]["error_kind"] == "InputError"
+    assert "item_capacity" in result.rows[1]["error"]
+    assert result.table()["picks"][1] is None
+    assert run_experiment(one, store=tmp_path / "runs", jobs=1).computed == 1
+
+
+def deadly(folder: Path, deaths: int) -> str:
+    """Return an experiment whose rule set "bad" kills its worker so many times."""
+    choice = f'{{ rule = "./bad.py:Deadly", counter = "{folder / "count"}", deaths = {deaths} }}'
+    return (FAILING % "x").replace('{ rule = "./bad.py:x" }', choice)
+
+
+def test_a_run_whose_worker_dies_is_repeated_once(experiment: Write, folder: Path, tmp_path: Path) -> None:
+    """A worker that is killed is told of, its run is done again, and all rows are there."""
+    recorder = Recorder()
+    one = evolve(experiment(deadly(folder, 1)), seeds=(1,))
+    result = run_experiment(one, store=tmp_path / "runs", jobs=2, watcher=recorder)
+    assert [row["status"] for row in result.rows] == ["complete", "complete"]
+    assert recorder.told[1:] == ["repeated bad 1: its worker process died with SIGKILL(-9)", "ended"]
+
+
+def test_a_run_that_always_kills_its_worker_is_given_up(experiment: Write, folder: Path, tmp_path: Path) -> None:
+    """Two deaths make a failed row; no other run is lost. The next time it is tried again: it dies once more."""
+    one = evolve(experiment(deadly(folder, 3)), seeds=(1,))
+    recorder = Recorder()
+    result = run_experiment(one, store=tmp_path / "runs", jobs=2, watcher=recorder)
+    assert [row["status"] for row in result.rows] == ["complete", "failed"]
+    assert "died with SIGKILL(-9); given up" in result.failed[0]["error"]
+    assert result.failed[0]["error_kind"] == "WorkerDiedError"
+    assert [word[:14] for word in recorder.told[1:-1]] == ["repeated bad 1"]
+    again = run_experiment(one, store=tmp_path / "runs", jobs=1)
+    assert (again.computed, len(again.failed)) == (1, 0)
+
+
+def test_other_versions_at_a_worker_are_no_result(experiment: Write) -> None:
+    """A worker with another version of a rule must not compute runs for this one."""
+    job = experiment().jobs()[0]
+    outcome = simulate(evolve(job, versions={**job.versions, "rmfs": "0.0.9"}))
+    assert outcome.result is None
+    assert outcome.error == f"the worker has rmfs {job.versions['rmfs']}, expected 0.0.9"
+
+
+def test_inline_rules_can_be_refused(experiment: Write, tmp_path: Path) -> None:
+    """Nothing is run when a rule set loads code from a file and that is refused; the files can be named before."""
+    one = experiment(FAILING % "Raising")
+    assert [Path(file).name for file in one.rule_files()] == ["bad.py"]
+    with pytest.raises(InputError, match="--no-inline-rules"):
+        run_experiment(one, store=tmp_path / "runs", allow_inline_rules=False)
+    assert not (tmp_path / "runs").exists()

@@ -1,0 +1,107 @@
+"""What `rmfs new-rule` writes, and what it refuses."""
+
+from __future__ import annotations
+
+import ast
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rmfs_core import InputError
+from rmfs_core.rules.hooks import HOOK_OF_ROLE
+from rmfs_kit import NewRule, project_files, selecting, write_project
+
+
+@pytest.mark.parametrize("role", HOOK_OF_ROLE)
+def test_every_role_has_its_templates(role: str, tmp_path: Path) -> None:
+    """The class is named after the rule, implements the role's hook, and the entry point leads to it."""
+    folder = write_project(NewRule("fine-rule", role), tmp_path)
+    written = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+    assert written == {"pyproject.toml", "README.md", "src/fine_rule/__init__.py", "tests/test_fine_rule.py"}
+    assert [path.name for path in tmp_path.iterdir()] == ["fine-rule"]
+    project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert project["name"] == "fine-rule"
+    assert project["entry-points"] == {"rmfs": {"fine-rule": "fine_rule:FineRule"}}
+    code = ast.parse((folder / "src/fine_rule/__init__.py").read_text(encoding="utf-8"))
+    (rule,) = (node for node in code.body if isinstance(node, ast.ClassDef))
+    assert rule.name == "FineRule"
+    assert HOOK_OF_ROLE[role] in {node.name for node in rule.body if isinstance(node, ast.FunctionDef)}
+
+
+@pytest.mark.parametrize("role", HOOK_OF_ROLE)
+def test_no_word_of_the_templates_is_left(role: str) -> None:
+    """Every stand-in was replaced, and the README has the commands for this kind of rule."""
+    rule = NewRule("fine-rule", role)
+    texts = project_files(rule)
+    for text in texts.values():
+        for word in ("the-rule", "the_rule", "TheRule", "DECIDES", "SUMMARY", "SELECTION", "SCENARIO_LINE"):
+            assert word not in text
+    assert f"rmfs run examples/small {selecting(rule)}" in texts["README.md"]
+
+
+def test_rules_are_selected_by_their_role() -> None:
+    """One rule for a decision, lists of filters and observers, and a joint rule in place of two."""
+    assert selecting(NewRule("x", "pps")) == "--set rules.pps=x"
+    assert selecting(NewRule("x", "filter")) == """--set 'rules.filters=["x"]'"""
+    assert selecting(NewRule("x", "poa_pps")) == "--set rules.poa= --set rules.pps= --set rules.poa_pps=x"
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("My_Rule", 'such as "my-rule"'),
+        ("two words", 'such as "two-words"'),
+        ("2opt", 'such as "my-rule"'),  # a package cannot begin with a digit
+        ("a--b", 'such as "a-b"'),
+        ("-", 'such as "my-rule"'),
+        ("", 'such as "my-rule"'),
+        ("../up", 'such as "up"'),
+        ("größte", "expected small letters"),
+        ("demand", r"a rule of that name is installed \(rmfs "),
+        ("numpy", r"a distribution of that name is installed \(numpy "),
+        ("rmfs", r"a distribution of that name is installed \(rmfs "),
+        ("lambda", "`lambda` is a word of the Python language"),
+        ("true", "`True` is a word of the Python language"),  # its class would be called so
+        ("queue", "there is a module `queue`"),
+        ("rmfs-core", "there is a module `rmfs_core`"),
+        ("order-assignment", "its class would hide the `OrderAssignment` it uses"),
+    ],
+)
+def test_a_bad_name_is_refused(name: str, problem: str, tmp_path: Path) -> None:
+    """One sentence, and nothing written."""
+    with pytest.raises(InputError, match=problem):
+        write_project(NewRule(name, "poa"), tmp_path / "new")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_third_partys_rule_has_its_name_for_itself(install: Callable[..., None], tmp_path: Path) -> None:
+    """Names of rules from other distributions are taken, too."""
+    install("acme", {"clever": "acme_rules:Clever"})
+    with pytest.raises(InputError, match=r"a rule of that name is installed \(acme 1.0\)"):
+        write_project(NewRule("clever", "poa"), tmp_path / "new")
+
+
+def test_what_is_there_stays(tmp_path: Path) -> None:
+    """An existing folder or file of that name is left as it is."""
+    write_project(NewRule("mine", "ta"), tmp_path)
+    (tmp_path / "mine" / "README.md").write_text("changed", encoding="utf-8")
+    with pytest.raises(InputError, match="is there already"):
+        write_project(NewRule("mine", "poa"), tmp_path)
+    assert (tmp_path / "mine" / "README.md").read_text(encoding="utf-8") == "changed"
+    assert [path.name for path in tmp_path.iterdir()] == ["mine"]
+
+
+def test_what_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
+    """A name that is too long for a folder."""
+    with pytest.raises(InputError, match="cannot be written: File name too long"):
+        write_project(NewRule("a" * 300, "ta"), tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
+    """A file is in the way."""
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    with pytest.raises(InputError, match="expected a folder"):
+        write_project(NewRule("mine", "ta"), tmp_path / "file")

@@ -1,0 +1,263 @@
+"""`rmfs plan`: path planning by itself."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rmfs_core.cli import main
+from rmfs_core.errors import RunError
+from rmfs_core.traffic import Query, Reservations, timed_path
+from rmfs_core.world import draw_map
+from rmfs_plan import (
+    Trip,
+    bare_roads,
+    collisions,
+    find_planner,
+    plan_trips,
+    random_trips,
+    read_map,
+    read_trips,
+)
+from rmfs_plan.planners import HookPlanner
+from rmfs_testing import small_layout
+
+ROOM = "type octile\nheight 4\nwidth 8\nmap\n........\n.@@..@@.\n........\nTT....OO\n"
+SCEN = "version 1\n0\troom.map\t8\t4\t0\t0\t7\t2\t9\n0\troom.map\t8\t4\t7\t2\t0\t2\t9\n"
+
+
+@pytest.fixture
+def room(tmp_path: Path) -> Path:
+    """A MovingAI map."""
+    (tmp_path / "room.map").write_text(ROOM, encoding="utf-8")
+    return tmp_path / "room.map"
+
+
+def ask(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str, str]:
+    """Run `rmfs plan`; return exit code, output and errors."""
+    code = 0
+    try:
+        main(["plan", *arguments])
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    return code, *capsys.readouterr()
+
+
+def rng() -> np.random.Generator:
+    """For rules that want one."""
+    return np.random.default_rng(0)
+
+
+@pytest.mark.parametrize("pp", ["sipp", "whca-n"])
+def test_all_robots_of_a_random_plan_arrive(
+    pp: str, room: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Four robots in a room arrive without collision; the files say how, and are the same the second time."""
+    written = []
+    for folder in ("one", "two"):
+        out = tmp_path / folder
+        code, text, error = ask([str(room), "--agents", "4", "--seed", "3", "--pp", pp, "--out", str(out)], capsys)
+        assert (code, error) == (0, "")
+        assert "Arrived 4 of 4" in text
+        written.append([(out / name).read_bytes() for name in ("plan.json", "paths.csv")])
+    assert written[0] == written[1]
+    document = json.loads(written[0][0])
+    assert (document["costs"]["arrived"], document["collisions"]) == (4, [])
+    rows = list(csv.DictReader(written[0][1].decode().splitlines()))
+    ends = {row["robot"]: float(row["end_s"]) for row in rows}
+    assert sum(ends.values()) == pytest.approx(document["costs"]["sum_of_costs_s"])
+    assert max(ends.values()) == document["costs"]["makespan_s"]
+
+
+def test_a_scenario_names_the_trips(room: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The second robot leaves the first one's goal; both get there."""
+    scen = room.with_suffix(".scen")
+    scen.write_text(SCEN, encoding="utf-8")
+    layout = read_map(room)
+    assert read_trips(scen, layout) == (Trip(0, 23), Trip(23, 16))
+    code, text, _ = ask([str(room), "--scen", str(scen), "--agents", "2"], capsys)
+    assert code == 0
+    assert "7,2" in text
+
+
+def test_free_flow_is_planned_through_its_hook(room: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A rule that ignores other robots is planned with too; its collisions are said, and are no failure."""
+    code, text, _ = ask([str(room), "--agents", "6", "--pp", "free-flow"], capsys)
+    assert code == 0
+    assert "First collision: robots" in text
+
+
+def test_text_maps_are_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """On a warehouse's map robots drive between storage locations, all of them."""
+    (tmp_path / "hall.txt").write_text(draw_map(small_layout(stations=2)), encoding="utf-8")
+    code, text, _ = ask([str(tmp_path / "hall.txt"), "--agents", "20"], capsys)
+    assert code == 0
+    assert "Arrived 20 of 20" in text
+
+
+def test_who_finds_no_path_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Two robots cannot pass each other in a corridor: both are named, exit code 1."""
+    (tmp_path / "c.map").write_text("type octile\nheight 1\nwidth 4\nmap\n....\n", encoding="utf-8")
+    (tmp_path / "c.scen").write_text("version 1\n0 c.map 4 1 0 0 3 0 3\n0 c.map 4 1 3 0 0 0 3\n", encoding="utf-8")
+    code, _, error = ask([str(tmp_path / "c.map"), "--scen", str(tmp_path / "c.scen"), "--agents", "2"], capsys)
+    assert code == 1
+    assert error == "Error: sipp found no path to the goal for 2 of 2 robots: 1, 2.\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("type octile\nheight x\nwidth 8\nmap\n", "bad.map: expected a line `height N`, found 'x'"),
+        ("type octile\nheight 1\nwidth 8\n....", "bad.map:4: expected the line `map` after type, height and width"),
+        (
+            "type octile\nheight 2\nwidth 2\nmap\n..\n",
+            "bad.map: found 1 rows of the map; expected 2, as its height says",
+        ),
+        ("type octile\nheight 1\nwidth 3\nmap\n..\n", "bad.map:5: found 2 cells; expected 3, as the map's width says"),
+        ("type octile\nheight 1\nwidth 2\nmap\n.x\n", "bad.map:5: unknown sign 'x'; expected one of . G S @ O T W"),
+        ("type octile\nheight 1\nwidth 2\nmap\n..\n", "bad.map: found room for 1 robot(s) with starts"),
+        ("", "bad.map: the map is empty"),
+    ],
+)
+def test_wrong_maps_are_refused(text: str, problem: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One sentence with the place, exit code 2."""
+    (tmp_path / "bad.map").write_text(text, encoding="utf-8")
+    code, _, error = ask([str(tmp_path / "bad.map")], capsys)
+    assert code == 2
+    assert error.startswith(f"Error: {tmp_path}/{problem}")
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("", "room.scen:1: expected the line `version 1`"),
+        ("version 1\n", "room.scen: found 0 trip(s); expected at least 2"),
+        ("version 1\n0 room.map 8 4 0\n", "room.scen:2: found 5 field(s)"),
+        ("version 1\n0 room.map 9 4 0 0 1 0 1\n", "room.scen:2: found a map of 9 x 4 cells; the map given has 8 x 4"),
+        ("version 1\n0 room.map 8 4 0 0 8 0 1\n", "room.scen:2: found the cell x 8, y 0, which is not on the map"),
+        ("version 1\n0 room.map 8 4 0 0 1 1 1\n", "room.scen:2: found the cell x 1, y 1, which is a wall"),
+        ("version 1\n0 room.map 8 4 0 0 -1 0 1\n", "room.scen:2: expected a whole number, found '-1'"),
+        (
+            "version 1\n0 room.map 8 4 0 0 1 0 1\n0 room.map 8 4 0 0 2 0 1\n",
+            "room.scen: robots 1 and 2 have the same start, row 1, column 1",
+        ),
+    ],
+)
+def test_wrong_scenarios_are_refused(text: str, problem: str, room: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One sentence with the place, exit code 2."""
+    scen = room.with_suffix(".scen")
+    scen.write_text(text, encoding="utf-8")
+    code, _, error = ask([str(room), "--scen", str(scen), "--agents", "2"], capsys)
+    assert code == 2
+    assert error.startswith(f"Error: {room.parent}/{problem}")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (["--pp", "sip"], '--pp: unknown rule "sip"'),
+        (["--pp", "demand"], "plans no paths; expected a rule for PP"),
+        (["--pp", "whca-n", "--set", "window=3"], "--set.window"),
+        (["--pp", "whca-n", "--set", "window_s=-3"], "expected a number > 0"),
+        (["--set", "a.b=3"], "--set a.b=3: expected a parameter of the planner"),
+        (["--agents", "50"], "found room for"),
+    ],
+)
+def test_wrong_options_are_refused(
+    arguments: list[str], problem: str, room: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One sentence, exit code 2."""
+    code, _, error = ask([str(room), *arguments], capsys)
+    assert code == 2
+    assert problem in error
+
+
+def test_a_file_that_is_not_there_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The map's name and the system's reason."""
+    code, _, error = ask([str(tmp_path / "none.map")], capsys)
+    assert (code, error) == (2, f"Error: {tmp_path}/none.map: cannot be read: No such file or directory\n")
+
+
+def test_a_rule_from_a_file_plans(room: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A user's own class with a search is a planner like the shipped ones."""
+    (room.parent / "mine.py").write_text(
+        "from attrs import define\nfrom rmfs_sipp import Sipp\n\n\n@define\nclass Mine(Sipp):\n    pass\n",
+        encoding="utf-8",
+    )
+    choice = find_planner("./mine.py:Mine", {}, rng(), str(room.parent))
+    roads = bare_roads(read_map(room))
+    plans = plan_trips(roads, choice.planner, random_trips(roads, 5, 2, "room"))
+    assert choice.exclusive
+    assert all(plan.arrived for plan in plans)
+
+
+def test_an_impossible_path_of_a_rule_is_an_error(room: Path) -> None:
+    """A rule that answers its hook with nonsense is named."""
+    from rmfs_core import Leg, hookimpl
+    from rmfs_core import Path as Answer
+
+    class Wild:
+        @hookimpl
+        def plan_path(self, goal: int) -> Answer:
+            return Answer((Leg(goal),))
+
+    roads = bare_roads(read_map(room))
+    planner = HookPlanner(Wild(), 'rule "wild"', rng())
+    with pytest.raises(RunError, match=r'rule "wild" gave robot 1 .*an impossible path: .* is no straight run'):
+        planner.search(roads, Reservations(roads.cells), Query(0, 0, 0, 0, 23))
+
+
+@pytest.mark.parametrize(
+    ("reserves", "problem", "code"),
+    [
+        ("windows", " a path that hits a reservation: robot ", 1),
+        ("window", "has reserves = 'window'; expected one of None, 'full paths', 'windows'", 2),
+    ],
+)
+def test_a_rule_that_heeds_nobody_is_named(
+    reserves: str,
+    problem: str,
+    code: int,
+    room: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A path through another robot's reservation, and a misspelt attribute: one sentence."""
+    (room.parent / "mine.py").write_text(
+        "from attrs import define\nfrom rmfs_core import Path, hookimpl\n\n\n@define\nclass Mine:\n"
+        f"    reserves = {reserves!r}\n\n    @hookimpl\n    def plan_path(self, warehouse, robot, goal):\n"
+        "        return Path(warehouse.travel.fastest_path(robot.cell, robot.heading, goal, loaded=False))\n",
+        encoding="utf-8",
+    )
+    monkeypatch.chdir(room.parent)
+    found, _, error = ask([room.name, "--pp", "./mine.py:Mine"], capsys)
+    assert (found, error.count("\n")) == (code, 1)
+    assert problem in error
+
+
+def test_collisions_are_found() -> None:
+    """Following too closely, meeting head on, and driving into who stays: each is one overlap or more."""
+    roads = bare_roads(read_map_text("......\n......"))
+    from rmfs_core import Leg
+
+    def drive(cell: int, *legs: Leg, heading: int = 0) -> object:
+        return timed_path(roads, Query(0, cell, heading, 0, legs[-1].to), legs)
+
+    first = drive(0, Leg(5))
+    assert collisions(roads, [first, drive(6, Leg(11))]) == ()
+    assert {hit.cell for hit in collisions(roads, [first, drive(5, Leg(0), heading=2)])} == {2, 3}
+    assert [hit.cell for hit in collisions(roads, [first, drive(5, Leg(5, 1000))])] == [5]
+    assert collisions(roads, [drive(1, Leg(5)), drive(0, Leg(4, 500))])
+    assert collisions(roads, [drive(1, Leg(5)), drive(0, Leg(4, 2100))]) == ()
+
+
+def read_map_text(text: str):  # type: ignore[no-untyped-def]
+    """A layout from a drawn map."""
+    from rmfs_core.world import parse_map
+
+    return parse_map(text, "drawn")

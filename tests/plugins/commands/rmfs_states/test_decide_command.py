@@ -1,0 +1,113 @@
+"""``rmfs decide``."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rmfs_core.cli import main
+from rmfs_states import model
+from rmfs_states.decide_command import DECIDES
+
+STATE = {
+    "format": "rmfs-state",
+    "version": 1,
+    "pods": {"P1": {"contents": {"milk": None, "tea": None}}, "P2": {"contents": {"jam": None}}},
+    "stations": {"north": {"item_capacity": 4}},
+    "orders": {"A": {"lines": {"milk": 1, "tea": 1}}, "B": {"lines": {"jam": 2}}},
+}
+
+
+@pytest.fixture
+def decide(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+    """Return a function that asks for a decision: exit code, output, errors."""
+
+    def run(*arguments: str, **changes: Any) -> tuple[int, str, str]:
+        file = tmp_path / "state.json"
+        file.write_text(json.dumps({**STATE, **changes}), encoding="utf-8")
+        code = 0
+        try:
+            main(["decide", str(file), *arguments])
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return run
+
+
+def test_a_decision_as_json(decide: Any) -> None:
+    """The decision, the solve's report and what it comes to are one JSON object."""
+    code, out, err = decide("--rule", "split-over-time", "--set", "max_seconds=5")
+    assert (code, err) == (0, "")
+    written = json.loads(out)
+    assert list(written) == [
+        *("rule", "distribution", "version", "decides", "assignments", "trips", "report", "outcome"),
+    ]
+    assert written["trips"] == [{"pod": "P1", "station": "north"}, {"pod": "P2", "station": "north"}]
+    assert written["outcome"] == {"orders": 2, "items": 4, "visits": 2, "unused": 0, "uncovered": 0}
+
+
+def test_the_readmes_state(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The state that the README shows is answered; P1 is there already, so P2 is all that is sent."""
+    readme = (Path(__file__).resolve().parents[4] / "README.md").read_text(encoding="utf-8")
+    shown = re.search(r"<!-- state -->\n```json\n(.*?)```", readme, re.DOTALL)
+    assert shown is not None
+    file = tmp_path / "state.json"
+    file.write_text(shown[1], encoding="utf-8")
+    main(["decide", str(file), "--rule", "split-over-time"])
+    assert json.loads(capsys.readouterr().out)["trips"] == [{"pod": "P2", "station": "north"}]
+
+
+def test_seed(decide: Any) -> None:
+    """The seed may be given; a rule that draws nothing decides the same."""
+    assert decide("--rule", "first-come", "--seed", "7") == decide("--rule", "first-come")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "changes", "problem"),
+    [
+        (("--rule", "first-come"), {"version": 2}, "state.json, version: expected version 1"),
+        (("--rule", "first-come"), {"order": {}}, "state.json, order: unknown key; did you mean `orders`?"),
+        (("--rule", "firstcome"), {}, 'unknown rule "firstcome" (did you mean "first-come"'),
+        (("--rule", "integrated", "--set", "gap=-1"), {}, "gap"),
+        (("--rule", "random"), {}, "decides PR, but the state has no layout"),
+        (("--rule", "./mine.py:Mine", "--no-inline-rules"), {}, "--no-inline-rules refuses"),
+        ((), {}, "Missing option '--rule'"),
+    ],
+)
+def test_wrong_input(decide: Any, arguments: tuple[str, ...], changes: dict[str, Any], problem: str) -> None:
+    """What is wrong with state or rule is one sentence; exit code 2."""
+    code, out, err = decide(*arguments, **changes)
+    assert (code, out) == (2, "")
+    assert problem in err
+    assert "Traceback" not in err
+
+
+def test_a_rule_from_a_file(decide: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rule beside the state needs no packaging."""
+    source = (
+        "from attrs import define\nfrom rmfs_core import hookimpl\n\n\n@define\nclass Lazy:\n"
+        "    @hookimpl\n    def assign_orders(self, warehouse):\n        return []\n"
+    )
+    (tmp_path / "mine.py").write_text(source, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    code, out, _ = decide("--rule", "./mine.py:Lazy")
+    assert code == 0
+    assert json.loads(out)["assignments"] == []
+
+
+def test_what_can_be_asked() -> None:
+    """The command offers what the format has."""
+    assert DECIDES == model.DECIDES
+
+
+def test_the_schema(capsys: pytest.CaptureFixture[str]) -> None:
+    """`--schema` needs no state."""
+    main(["decide", "--schema"])
+    assert json.loads(capsys.readouterr().out)["title"] == "rmfs decision state"

@@ -1,0 +1,176 @@
+"""``rmfs explain``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import rmfs_core
+from rmfs_core.cli import main
+
+SETTINGS = ("instance.orders=14", "instance.max_lines=5", "stations.item_capacity=6", "rules.pp=free-flow")
+JOINT = ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time")
+
+
+@pytest.fixture(scope="module")
+def sequential(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Folder of a recorded run with POA and PPS rules."""
+    folder = tmp_path_factory.mktemp("sequential")
+    rmfs_core.run("examples/small", overrides=SETTINGS, out=folder, record_decisions=True)
+    return str(folder)
+
+
+@pytest.fixture(scope="module")
+def joint(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Folder of a recorded run with a joint rule."""
+    folder = tmp_path_factory.mktemp("joint")
+    rmfs_core.run("examples/small", overrides=[*SETTINGS, *JOINT], out=folder, record_decisions=True)
+    return str(folder)
+
+
+def explain(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    """Explain; return exit code, output and errors, blanks drawn together."""
+    code = 0
+    try:
+        main(["explain", *arguments])
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    out, err = capsys.readouterr()
+    return code, "\n".join(" ".join(line.split()) for line in out.splitlines()), " ".join(err.split())
+
+
+def test_what_was_decided(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without an option the decisions are counted."""
+    code, out, _ = explain(capsys, sequential)
+    assert code == 0
+    for words in ("POA pod-match", "PPS demand", "PR nearest", "TA balanced", "Periods 1 to"):
+        assert words in out
+
+
+def test_a_period(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Stations, backlog, which orders go where, and the pods selected before the next period."""
+    code, out, _ = explain(capsys, sequential, "--period", "1", "--limit", "3")
+    assert code == 0
+    assert "Decision 1: POA by pod-match, period 1, at 0.000 s" in out
+    assert "1 6 of 6 items 0 0 13 -" in out
+    assert "Backlog: 14 orders" in out
+    assert "more orders; --limit shows more" in out
+    assert "Pods selected in this period" in out
+
+
+def test_alternatives(joint: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """The same state, other rules: orders, visits, unused places, objective and bound, and the decision itself."""
+    against = ("--against", "integrated", "--against", "first-come", "--against", "pod-match + demand")
+    code, out, _ = explain(capsys, joint, "--period", "1", *against)
+    assert code == 0
+    assert "Model: optimal, objective" in out
+    lines = out.splitlines()
+    *_, objective, _, bound = next(line for line in lines if line.startswith("split-over-time (decided)")).split()
+    assert objective == bound
+    assert sum(line.startswith("integrated") for line in lines) == 2
+    assert sum(line.startswith("pod-match + demand") for line in lines) == 2
+    alone = next(line for line in lines if line.startswith("first-come"))
+    assert alone.split()[5] == "-"  # no pods are sent, so nothing is covered
+
+
+def test_a_joint_rule_instead_of_poa(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """A joint rule answers every period of a POA rule, also those in which pods are still to be sent for orders."""
+    for period in (2, 3, 4):
+        code, out, err = explain(capsys, sequential, "--period", str(period), "--against", "split-over-time")
+        assert (code, err) == (0, "")
+        assert "\nsplit-over-time " in out
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"), [("PPS", "free pods could be sent"), ("PR", "is stored at row"), ("TA", "fetches pod")]
+)
+def test_decisions_of_every_kind(sequential: str, capsys: pytest.CaptureFixture[str], kind: str, words: str) -> None:
+    """Any decision can be explained by its number."""
+    from rmfs_states import read_recording
+
+    number = next(recorded.number for recorded in read_recording(sequential) if recorded.decides == kind)
+    code, out, _ = explain(capsys, sequential, "--decision", str(number))
+    assert code == 0
+    assert f"Decision {number}: {kind} by" in out
+    assert words in out
+
+
+def test_a_state_goes_round(joint: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The state of a period, written and decided again by the same rule, gives the period's decision."""
+    from rmfs_states import read_recording
+
+    file = tmp_path / "state.json"
+    code, out, _ = explain(capsys, joint, "--period", "2", "--state", str(file))
+    assert code == 0
+    assert f"State written to {file}" in out
+    main(["decide", str(file), "--rule", "split-over-time"])
+    again = json.loads(capsys.readouterr().out)
+    recorded = next(r for r in read_recording(joint) if r.period == 2)
+    assert recorded.decision == {key: again[key] for key in ("assignments", "trips")}
+
+
+def test_an_order_and_a_pod(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """The story of an order ends with its assignment and the pods for it; that of a pod with its place."""
+    code, out, _ = explain(capsys, sequential, "--order", "14")
+    assert code == 0
+    assert "What was decided for order 14" in out
+    assert "assigned to station" in out
+    sent = next(line for line in out.splitlines() if " sent to station " in line and "pod " in line)
+    pod = sent.split("pod ")[1].split()[0]
+    code, out, _ = explain(capsys, sequential, "--pod", pod)
+    assert code == 0
+    assert "fetches it" in out
+
+
+def test_a_pod_that_nothing_was_decided_for(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Some pod is never sent: that is said."""
+    told = [explain(capsys, sequential, "--pod", str(pod))[1] for pod in range(1, 31)]
+    assert any("no decision concerned it" in out for out in told)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (("--period", "9999"), "there is none; the run has periods 1 to"),
+        (("--decision", "9999"), "there is none; the run has decisions 1 to"),
+        (("--order", "15"), "the run has no order of that name"),
+        (("--order", "x"), "they are called 1 to 14"),
+        (("--pod", "300"), 'did you mean "30"'),
+        (("--pod", "3", "--order", "3"), "exclude each other"),
+        (("--against", "demand"), "need --period or --decision"),
+        (("--order", "3", "--state", "x.json"), "need --period or --decision"),
+        (
+            ("--period", "1", "--against", "demand"),
+            '--against demand: rule "demand" (rmfs 0.1.0) decides PPS; expected a rule for POA+PPS or POA',
+        ),
+        (
+            ("--period", "1", "--against", "first-come+demand+nearest"),
+            "--against first-come+demand+nearest: found 3 rules",
+        ),
+        (("--period", "1", "--against", "./a.py:A", "--no-inline-rules"), "--no-inline-rules refuses"),
+    ],
+)
+def test_wrong_input(
+    sequential: str, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str
+) -> None:
+    """What is not there is answered with the nearest names or the range; exit code 2, and nothing is written."""
+    code, out, err = explain(capsys, sequential, *arguments)
+    assert (code, out) == (2, "")
+    assert problem in err
+
+
+def test_a_run_without_recorded_decisions(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The sentence says how to have them."""
+    code, _, err = explain(capsys, str(tmp_path), "--period", "1")
+    assert code == 2
+    assert "found no recorded decisions; run the scenario with `--record-decisions`" in err
+
+
+def test_run_records(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """`rmfs run --record-decisions` writes the file and says so."""
+    settings = [argument for setting in SETTINGS for argument in ("--set", setting)]
+    main(["run", "examples/small", "--record-decisions", "--out", str(tmp_path), *settings])
+    assert "decisions.jsonl.gz" in capsys.readouterr().out
+    assert explain(capsys, str(tmp_path))[0] == 0

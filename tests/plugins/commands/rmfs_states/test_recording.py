@@ -1,0 +1,145 @@
+"""Recording a run's decisions, and reading them again."""
+
+from __future__ import annotations
+
+import gzip
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import rmfs_core
+from rmfs_core import InputError, RuleError
+from rmfs_core.scenario import RuleChoice
+from rmfs_states import decide, read_recording
+from rmfs_states.recording import RECORDING_FILE as DECISIONS_FILE
+
+SETTINGS = ("instance.orders=6", "rules.pp=free-flow")
+RULES = """
+@define
+class Late:
+    "POA: first come, until five orders are left."
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        if len(warehouse.backlog) <= 5:
+            return [OrderAssignment(99, 0)]
+        return [OrderAssignment(warehouse.backlog[0].id, 0)]
+
+
+@define
+class Raising:
+    "POA: raises."
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        raise ZeroDivisionError("nothing to divide")
+"""
+
+
+def test_nothing_else_changes(tmp_path: Path) -> None:
+    """A run is the same whether its decisions are recorded or not, and equal runs are recorded in equal bytes."""
+    files = ("orders.csv", "visits.csv")
+    plain = rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path / "plain")
+    for name in ("one", "two"):
+        result = rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path / name, record_decisions=True)
+        assert result.metrics == plain.metrics
+    for file in files:
+        assert (tmp_path / "plain" / file).read_bytes() == (tmp_path / "one" / file).read_bytes()
+    assert (tmp_path / "one" / DECISIONS_FILE).read_bytes() == (tmp_path / "two" / DECISIONS_FILE).read_bytes()
+    assert not (tmp_path / "plain" / DECISIONS_FILE).exists()
+
+
+def test_every_decision_is_there(tmp_path: Path) -> None:
+    """Each row of periods.csv has its recorded decision, with the same numbers."""
+    result = rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record_decisions=True)
+    recorded = [r for r in read_recording(tmp_path) if r.decides in ("POA", "PPS")]
+    assert [(r.period, r.time_s, r.decides, r.rule) for r in recorded] == [
+        (row["period"], row["time_s"], row["decides"], row["rule"]) for row in result.periods
+    ]
+    for decision, row in zip(recorded, result.periods, strict=True):
+        assert decision.decision is not None
+        assert len(decision.decision.get("assignments", ())) == row["assignments"]
+        assert len(decision.decision.get("trips", ())) == row["trips"]
+
+
+def test_decisions_of_an_earlier_run_go(tmp_path: Path) -> None:
+    """A run without recording leaves none of another run's decisions in its folder."""
+    rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record_decisions=True)
+    rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path)
+    with pytest.raises(InputError, match="run the scenario with `--record-decisions`"):
+        read_recording(tmp_path)
+
+
+def test_recording_needs_a_folder() -> None:
+    """Without `out` there is nowhere to record to."""
+    with pytest.raises(InputError, match=r"decisions: .* expected `out`"):
+        rmfs_core.run("examples/small", record_decisions=True)
+
+
+@pytest.mark.parametrize(("rule", "problem"), [("late", "named order 99"), ("raising", "nothing to divide")])
+def test_what_a_failing_rule_saw_is_kept(tmp_path: Path, install: Any, rule: str, problem: str) -> None:
+    """The last recorded state is the one in which the rule failed: asked again there, it fails again."""
+    install(
+        "acme",
+        {"late": "acme_rules:Late", "raising": "acme_rules:Raising"},
+        acme_rules=f"from rmfs_core import OrderAssignment\n{RULES}",
+    )
+    with pytest.raises(RuleError, match=problem):
+        rmfs_core.run("examples/small", overrides=[*SETTINGS, f"rules.poa={rule}"], out=tmp_path, record_decisions=True)
+    *_, last = read_recording(tmp_path)
+    assert (last.decides, last.decision) == ("POA", None)
+    with pytest.raises(RuleError, match=problem):
+        decide(last.state(), RuleChoice(rule))
+
+
+@pytest.fixture
+def recorded_file(tmp_path: Path) -> Path:
+    """Return the file of a recorded run."""
+    rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record_decisions=True)
+    return tmp_path / DECISIONS_FILE
+
+
+def change(file: Path, number: int, entry: dict[str, Any]) -> None:
+    """Change keys of a line of a recording; a value of None takes the key out."""
+    lines = gzip.decompress(file.read_bytes()).decode().splitlines()
+    content = {**json.loads(lines[number]), **entry}
+    lines[number] = json.dumps({key: value for key, value in content.items() if value is not None})
+    file.write_bytes(gzip.compress("\n".join(lines).encode()))
+
+
+@pytest.mark.parametrize(
+    ("number", "entry", "problem"),
+    [
+        (0, {"format": "rmfs-trace"}, "line 1, format: expected 'rmfs-decisions', found 'rmfs-trace'"),
+        (0, {"version": 9}, "line 1, version: expected version 1 of 'rmfs-decisions', found 9"),
+        (0, {"state": None}, "line 1: the header lacks"),
+        (0, {"scenario": {"rules": {}}}, "line 1, scenario"),
+        (1, {"change": None}, "line 2: this is no recorded decision"),
+        (1, {"change": 3}, "line 2: this is no recorded decision"),
+        (1, {"decides": "PP"}, "line 2: found PP of period 1"),
+    ],
+)
+def test_damaged_recordings(recorded_file: Path, number: int, entry: dict[str, Any], problem: str) -> None:
+    """What is no recording, of another version, or lacks something, is refused with the line."""
+    change(recorded_file, number, entry)
+    with pytest.raises(InputError, match=problem):
+        list(read_recording(recorded_file))
+
+
+def test_a_recording_that_was_cut_off(recorded_file: Path) -> None:
+    """A file that ends in the middle is refused where it ends."""
+    recorded_file.write_bytes(recorded_file.read_bytes()[:-40])
+    with pytest.raises(InputError, match="the file was cut off here"):
+        list(read_recording(recorded_file))
+
+
+def test_a_rule_that_the_scenario_does_not_name(recorded_file: Path) -> None:
+    """The rule that decided, with its parameters, is the scenario's; a file that disagrees is refused."""
+    recording = read_recording(recorded_file)
+    first = next(iter(recording))
+    assert recording.choice_of(first).rule == first.rule == "pod-match"
+    change(recorded_file, 1, {"decides": "POA+PPS"})
+    with pytest.raises(InputError, match=r"has no rule for POA\+PPS"):
+        recording.choice_of(next(iter(recording)))

@@ -1,0 +1,143 @@
+"""A recorded state handed to the same rule gives the decision of the run."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import rmfs_core
+from rmfs_core import hookimpl
+from rmfs_core.info import Question
+from rmfs_core.results.files import to_json
+from rmfs_core.rules import BoundRule
+from rmfs_core.rules.hooks import ROLE_OF_LABEL
+from rmfs_core.rules.single import load_rule
+from rmfs_core.warehouse import WarehouseView
+from rmfs_core.warehouse.parts import Part, ReadOnly
+from rmfs_states import decide, read_recording, state_from_dict, state_to_dict
+from rmfs_states.deciding import ask, outcome_of
+from rmfs_states.rebuilding import open_state
+
+JOINT = ("rules.poa=", "rules.pps=")
+RULE_SETS = {
+    "sequential": ("rules.pr=random",),
+    "common-lines and nearest-pod": ("rules.poa=common-lines", "rules.pps=nearest-pod", "rules.pr=fixed"),
+    "first-come, finite stock": ("rules.poa=first-come", "instance.items_per_sku=20"),
+    "a prefilter": ('rules.filters=[{rule="most-covered",n=3}]',),
+    "order capacity, arrivals": (
+        "stations.order_capacity=2",
+        "instance.arrivals.process=poisson",
+        "instance.arrivals.orders_per_hour=200",
+    ),
+    "integrated": (*JOINT, "rules.poa_pps=integrated"),
+    "split-among-stations": (*JOINT, "rules.poa_pps=split-among-stations"),
+    "split-over-time": (*JOINT, "rules.poa_pps=split-over-time", "rules.pr=random"),
+    "packing capacity": (*JOINT, 'rules.poa_pps={rule="split-over-time",packing_capacity=2}'),
+}
+
+
+@pytest.mark.parametrize("settings", RULE_SETS.values(), ids=RULE_SETS)
+def test_every_decision_of_a_run_is_made_again(record: Any, settings: tuple[str, ...]) -> None:
+    """Each recorded state, asked again, gives the same decision and report; and applying it does not fail."""
+    recording = record(*settings)
+    kinds: Counter[str] = Counter()
+    rules: dict[str, BoundRule] = {}
+    for recorded in recording:
+        if recorded.decides not in rules:
+            rules[recorded.decides] = load_rule(recording.choice_of(recorded), (ROLE_OF_LABEL[recorded.decides],))
+        again = ask(open_state(recorded.state(), recorded.place), rules[recorded.decides])
+        assert again.decision == recorded.decision, recorded.place
+        assert again.report == recorded.report, recorded.place
+        assert outcome_of(recorded.state(), recorded.decides, recorded.decision or {}) == again.outcome
+        kinds[recorded.decides] += 1
+    assert min(kinds.values()) >= 4
+    assert kinds.keys() >= {"PR", "TA"}
+
+
+def test_numbers_are_drawn_as_in_the_run(record: Any) -> None:
+    """The random rule has drawn before in most states: what is stored of its generator is what gives its next place."""
+    recording = record("rules.pr=random")
+    drawn = [recorded for recorded in recording if recorded.decides == "PR" and "random" in recorded.content]
+    assert len(drawn) >= 5
+    forgotten = 0
+    for recorded in drawn:
+        choice = recording.choice_of(recorded)
+        assert decide(recorded.state(), choice).decision == recorded.decision
+        fresh = state_from_dict({key: value for key, value in recorded.content.items() if key != "random"})
+        forgotten += decide(fresh, choice).decision != recorded.decision
+    assert forgotten
+
+
+def test_a_recorded_state_is_one_json_object(record: Any) -> None:
+    """What `explain --state` writes reads back as an equal state, and so does what is written of that."""
+    for recorded in record("rules.pr=random"):
+        state = recorded.state()
+        assert state_from_dict(json.loads(to_json(recorded.content))) == state
+        assert state_from_dict(json.loads(to_json(state_to_dict(state)))) == state
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        ("instance.items_per_sku=20", "stations.order_capacity=2"),
+        ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time", 'rules.filters=[{rule="most-covered",n=4}]'),
+        ("rules.pp=free-flow",),
+        ("rules.pp=sipp",),
+    ],
+)
+def test_rules_see_what_they_saw_in_the_run(tmp_path: Path, settings: tuple[str, ...]) -> None:
+    """Every public value of everything in the view is the same in the run and in the warehouse made from the state."""
+    seen: list[dict[Any, Any]] = []
+
+    class Note:
+        @hookimpl
+        def rule_asked(self, question: Question) -> None:
+            if question.decides not in ("filter", "PP"):
+                seen.append(public_values(question.warehouse))
+
+    overrides = ["instance.orders=14", "instance.max_lines=5", "stations.item_capacity=6", *settings]
+    rmfs_core.run("examples/small", overrides=overrides, out=tmp_path, record_decisions=True, observers=[Note()])
+    for recorded, values in zip(read_recording(tmp_path), seen, strict=True):
+        again = public_values(open_state(recorded.state()).view)
+        assert {key: value for key, value in again.items() if values[key] != value} == {}
+        assert again.keys() == values.keys()
+    assert len(seen) > 20
+
+
+def public_values(view: WarehouseView) -> dict[Any, Any]:
+    """Return what a view and everything in it show, by whose it is and what it is called."""
+    parts: list[Any] = [view, *view.orders, *view.pods, *view.stations, *view.robots]
+    parts += [request for station in view.stations for request in station.open_requests]
+    values: dict[Any, Any] = {}
+    for part in parts:
+        for name in dir(part):
+            if not name.startswith("_") and name not in ("label", "travel", "backlog_lines"):
+                value = getattr(part, name)
+                if not callable(value):
+                    values[plain(part), name] = plain(value)
+    for pod in view.pods:
+        values["free", pod.id] = [pod.free_items(sku) for sku in pod.contents]
+        values["home", pod.id] = view.home(pod)
+    lines = view.backlog_lines
+    values["arrays"] = [
+        array.tolist() for array in (lines.order, lines.sku, lines.quantity, view.open_demand(), view.available())
+    ]
+    return values
+
+
+def plain(value: Any) -> Any:
+    """Return a value as one that can be compared across two warehouses."""
+    if isinstance(value, Part):
+        return ("part", value.order.id, value.station, value.period, value.items, value.unpicked_items)
+    if isinstance(value, ReadOnly):
+        return (type(value).__name__, getattr(value, "id", None))
+    if isinstance(value, Mapping):
+        return list(value.items())
+    if isinstance(value, tuple) and not hasattr(value, "_fields"):
+        return [plain(entry) for entry in value]
+    return value

@@ -1,0 +1,369 @@
+"""The conformance suite names what a rule does wrong, and nothing in rules that do nothing wrong."""
+
+from __future__ import annotations
+
+import itertools
+import random
+from typing import Any, ClassVar
+
+import pytest
+from attrs import define, field
+
+from rmfs_core import InputError, JointDecision, Leg, OrderAssignment, Path, hookimpl
+from rmfs_core.events import ItemPicked
+from rmfs_core.rule_helpers import nearest_free_location, send_pods
+from rmfs_core.warehouse import Order, WarehouseView
+from rmfs_testing import ConformanceError, check_rule, conformance_report, trial
+
+numbers = itertools.count()
+
+
+def first_fitting(warehouse: WarehouseView, orders: tuple[Order, ...]) -> list[OrderAssignment]:
+    """Assign the first of these orders that fits a station."""
+    for order, station in itertools.product(orders, warehouse.stations):
+        if warehouse.fits(order, station):
+            return [OrderAssignment(order.id, station.id)]
+    return []
+
+
+@define
+class NoSuchStation:
+    """Names a station that is not there."""
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return [OrderAssignment(warehouse.backlog[0].id, len(warehouse.stations))]
+
+
+@define
+class WrongType:
+    """Returns no path."""
+
+    @hookimpl
+    def plan_path(self, goal):
+        return goal
+
+
+@define
+class Divides:
+    """Forgets that a pod may be alone."""
+
+    @hookimpl
+    def choose_storage_location(self, warehouse):
+        return 1 // len(warehouse.idle_robots[:0])
+
+
+@define
+class BreakingObserver:
+    """Fails at the first pick."""
+
+    @hookimpl
+    def on_event(self, event):
+        if isinstance(event, ItemPicked):
+            raise KeyError(event.sku)
+
+
+@define
+class GlobalRandom:
+    """Draws from a generator that no seed reaches."""
+
+    @hookimpl
+    def choose_storage_location(self, warehouse):
+        return random.choice(warehouse.free_storage_locations)
+
+
+@define
+class CountsOutside:
+    """Remembers in its module how often it was asked."""
+
+    @hookimpl
+    def choose_storage_location(self, warehouse):
+        return warehouse.free_storage_locations[next(numbers) % 7]
+
+
+@define
+class GoesThroughASet:
+    """Takes orders as a set of their names has them: otherwise in every Python process."""
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        by_name = {order.name: order for order in warehouse.backlog}
+        return first_fitting(warehouse, tuple(by_name[name] for name in {*by_name}))
+
+
+@define
+class Remembers:
+    """Remembers in the instance how often it was asked, and never forgets."""
+
+    asked: int = field(default=0, init=False)
+
+    @hookimpl
+    def choose_storage_location(self, warehouse):
+        self.asked += 1
+        return warehouse.free_storage_locations[self.asked % 7]
+
+
+@define
+class EmptiesPods:
+    """Takes off a pod what it thinks is picked."""
+
+    @hookimpl
+    def choose_storage_location(self, warehouse, pod):
+        pod._contents.popitem()
+        return nearest_free_location(warehouse, pod)
+
+
+@define
+class TurnsRobots:
+    """An observer that is more than that."""
+
+    warehouse: Any = field(default=None, init=False)
+
+    @hookimpl
+    def run_started(self, run):
+        self.warehouse = run.warehouse
+
+    @hookimpl
+    def on_event(self, event):
+        robot = self.warehouse.robots[0]
+        robot._heading = (robot.heading + 1) % 4
+
+
+@define
+class ReservesItself:
+    """Takes for itself what the kernel would give it."""
+
+    reserves: ClassVar[str] = "full paths"
+
+    @hookimpl
+    def plan_path(self, goal, traffic):
+        traffic.table.hold(traffic.query.robot, goal, traffic.query.start_tick)
+        return Path([Leg(goal)])
+
+
+@define
+class NeverAssigns:
+    """Waits for better orders."""
+
+    @hookimpl
+    def assign_orders(self):
+        return []
+
+
+@define
+class ForgetsThree:
+    """Passes over one order as long as there is any other."""
+
+    @hookimpl
+    def filter_backlog(self, orders):
+        return [order for order in orders if order.name != "3"]
+
+
+@define
+class FirstStationOnly:
+    """Is all right as long as every order fits the first station."""
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return [
+            OrderAssignment(order.id, 0) for order in warehouse.backlog if warehouse.fits(order, warehouse.stations[0])
+        ][:1]
+
+
+@define
+class WaitsAndWaits:
+    """Never sets off."""
+
+    wait_ticks: int
+
+    @hookimpl
+    def plan_path(self, robot):
+        return Path([Leg(robot.cell, self.wait_ticks)])
+
+
+ONE, MANY, LARGE = "one station", "several stations", "an order as large as the largest station"
+
+
+@pytest.mark.parametrize(
+    ("rule", "kind", "world", "problem"),
+    [
+        (NoSuchStation(), "impossible decision", ONE, "named station 1, which does not exist"),
+        (WrongType(), "impossible decision", ONE, "expected Path"),
+        (Divides(), "exception", ONE, "ZeroDivisionError"),
+        (BreakingObserver(), "exception", ONE, f"raised KeyError: 2 ({__file__}, line "),
+        (GlobalRandom(), "nondeterminism", ONE, "RobotMoved"),
+        (CountsOutside(), "nondeterminism", MANY, "RobotMoved"),
+        (GoesThroughASet(), "nondeterminism", ONE, "OrderAssigned"),
+        (Remembers(), "state kept", MANY, "RobotMoved"),
+        (EmptiesPods(), "mutation of the view", ONE, "choose_storage_location changed contents of pod "),
+        (TurnsRobots(), "mutation of the view", ONE, "on_event changed heading of robot 1 (id 0) at 0.000 s"),
+        (ReservesItself(), "mutation of the view", ONE, "plan_path changed the reservations at 0.000 s"),
+        (NeverAssigns(), "starved order", ONE, "stands still"),
+        (ForgetsThree(), "starved order", ONE, "stands still"),
+        (FirstStationOnly(), "starved order", LARGE, "stands still"),
+        (WaitsAndWaits(1), "starved order", ONE, "after 100 decisions the run is not over"),
+        (WaitsAndWaits(60_000), "starved order", ONE, "are not complete after 14400 s"),
+    ],
+    ids=lambda value: "" if isinstance(value, str) else type(value).__name__,
+)
+def test_what_a_rule_does_wrong_is_named(
+    rule: object, kind: str, world: str, problem: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each finding has its kind, the first world where it shows, and what happened there."""
+    if rule == WaitsAndWaits(1):
+        monkeypatch.setattr(trial, "MOST_CALLS", 100)  # the default is patient
+    with pytest.raises(ConformanceError) as caught:
+        check_rule(rule)
+    finding = caught.value.report.findings[0]
+    assert (finding.kind, finding.world) == (kind, world)
+    assert problem in finding.problem
+    assert f'{kind}, in the world "{world}"' in str(caught.value)
+
+
+def test_a_failure_is_an_assertion_error() -> None:
+    """pytest shows it as a failure; the same findings can be had without one."""
+    with pytest.raises(AssertionError, match="NeverAssigns does not conform"):
+        check_rule(NeverAssigns())
+    assert conformance_report(NeverAssigns()).findings[0].kind == "starved order"
+
+
+@define
+class OldestThatFits:
+    """POA without a fault."""
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return first_fitting(warehouse, warehouse.backlog)
+
+
+@define
+class AnyPod:
+    """PPS without a fault."""
+
+    @hookimpl
+    def select_pods(self, warehouse, max_fetches):
+        return send_pods(warehouse, max_fetches, lambda station, pods: pods[0])
+
+
+@define
+class AnyPlace:
+    """PR with randomness that the seed reaches, and a memory that ends with the run."""
+
+    asked: int = field(default=0, init=False)
+
+    @hookimpl
+    def run_started(self):
+        self.asked = 0
+
+    @hookimpl
+    def choose_storage_location(self, warehouse, rng):
+        self.asked += 1
+        return warehouse.free_storage_locations[(self.asked + int(rng.integers(9))) % 20]
+
+
+@define
+class Watches:
+    """An observer that only observes."""
+
+    seen: list[object] = field(factory=list, init=False)
+
+    @hookimpl
+    def on_event(self, event):
+        self.seen.append(event)
+
+
+@pytest.mark.parametrize("rule", [OldestThatFits(), AnyPod(), AnyPlace(), Watches()], ids=lambda r: type(r).__name__)
+def test_rules_that_do_nothing_wrong_have_no_findings(rule: object) -> None:
+    """All worlds are run, and the report has the time of each hook's calls."""
+    report = check_rule(rule)
+    assert report.findings == ()
+    assert len(report.worlds) == 9
+    assert all(
+        times.calls >= len(report.worlds) and 0 < times.total_s / times.calls <= times.longest_s
+        for times in report.times.values()
+    )
+    assert str(report).endswith("No findings.")
+
+
+def test_the_instance_itself_is_not_used() -> None:
+    """Only its parameters are: it can be checked as often as one likes."""
+    rule = Watches()
+    check_rule(rule)
+    assert rule.seen == []
+
+
+@define
+class NeedsEndlessPods(AnyPod):
+    """Does not count items, and says so."""
+
+    needs: ClassVar[tuple[str, ...]] = ("unlimited stock", "item capacity")
+
+
+def test_worlds_without_what_a_rule_needs_are_left_out() -> None:
+    """They are named in the report, with what they lack."""
+    report = check_rule(NeedsEndlessPods())
+    assert {*report.left_out} == {"finite stock", "order capacity"}
+    assert len(report.worlds) == 7
+    assert 'Left out: "finite stock", for it needs pods whose SKUs never run out' in str(report)
+
+
+@define
+class Both(OldestThatFits):
+    """Decides POA well, and POA and PPS together never."""
+
+    @hookimpl
+    def assign_orders_and_pods(self):
+        return JointDecision()
+
+
+def test_a_rule_for_several_decisions_is_tried_in_all_of_them() -> None:
+    """POA alone completes every order, so the finding comes from the joint decisions."""
+    report = conformance_report(Both())
+    assert report.decides == ("POA", "POA+PPS")
+    assert {finding.kind for finding in report.findings} == {"starved order"}
+    assert {*report.times} == {"assign_orders", "assign_orders_and_pods"}
+
+
+@define
+class Misspelt:
+    """Has a hook that does not exist."""
+
+    @hookimpl
+    def asign_orders(self, warehouse):
+        return []
+
+
+@define
+class Idle:
+    """Implements nothing."""
+
+
+@define
+class NeedsMagic(AnyPod):
+    """Needs what no scenario has."""
+
+    needs: ClassVar[tuple[str, ...]] = ("magic",)
+
+
+@pytest.mark.parametrize(
+    ("rule", "problem"),
+    [
+        (Misspelt(), 'did you mean "assign_orders"'),
+        (Idle(), "class Idle: it implements no hook"),
+        (NeedsMagic(), "class NeedsMagic: needs 'magic'; known are 'unlimited stock', 'item capacity'"),
+        (object(), "expected a class decorated with @attrs.define"),
+        (AnyPod, r"class AnyPod: expected an instance with its parameters: AnyPod\(...\)"),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_what_is_no_rule_is_refused(rule: object, problem: str) -> None:
+    """Wrong input is no finding but an error of its own."""
+    with pytest.raises(InputError, match=problem):
+        check_rule(rule)
+
+
+def test_kinds_are_reported_once() -> None:
+    """A finding in many worlds is one paragraph that names them."""
+    text = str(conformance_report(NeverAssigns()))
+    assert text.count("starved order, in the world") == 1
+    assert '(also in "several stations", "finite stock"' in text

@@ -1,0 +1,60 @@
+"""A third party's rule says what it needs, and a scenario that lacks it is refused with that sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+import rmfs_core
+from rmfs_core import InputError
+from rmfs_testing import check_rule
+
+RULE = """
+from rmfs_core.rule_helpers import send_pods
+
+@define
+class Eager:
+    needs = ({need!r},)
+
+    @hookimpl
+    def select_pods(self, warehouse, max_fetches):
+        return send_pods(warehouse, max_fetches, lambda station, pods: pods[0])
+
+@define
+class Keeps:
+    needs = ({need!r},)
+
+    @hookimpl
+    def filter_backlog(self, orders):
+        return orders
+"""
+
+
+@pytest.mark.parametrize(
+    ("need", "key", "sentence"),
+    [
+        ("unlimited stock", "instance.items_per_sku=500", "needs pods whose SKUs never run out, but the instance has"),
+        ("item capacity", "stations.order_capacity=6", "needs stations that count items, but the scenario sets"),
+        ("magic", "seed=1", "needs 'magic'; known are 'unlimited stock', 'item capacity'"),
+    ],
+)
+def test_a_scenario_that_lacks_it_is_refused(install: Callable[..., None], need: str, key: str, sentence: str) -> None:
+    """The sentence names the key, the rule and its distribution; it holds for filters as for rules that decide."""
+    install("acme", {"eager": "acme_rules:Eager", "keeps": "acme_rules:Keeps"}, acme_rules=RULE.format(need=need))
+    for place, choice in (("rules.pps", "rules.pps=eager"), ("rules.filters", 'rules.filters=["keeps"]')):
+        name = choice.partition("=")[2].strip('[]"')
+        with pytest.raises(InputError) as caught:
+            rmfs_core.run("examples/small", overrides=[choice, key])
+        assert str(caught.value).startswith(f'{place}: rule "{name}" (acme 1.0)')
+        assert sentence in str(caught.value)
+
+
+def test_a_scenario_that_has_it_runs(install: Callable[..., None]) -> None:
+    """With unlimited stock the rule decides, and the conformance suite tries it in the worlds that have that."""
+    install("acme", {"eager": "acme_rules:Eager"}, acme_rules=RULE.format(need="unlimited stock"))
+    result = rmfs_core.run("examples/small", overrides=["rules.pps=eager", "rules.pp=free-flow"])
+    assert result.status == "complete"
+    import acme_rules  # type: ignore[import-not-found]
+
+    assert {*check_rule(acme_rules.Eager()).left_out} == {"finite stock"}

@@ -1,0 +1,146 @@
+"""TA rule balanced."""
+
+from __future__ import annotations
+
+import pytest
+
+from rmfs_balanced import Balanced
+from rmfs_balanced.sharing import middle_last, share_out
+from rmfs_core.warehouse import Warehouse, WarehouseView
+from rmfs_testing import small_world
+
+STATIONS = 3
+"""Stations 0, 1 and 2 from north to south; all robots stand in the south-east, robot 0 nearest to every station."""
+
+
+def world_with(*requests: int, robots: int = 4) -> Warehouse:
+    """Return a world with an open request at each of these stations; pod i is the one for order i."""
+    orders = {str(i): [f"s{i}"] for i in range(8)}
+    world = small_world(orders, {f"p{i}": [f"s{i}"] for i in range(8)}, capacities=[9] * STATIONS, robots=robots)
+    for order, station in enumerate(requests):
+        world.assign(world.orders[order], world.stations[station], [world.orders[order].lines[0].sku])
+        world.bind(world.pods[order], world.stations[station])
+    return world
+
+
+def decide(rule: Balanced, world: Warehouse) -> list[tuple[int, int]]:
+    """Return (robot, pod) of each task."""
+    return [(task.robot, task.pod) for task in rule.assign_tasks(WarehouseView(world))]
+
+
+def shares(world: Warehouse, before: dict[int, int], stations: list[int]) -> list[int]:
+    """Return how many robots each station gets."""
+    after = share_out(WarehouseView(world), before, stations)
+    return [sum(station == own for own in after.values()) for station in range(STATIONS)]
+
+
+def test_stations_are_ranked_by_their_distance_from_the_middle() -> None:
+    """Station 1 is in the middle row, 2 is farthest south."""
+    view = WarehouseView(world_with())
+    assert middle_last(view, {0, 1, 2}) == [2, 0, 1]
+
+
+@pytest.mark.parametrize(
+    ("robots", "stations", "expected"),
+    [
+        (4, [2, 0, 1], [1, 1, 2]),  # the remainder goes to the first of the ranking
+        (5, [2, 0, 1], [2, 1, 2]),
+        (4, [0, 1], [2, 2, 0]),  # only active stations get any
+        (2, [2, 0, 1], [1, 0, 1]),  # fewer robots than stations
+        (3, [1], [0, 3, 0]),
+    ],
+)
+def test_robots_are_shared_out_evenly(robots: int, stations: list[int], expected: list[int]) -> None:
+    """As evenly as possible, whatever the shares were before."""
+    world = world_with(robots=robots)
+    assert shares(world, {}, stations) == expected
+    assert shares(world, dict.fromkeys(range(robots), 0), stations) == expected
+    assert shares(world, {robot: robot % STATIONS for robot in range(robots)}, stations) == expected
+
+
+def test_only_robots_that_have_to_move_do() -> None:
+    """Station 2 gets one of the three robots of station 1: the one with the shortest drive there. Robot 3 stays."""
+    view = WarehouseView(world_with())
+    assert share_out(view, {0: 1, 1: 1, 2: 1, 3: 2}, [2, 1]) == {0: 2, 1: 1, 2: 1, 3: 2}
+
+
+def test_a_robot_fetches_the_longest_waiting_pod_of_its_own_station() -> None:
+    """Two robots each: pods 0 and 2 wait for station 0, pods 1 and 3 for station 2."""
+    world = world_with(0, 2, 0, 2)
+    rule = Balanced()
+    assert sorted(decide(rule, world), key=lambda task: task[1]) == [(2, 0), (0, 1), (3, 2), (1, 3)]
+    assert rule._station_of == {0: 2, 1: 2, 2: 0, 3: 0}
+
+
+def test_a_robot_without_work_helps_the_nearest_station() -> None:
+    """Pods wait for stations 0 and 1; robot 0 of station 2 goes for the nearer one."""
+    world = world_with(0, 1, 2, robots=3)
+    rule = Balanced()
+    rule.assign_tasks(WarehouseView(world))
+    own = {station: robot for robot, station in rule._station_of.items()}
+    world.take_task(world.robots[own[0]], world.pods[2])
+    world.take_task(world.robots[own[1]], world.pods[0])
+    assert decide(rule, world) == [(own[2], 1)]
+
+
+def test_without_help_a_pod_waits_for_a_robot_of_its_station() -> None:
+    """Both robots of station 0 are idle and stay so, while station 2 has two pods left and no idle robot."""
+    world = world_with(0, 2, 2, 2)
+    rule = Balanced(help_others=False)
+    rule.assign_tasks(WarehouseView(world))
+    own = [robot for robot, station in rule._station_of.items() if station == 2]
+    world.take_task(world.robots[own[0]], world.pods[0])
+    world.take_task(world.robots[own[1]], world.pods[1])
+    assert decide(rule, world) == []
+    helping = Balanced()
+    helping._robots, helping._station_of, helping._active = world.robots, rule._station_of, frozenset({0, 2})
+    assert [pod for _, pod in decide(helping, world)] == [2, 3]
+
+
+def test_a_station_without_robots_is_served_all_the_same() -> None:
+    """Three stations, one robot: nothing starves although nobody helps."""
+    world = world_with(0, 1, 2, robots=1)
+    rule = Balanced(help_others=False)
+    assert decide(rule, world) == [(0, 2)]
+    world = world_with(0, 1, robots=1)
+    rule._robots, rule._active = world.robots, frozenset({0, 1})
+    assert rule._station_of == {0: 2}
+    assert decide(rule, world) == [(0, 1)]
+
+
+def test_shares_are_kept_for_a_while() -> None:
+    """Station 1 becomes active; it gets its share when 30 s have passed, and again 30 s after that at the earliest."""
+    world = world_with(0)
+    rule = Balanced()
+    decide(rule, world)
+    assert set(rule._station_of.values()) == {0}
+    world.assign(world.orders[5], world.stations[1], [5])
+    world.now = 29_999
+    decide(rule, world)
+    assert set(rule._station_of.values()) == {0}
+    world.now = 30_000
+    decide(rule, world)
+    assert sorted(rule._station_of.values()) == [0, 0, 1, 1]
+    world.assign(world.orders[6], world.stations[2], [6])
+    world.now = 59_999
+    decide(rule, world)
+    assert sorted(rule._station_of.values()) == [0, 0, 1, 1]
+    world.now = 60_000
+    decide(rule, world)
+    assert sorted(rule._station_of.values()) == [0, 1, 2, 2]
+
+
+def test_another_run_starts_without_shares() -> None:
+    """What an instance has worked out in one warehouse counts for nothing in the next, whatever the time there."""
+    rule = Balanced()
+    decide(rule, world_with(0, 0, 1))
+    world = world_with(1, 2)
+    assert decide(rule, world) == decide(Balanced(), world)
+    assert set(rule._station_of.values()) == {1, 2}
+
+
+@pytest.mark.parametrize("value", [-1.0, float("inf"), float("nan")])
+def test_the_time_between_reallocations_is_checked(value: float) -> None:
+    """Less than nothing, or no number at all."""
+    with pytest.raises(ValueError, match="expected a number >= 0, found"):
+        Balanced(reallocation_s=value)

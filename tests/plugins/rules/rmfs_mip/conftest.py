@@ -1,0 +1,126 @@
+"""Random small periods and a brute force over all decisions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import combinations, product
+
+import numpy as np
+import pytest
+
+from rmfs_mip.period import Period, Stock
+from rmfs_mip.solution import Model
+
+
+def random_period(seed: int) -> Period:
+    """Return a small period: pods at stations, begun orders, stations with one place, SKUs on no pod, quantities."""
+    rng = np.random.default_rng(seed)
+    n_skus, n_pods, n_orders, n_stations = (int(rng.integers(*span)) for span in ((3, 9), (2, 7), (1, 8), (1, 4)))
+    contents = [tuple(sorted({int(i) for i in rng.integers(0, n_skus, rng.integers(1, 4))})) for _ in range(n_pods)]
+    most_items = 3 if seed % 5 == 0 else 1
+    lines = []
+    for order in range(n_orders):
+        skus = rng.choice(n_skus, size=min(int(rng.geometric(0.4)), n_skus), replace=False)
+        lines += [(order, int(sku), int(rng.integers(1, most_items + 1))) for sku in sorted(skus)]
+    capacity = (1, 3, 7)[seed % 3]
+    inbound = [tuple(sorted(rng.choice(n_pods, rng.integers(0, 3), replace=False).tolist())) for _ in range(n_stations)]
+    return Period(
+        Stock(tuple(range(n_pods)), tuple(contents), n_skus),
+        tuple(range(n_stations)),
+        tuple(int(c) for c in rng.integers(1, capacity + 1, n_stations)),
+        tuple(inbound),
+        tuple(range(n_orders)),
+        *np.array(lines, dtype=np.int64).T,
+        busy=tuple(sorted({pod for pods in inbound for pod in pods})),
+        begun=tuple(bool(b) for b in rng.integers(0, 2, n_orders)) if seed % 2 else (),
+        split_open=int(rng.integers(0, 3)),
+    )
+
+
+def brute_force(period: Period, model: Model, weight: float, splits: int | None = None) -> float:
+    """Return the least objective (1) over all assignments with so many new splits, each with its cheapest pods."""
+    stations = range(len(period.stations))
+    cheapest = [_cheapest(period, station) for station in stations]
+    best = float("inf")
+    for choice in product(*(list(_choices(lines, len(stations), model)) for lines in period.lines)):
+        items = [0] * len(stations)
+        skus: list[set[int]] = [set() for _ in stations]
+        for lines, where in zip(period.lines, choice, strict=True):
+            for (sku, quantity), station in zip(lines, where, strict=True):
+                if station is not None:
+                    items[station] += quantity
+                    skus[station].add(sku)
+        few = splits is None or _new_splits(period, choice) <= splits
+        if few and all(items[s] <= period.capacities[s] for s in stations):
+            pods = sum(cheapest[s](frozenset(skus[s])) for s in stations)
+            best = min(best, period.visits_before + pods + weight * (sum(period.capacities) - sum(items)))
+    return best
+
+
+def _choices(lines, n_stations: int, model: Model) -> Iterator[tuple[int | None, ...]]:
+    """Yield for each line of an order its station, None for the backlog."""
+    if model is Model.INTEGRATED:
+        yield from ((s,) * len(lines) for s in (None, *range(n_stations)))
+    elif model is Model.SPLIT_AMONG_STATIONS:
+        yield (None,) * len(lines)
+        yield from product(range(n_stations), repeat=len(lines))
+    else:
+        yield from product((None, *range(n_stations)), repeat=len(lines))
+
+
+def _new_splits(period: Period, choice: tuple[tuple[int | None, ...], ...]) -> int:
+    """Count the orders that are at several stations, or partly in the backlog, and were whole until now."""
+    return sum(len(set(where)) > 1 and not (period.begun and period.begun[order]) for order, where in enumerate(choice))
+
+
+def _cheapest(period: Period, station: int):
+    """Return a function from SKUs to the fewest new pods that bring those that P_s does not have."""
+    there = {sku for pod in period.inbound[station] for sku in period.stock.contents[pod]}
+    known: dict[frozenset[int], float] = {}
+
+    def fewest(skus: frozenset[int]) -> float:
+        missing = skus - there
+        if missing not in known:
+            sets = [set(skus) for skus in period.stock.contents]
+            known[missing] = next(
+                (
+                    n
+                    for n in range(len(missing) + 1)
+                    for chosen in combinations(sets, n)
+                    if missing <= set().union(*chosen)
+                ),
+                float("inf"),
+            )
+        return known[missing]
+
+    return fewest
+
+
+@pytest.fixture(scope="session")
+def periods() -> list[Period]:
+    """Return 300 random small periods."""
+    return [random_period(seed) for seed in range(300)]
+
+
+@pytest.fixture(scope="session", name="random_period")
+def random_period_fixture() -> Callable[[int], Period]:
+    """Return the function that makes one of them."""
+    return random_period
+
+
+@pytest.fixture(scope="session", name="brute_force")
+def brute_force_fixture() -> Callable[..., float]:
+    """Return the brute force."""
+    return brute_force
+
+
+@pytest.fixture(scope="session", name="choices")
+def choices_fixture() -> Callable[..., Iterator[tuple[int | None, ...]]]:
+    """Return the function that lists what a model can do with an order."""
+    return _choices
+
+
+@pytest.fixture(scope="session", name="new_splits")
+def new_splits_fixture() -> Callable[..., int]:
+    """Return the function that counts the orders that an assignment splits newly."""
+    return _new_splits

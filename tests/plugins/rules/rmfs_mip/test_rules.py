@@ -1,0 +1,143 @@
+"""The joint rules in the kernel: parameters, refusals, whole runs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import rmfs_core
+from rmfs_core import JointDecision, OrderAssignment
+from rmfs_core.errors import InputError
+from rmfs_core.warehouse import WarehouseView
+from rmfs_mip import Integrated, SplitAmongStations, SplitOverTime
+from rmfs_testing import small_world
+
+RNG = np.random.default_rng(0)
+RULES = (Integrated, SplitAmongStations, SplitOverTime)
+SMALL = [f"instance.{key}" for key in ("orders=20", "pods=30")]
+SMALL += [f"layout.{key}" for key in ("block_rows=5", "block_columns=3", "stations_east=2")]
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_nothing_to_do(rule):
+    """Orders that no pod can serve, or none at all: nothing is decided, and that is optimal."""
+    for orders in ({"1": ["nowhere"]}, {}):
+        world = small_world(orders, {"p": ["a"]})
+        decision = rule().assign_orders_and_pods(WarehouseView(world), RNG)
+        assert (decision.assignments, decision.trips) == ((), ())
+        assert decision.report.status == "optimal"
+        assert decision.report.objective == decision.report.bound == 2 * 15
+
+
+def test_a_split_needs_fewer_visits():
+    """Example 1: two visits, each station one SKU of both orders."""
+    world = small_world({"1": ["a", "b"], "2": ["a", "b"]}, {"p": ["a"], "q": ["b"]}, capacities=(2, 2))
+    assert len(Integrated().assign_orders_and_pods(WarehouseView(world), RNG).trips) == 4
+    decision = SplitAmongStations().assign_orders_and_pods(WarehouseView(world), RNG)
+    assert isinstance(decision, JointDecision)
+    assert len(decision.trips) == 2
+    assert {(a.order, len(a.skus)) for a in decision.assignments} == {(0, 1), (1, 1)}
+
+
+def test_a_pod_that_is_there_costs_nothing():
+    """A pod bound for the station is no new trip; the oldest order that it serves is taken first."""
+    world = small_world({"1": ["b"], "2": ["a"], "3": ["a"]}, {"p": ["a"], "q": ["b"]}, capacities=(1,))
+    world.bind(world.pods[0], world.stations[0])
+    for rule in RULES:
+        decision = rule().assign_orders_and_pods(WarehouseView(world), RNG)
+        assert decision.assignments == (OrderAssignment(1, 0, (world.orders[1].lines[0].sku,)),)
+        assert decision.trips == ()
+
+
+@pytest.mark.parametrize(
+    ("override", "said"),
+    [
+        ("instance.items_per_sku=500", "needs pods whose SKUs never run out, but the instance has finite stock"),
+        ("stations.order_capacity=6", "needs stations that count items, but the scenario sets"),
+    ],
+    ids=["finite stock", "order capacity"],
+)
+@pytest.mark.parametrize("rule", RULES)
+def test_what_the_models_do_not_cover_is_refused(rule, override, said):
+    """What a rule needs and the scenario lacks is said before the run."""
+    with pytest.raises(InputError, match=said):
+        rmfs_core.run(f"paper-250-{rule.model}", overrides=[*SMALL, override])
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"formulation": "short"},
+        {"solver": "glpk"},
+        {"threads": 0},
+        {"max_seconds": 0},
+        {"gap": -0.1},
+        {"unused_capacity_weight": 0},
+        {"tie_break": "youngest"},
+        {"formulation": "paper", "tie_break": "oldest"},  # the printed form leaves ties to the solver
+        {"preferred_pods": "far"},
+        {"formulation": "paper", "preferred_pods": "random"},
+        {"packing_capacity": -1},
+    ],
+    ids=str,
+)
+def test_wrong_parameters(wrong):
+    """A bad value is refused when the rule is created."""
+    with pytest.raises(ValueError, match=list(wrong)[-1]):
+        SplitOverTime(**wrong)
+
+
+def test_a_solver_that_is_not_installed_is_said_before_the_run(monkeypatch):
+    """Also by the aggregated form, which often needs no solver."""
+    monkeypatch.setattr("mip.gurobi.has_gurobi", False)
+    with pytest.raises(InputError, match='solver = "gurobi" needs an installed Gurobi'):
+        rmfs_core.run("paper-250-integrated", overrides=[*SMALL, "rules.poa_pps.solver=gurobi"])
+
+
+@pytest.mark.parametrize("rule", ["integrated", "split-among-stations", "split-over-time"])
+@pytest.mark.parametrize(
+    "setting",
+    [
+        "formulation=aggregated",
+        "formulation=paper",
+        "preferred_pods=bound",
+        "preferred_pods=any",
+        "preferred_pods=random",
+    ],
+)
+def test_runs_end_complete_and_repeat(rule, setting):
+    """A whole run completes every order, each period at its optimum; a second one measures the same."""
+    overrides = [*SMALL, f"rules.poa_pps.{setting}"]
+    first, second = (rmfs_core.run(f"paper-250-{rule}", overrides=overrides) for _ in range(2))
+    assert first.status == "complete"
+    assert first.metrics == second.metrics
+    assert first.metrics["solves_stopped_early"] == 0
+
+
+@pytest.mark.parametrize("rule", ["split-among-stations", "split-over-time"])
+@pytest.mark.parametrize("room", [0, 2])
+def test_packing_capacity_holds_in_a_run(rule, room):
+    """Never more split orders are open than the packing stations have room for."""
+    overrides = [*SMALL, f"rules.poa_pps.packing_capacity={room}"]
+    result = rmfs_core.run(f"paper-250-{rule}", overrides=overrides)
+    assert result.status == "complete"
+    assert result.metrics["split_orders_open_max"] <= room
+
+
+@pytest.mark.parametrize("tie_break", ["oldest", "demand"])
+def test_tie_breaks_in_a_run(tie_break):
+    """Runs with the other tie-breaks complete every order, too."""
+    result = rmfs_core.run("paper-250-integrated", overrides=[*SMALL, f"rules.poa_pps.tie_break={tie_break}"])
+    assert result.status == "complete"
+
+
+def test_a_limit_is_reported():
+    """A run whose solves are cut short says how many were."""
+    overrides = [*SMALL, "instance.skus=60", "rules.poa_pps.max_seconds=1e-6"]
+    assert rmfs_core.run("paper-250-integrated", overrides=overrides).metrics["solves_stopped_early"] > 0
+
+
+def test_a_scenario_with_finite_stock_is_refused():
+    """Before the run, with the rule's name."""
+    with pytest.raises(InputError, match=r'rule "integrated" .* never run out'):
+        rmfs_core.run("examples/from-csv", overrides=["rules.poa_pps=integrated", "rules.poa=", "rules.pps="])

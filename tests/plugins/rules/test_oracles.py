@@ -1,0 +1,181 @@
+"""Rules against literal versions of their definitions, on random worlds.
+
+The literal versions look at one pair after another in plain Python, and apply each choice to the warehouse before the
+next one, so they share no bookkeeping with the rules.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rmfs_common_lines import CommonLines
+from rmfs_core.warehouse import Order, Pod, Station, Warehouse, WarehouseView
+from rmfs_demand import Demand
+from rmfs_first_come import FirstCome
+from rmfs_nearest_pod import NearestPod
+from rmfs_pod_match import PodMatch
+from rmfs_testing import small_world
+
+SKUS = "abcdef"
+Score = Callable[[Warehouse, Order, Station], int]
+
+
+@st.composite
+def worlds(draw: st.DrawFn) -> Callable[[], Warehouse]:
+    """Draw a world in the middle of a run; calling the result builds it, the same each time."""
+    lines = st.dictionaries(st.sampled_from(SKUS), st.integers(1, 3), min_size=1, max_size=4)
+    orders = draw(st.lists(lines, max_size=9))
+    finite = draw(st.booleans())
+    contents = st.dictionaries(
+        st.sampled_from(SKUS), st.integers(1, 4) if finite else st.none(), min_size=1, max_size=3
+    )
+    pods = draw(st.lists(contents, min_size=1, max_size=12))
+    capacities = draw(st.lists(st.integers(1, 9), min_size=1, max_size=3))
+    counts_orders = draw(st.booleans())
+    number = st.integers(0, 20)
+    bound = draw(st.lists(st.tuples(number, number), max_size=5))
+    begun = draw(st.lists(st.tuples(number, number, st.booleans()), max_size=4))
+    at_station = draw(st.booleans())
+
+    def build() -> Warehouse:
+        world = small_world(
+            {str(i): order for i, order in enumerate(orders)},
+            {str(i): pod for i, pod in enumerate(pods)},  # type: ignore[misc]
+            capacities=capacities,
+            counts_orders=counts_orders,
+        )
+        _assign_some(world, begun)
+        if at_station:
+            _put_at_station(world, world.pods[0], world.stations[0])
+        for pod_number, station_number in bound:
+            pod = world.pods[pod_number % len(pods)]
+            station = world.stations[station_number % len(capacities)]
+            if station.id not in pod.bound_for:
+                world.bind(pod, station)
+        return world
+
+    return build
+
+
+def _assign_some(world: Warehouse, begun: list[tuple[int, int, bool]]) -> None:
+    for order_number, station_number, whole in begun:
+        if world.orders:
+            order = world.orders[order_number % len(world.orders)]
+            station = world.stations[station_number % len(world.stations)]
+            skus = list(order._open)[: None if whole else 1]
+            size = 1 if station.counts_orders else sum(order._open[sku].quantity for sku in skus)
+            if skus and size <= station.free_capacity:
+                world.assign(order, station, skus)
+
+
+def _put_at_station(world: Warehouse, pod: Pod, station: Station) -> None:
+    world.bind(pod, station)
+    robot = world.robots[0]
+    world.take_task(robot, pod)
+    robot._cell = pod.cell
+    world.lift(robot, pod)
+    robot._cell = station.cell
+    station._line.append(robot)
+
+
+def literal_assignments(world: Warehouse, score: Score) -> Iterator[tuple[int, int]]:
+    """Yield (order, station) of the best pair, again and again, after the definition of the greedy POA rules."""
+    while True:
+        pairs = [
+            (-score(world, order, station), age, station.load, station.id)
+            for age, order in enumerate(world.backlog)
+            for station in world.stations
+            if world.size_at(order, station) <= station.free_capacity
+        ]
+        if not pairs:
+            return
+        _, age, _, station_id = min(pairs)
+        order = world.backlog[age]
+        yield order.id, station_id
+        world.assign(order, world.stations[station_id], list(order._open), period=2)
+
+
+def match(world: Warehouse, order: Order, station: Station) -> int:
+    """Items of the order available on the station's inbound pods."""
+    return sum(
+        min(line.quantity, sum(pod.free_items(line.sku) for pod in station.inbound_pods)) for line in order.open_lines
+    )
+
+
+def in_common(world: Warehouse, order: Order, station: Station) -> int:
+    """Lines of the order whose SKU is wanted at the station."""
+    wanted = {request.sku for request in station.open_requests}
+    return sum(line.sku in wanted for line in order.open_lines)
+
+
+def literal_trips(
+    world: Warehouse, max_fetches: int, value: Callable[[Warehouse, Pod], int]
+) -> Iterator[tuple[int, int]]:
+    """Yield (pod, station) of the best pod for the station whose turn it is, after the definition of the PPS rules."""
+    leaving = list(world.leaving_pods())
+    given_up: set[int] = set()
+    sent: set[int] = set()
+    while True:
+        stations = [s for s in world.stations if s.uncovered_requests and s.id not in given_up]
+        if not stations:
+            return
+        station = min(stations, key=lambda s: (len(s.inbound_pods), -len(s.uncovered_requests), s.id))
+        times = world.travel.times_to(station.cell, True)
+        ranked = [
+            (-value(world, pod), times[pod.cell].min(), pod.id)
+            for pod in world.pods
+            if pod.id not in sent
+            and station.id not in pod.bound_for
+            and (pod in leaving or (max_fetches > 0 and pod.location is not None and not pod.bound_for))
+            and any(pod.free_items(request.sku) > 0 for request in station.uncovered_requests)
+        ]
+        if not ranked:
+            given_up.add(station.id)
+            continue
+        pod = world.pods[min(ranked)[2]]
+        yield pod.id, station.id
+        sent.add(pod.id)
+        max_fetches -= pod not in leaving
+        world.bind(pod, station)
+
+
+def system_demand(world: Warehouse, pod: Pod) -> int:
+    """Open demand of the system that the pod's contents could serve."""
+    demand: dict[int, int] = {}
+    for order in world.orders:
+        for line in order.open_lines:
+            demand[line.sku] = demand.get(line.sku, 0) + line.quantity
+    for station in world.stations:
+        for request in station.open_requests:
+            demand[request.sku] = demand.get(request.sku, 0) + 1
+    return sum(min(demand.get(sku, 0), items) for sku, items in pod.contents.items())
+
+
+@settings(max_examples=300, deadline=None)
+@given(worlds())
+def test_order_assignment_is_what_its_definition_says(build: Callable[[], Warehouse]) -> None:
+    """pod-match, common-lines and first-come, with unlimited and finite stock, item and order capacity."""
+    rules: tuple[tuple[PodMatch | CommonLines | FirstCome, Score], ...] = (
+        (PodMatch(), match),
+        (CommonLines(), in_common),
+        (FirstCome(), lambda world, order, station: 0),
+    )
+    for rule, score in rules:
+        decided = [(given.order, given.station) for given in rule.assign_orders(WarehouseView(build()))]
+        assert decided == list(literal_assignments(build(), score)), rule
+
+
+@settings(max_examples=300, deadline=None)
+@given(worlds(), st.integers(0, 4))
+def test_pod_selection_is_what_its_definition_says(build: Callable[[], Warehouse], max_fetches: int) -> None:
+    """demand and nearest-pod, with stored and leaving pods."""
+    rules: tuple[tuple[Demand | NearestPod, Callable[[Warehouse, Pod], int]], ...] = (
+        (Demand(), system_demand),
+        (NearestPod(), lambda world, pod: 0),
+    )
+    for rule, value in rules:
+        decided = [(trip.pod, trip.station) for trip in rule.select_pods(WarehouseView(build()), max_fetches)]
+        assert decided == list(literal_trips(build(), max_fetches, value)), rule

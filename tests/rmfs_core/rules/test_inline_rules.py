@@ -1,0 +1,112 @@
+"""Rules from a file beside the scenario."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rmfs_core import InputError
+from rmfs_core.rules import RuleSet
+from rmfs_core.scenario.model import RuleChoice, RulesSection
+
+SOURCE = """
+from __future__ import annotations
+from attrs import define
+from rmfs_core import hookimpl
+
+@define
+class MyRule:
+    answer: str = "mine"
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return [self.answer]
+
+    @hookimpl
+    def select_pods(self, warehouse):
+        return [self.answer]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Return a scenario's folder with a rule in it."""
+    scenario = tmp_path / "scenario"
+    (scenario / "rules").mkdir(parents=True)
+    for file in ("my_rule.py", "rules/other.py", "../outside.py"):
+        (scenario / file).write_text(SOURCE)
+    return scenario
+
+
+def load(folder: Path, poa: str, *, pps: str = "demand", allow_inline: bool = True) -> RuleSet:
+    """Load a rule set with this rule for POA."""
+    return RuleSet.load(RulesSection(poa=RuleChoice(poa), pps=RuleChoice(pps)), str(folder), allow_inline=allow_inline)
+
+
+def test_a_rule_from_a_file_decides(folder: Path) -> None:
+    """It is bound, named and reported, and nothing is left behind in the folder."""
+    loaded = load(folder, "./my_rule.py:MyRule")
+    assert loaded.poa is not None
+    assert loaded.poa.hook(warehouse=None, rng=None) == ["mine"]
+    assert loaded.poa.describe() == 'rule "./my_rule.py:MyRule" (my_rule.py inline)'
+    assert loaded.inline_files == (str(folder / "my_rule.py"),)
+    assert "my_rule.py" not in loaded.distributions
+    assert sorted(file.name for file in folder.iterdir()) == ["my_rule.py", "rules"]
+
+
+def test_a_file_is_loaded_once_per_rule_set_and_anew_for_the_next(folder: Path) -> None:
+    """Two roles share the module; an edited file counts in the next run."""
+    first = load(folder, "rules/other.py:MyRule", pps="./my_rule.py:MyRule")
+    assert first.inline_files == (str(folder / "rules" / "other.py"), str(folder / "my_rule.py"))
+    (folder / "my_rule.py").write_text(SOURCE.replace("mine", "edited"))
+    second = load(folder, "./my_rule.py:MyRule", pps="./my_rule.py:MyRule")
+    assert second.poa is not None
+    assert second.pps is not None
+    assert second.poa.instance is second.pps.instance
+    assert second.poa.hook(warehouse=None, rng=None) == ["edited"]
+    assert second.inline_files == (str(folder / "my_rule.py"),)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("./my_rule.py", 'expected "./file.py:Class" for a rule beside the scenario, found "./my_rule.py"'),
+        ("./my_rule:MyRule", 'expected "./file.py:Class" for a rule beside the scenario, found "./my_rule:MyRule"'),
+        ("./my_rule.py:MyRle", '{folder}/my_rule.py has no class `MyRle` (did you mean "MyRule"?)'),
+        ("./none.py:MyRule", 'rule "./none.py:MyRule": cannot read {folder}/none.py: No such file or directory'),
+        (
+            "../outside.py:MyRule",
+            'rule "../outside.py:MyRule" is outside the scenario\'s folder; move its file into the folder',
+        ),
+        (
+            "/outside.py:MyRule",
+            'rule "/outside.py:MyRule" is outside the scenario\'s folder; move its file into the folder',
+        ),
+    ],
+)
+def test_refused_names(folder: Path, name: str, message: str) -> None:
+    """Each says what would be right."""
+    with pytest.raises(InputError) as caught:
+        load(folder, name)
+    assert str(caught.value) == f"rules.poa: {message.format(folder=folder)}"
+
+
+def test_a_file_that_cannot_be_loaded(folder: Path) -> None:
+    """The file and the cause are named."""
+    (folder / "my_rule.py").write_text("raise ValueError('no luck')\n")
+    with pytest.raises(InputError) as caught:
+        load(folder, "./my_rule.py:MyRule")
+    assert str(caught.value) == (
+        f'rules.poa: rule "./my_rule.py:MyRule": {folder}/my_rule.py cannot be loaded: ValueError: no luck'
+    )
+
+
+def test_no_inline_rules(folder: Path) -> None:
+    """With --no-inline-rules the file is not even opened."""
+    (folder / "my_rule.py").write_text("raise SystemExit('was run')")
+    with pytest.raises(InputError) as caught:
+        load(folder, "./my_rule.py:MyRule", allow_inline=False)
+    assert str(caught.value) == (
+        'rules.poa: rule "./my_rule.py:MyRule" would load code from a file, which --no-inline-rules refuses'
+    )

@@ -1,0 +1,108 @@
+"""A tiny run that tests can change."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from attrs import define, field
+
+from rmfs_core import hookimpl
+from rmfs_core.events import Event
+from rmfs_core.rules import RuleSet
+from rmfs_core.scenario.model import (
+    InstanceSection,
+    LayoutSection,
+    RobotsSection,
+    RuleChoice,
+    RulesSection,
+    RunSection,
+    Scenario,
+    StationsSection,
+)
+from rmfs_core.simulation.engine import Simulation
+from rmfs_core.world import Instance, Layout
+from rmfs_testing import small_layout
+
+SEQUENTIAL = {
+    "poa": "pod-match",
+    "pps": "demand",
+    "pr": "nearest",
+    "ta": "nearest-robot",
+    "pp": "free-flow",
+}
+
+
+@define
+class Recorder:
+    """Observer that keeps all events."""
+
+    events: list[Event] = field(factory=list)
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        """Keep an event."""
+        self.events.append(event)
+
+    def of(self, kind: type) -> list[Any]:
+        """Events of one class."""
+        return [event for event in self.events if isinstance(event, kind)]
+
+
+@define
+class TinyRun:
+    """A run with its recorder."""
+
+    simulation: Simulation
+    recorder: Recorder
+
+    @property
+    def warehouse(self) -> Any:
+        """The state."""
+        return self.simulation.warehouse
+
+
+@pytest.fixture
+def tiny_run(tmp_path: Path) -> Callable[..., TinyRun]:
+    """Return a function that prepares a run of an instance with the sequential rules, or others."""
+
+    def prepare(
+        instance: Instance,
+        *,
+        layout: Layout | None = None,
+        robots: int = 1,
+        capacity: int | tuple[int, ...] = 15,
+        order_capacity: int | None = None,
+        queue_length: int = 3,
+        run: RunSection | None = None,
+        at_stations: dict[str, tuple[str, ...]] | None = None,
+        seed: int = 1,
+        **rules: Any,
+    ) -> TinyRun:
+        chosen = SEQUENTIAL | rules
+        if "poa_pps" in chosen:
+            del chosen["poa"], chosen["pps"]
+        filters, observers = (
+            tuple(RuleChoice(name) for name in chosen.pop(key, ())) for key in ("filters", "observers")
+        )
+        choices = {r: c if isinstance(c, RuleChoice) else RuleChoice(c) for r, c in chosen.items()}
+        scenario = Scenario(
+            rules=RulesSection(filters=filters, observers=observers, **choices),
+            seed=seed,
+            instance=InstanceSection(pods_at_stations=at_stations or {}),
+            layout=LayoutSection(pod_fill=0.05),
+            robots=RobotsSection(count=robots),
+            stations=StationsSection(item_capacity=capacity, order_capacity=order_capacity, queue_length=queue_length),
+            run=run or RunSection(),
+            folder=str(tmp_path),
+        )
+        loaded = RuleSet.load(scenario.rules, scenario.folder)
+        recorder = Recorder()
+        loaded.register_observer(recorder)
+        stations = len(capacity) if isinstance(capacity, tuple) else 1
+        layout = layout or small_layout(stations, queue_length=queue_length)
+        return TinyRun(Simulation(scenario, instance, layout, loaded), recorder)
+
+    return prepare

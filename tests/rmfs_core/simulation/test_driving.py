@@ -1,0 +1,412 @@
+"""Robots that keep out of each other's way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import rmfs_core
+from rmfs_core.decisions import Leg
+from rmfs_core.errors import InputError, RuleError, StandstillError
+from rmfs_core.events import (
+    Event,
+    OrderCompleted,
+    PodLifted,
+    PodStored,
+    QueueJoined,
+    RobotMoved,
+    TaskAssigned,
+    VisitStarted,
+)
+from rmfs_core.results import load_result
+from rmfs_core.scenario.model import RuleChoice, RunSection
+from rmfs_core.simulation.driving.complete import CompleteDriving
+from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
+from rmfs_core.simulation.driving.windowed import WindowedDriving
+from rmfs_core.simulation.engine import Simulation
+from rmfs_core.traffic import FOREVER, Occupancy, Query, Roads, occupancy, timed_path
+from rmfs_core.world import check_layout, parse_map
+from rmfs_plan.crowds import paper_roads
+from rmfs_testing import small_instance, small_layout
+
+CORRIDOR_MAP = "\n".join(["#" + "." * 60 + "qO", "#.." + "@" * 57 + "...", "#.#" + "@" * 60, "@#@" + "@" * 60])
+"""One lane of nearly 60 cells, two-way, between all storage locations and the station."""
+
+CORRIDOR = parse_map(CORRIDOR_MAP, "corridor")
+INSTANCE = small_instance(
+    {f"o{i}": [sku] for i, sku in enumerate("abcd" * 4)}, {"1": ["a"], "2": ["b"], "3": ["c"], "4": ["d"]}
+)
+RULE = """
+from attrs import define
+from rmfs_core import Leg, Path, hookimpl
+
+@define
+class Mine:
+    reserves = {reserves!r}
+
+    @hookimpl
+    def plan_path(self, warehouse, robot, goal, traffic):
+        start = traffic.query
+        legs = warehouse.travel.fastest_path(start.cell, start.heading, goal, loaded=robot.pod is not None)
+        return Path({legs})
+"""
+
+
+def inline(folder: Path, reserves: str, legs: str = "legs") -> RuleChoice:
+    """Write a PP rule that heeds nobody and returns ``legs``."""
+    (folder / "mine.py").write_text(RULE.format(reserves=reserves, legs=legs))
+    return RuleChoice("./mine.py:Mine")
+
+
+@pytest.fixture(params=["sipp", "whca-n"])
+def pp(request: pytest.FixtureRequest) -> str:
+    """Return each rule that reserves."""
+    return str(request.param)
+
+
+def test_every_order_is_completed(tiny_run: Callable[..., Any], pp: str) -> None:
+    """More robots than the queue has cells: the run ends with every order complete."""
+    tiny = tiny_run(INSTANCE, capacity=3, robots=6, queue_length=1, pp=pp)
+    tiny.simulation.run()
+    assert len(tiny.recorder.of(OrderCompleted)) == 16
+
+
+def test_robots_line_up_and_are_served_in_order(tiny_run: Callable[..., Any], pp: str) -> None:
+    """Pods start their visits in the order in which they joined the queue."""
+    tiny = tiny_run(INSTANCE, capacity=3, robots=4, pp=pp)
+    tiny.simulation.run()
+    joined = [event.pod for event in tiny.recorder.of(QueueJoined)]
+    assert [event.pod for event in tiny.recorder.of(VisitStarted)] == joined
+
+
+def test_pods_at_the_station_from_the_start_are_served_first(tiny_run: Callable[..., Any], pp: str) -> None:
+    """Robots that stand in line at time 0 hold their cells, and the others queue behind them."""
+    tiny = tiny_run(INSTANCE, capacity=3, robots=4, pp=pp, at_stations={"1": ("2", "3")})
+    tiny.simulation.run()
+    assert [event.pod for event in tiny.recorder.of(VisitStarted)][:2] == [1, 2]
+    assert len(tiny.recorder.of(OrderCompleted)) == 16
+
+
+def test_only_the_cells_that_robots_stand_in_are_registered(tiny_run: Callable[..., Any]) -> None:
+    """Robots that stand in line from the start have nothing registered where they were before."""
+    simulation = tiny_run(INSTANCE, capacity=3, robots=4, pp="whca-n", at_stations={"1": ("2", "3")}).simulation
+    simulation._place_at_stations()
+    registered = simulation._driving._registered
+    for robot in simulation.warehouse.robots:
+        assert registered.reserved(robot.cell) == [(robot.id, 0, FOREVER)]
+    assert registered.size == 4
+
+
+def moved_without_a_task(events: list[Event]) -> bool:
+    """Whether some robot drove though it had no task."""
+    busy: set[int] = set()
+    for event in events:
+        if isinstance(event, TaskAssigned):
+            busy.add(event.robot)
+        elif isinstance(event, PodStored):
+            busy.discard(event.robot)
+        elif isinstance(event, RobotMoved) and event.robot not in busy:
+            return True
+    return False
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_idle_robots_step_aside(tiny_run: Callable[..., Any], pp: str, seed: int) -> None:
+    """With a robot in all locations but one, robots are in each other's way all the time; empty ones give way."""
+    layout = small_layout(1, block_columns=1, queue_length=1)
+    tiny = tiny_run(
+        INSTANCE, capacity=3, robots=len(layout.storage_locations) - 1, queue_length=1, layout=layout, pp=pp, seed=seed
+    )
+    tiny.simulation.run()
+    assert len(tiny.recorder.of(OrderCompleted)) == 16
+    assert moved_without_a_task(tiny.recorder.events)
+
+
+def test_sipp_passes_a_corridor_for_one(tiny_run: Callable[..., Any]) -> None:
+    """Where only one robot at a time can pass, `sipp` lets the others wait where they block nobody."""
+    check_layout(CORRIDOR, "corridor")
+    tiny = tiny_run(INSTANCE, capacity=3, robots=3, layout=CORRIDOR, queue_length=1, pp="sipp")
+    tiny.simulation.run()
+    assert len(tiny.recorder.of(OrderCompleted)) == 16
+
+
+class Overtaking:
+    """Observer of the order in which pods that came straight from storage are served at each station."""
+
+    def __init__(self) -> None:
+        self.lifted: dict[int, int] = {}
+        self.served: dict[int, list[int]] = {}
+        """When each pod was lifted, by station, as they are served."""
+
+    @rmfs_core.hookimpl
+    def on_event(self, event: Event) -> None:
+        """Note pods as they are lifted and served."""
+        if isinstance(event, PodLifted):
+            self.lifted[event.pod] = event.tick
+        elif isinstance(event, VisitStarted) and event.pod in self.lifted:
+            self.served.setdefault(event.station, []).append(self.lifted.pop(event.pod))
+
+
+def test_who_comes_first_goes_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Robots with sipp overtake others on the way to a station; where that fails, all reservations are as before."""
+    both = CompleteDriving._both
+    tried = []
+
+    def checked(driving: CompleteDriving, course: Course, first: Query, ahead: Course, second: Query) -> Any:
+        def ahead_of_now() -> list[list[tuple[int, int, int]]]:
+            now = driving.run.warehouse.now
+            cells = range(driving.roads.cells)
+            return [[entry for entry in driving.table.reserved(cell) if entry[2] > now] for cell in cells]
+
+        before = ahead_of_now()
+        paths = both(driving, course, first, ahead, second)
+        tried.append(paths is not None)
+        assert paths is not None or ahead_of_now() == before
+        return paths
+
+    monkeypatch.setattr(CompleteDriving, "_both", checked)
+    observer = Overtaking()
+    settings = ["rules.pp=sipp", "robots.count=24", "instance.orders=60", "stations.pick_s=1.0"]
+    result = rmfs_core.run("paper-250", seed=2, overrides=settings, observers=[observer])
+    assert result.status == "complete"
+    assert {True, False} == set(tried)
+    assert any(lifted != sorted(lifted) for lifted in observer.served.values())
+
+
+def test_a_standstill_says_who_waits_for_whom(tmp_path: Path) -> None:
+    """`whca-n` lets robots meet in the corridor: the error names them, their cells and who has those."""
+    (tmp_path / "map.txt").write_text(CORRIDOR_MAP + "\n")
+    (tmp_path / "s.toml").write_text(
+        'rules = { poa = "pod-match", pps = "demand", pp = "whca-n" }\n'
+        "instance = { orders = 20, skus = 4, pods = 4, skus_per_pod = 1 }\n"
+        'layout = { map_file = "map.txt", pod_fill = 0.1 }\nrobots = { count = 3 }\n'
+        "stations = { queue_length = 1, item_capacity = 4 }\nrun = { standstill_s = 300.0 }\n"
+    )
+    with pytest.raises(StandstillError, match=r"The run stands still at .* for 3\d\d s \(run.standstill_s\)") as caught:
+        rmfs_core.run(tmp_path / "s.toml", out=tmp_path / "out")
+    text = str(caught.value)
+    assert text.count(" waits for row 1, column ") >= 2
+    assert "which robot " in text
+    assert 'rule "whca-n" (rmfs' in text
+    kept = load_result(tmp_path / "out")
+    assert (kept.status, kept.error) == ("failed", text)
+    assert kept.metrics["distance_m"] > 0
+
+
+def test_a_standstill_names_a_robot_that_is_leaving_the_cell_it_wants(tiny_run: Callable[..., Any]) -> None:
+    """It has to come back from the end of the step that it has begun."""
+    simulation = tiny_run(INSTANCE, layout=CORRIDOR, queue_length=1, pp="whca-n").simulation
+    driving = simulation._driving
+    course = driving.courses[0]
+    simulation.env.process(simulation._arrivals())
+    while course.under_way is None:
+        simulation.warehouse.now = int(simulation.env.peek())
+        simulation.env.step()
+    left, reached = course.robot.cell, course.under_way[1].cell
+    course.goal = left
+    sentence = driving._who_waits_for_whom(course)
+    assert f"robot 1 at {CORRIDOR.where(reached)} waits for " in sentence
+    assert f"on its way to {CORRIDOR.where(left)}" in sentence
+
+
+class Moves:
+    """Observer of the runs of all robots."""
+
+    def __init__(self) -> None:
+        self.moves: list[RobotMoved] = []
+
+    @rmfs_core.hookimpl
+    def on_event(self, event: Event) -> None:
+        """Keep a run."""
+        if isinstance(event, RobotMoved):
+            self.moves.append(event)
+
+
+def overlapping(moves: list[RobotMoved], roads: Roads) -> int:
+    """Runs that, when they begin, overlap what another robot has until it begins its next run, or for ever."""
+    quarter = int(roads.passing.turns[1])
+    begun: dict[int, dict[int, dict[int, tuple[int, int]]]] = {}
+    now: dict[int, dict[int, tuple[int, int]]] = {}
+    for move in moves:
+        now.setdefault(move.robot, {move.origin: (0, FOREVER)})
+        heading = (move.heading - move.turn_ticks // quarter) % 4  # turns to the left take as long
+        begin = move.tick - move.turn_ticks - int(roads.passing.runs[move.distance_m])
+        path = timed_path(roads, Query(move.robot, move.origin, heading, begin, move.to), (Leg(move.to),))
+        has = occupancy(roads, path)
+        cells = zip(has.cells.tolist(), zip(has.since.tolist(), has.until.tolist(), strict=True), strict=True)
+        begun.setdefault(begin, {})[move.robot] = dict(cells)
+    found = 0
+    for begin, beginning in sorted(begun.items()):
+        if begin > moves[-1].tick - 60_000:
+            break  # runs under way at the end are not told, so that it is not known who has what
+        now |= beginning
+        for robot, run in beginning.items():
+            others = (has for other, has in now.items() if other != robot)
+            found += any(
+                cell in has and has[cell][0] < until and since < has[cell][1]
+                for has in others
+                for cell, (since, until) in run.items()
+            )
+    return found
+
+
+@pytest.mark.parametrize("robots", [8, 32])
+def test_a_run_across_a_stop_is_refused(monkeypatch: pytest.MonkeyPatch, robots: int) -> None:
+    """With `whca-n` no run begins that overlaps another's or its stop, whatever is reserved; without that, some do."""
+
+    def overlapping_runs() -> int:
+        observer = Moves()
+        settings = ["rules.pp=whca-n", f"robots.count={robots}", "instance.orders=60", "stations.pick_s=1.0"]
+        settings.append("run.until_s=10_000.0")
+        result = rmfs_core.run("paper-250", overrides=settings, observers=[observer])
+        assert result.status == "complete"
+        return overlapping(observer.moves, paper_roads())
+
+    assert overlapping_runs() == 0
+    monkeypatch.setattr(WindowedDriving, "_register", ReservedDriving._register)
+    monkeypatch.setattr(WindowedDriving, "_leave_station", leaves_at_once)
+    assert overlapping_runs() > 0
+
+
+def leaves_at_once(driving: WindowedDriving, course: Course) -> None:
+    """Take a robot out of the line without waiting for a run to be registered."""
+    station = driving._leave_line(course)
+    if station is not None:
+        driving._let_move_up(station)
+
+
+def blocked(simulation: Simulation) -> tuple[Course, int]:
+    """Let the last robot have the cell ahead of the first one, which only the runs that are registered know."""
+    driving = simulation._driving
+    assert isinstance(driving, WindowedDriving)
+    first, last = driving.courses[0], driving.courses[-1]
+    ahead = driving.roads.layout.neighbour(first.robot.cell, 1)
+    assert ahead is not None
+    driving._registered.hold(last.robot.id, ahead, 0)
+    return first, ahead
+
+
+def test_who_had_reserved_the_cell_of_a_refused_robot_plans_anew(tiny_run: Callable[..., Any]) -> None:
+    """A robot that is refused keeps its cell; another that has reserved that loses its path, and gets one again."""
+    simulation = tiny_run(INSTANCE, robots=3, queue_length=1, layout=CORRIDOR, pp="whca-n").simulation
+    driving, table = simulation._driving, simulation._driving.table
+    first, ahead = blocked(simulation)
+    second = driving.courses[1]
+    table.commit(first.robot.id, table_row((first.robot.cell, 0, 100)))
+    table.commit(second.robot.id, table_row((second.robot.cell, 0, FOREVER), (first.robot.cell, 500, 600)))
+    assert not driving._register(first, Leg(ahead))
+    assert [owner for owner, _, _ in table.reserved(first.robot.cell)] == [first.robot.id]
+    assert [owner for owner, _, _ in table.reserved(second.robot.cell)] == [second.robot.id]
+    assert set(driving._asking) == {first.robot.id, second.robot.id}
+    sentence = driving._waits_for(first)
+    assert f"waits for {CORRIDOR.where(ahead)}, which robot {driving.courses[-1].robot.name} has" in sentence
+
+
+def table_row(*intervals: tuple[int, int, int]) -> Occupancy:
+    """Cells with since and until, as a path would occupy them."""
+    return Occupancy(*(np.array(column, dtype=np.int64) for column in zip(*intervals, strict=True)))
+
+
+class Ghost:
+    """Observer that lets the idle one of two robots have the cell ahead of the other, unknown to whoever plans."""
+
+    simulation: Simulation
+    cell: int | None = None
+
+    @rmfs_core.hookimpl
+    def on_event(self, event: Event) -> None:
+        """Take the cell when a robot gets its task."""
+        if isinstance(event, TaskAssigned):
+            driving, robot = self.simulation._driving, self.simulation.warehouse.robots[event.robot]
+            location = self.simulation.warehouse.pods[event.pod].location
+            self.cell = driving._ahead(Query(robot.id, robot.cell, robot.heading, 0, location))
+            driving._registered.hold(1 - robot.id, self.cell, 0)
+
+
+def test_who_is_refused_for_long_steps_aside(tiny_run: Callable[..., Any]) -> None:
+    """A robot that is refused for thirty seconds tries another way."""
+    tiny = tiny_run(small_instance({"1": ["a"]}, {"1": ["a"]}), robots=2, pp="whca-n", run=RunSection(until_s=600.0))
+    ghost = Ghost()
+    ghost.simulation = tiny.simulation
+    tiny.simulation.rules.register_observer(ghost)
+    tiny.simulation.run()
+    assert len(tiny.recorder.of(OrderCompleted)) == 1
+    moves = tiny.recorder.of(RobotMoved)
+    assert 30_000 <= moves[0].start_tick < 33_000
+    assert moves[0].distance_m == 1
+    assert ghost.cell not in {move.to for move in moves}
+
+
+def on_its_way(tiny: Any, legs: int) -> tuple[WindowedDriving, Course]:
+    """Run until the first robot is on a leg with so many more to come, and return it."""
+    simulation = tiny.simulation
+    driving, course = simulation._driving, simulation._driving.courses[0]
+    simulation.env.process(simulation._arrivals())
+    while course.under_way is None or len(course.legs) < legs:
+        simulation.warehouse.now = int(simulation.env.peek())
+        simulation.env.step()
+    return driving, course
+
+
+def test_a_robot_that_would_pass_its_new_goal_stops_there(tiny_run: Callable[..., Any]) -> None:
+    """Its path beyond is given up, whoever has reserved the goal for later loses that, and it arrives."""
+    tiny = tiny_run(INSTANCE, robots=2, pp="whca-n")
+    driving, course = on_its_way(tiny, legs=1)
+    end, other = course.under_way[1], driving.courses[1]
+    leaves = next(until for who, _, until in driving.table.reserved(end.cell) if who == course.robot.id)
+    driving.table.hold(other.robot.id, end.cell, leaves)
+    driving._own(course, end.cell)
+    driving._plan(course)
+    assert not course.legs
+    assert [who for who, _, _ in driving.table.reserved(end.cell)] == [course.robot.id]
+    arrived = course.arrived
+    tiny.simulation.env.run(until=arrived)
+    assert (course.robot.cell, tiny.simulation.env.now) == (end.cell, end.start_tick)
+
+
+def test_a_robot_that_has_just_left_a_cell_has_not_arrived_there(tiny_run: Callable[..., Any]) -> None:
+    """Sent back to where its run began, a robot that has lost the rest of its path does not count as being there."""
+    driving, course = on_its_way(tiny_run(INSTANCE, robots=2, pp="whca-n"), legs=1)
+    driving._stop(course)
+    drive = driving.to_location(course.robot, course.robot.cell)
+    assert next(drive) is course.arrived
+
+
+def test_a_long_wait_in_line_is_no_standstill() -> None:
+    """Robots that wait for the picker for longer than ``run.standstill_s`` are where they should be."""
+    settings = ["rules.pp=whca-n", "instance.orders=30", "robots.count=5", "layout.stations_east=1"]
+    settings += ["stations.pick_s=600.0", "stations.handle_s=600.0", "run.standstill_s=900.0"]
+    assert rmfs_core.run("paper-250", overrides=settings).status == "complete"
+
+
+@pytest.mark.parametrize("reserves", ["full paths", "windows"])
+def test_a_path_that_hits_a_reservation_is_refused(tiny_run: Callable[..., Any], tmp_path: Path, reserves: str) -> None:
+    """A rule that heeds nobody is named, with the robot in the way and the cell."""
+    tiny = tiny_run(INSTANCE, capacity=3, robots=4, layout=CORRIDOR, queue_length=1, pp=inline(tmp_path, reserves))
+    with pytest.raises(RuleError, match=r"mine.py.*a path that hits a reservation: robot \d has row \d+, column \d+"):
+        tiny.simulation.run()
+
+
+def test_a_full_path_ends_at_the_goal(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
+    """A rule that promises full paths and stops short is refused."""
+    tiny = tiny_run(INSTANCE, capacity=3, robots=1, pp=inline(tmp_path, "full paths", "legs[:-1]"))
+    with pytest.raises(RuleError, match=r"gave robot 1 a path that ends at row .*, not at its goal row|an empty path"):
+        tiny.simulation.run()
+
+
+def test_reserves_is_one_of_a_few(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
+    """A misspelt attribute is named with what would be right."""
+    with pytest.raises(InputError, match="has reserves = 'paths'; expected one of None, 'full paths', 'windows'"):
+        tiny_run(INSTANCE, pp=inline(tmp_path, "paths"))
+
+
+def test_one_location_is_left_for_who_steps_aside(tiny_run: Callable[..., Any], pp: str) -> None:
+    """As many robots as storage locations are refused before the run."""
+    layout = small_layout(1, block_columns=1, queue_length=1)
+    count = len(layout.storage_locations)
+    with pytest.raises(InputError, match=rf"robots.count: found {count} robots and {count} storage locations"):
+        tiny_run(INSTANCE, capacity=3, robots=count, queue_length=1, layout=layout, pp=pp)

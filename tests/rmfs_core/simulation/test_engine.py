@@ -1,0 +1,161 @@
+"""The simulation's story, step by step, on instances small enough to work out by hand."""
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import pytest
+
+from rmfs_core.errors import StandstillError
+from rmfs_core.events import (
+    ItemPicked,
+    OrderArrived,
+    OrderAssigned,
+    OrderCompleted,
+    PodLifted,
+    PodStored,
+    RobotMoved,
+    VisitEnded,
+    VisitStarted,
+)
+from rmfs_core.scenario.model import RunSection
+from rmfs_testing import small_instance
+
+Prepare = Callable[..., "TinyRun"]  # type: ignore[name-defined]  # noqa: F821
+
+
+def test_one_item_takes_fetching_lifting_carrying_and_picking(tiny_run: Prepare) -> None:
+    """One robot, pod, item: the run is the empty drive, 2.2 s of lifting, the loaded drive and 7 s of picking."""
+    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}))
+    warehouse = run.warehouse
+    travel, robot, pod = warehouse.travel, warehouse.robots[0], warehouse.pods[0]
+    station = warehouse.stations[0].cell
+    fetch = travel.ticks(robot.cell, robot.heading, pod.cell, loaded=False)
+    run.simulation.run()
+    heading = next(e.heading for e in reversed(run.recorder.of(RobotMoved)) if e.pod is None) if fetch else 1
+    carry = travel.ticks(pod.robot is not None and warehouse.homes[0], heading, station, loaded=True)
+    assert run.simulation.now == fetch + 2200 + carry + 7000
+    assert run.simulation.status == "complete"
+
+
+def test_the_picker_needs_thirteen_seconds_an_item(tiny_run: Prepare) -> None:
+    """Three items from one pod: picks begin 13 s apart, each done after 7 s; the pod leaves with the last one."""
+    run = tiny_run(small_instance({"1": ["a", "b", "c"]}, {"p": ["a", "b", "c"]}))
+    run.simulation.run()
+    picks = run.recorder.of(ItemPicked)
+    starts = [pick.start_tick for pick in picks]
+    assert [b - a for a, b in pairwise(starts)] == [13000, 13000]
+    assert [pick.tick - pick.start_tick for pick in picks] == [7000] * 3
+    assert run.recorder.of(VisitEnded)[0].picks == 3
+    assert run.recorder.of(OrderCompleted)[0].tick == picks[-1].tick
+
+
+def test_the_next_pod_moves_up_while_the_picker_still_handles_the_last_item(tiny_run: Prepare) -> None:
+    """A pod that waits in the queue is at the station 2 s after the one before it left, before the picker is free."""
+    run = tiny_run(
+        small_instance({"1": ["a", "b"]}, {"p": ["a"], "q": ["b"]}),
+        robots=2,
+        at_stations={"1": ("p", "q")},
+    )
+    run.simulation.run()
+    first, second = run.recorder.of(ItemPicked)
+    left = run.recorder.of(VisitEnded)[0].tick
+    assert left == first.tick == 7000
+    turn_and_step = run.recorder.of(VisitStarted)[1].tick - left
+    assert 2000 <= turn_and_step <= 2000 + 1250
+    assert second.start_tick == first.picker_free_tick == 13000
+
+
+def test_a_pod_goes_on_to_the_next_station_it_is_bound_for(tiny_run: Prepare) -> None:
+    """One robot carries a pod from station to station; each is a visit, and it is stored only once."""
+    run = tiny_run(
+        small_instance({"1": ["a", "b"], "2": ["a", "c"]}, {"p": ["a"], "q": ["b"], "r": ["c"]}),
+        robots=3,
+        capacity=(2, 2),
+    )
+    run.simulation.run()
+    visits = [(visit.pod, visit.station) for visit in run.recorder.of(VisitStarted)]
+    assert sorted(visits) == [(0, 0), (0, 1), (1, 0), (2, 1)]
+    onward = [event for event in run.recorder.of(VisitEnded) if event.next_station is not None]
+    assert [event.pod for event in onward] == [0]
+    lifted = [event.pod for event in run.recorder.of(PodLifted)]
+    assert sorted(lifted) == [0, 1, 2]
+
+
+def test_a_pod_is_put_back_and_the_robot_fetches_the_next(tiny_run: Prepare) -> None:
+    """With one robot two pods take turns: the first is stored before the second is lifted."""
+    run = tiny_run(small_instance({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}), capacity=1)
+    run.simulation.run()
+    stored, lifted = run.recorder.of(PodStored), run.recorder.of(PodLifted)
+    assert len(stored) == 1
+    assert len(lifted) == 2
+    assert stored[0].tick <= lifted[1].start_tick
+
+
+def test_orders_that_arrive_later_are_picked_later(tiny_run: Prepare) -> None:
+    """An order that arrives at 500 s is unknown before, and completed after."""
+    instance = small_instance({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, arrivals_s={"2": 500})
+    run = tiny_run(instance)
+    run.simulation.run()
+    assert [event.tick for event in run.recorder.of(OrderArrived)] == [0, 500_000]
+    assert [event.tick for event in run.recorder.of(OrderAssigned)] == [0, 500_000]
+    assert [event.order for event in run.recorder.of(OrderCompleted)] == [0, 1]
+
+
+def test_a_run_without_orders_is_over_at_once(tiny_run: Prepare) -> None:
+    """Nothing to pick: complete at time 0."""
+    run = tiny_run(small_instance({}, {"p": ["a"]}))
+    run.simulation.run()
+    assert (run.simulation.status, run.simulation.now) == ("complete", 0)
+
+
+def test_until_ends_the_run_at_its_time(tiny_run: Prepare) -> None:
+    """run.until_s ends the run exactly then, with orders left."""
+    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), run=RunSection(until_s=5))
+    run.simulation.run()
+    assert run.simulation.now == 5000
+    assert not run.recorder.of(OrderCompleted)
+
+
+def test_pods_wait_for_room_in_the_queue(tiny_run: Prepare) -> None:
+    """With one queue cell at most two pods are on their way to or at the station at any time; all are served."""
+    skus = list("abcdef")
+    run = tiny_run(
+        small_instance({str(i): [sku] for i, sku in enumerate(skus)}, {sku: [sku] for sku in skus}),
+        robots=6,
+        queue_length=1,
+    )
+    run.simulation.run()
+    under_way = 0
+    for event in run.recorder.events:
+        under_way += isinstance(event, PodLifted) - isinstance(event, VisitEnded)
+        assert under_way <= 2
+    assert len(run.recorder.of(OrderCompleted)) == 6
+
+
+def test_full_queues_do_not_block_each_other(tiny_run: Prepare) -> None:
+    """Pods at two full stations, each bound for the other, are stored and fetched again: nothing stands still."""
+    run = tiny_run(
+        small_instance(
+            {"1": ["a", "b", "c", "d"], "2": ["a", "b", "c", "d"]},
+            {"p": ["a"], "q": ["b"], "r": ["c"], "s": ["d"]},
+        ),
+        robots=6,
+        capacity=(4, 4),
+        queue_length=1,
+        at_stations={"1": ("p", "q"), "2": ("r", "s")},
+    )
+    run.simulation.run()
+    assert len(run.recorder.of(OrderCompleted)) == 2
+    assert len(run.recorder.of(ItemPicked)) == 8
+
+
+def test_a_run_that_stands_still_says_what_is_left(tiny_run: Prepare) -> None:
+    """When no rule decides anything and nothing is under way, the error counts what is left."""
+    run = tiny_run(small_instance({"1": ["a", "b"]}, {"p": ["a", "b"]}), capacity=1)
+    with pytest.raises(StandstillError) as caught:
+        run.simulation.run()
+    assert str(caught.value) == (
+        "The run stands still at 0.000 s: 1 orders are not complete (1 in the backlog; 0 open requests that no inbound "
+        "pod can serve; 0 pods waiting for a robot), and no rule decides anything (asked last: "
+        'rule "pod-match" (rmfs 0.1.0), rule "demand" (rmfs 0.1.0), rule "nearest-robot" (rmfs 0.1.0)).'
+    )

@@ -1,0 +1,164 @@
+"""No run stands still under `sipp`: random layouts, fleets and rules attack the scheme of `driving.complete`."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import pytest
+from attrs import evolve
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+from rmfs_core import hookimpl
+from rmfs_core.errors import InputError, StandstillError
+from rmfs_core.events import Event, QueueJoined
+from rmfs_core.rules import RuleSet
+from rmfs_core.scenario.model import (
+    InstanceSection,
+    LayoutSection,
+    RobotsSection,
+    RuleChoice,
+    RulesSection,
+    RunSection,
+    Scenario,
+    StationsSection,
+)
+from rmfs_core.simulation.driving.reserved import ReservedDriving
+from rmfs_core.simulation.engine import Simulation
+from rmfs_core.world import Instance, Layout, block_map, check_layout, make_instance, parse_map
+from rmfs_testing import validate_trace
+from rmfs_trace import TraceWriter
+
+ONE_WAY = "><^v└┘┌┐─│├┤┬┴"
+ANYTHING_GOES = {"deadline": None, "suppress_health_check": list(HealthCheck)}
+
+
+@st.composite
+def layouts(draw: st.DrawFn, queue_length: int) -> tuple[LayoutSection, Layout]:
+    """Block layouts with 1 to 8 stations; their aisles one-way, two-way, or some of either."""
+    stations = draw(st.integers(1, 8))
+    west = draw(st.integers(0, stations))
+    section = LayoutSection(
+        block_rows=2 * max(west, stations - west) + 1 + draw(st.integers(0, 2)),
+        block_columns=draw(st.integers(1, 4)),
+        block_length=draw(st.integers(1, 4)),
+        hall_width=draw(st.integers(1, 2)),
+        stations_east=stations - west,
+        stations_west=west,
+        pod_fill=draw(st.floats(0.05, 0.97)),
+    )
+    signs = block_map(section, queue_length)
+    two_way = draw(st.sampled_from(["none", "all", "some"]))
+    if two_way == "all":
+        signs = "".join("." if sign in ONE_WAY else sign for sign in signs)
+    elif two_way == "some":
+        chosen = draw(st.lists(st.integers(0, len(signs) - 1), max_size=len(signs) // 3))
+        signs = "".join("." if i in chosen and sign in ONE_WAY else sign for i, sign in enumerate(signs))
+    layout = parse_map(signs, "drawn")
+    try:
+        check_layout(layout, "drawn")
+    except InputError:
+        assume(False)
+    return section, layout
+
+
+@st.composite
+def attacks(draw: st.DrawFn, max_robots: int, pp: str = "sipp") -> tuple[Scenario, Instance, Layout]:
+    """Any shipped rules but for PP, 1 to ``max_robots`` robots, more work than the stations have places for."""
+
+    def choose(*names: str) -> RuleChoice:
+        return RuleChoice(draw(st.sampled_from(names)))
+
+    queue_length = draw(st.integers(1, 12))
+    section, layout = draw(layouts(queue_length))
+    locations = len(layout.storage_locations)
+    pods = draw(st.integers(2, max(2, min(40, int(0.97 * locations)))))
+    assume(pods < locations)
+    deciders = (
+        {"poa_pps": choose("integrated", "split-among-stations", "split-over-time")}
+        if draw(st.integers(0, 3)) == 0
+        else {"poa": choose("pod-match", "common-lines", "first-come"), "pps": choose("demand", "nearest-pod")}
+    )
+    scenario = Scenario(
+        rules=RulesSection(
+            **deciders,
+            pr=choose("nearest", "fixed", "random"),
+            ta=choose("nearest-robot", "balanced"),
+            pp=RuleChoice(pp),
+        ),
+        seed=draw(st.integers(0, 1000)),
+        instance=InstanceSection(
+            orders=draw(st.integers(1, 25)), skus=draw(st.integers(2, 8)), pods=pods, skus_per_pod=2, max_lines=3
+        ),
+        layout=section,
+        robots=RobotsSection(
+            count=min(draw(st.integers(1, max_robots)), locations - 1),
+            full_turn_s=draw(st.sampled_from([2.5, 0.9])),
+            acceleration_m_per_s2=draw(st.sampled_from([1.0, 0.6])),
+        ),
+        stations=StationsSection(
+            item_capacity=draw(st.integers(3, 15)),
+            queue_length=queue_length,
+            pick_s=draw(st.sampled_from([0.5, 7.0])),
+            handle_s=13.0,
+        ),
+        run=RunSection(until_s=1_000_000.0),
+    )
+    return scenario, make_instance(scenario), layout
+
+
+class LinesInOrder:
+    """Observer that holds the lines of the driving against those at the stations."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self.simulation = simulation
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        """Whoever has joined a line stands at the same place in both."""
+        driving = self.simulation._driving
+        if isinstance(event, QueueJoined) and isinstance(driving, ReservedDriving):
+            for station in self.simulation.warehouse.stations:
+                joined = [course.robot for course in driving.lines[station.id] if course.joined]
+                assert joined == [robot for robot in station._line if robot in joined]
+
+
+def completes(scenario: Scenario, instance: Instance, layout: Layout) -> None:
+    """Run to the end; every order is complete, and no two robots ever had one cell."""
+    rules = RuleSet.load(scenario.rules, ".")
+    with tempfile.TemporaryDirectory() as folder:
+        trace = TraceWriter(Path(folder) / "trace.jsonl.gz")
+        rules.register_observer(trace)
+        simulation = Simulation(scenario, instance, layout, rules)
+        rules.register_observer(LinesInOrder(simulation))
+        simulation.run()
+        rules.pm.hook.run_ended(tick=simulation.now, status=simulation.status)
+        assert simulation.status == "complete"
+        assert [str(fault) for fault in validate_trace(Path(folder))] == []
+
+
+@given(attack=attacks(max_robots=12))
+@settings(max_examples=40, **ANYTHING_GOES)
+def test_small_fleets(attack: tuple[Scenario, Instance, Layout]) -> None:
+    """Up to 12 robots: every run ends with every order complete."""
+    completes(*attack)
+
+
+@given(attack=attacks(max_robots=12, pp="whca-n"))
+@settings(max_examples=40, **ANYTHING_GOES)
+def test_windows_end_in_order_or_with_the_reason(attack: tuple[Scenario, Instance, Layout]) -> None:
+    """Under `whca-n` a run completes without a collision, or ends with the error that says who waits for whom."""
+    scenario, instance, layout = attack
+    try:
+        completes(evolve(scenario, run=RunSection(standstill_s=600.0)), instance, layout)
+    except StandstillError as error:
+        assert " waits for row " in str(error)
+
+
+@pytest.mark.slow
+@given(attack=attacks(max_robots=100))
+@settings(max_examples=150, **ANYTHING_GOES)
+def test_fleets_as_large_as_the_storage(attack: tuple[Scenario, Instance, Layout]) -> None:
+    """Up to 100 robots, or one fewer than storage locations: every run ends with every order complete."""
+    completes(*attack)

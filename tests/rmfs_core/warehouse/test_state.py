@@ -1,0 +1,212 @@
+"""The warehouse's state: capacity, promises, stock."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rmfs_core.warehouse import Warehouse, WarehouseView
+from rmfs_testing import small_world
+
+
+def put_at_station(world: Warehouse, pod_id: int, station_id: int = 0) -> None:
+    """Bind a pod for a station and let a robot stand there with it."""
+    pod, station = world.pods[pod_id], world.stations[station_id]
+    world.bind(pod, station)
+    robot = next(robot for robot in world.robots if robot.idle)
+    world.take_task(robot, pod)
+    world.lift(robot, pod)
+    robot._cell = station.cells.slot(len(station._line))
+    station._line.append(robot)
+
+
+def test_a_part_takes_up_capacity_until_its_last_item_is_picked() -> None:
+    """Three items stay counted while one of them is left, and are free all at once then (spec: item capacity)."""
+    world = small_world({"1": ["a", "b", "c"]}, {"p": ["a", "b", "c"]}, capacities=[5])
+    station, pod = world.stations[0], world.pods[0]
+    put_at_station(world, 0)
+    world.assign(world.orders[0], station, [0, 1, 2])
+    free = []
+    while (request := world.next_request(station, pod)) is not None:
+        free.append(station.free_capacity)
+        world.fulfil(request, pod)
+    assert free == [2, 2, 2]
+    assert station.free_capacity == 5
+
+
+def test_order_capacity_counts_orders() -> None:
+    """With order capacity each order takes one place, however many items it has."""
+    world = small_world({"1": ["a", "b", "c"], "2": ["a"]}, {"p": ["a", "b", "c"]}, capacities=[2], counts_orders=True)
+    view = WarehouseView(world)
+    assert view.size_at(world.orders[0], world.stations[0]) == 1
+    world.assign(world.orders[0], world.stations[0], [0, 1, 2])
+    assert world.stations[0].free_capacity == 1
+    assert world.fits_smallest(single_line=False)
+    world.assign(world.orders[1], world.stations[0], [0])
+    assert not view.fits(world.orders[1], world.stations[0])
+
+
+def test_one_period_makes_one_part_of_an_order_at_a_station() -> None:
+    """Lines assigned one by one in the same period count together until the last is picked; the order is not split."""
+    world = small_world({"1": ["a", "b", "c"]}, {"p": ["a", "b", "c"]}, capacities=[5])
+    order, station = world.orders[0], world.stations[0]
+    put_at_station(world, 0)
+    for sku in range(3):
+        world.assign(order, station, [sku], period=1)
+    assert not order.split
+    assert world.split_orders_open == 0
+    first = world.next_request(station, world.pods[0])
+    assert first is not None
+    world.fulfil(first, world.pods[0])
+    assert station.load == 3
+
+
+def test_a_secured_item_is_not_given_away() -> None:
+    """From the start of a pick its item is promised to it: an order that comes meanwhile is not covered by it."""
+    world = small_world({"1": ["a"], "2": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}}, capacities=[5, 5])
+    here, there = world.stations
+    first, second = world.pods
+    world.bind(second, here)
+    world.assign(world.orders[0], here, [0])
+    put_at_station(world, first.id)
+    world.bind(first, there)
+    request = world.next_request(here, first)
+    assert request is not None
+    world.secure(request, first)
+    world.assign(world.orders[1], there, [0])
+    assert [r.covered for r in there.open_requests] == [False]
+    world.fulfil(request, first)
+    assert first.free_items(0) == 0
+    check_promises(world)
+
+
+def test_an_item_is_promised_once() -> None:
+    """Two requests for a SKU, one item inbound: one request is covered, the other waits for a second pod."""
+    world = small_world({"1": ["a"], "2": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}})
+    station = world.stations[0]
+    world.bind(world.pods[0], station)
+    for order in world.orders:
+        world.assign(order, station, [0])
+    assert [request.covered for request in station.open_requests] == [True, False]
+    assert WarehouseView(world).available()[0, 0] == 0
+    world.bind(world.pods[1], station)
+    assert all(request.covered for request in station.open_requests)
+
+
+def test_what_comes_first_serves_the_oldest_and_promises_follow() -> None:
+    """A pod that overtakes serves the oldest request although its item was promised to a younger one."""
+    world = small_world({"1": ["a"], "2": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}})
+    station, (first, second) = world.stations[0], world.pods
+    for order in world.orders:
+        world.assign(order, station, [0])
+    world.bind(first, station)
+    put_at_station(world, second.id)
+    oldest, younger = station.open_requests
+    assert world.next_request(station, second) is oldest
+    world.fulfil(oldest, second)
+    assert younger.covered
+    assert second.contents[0] == 0
+    assert first.free_items(0) == 0
+    assert world.next_request(station, second) is None
+
+
+def test_an_item_promised_elsewhere_is_not_served_here() -> None:
+    """A pod bound for two stations keeps the item it promised to the second when it stands at the first."""
+    world = small_world({"1": ["a"], "2": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}}, capacities=[5, 5])
+    here, there = world.stations
+    pod = world.pods[0]
+    world.assign(world.orders[0], there, [0])
+    world.bind(pod, there)
+    world.assign(world.orders[1], here, [0])
+    put_at_station(world, 1, 0)
+    pod._itinerary.insert(0, here.id)
+    assert world.next_request(here, pod) is None
+
+
+def test_a_partly_assigned_order_keeps_its_age() -> None:
+    """Lines left over stay in the backlog in the order's old place; the order counts as split until it is picked."""
+    world = small_world({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]})
+    world.assign(world.orders[0], world.stations[0], [1])
+    assert [order.name for order in world.backlog] == ["1", "2"]
+    assert [line.sku for line in world.orders[0].open_lines] == [0]
+    assert world.split_orders_open == 1
+    lines = world.backlog_lines
+    assert (lines.order.tolist(), lines.sku.tolist()) == ([0, 1], [0, 0])
+    world.assign(world.orders[0], world.stations[0], [0], period=2)
+    put_at_station(world, 0)
+    while (request := world.next_request(world.stations[0], world.pods[0])) is not None:
+        world.fulfil(request, world.pods[0])
+    assert world.split_orders_open == 0
+
+
+def test_the_view_is_for_looking_only() -> None:
+    """What a rule sees cannot be set or filled by accident."""
+    world = small_world({"1": ["a"]}, {"p": ["a"]})
+    view = WarehouseView(world)
+    with pytest.raises(AttributeError):
+        view.stations[0].load = 3  # type: ignore[misc]
+    with pytest.raises(AttributeError):
+        view.pods[0].location = 3  # type: ignore[misc]
+    with pytest.raises(AttributeError, match=r"Station\.capacity is read-only"):
+        view.stations[0].capacity = 1000
+    with pytest.raises(AttributeError):
+        view.travel.motion = None  # type: ignore[misc,assignment]
+    with pytest.raises(TypeError):
+        view.pods[0].contents[0] = 3  # type: ignore[index]
+    for array in (view.backlog_lines.sku, view.travel.layout.lane, view.travel.layout.kind):
+        with pytest.raises(ValueError, match="read-only"):
+            array[:] = 0
+    assert isinstance(view.free_storage_locations, tuple)
+    view.open_demand()[0] = 99
+    assert view.open_demand()[0] == 1
+
+
+@given(
+    stock=st.lists(st.dictionaries(st.sampled_from("abc"), st.integers(1, 3), min_size=1), min_size=1, max_size=4),
+    orders=st.lists(st.dictionaries(st.sampled_from("abc"), st.integers(1, 2), min_size=1), min_size=1, max_size=5),
+    data=st.data(),
+)
+@settings(deadline=None)
+def test_promises_never_exceed_stock(
+    stock: list[dict[str, int]], orders: list[dict[str, int]], data: st.DataObject
+) -> None:
+    """Whatever is bound, assigned and picked in whatever order: promises fit stock and covered requests."""
+    names = {sku for wanted in orders for sku in wanted} - {sku for held in stock for sku in held}
+    orders = [{sku: n for sku, n in wanted.items() if sku not in names} for wanted in orders]
+    world = small_world(
+        {str(i): wanted for i, wanted in enumerate(orders) if wanted},
+        {str(i): held for i, held in enumerate(stock)},
+        capacities=[50, 50],
+        robots=len(stock),
+    )
+    for _ in range(data.draw(st.integers(1, 25))):
+        step = data.draw(st.sampled_from(["assign", "bind", "pick"]))
+        station = data.draw(st.sampled_from(world.stations))
+        if step == "assign" and world.backlog:
+            order = data.draw(st.sampled_from(world.backlog))
+            world.assign(order, station, [line.sku for line in order.open_lines])
+        elif step == "bind":
+            pod = data.draw(st.sampled_from(world.pods))
+            if station.id not in pod.bound_for:
+                world.bind(pod, station)
+        elif station.inbound_pods:
+            pod = data.draw(st.sampled_from(station.inbound_pods))
+            request = world.next_request(station, pod)
+            if request is not None:
+                world.fulfil(request, pod)
+        check_promises(world)
+
+
+def check_promises(world: Warehouse) -> None:
+    """Compare promises with stock and requests."""
+    requests = [request for station in world.stations for request in station.open_requests]
+    for pod in world.pods:
+        for sku, number in pod.contents.items():
+            promised = [r for r in requests if r._pod is pod and r.sku == sku]
+            assert 0 <= len(promised) <= number
+            assert pod.free_items(sku) == number - len(promised)
+    for request in requests:
+        inbound = world.stations[request.station].inbound_pods
+        if request.covered:
+            assert request._pod in inbound
+        else:
+            assert all(pod.free_items(request.sku) <= 0 for pod in inbound)

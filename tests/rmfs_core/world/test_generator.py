@@ -1,0 +1,144 @@
+"""The paper's instance generator."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from attrs import evolve
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rmfs_core.errors import InputError
+from rmfs_core.scenario import Arrivals, InstanceSection
+from rmfs_core.world import Instance, generate_instance
+from rmfs_core.world.generator import order_lengths, sku_demand
+
+PAPER = InstanceSection()
+
+
+def wanted(instance: Instance) -> list[tuple[str, ...]]:
+    """Return the names of the SKUs of every order."""
+    return [tuple(instance.skus[sku] for sku, _ in order.lines) for order in instance.orders]
+
+
+def test_sizes_are_those_of_the_scenario() -> None:
+    """The paper's sizes give 250 orders, 100 SKUs, 100 pods of three entries each, all with unlimited stock."""
+    instance = generate_instance(PAPER, seed=1)
+    assert (len(instance.orders), len(instance.skus), len(instance.pods)) == (250, 100, 100)
+    assert instance.skus == tuple(str(i) for i in range(1, 101))
+    assert [order.name for order in instance.orders] == [str(i) for i in range(1, 251)]
+    assert {len(pod.contents) for pod in instance.pods} <= {2, 3}
+    assert instance.unlimited_stock
+    assert {order.arrival_tick for order in instance.orders} == {0}
+
+
+@settings(deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    skus=st.integers(1, 40),
+    pods=st.integers(10, 30),
+    skus_per_pod=st.integers(2, 4),
+    items_per_sku=st.none() | st.integers(5, 9),
+)
+def test_pods_can_fill_every_order(
+    seed: int, skus: int, pods: int, skus_per_pod: int, items_per_sku: int | None
+) -> None:
+    """Orders want each SKU once, only SKUs that are on pods, and no more items than there are."""
+    section = InstanceSection(
+        orders=5, skus=skus, pods=pods, skus_per_pod=min(skus, skus_per_pod), items_per_sku=items_per_sku
+    )
+    instance = generate_instance(section, seed)
+    stock: Counter[int] = Counter()
+    for pod in instance.pods:
+        assert len({sku for sku, _ in pod.contents}) == len(pod.contents)
+        stock.update({sku: 10**9 if items is None else items for sku, items in pod.contents})
+    for order in instance.orders:
+        assert 1 <= len({sku for sku, _ in order.lines}) == len(order.lines) <= min(skus, 15)
+        stock.subtract(dict(order.lines))
+    assert min(stock.values()) >= 0
+    assert set(stock) == set(range(len(instance.skus)))
+
+
+def test_a_seed_gives_one_instance() -> None:
+    """The same seed gives the same instance, another seed another one."""
+    assert generate_instance(PAPER, 1) == generate_instance(PAPER, 1)
+    assert wanted(generate_instance(PAPER, 1)) != wanted(generate_instance(PAPER, 2))
+
+
+def test_fewer_orders_are_the_first_of_more() -> None:
+    """The number of orders does not change the orders themselves."""
+    assert generate_instance(PAPER, 1).orders[:50] == generate_instance(evolve(PAPER, orders=50), 1).orders
+
+
+def test_arrivals_do_not_change_the_orders() -> None:
+    """Poisson arrivals ascend at about the rate asked for, and the orders are those that would be there at once."""
+    section = evolve(PAPER, orders=2000, arrivals=Arrivals("poisson", orders_per_hour=360))
+    instance = generate_instance(section, 1)
+    ticks = [order.arrival_tick for order in instance.orders]
+    assert ticks == sorted(ticks)
+    assert ticks[0] > 0
+    assert ticks[-1] / 1000 / 2000 == pytest.approx(10, rel=0.1)
+    assert wanted(instance) == wanted(generate_instance(evolve(PAPER, orders=2000), 1))
+
+
+def test_order_lengths_are_truncated_geometric() -> None:
+    """P(k) is proportional to 0.6^(k-1), sums to 1, and the paper's mean is 2.5 lines."""
+    lengths = order_lengths(20)
+    assert lengths.sum() == pytest.approx(1)
+    assert lengths[1:] / lengths[:-1] == pytest.approx(np.full(19, 0.6))
+    assert lengths @ np.arange(1, 21) == pytest.approx(2.5, abs=0.01)
+
+
+@pytest.mark.parametrize(("skus", "p"), [(100, 0.05), (20, 0.25), (11, 5 / 11), (10, 0.5), (5, 0.5), (2, 0.5)])
+def test_sku_demand_is_geometric(skus: int, p: float) -> None:
+    """P(i) is proportional to (1 - p)^(i-1) with p = 5/|I|, and 0.5 for up to ten SKUs."""
+    demand = sku_demand(skus)
+    assert demand.sum() == pytest.approx(1)
+    assert demand[1:] / demand[:-1] == pytest.approx(np.full(skus - 1, 1 - p))
+
+
+def test_drawn_orders_follow_the_distributions() -> None:
+    """Over many orders the mean length is right, and one-line orders want SKUs as `sku_demand` says."""
+    section = InstanceSection(orders=20_000, skus=20, pods=20)
+    orders = wanted(generate_instance(section, 3))
+    mean = order_lengths(15) @ np.arange(1, 16)
+    assert np.mean([len(skus) for skus in orders]) == pytest.approx(mean, rel=0.02)
+    single = Counter(skus[0] for skus in orders if len(skus) == 1)
+    shares = np.array([single[str(i)] for i in range(1, 21)]) / single.total()
+    assert shares == pytest.approx(sku_demand(20), abs=0.012)
+
+
+def test_shuffled_lists_are_cut_into_pods() -> None:
+    """Each list has every SKU once, so in pods that cut the lists evenly each SKU comes as often as there are lists."""
+    instance = generate_instance(InstanceSection(orders=0, skus=12, pods=16, skus_per_pod=3), 1)
+    assert Counter(sku for pod in instance.pods for sku, _ in pod.contents) == dict.fromkeys(range(12), 4)
+
+
+def test_a_sku_twice_in_a_cut_is_merged() -> None:
+    """A cut across two lists may have a SKU twice: the pod holds it once, with all its items."""
+    section = InstanceSection(orders=0, skus=3, pods=40, skus_per_pod=2, items_per_sku=5)
+    pods = generate_instance(section, 1).pods
+    assert {contents for pod in pods for contents in [tuple(items for _, items in pod.contents)]} == {(5, 5), (10,)}
+    assert sum(items or 0 for pod in pods for _, items in pod.contents) == 40 * 2 * 5
+
+
+def test_skus_on_no_pod_are_left_out() -> None:
+    """With fewer entries than SKUs, the instance has the stocked SKUs alone, under their own names."""
+    instance = generate_instance(InstanceSection(orders=10, skus=100, pods=4, skus_per_pod=2), 1)
+    assert len(instance.skus) == 8
+    assert set(instance.skus) <= {str(i) for i in range(1, 101)}
+
+
+def test_too_little_stock_is_an_error() -> None:
+    """When the pods run out of items, the message says how far it got and what to change."""
+    section = InstanceSection(orders=50, skus=5, pods=5, skus_per_pod=1, items_per_sku=2)
+    with pytest.raises(InputError) as caught:
+        generate_instance(section, 1)
+    message = str(caught.value)
+    assert message.startswith("instance: after ")
+    assert message.endswith(
+        "of 50 orders the 5 pods of 1 SKUs each have items of 0 of 5 SKUs left, too few to draw an order that they can "
+        "fill; expected more `pods` or `skus_per_pod` or `items_per_sku`, or fewer `orders` or `skus`"
+    )

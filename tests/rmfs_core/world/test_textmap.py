@@ -1,0 +1,65 @@
+"""Text maps."""
+
+import pytest
+
+from rmfs_core.errors import InputError
+from rmfs_core.world import EAST, NORTH, SOUTH, WEST, check_layout, parse_map
+
+TINY = """
+..#
+.qO
+...
+"""
+
+
+def test_a_drawn_map_is_read_cell_by_cell() -> None:
+    """Storage, floor, queue and station get their kinds and moves; a queue is entered from the floor only."""
+    layout = parse_map(TINY, "tiny")
+    check_layout(layout, "tiny")
+    assert (layout.width, layout.height) == (3, 3)
+    assert layout.storage_locations == (2,)
+    assert layout.stations[0].station == 5
+    assert layout.stations[0].queue == (4,)
+    assert layout.may_step(4, EAST)
+    assert not layout.may_step(4, WEST)
+    assert layout.may_step(3, EAST)  # into the queue
+    assert layout.may_step(5, SOUTH)  # out of the station
+    assert not layout.may_step(5, WEST)
+
+
+def test_one_way_aisles_are_one_way() -> None:
+    """A robot leaves a one-way cell in its direction only, and never enters one against it."""
+    layout = parse_map("v<<<\nv##^\n>>>^\n.qO.\n....", "ring")
+    assert layout.may_step(1, WEST)
+    assert not layout.may_step(1, EAST)
+    assert not layout.may_step(0, EAST)
+    assert layout.may_step(1, SOUTH)  # into storage
+    assert layout.may_step(5, NORTH)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "map: the map is empty; expected rows of characters such as `#` and `.`"),
+        ("#.\n.x", "map, row 2, column 2: unknown sign 'x'; expected one of # O q"),
+        ("#..\n..O", "map, row 2, column 3: the picking station has no queue; expected at least one queue cell (`q`)"),
+        ("#.qq\n.qqO", "the queue branches to row 1, column 4 and row 2, column 3; give the direction"),
+        ("#..q\n.qO.\n....", "map, row 1, column 4: the queue cell leads to no picking station"),
+        ("..#\n.qO\n..@\n@@.", "map: 1 cell(s) cannot be reached over the floor from row 1, column 2: row 4, column 3"),
+        (".#.\n###\n.qO\n...", "map: 1 cell(s) have no floor beside them, so no pod gets in or out: row 2, column 2"),
+        ("#.\n..", "map: the layout has no picking station"),
+        (".qO\n...", "map: the layout has no storage location"),
+        ("#@@@\n.@qO\n.<┘<", "map, row 2, column 3: no aisle leads into the end of this queue"),
+        ("..#\n.qO", "map, row 2, column 3: no floor beside the picking station to leave it"),
+    ],
+)
+def test_wrong_maps_are_refused_with_the_cell(text: str, message: str) -> None:
+    """Each mistake in a map is one sentence with the place."""
+
+    def read() -> None:
+        layout = parse_map(text, "map")
+        check_layout(layout, "map")
+
+    with pytest.raises(InputError) as caught:
+        read()
+    assert message in str(caught.value)

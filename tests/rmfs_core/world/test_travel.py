@@ -1,0 +1,161 @@
+"""Travel times and fastest paths."""
+
+import heapq
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rmfs_core.motion import Motion
+from rmfs_core.world import EAST, NORTH, WEST, CellKind, Layout, parse_map
+from rmfs_core.world.travel import UNREACHABLE, Travel, needs_compiling
+from rmfs_testing import small_layout
+
+OPEN = parse_map("#......#\n........\n..qO....\n........", "open")
+
+
+def dijkstra(layout: Layout, motion: Motion, goal: int, loaded: bool) -> dict[tuple[int, int], int]:
+    """Plain forward search from every (cell, heading), as slow as it is simple: the oracle of the compiled tables."""
+
+    def passable(cell: int) -> bool:
+        kind = layout.kind[cell]
+        if kind == CellKind.FLOOR or (kind == CellKind.STORAGE and not loaded):
+            return True
+        return bool(layout.lane[cell] >= 0 and layout.lane[cell] == layout.lane[goal])
+
+    def moves(cell: int, heading: int, start: int) -> list[tuple[int, int, int]]:
+        found = [(cell, h, motion.turn_ticks(heading, h)) for h in range(4) if h != heading]
+        if passable(cell) or cell == start:
+            at, length = cell, 0
+            while layout.may_step(at, heading):
+                at = layout.neighbour(at, heading)  # type: ignore[assignment]
+                length += 1
+                if not passable(at) and at != goal:
+                    break
+                found.append((at, heading, motion.run_ticks(length)))
+                if at == goal and not passable(at):
+                    break
+        return found
+
+    def shortest(start: int, heading: int) -> int:
+        times = {(start, heading): 0}
+        queue = [(0, start, heading)]
+        while queue:
+            time, cell, towards = heapq.heappop(queue)
+            if cell == goal:
+                return time
+            if time > times[cell, towards]:
+                continue
+            for after, h, ticks in moves(cell, towards, start):
+                if time + ticks < times.get((after, h), UNREACHABLE):
+                    times[after, h] = time + ticks
+                    heapq.heappush(queue, (time + ticks, after, h))
+        return UNREACHABLE
+
+    cells = range(0, layout.width * layout.height, 3)
+    return {(c, h): shortest(c, h) for c in cells if layout.kind[c] != CellKind.WALL for h in range(4)}
+
+
+def test_a_straight_run_costs_no_turn() -> None:
+    """Seven cells straight ahead take 7/1.5 + 1.5 s; facing the other way costs half a turn more."""
+    travel = Travel(OPEN, Motion())
+    assert travel.ticks(0, EAST, 7, loaded=False) == 6167
+    assert travel.ticks(0, WEST, 7, loaded=False) == 6167 + 1250
+
+
+def test_a_pod_is_not_carried_over_storage_locations() -> None:
+    """With a storage location in between, a loaded robot takes the aisle below; an empty one drives straight on."""
+    layout = parse_map("##.#.\n.....\n.qO..\n.....", "row")
+    travel = Travel(layout, Motion())
+    empty, loaded = travel.ticks(0, EAST, 3, loaded=False), travel.ticks(0, EAST, 3, loaded=True)
+    assert empty == Motion().run_ticks(3)
+    assert loaded > empty
+
+
+@pytest.mark.parametrize(
+    ("goal_kind", "loaded"),
+    [
+        (CellKind.STORAGE, False),
+        (CellKind.STORAGE, True),
+        (CellKind.STATION, True),
+        (CellKind.QUEUE, True),
+        (CellKind.FLOOR, True),
+    ],
+)
+def test_tables_equal_a_plain_search(goal_kind: CellKind, loaded: bool) -> None:
+    """Backward tables give the same ticks as a plain forward search from every third cell, with every heading."""
+    layout = small_layout(block_columns=1)
+    motion = Motion()
+    goal = int((layout.kind == goal_kind).nonzero()[0][-1])
+    table = Travel(layout, motion).times_to(goal, loaded)
+    for (cell, heading), ticks in dijkstra(layout, motion, goal, loaded).items():
+        starts_in_queue = layout.lane[cell] >= 0 and layout.lane[cell] != layout.lane[goal]
+        if not (starts_in_queue and not loaded):
+            assert table[cell, heading] == ticks, (cell, heading)
+
+
+def test_times_from_a_station_equal_times_to_each_location() -> None:
+    """Searching forwards from a station or backwards from a storage location gives the same ticks."""
+    layout = small_layout()
+    travel = Travel(layout, Motion())
+    station = layout.stations[0].station
+    times = travel.times_from(station, WEST, loaded=True)
+    for location in layout.storage_locations:
+        assert times[location] == travel.ticks(station, WEST, location, loaded=True)
+
+
+@given(data=st.data())
+@settings(deadline=None)
+def test_fastest_paths_take_the_time_of_the_table(data: st.DataObject) -> None:
+    """The legs of a path are possible runs, and their times add up to the table's."""
+    layout = small_layout(stations=2)
+    travel = Travel(layout, Motion())
+    loaded = data.draw(st.booleans())
+    places = layout.storage_locations + (tuple(s.station for s in layout.stations) if loaded else ())
+    start, goal = data.draw(st.sampled_from(places)), data.draw(st.sampled_from(places))
+    heading = data.draw(st.integers(0, 3))
+    total, at, facing = 0, start, heading
+    for leg in travel.fastest_path(start, heading, goal, loaded):
+        assert travel.run_problem(start, at, leg.to, goal, loaded) is None
+        towards = travel.heading(at, leg.to)
+        assert towards is not None
+        total += travel.motion.turn_ticks(facing, towards) + travel.motion.run_ticks(layout.distance(at, leg.to))
+        at, facing = leg.to, towards
+    assert at == goal
+    assert total == travel.ticks(start, heading, goal, loaded)
+
+
+def test_impossible_runs_are_named() -> None:
+    """Diagonals, wrong ways and loaded runs over storage locations have a reason each."""
+    layout = small_layout()
+    travel = Travel(layout, Motion())
+    a, b, c = layout.storage_locations[:3]
+    assert "no straight run" in str(travel.run_problem(a, a, b + layout.width, a, loaded=True))
+    assert "may not pass" in str(travel.run_problem(a, a, c, c, loaded=True))
+    assert travel.run_problem(a, a, c, c, loaded=False) is None
+    assert "no robot may go" in str(travel.run_problem(0, 0, 1, 1, loaded=False))
+
+
+def test_tables_are_kept_within_their_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """When the tables outgrow their memory the least recently used go, and are right when computed again."""
+    layout = small_layout()
+    travel = Travel(layout, Motion())
+    first = travel.times_to(layout.storage_locations[0], False).copy()
+    monkeypatch.setattr("rmfs_core.world.travel.TABLES_BYTES", first.nbytes * 3)
+    for location in layout.storage_locations:
+        travel.times_to(location, False)
+    assert len(travel._tables) <= 3
+    assert (travel.times_to(layout.storage_locations[0], False) == first).all()
+
+
+def test_no_way_is_said() -> None:
+    """Asking for a path where there is none is an error that names both places."""
+    layout = parse_map("#.@#\n.qO.\n....\n@@@@\n#...", "split")
+    with pytest.raises(ValueError, match="no way from row 1, column 1 to row 5, column 1"):
+        Travel(layout, Motion()).fastest_path(0, NORTH, 16, loaded=False)
+
+
+def test_the_searches_are_compiled_once() -> None:
+    """After a search was run, nothing needs compiling any more."""
+    Travel(OPEN, Motion()).times_to(0, loaded=False)
+    assert not needs_compiling()
