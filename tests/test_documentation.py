@@ -19,9 +19,9 @@ import pytest
 from attrs import define, evolve, field
 from click.testing import CliRunner
 
+from rmfs_cli.description import Parameter, RuleDescription, installed_rules
 from rmfs_core.cli import rmfs
 from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks
-from rmfs_core.rules.description import Parameter, RuleDescription, installed_rules
 from rmfs_core.rules.hooks import marked_methods
 from rmfs_core.scenario.model import RuleChoice, Scenario
 from rmfs_core.simulation.needs import NEEDS

@@ -13,7 +13,7 @@ from typing import Any
 
 import attrs
 
-from rmfs_core.rules.description import Parameter, installed_rules
+from rmfs_cli.description import Parameter, installed_rules
 from rmfs_core.scenario.model import Scenario
 
 README = Path(__file__).resolve().parent.parent / "README.md"

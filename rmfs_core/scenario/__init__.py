@@ -11,9 +11,8 @@ from rmfs_core.scenario.model import (
     Scenario,
     StationsSection,
 )
-from rmfs_core.scenario.reading import load_scenario, located, scenario_from_dict
+from rmfs_core.scenario.reading import load_scenario, located, scenario_from_dict, shipped_scenarios
 from rmfs_core.scenario.schema import scenario_schema
-from rmfs_core.scenario.shipped import shipped_scenarios
 from rmfs_core.scenario.writing import scenario_to_dict, to_toml
 
 __all__ = [

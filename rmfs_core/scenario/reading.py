@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,7 +17,6 @@ from rmfs_core.scenario.checks import nearest
 from rmfs_core.scenario.model import Scenario, replaced_keys
 from rmfs_core.scenario.overrides import apply_overrides, parse_override
 from rmfs_core.scenario.rulenames import check_rule_name, rule_choices
-from rmfs_core.scenario.shipped import shipped_scenarios
 from rmfs_core.scenario.source import Source, undotted
 from rmfs_core.scenario.structuring import KeyProblem, fields_of, structure
 
@@ -142,3 +142,29 @@ def _syntax_error(name: str, error: tomllib.TOMLDecodeError) -> InputError:
         place = f"{name}, line {match[1]}, column {match[2]}"
         return InputError(place, f"this is no valid TOML: {message[: match.start()]}")
     return InputError(name, f"this is no valid TOML: {message}")
+
+
+PACKAGE = "rmfs_scenarios"  # the top-level folder `scenarios`, under the name it is installed by
+EXPERIMENTS = "experiments"  # the subfolder of the shipped experiments, which are no scenarios
+
+
+def shipped_folder() -> Path:
+    """Return the folder of the shipped scenarios."""
+    package = importlib.util.find_spec(PACKAGE)
+    if package is not None and package.submodule_search_locations:
+        return Path(next(iter(package.submodule_search_locations)))
+    return Path(__file__).parents[2] / "scenarios"  # run from a checkout that is on the path but not installed
+
+
+def shipped_scenarios() -> dict[str, Path]:
+    """Return the files of the shipped scenarios by name (``paper-250``, ``examples/small``), sorted."""
+    folder = shipped_folder()
+    paths = (path.relative_to(folder) for path in folder.rglob("*.toml"))
+    files = {path.with_suffix("").as_posix(): folder / path for path in paths if path.parts[0] != EXPERIMENTS}
+    return dict(sorted(files.items()))
+
+
+def summary(path: Path) -> str:
+    """Return the first comment line of a scenario file, which says what it is for."""
+    first = path.read_text(encoding="utf-8").partition("\n")[0]
+    return first.removeprefix("#").strip() if first.startswith("#") else ""

@@ -1,8 +1,8 @@
 """Robots in each other's way: when a path occupies which cell, and the table of who has reserved what."""
 
+from rmfs_core.traffic.asking import Planner
 from rmfs_core.traffic.passing import PassingTimes, passing_s
 from rmfs_core.traffic.paths import FOREVER, Occupancy, Query, TimedPath, occupancy, path_of, timed_path
-from rmfs_core.traffic.planner import Planner
 from rmfs_core.traffic.reservations import Intervals, Reservations, ReservedError
 from rmfs_core.traffic.roads import Roads, Tracks, roads_on
 

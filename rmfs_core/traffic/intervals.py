@@ -8,11 +8,21 @@ cell has a number of its own, below the pool's size.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
-from rmfs_core.traffic.inlined import inlined
 from rmfs_core.traffic.paths import FOREVER
+
+_OPTIONS: dict[str, Any] = {"cache": True, "forceinline": True, "_nrt": False}
+
+inlined = njit(**_OPTIONS)
+"""Compile a helper into the searches that call it.
+
+A search hands a dozen arrays from helper to helper. Calls with so many arguments, and numba's counting of references to
+each array (``_nrt``), would take longer than most helpers do. A helper compiled so creates no arrays.
+"""
 
 
 @njit(cache=True)

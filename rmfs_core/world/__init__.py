@@ -1,14 +1,12 @@
 """What is there when a run begins: the grid, its travel times, and the instance of orders, pods and SKUs."""
 
 from rmfs_core.world.block import block_map
-from rmfs_core.world.csv_reading import read_instance
-from rmfs_core.world.csv_writing import orders_csv, pods_csv
+from rmfs_core.world.csv_files import orders_csv, pods_csv, read_instance
 from rmfs_core.world.generator import generate_instance
 from rmfs_core.world.grid import EAST, NORTH, SOUTH, STEPS, WEST, CellKind, Layout, StationCells
 from rmfs_core.world.instance import Instance, OrderData, PodData
 from rmfs_core.world.instance_making import make_instance
-from rmfs_core.world.layout_checks import check_layout
-from rmfs_core.world.layout_making import make_layout
+from rmfs_core.world.layout_making import check_layout, make_layout
 from rmfs_core.world.textmap import draw_map, parse_map
 
 __all__ = [

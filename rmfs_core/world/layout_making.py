@@ -1,15 +1,18 @@
-"""From a scenario to its layout."""
+"""From a scenario to its layout, which is fit for use when every storage location and station can be reached."""
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
+
+import numpy as np
 
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import LayoutSection, Scenario
 from rmfs_core.world.block import block_map
-from rmfs_core.world.grid import Layout
-from rmfs_core.world.layout_checks import check_layout
+from rmfs_core.world.grid import CellKind, Layout
 from rmfs_core.world.textmap import parse_map
 
 
@@ -51,3 +54,94 @@ def _map_layout(text: str, place: str, queue_length: int) -> Layout:
                 "expected at most that many",
             )
     return layout
+
+
+SHOWN = 3
+
+
+def check_layout(layout: Layout, place: str) -> None:
+    """Raise `InputError` naming the cells when something cannot be reached.
+
+    The aisles, which are the floor without the lanes that lead away from stations, must be strongly connected by
+    themselves: then a robot with a pod, which may not cross storage locations, gets from everywhere to everywhere, and
+    so does one without. Storage locations must lie beside them; queues must be entered from them, and stations left
+    to them.
+    """
+    if not layout.stations:
+        raise InputError(place, "the layout has no picking station; expected at least one (`O` in a map)")
+    if not layout.storage_locations:
+        raise InputError(place, "the layout has no storage location; expected some (`#` in a map)")
+    floor = np.flatnonzero(layout.kind == CellKind.FLOOR)
+    if not len(floor):
+        raise InputError(place, "the layout has no floor; expected aisles (`.` in a map)")
+    _refuse(
+        layout,
+        place,
+        layout.storage_locations,
+        {cell for cell in layout.storage_locations if _floor_beside(layout, cell)},
+        "have no floor beside them, so no pod gets in or out",
+    )
+    start = _floor_beside(layout, layout.storage_locations[0])[0]
+    steps = {int(cell): _steps(layout, int(cell)) for cell in floor}
+    backward: dict[int, list[int]] = {cell: [] for cell in steps}
+    for cell, targets in steps.items():
+        for beside in targets:
+            backward[beside].append(cell)
+    aisles = _reached([start], steps)
+    exits = [beside for cells in layout.stations for beside in _steps(layout, cells.station)]
+    home = layout.where(start)
+    _refuse(layout, place, floor, aisles | _reached(exits, steps), f"cannot be reached over the floor from {home}")
+    _refuse(layout, place, floor, _reached([start], backward), f"have no way over the floor to {home}")
+    _refuse(
+        layout,
+        place,
+        layout.storage_locations,
+        {cell for cell in layout.storage_locations if aisles.intersection(_floor_beside(layout, cell))},
+        f"cannot be reached with a pod from {home}",
+    )
+    for cells in layout.stations:
+        _check_station(layout, place, cells.station, cells.queue[-1], aisles)
+
+
+def _check_station(layout: Layout, place: str, station: int, entry: int, aisles: set[int]) -> None:
+    if not layout.moves[station]:
+        raise InputError(f"{place}, {layout.where(station)}", "no floor beside the picking station to leave it")
+    entered = any(
+        beside in aisles and layout.may_step(beside, (heading + 2) % 4)
+        for heading, beside in enumerate(_neighbours(layout, entry))
+        if beside is not None
+    )
+    if not entered:
+        raise InputError(f"{place}, {layout.where(entry)}", "no aisle leads into the end of this queue")
+
+
+def _neighbours(layout: Layout, cell: int) -> list[int | None]:
+    return [layout.neighbour(cell, heading) for heading in range(4)]
+
+
+def _steps(layout: Layout, cell: int) -> list[int]:
+    beside = ((heading, layout.neighbour(cell, heading)) for heading in range(4))
+    return [n for h, n in beside if n is not None and layout.may_step(cell, h) and layout.kind[n] == CellKind.FLOOR]
+
+
+def _floor_beside(layout: Layout, cell: int) -> list[int]:
+    return [n for n in _neighbours(layout, cell) if n is not None and layout.kind[n] == CellKind.FLOOR]
+
+
+def _reached(starts: list[int], steps: dict[int, list[int]]) -> set[int]:
+    reached = set(starts)
+    frontier = deque(starts)
+    while frontier:
+        for beside in steps[frontier.popleft()]:
+            if beside not in reached:
+                reached.add(beside)
+                frontier.append(beside)
+    return reached
+
+
+def _refuse(layout: Layout, place: str, cells: Iterable[int], good: set[int], problem: str) -> None:
+    bad = [int(cell) for cell in cells if int(cell) not in good]
+    if bad:
+        named = "; ".join(layout.where(cell) for cell in bad[:SHOWN])
+        more = f" and {len(bad) - SHOWN} more" if len(bad) > SHOWN else ""
+        raise InputError(place, f"{len(bad)} cell(s) {problem}: {named}{more}")

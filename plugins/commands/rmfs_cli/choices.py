@@ -12,7 +12,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import RuleChoice
 from rmfs_core.scenario.overrides import parse_override
 from rmfs_core.scenario.structuring import KeyProblem, structure_as
-from rmfs_states.reading import place_of
+from rmfs_states.state_json import place_of
 
 
 def parse_choice(text: str, place: str) -> RuleChoice:

@@ -9,7 +9,7 @@ import click
 from rmfs_cli.screen import table_console
 
 if TYPE_CHECKING:
-    from rmfs_core.rules.description import RuleDescription
+    from rmfs_cli.description import RuleDescription
 
 WIDE = 120
 """From this many columns on the table has the references too."""
@@ -27,7 +27,7 @@ def rules(name: str | None, as_json: bool) -> None:
     Scenario files select rules by these names: what they decide, their parameters with defaults and units, and the
     reference.
     """
-    from rmfs_core.rules.description import installed_rules
+    from rmfs_cli.description import installed_rules
 
     found = installed_rules()
     if name is not None:

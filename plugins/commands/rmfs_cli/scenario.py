@@ -67,7 +67,7 @@ def schema() -> None:
 def list_() -> None:
     """List the scenarios that come with the package."""
     from rmfs_core.scenario import shipped_scenarios
-    from rmfs_core.scenario.shipped import summary
+    from rmfs_core.scenario.reading import summary
 
     shipped = shipped_scenarios()
     width = max(map(len, shipped), default=0)

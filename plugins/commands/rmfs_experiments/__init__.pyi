@@ -1,6 +1,6 @@
 from .compare import Comparison, Counted, Paired, summary
-from .model import Axis, AxisPoint, Base, Experiment, Job, RuleSetChoice
-from .reading import load_experiment, shipped_experiments
+from .experiment import Axis, AxisPoint, Base, Experiment, Job, RuleSetChoice
+from .experiment_file import load_experiment, shipped_experiments
 from .rows import Row
 from .running import ExperimentResult, run_experiment
 from .watching import Watcher

@@ -8,7 +8,7 @@ from concurrent.futures import Future
 from typing import Any
 
 from rmfs_core.errors import InputError, RunError
-from rmfs_experiments.model import Job
+from rmfs_experiments.experiment import Job
 from rmfs_experiments.outcome import Outcome, simulate
 from rmfs_experiments.workers import WorkerDiedError
 

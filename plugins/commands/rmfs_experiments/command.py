@@ -86,7 +86,7 @@ def compare(
 
 
 def _list() -> None:
-    from rmfs_core.scenario.shipped import summary
+    from rmfs_core.scenario.reading import summary
     from rmfs_experiments import shipped_experiments
 
     shipped = shipped_experiments()

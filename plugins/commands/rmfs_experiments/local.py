@@ -11,7 +11,7 @@ from collections import deque
 
 from joblib.externals.loky import BrokenProcessPool, ProcessPoolExecutor
 
-from rmfs_experiments.model import Job
+from rmfs_experiments.experiment import Job
 from rmfs_experiments.outcome import Outcome, simulate
 from rmfs_experiments.workers import WorkerDiedError
 

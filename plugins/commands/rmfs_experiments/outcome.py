@@ -10,7 +10,7 @@ from attrs import frozen
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.results import Result
 from rmfs_core.results.running import run
-from rmfs_experiments.model import Job
+from rmfs_experiments.experiment import Job
 
 
 @frozen(eq=False)

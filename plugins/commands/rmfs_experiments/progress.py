@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from rmfs_cli.progress import duration
-from rmfs_experiments.model import Job
+from rmfs_experiments.experiment import Job
 from rmfs_experiments.rows import Row
 from rmfs_experiments.watching import Watcher
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from rmfs_experiments.model import Job
+from rmfs_experiments.experiment import Job
 
 Row = dict[str, Any]
 

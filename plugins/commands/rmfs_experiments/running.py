@@ -10,7 +10,7 @@ from pathlib import Path
 from attrs import field, frozen
 
 from rmfs_experiments.compare import Comparison, summary
-from rmfs_experiments.model import Experiment, Job
+from rmfs_experiments.experiment import Experiment, Job
 from rmfs_experiments.outcome import Outcome
 from rmfs_experiments.rows import Row, row_without_result
 from rmfs_experiments.store import RunStore

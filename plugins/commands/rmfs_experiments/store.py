@@ -10,7 +10,7 @@ from pathlib import Path
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
 from rmfs_core.results.files import output_folder, to_json, write_text
-from rmfs_experiments.model import Job
+from rmfs_experiments.experiment import Job
 from rmfs_experiments.outcome import Outcome
 from rmfs_experiments.rows import Row, row_of
 

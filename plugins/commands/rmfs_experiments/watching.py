@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rmfs_experiments.model import Job
+from rmfs_experiments.experiment import Job
 from rmfs_experiments.rows import Row
 
 

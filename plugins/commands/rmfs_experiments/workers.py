@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from rmfs_experiments.model import Job
+from rmfs_experiments.experiment import Job
 from rmfs_experiments.outcome import Outcome
 
 

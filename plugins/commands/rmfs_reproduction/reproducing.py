@@ -15,7 +15,7 @@ from rmfs_reproduction.estimates import Row, Rows
 from rmfs_reproduction.machine import machine, versions
 from rmfs_reproduction.parts import Part, experiment_of
 from rmfs_reproduction.report import Report, make_report
-from rmfs_reproduction.writing import write_report
+from rmfs_reproduction.report_files import write_report
 
 RUNS_FOLDER = "runs"
 

@@ -81,7 +81,7 @@ def _unused_capacity_weight(scenario: Scenario) -> float | None:
 @cache
 def _defaults(rule: str) -> dict[str, Any]:
     """Return the default of every parameter of an installed rule."""
-    from rmfs_core.rules.description import installed_rules
+    from rmfs_cli.description import installed_rules
 
     return {p.name: p.default for found in installed_rules() if found.name == rule for p in found.parameters}
 

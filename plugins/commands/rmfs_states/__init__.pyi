@@ -1,7 +1,7 @@
 from .deciding import Answer, Outcome, decide
-from .model import State, state_schema
-from .reading import read_state, state_from_dict, state_to_dict
 from .recorded import Recorded, Recording, read_recording
+from .state import State, state_schema
+from .state_json import read_state, state_from_dict, state_to_dict
 
 __all__ = [
     "Answer",

@@ -20,8 +20,8 @@ from rmfs_core.simulation.asking import Asker, ImpossibleError
 from rmfs_core.simulation.needs import unmet_need
 from rmfs_core.wording import listed
 from rmfs_states.answers import answer_from_dict, answer_to_dict
-from rmfs_states.model import DECIDES, RandomState, State
 from rmfs_states.rebuilding import LacksError, Scene, open_state
+from rmfs_states.state import DECIDES, RandomState, State
 
 ROLES = ("poa_pps", "poa", "pps", "pr", "ta")
 

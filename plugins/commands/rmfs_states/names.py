@@ -8,8 +8,8 @@ from typing import NoReturn
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.source import KeyPath
 from rmfs_core.wording import did_you_mean
-from rmfs_states.model import State
-from rmfs_states.reading import place_of
+from rmfs_states.state import State
+from rmfs_states.state_json import place_of
 
 
 class Names:

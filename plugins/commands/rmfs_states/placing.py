@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from rmfs_core.warehouse import Pod, Robot, Warehouse
-from rmfs_states.model import RobotState, State
 from rmfs_states.names import Names
+from rmfs_states.state import RobotState, State
 
 NOWHERE = -1
 """Home of a pod of which the state does not tell it."""

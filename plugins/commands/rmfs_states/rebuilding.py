@@ -12,11 +12,11 @@ from rmfs_core.scenario.model import LayoutSection
 from rmfs_core.warehouse import Pod, Robot, Station, Warehouse, WarehouseView
 from rmfs_core.world import Instance, Layout, OrderData, PodData, block_map, check_layout, parse_map
 from rmfs_core.world.travel import travel_on
-from rmfs_states.model import LayoutState, State
 from rmfs_states.names import Names
 from rmfs_states.placing import place_pods_and_robots
-from rmfs_states.reading import place_of
 from rmfs_states.requesting import assign_parts, promise_items
+from rmfs_states.state import LayoutState, State
+from rmfs_states.state_json import place_of
 
 QUEUE_LENGTH = 12
 """Pods that can wait at a station that does not say how many: the paper's number."""

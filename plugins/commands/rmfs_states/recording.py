@@ -4,7 +4,7 @@ First line, the header::
 
     format, version   "rmfs-decisions", 1
     scenario          the resolved scenario (as in result.json)
-    state             the state before the first event, as `rmfs_states.model` has it, without ``ask``
+    state             the state before the first event, as `rmfs_states.state` has it, without ``ask``
 
 Then one line a decision of POA, PPS, POA and PPS together, PR and TA, in the order in which they were made::
 
@@ -30,8 +30,8 @@ from rmfs_core.hookspecs import hookimpl
 from rmfs_core.results.files import JsonLinesFile, beside_results, json_ready
 from rmfs_core.scenario import scenario_to_dict
 from rmfs_states.answers import answer_to_dict
-from rmfs_states.model import DECIDES
 from rmfs_states.snapshots import Snapshots
+from rmfs_states.state import DECIDES
 
 if TYPE_CHECKING:
     from rmfs_core.info import Question, RunInfo

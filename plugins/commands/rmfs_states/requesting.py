@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from rmfs_core.warehouse import Request, Station, Warehouse
 from rmfs_core.warehouse.state import _promise
-from rmfs_states.model import OrderState, PartState, State, StationState
 from rmfs_states.names import Names
+from rmfs_states.state import OrderState, PartState, State, StationState
 
 Requested = dict[str, dict[str, list[str]]]
 """Order -> station -> SKUs that have requests there."""

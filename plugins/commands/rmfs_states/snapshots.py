@@ -11,8 +11,8 @@ from rmfs_core.clock import to_seconds
 from rmfs_core.warehouse import Order, Pod, Robot, Station, Warehouse
 from rmfs_core.warehouse.parts import UNLIMITED
 from rmfs_core.world import draw_map
-from rmfs_states.model import FORMAT, VERSION
 from rmfs_states.patches import difference
+from rmfs_states.state import FORMAT, VERSION
 
 if TYPE_CHECKING:
     from rmfs_core.events import OrderAssigned

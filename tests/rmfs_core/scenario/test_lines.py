@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rmfs_core.scenario.lines import line_of
+from rmfs_core.scenario.source import line_of
 
 TEXT = """\
 # robots.count = 1

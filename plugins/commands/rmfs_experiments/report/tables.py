@@ -8,7 +8,7 @@ from typing import Any
 
 from rmfs_core.results.files import AtomicFile, to_csv
 from rmfs_experiments.compare import Comparison, Interval
-from rmfs_experiments.model import LABELS
+from rmfs_experiments.experiment import LABELS
 from rmfs_experiments.running import ExperimentResult
 
 SUMMARY_COLUMNS = (

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import rmfs_core
-from rmfs_core.rules.description import installed_rules
+from rmfs_cli.description import installed_rules
 from rmfs_validation import check_trace, validate_trace
 
 COMMON = ("instance.orders=15", "instance.skus=12", "instance.pods=12", "layout.block_columns=2")

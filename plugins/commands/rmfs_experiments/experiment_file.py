@@ -11,12 +11,12 @@ from typing import Any
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import load_scenario, shipped_scenarios
 from rmfs_core.scenario.checks import close_to, nearest
-from rmfs_core.scenario.shipped import EXPERIMENTS, shipped_folder
+from rmfs_core.scenario.reading import EXPERIMENTS, shipped_folder
 from rmfs_core.scenario.source import KeyPath, Source
 from rmfs_core.scenario.structuring import KeyProblem
 from rmfs_core.scenario.tomltext import shown
 from rmfs_experiments.changes import SCENARIO_KEYS, changes_of
-from rmfs_experiments.model import DEFAULT_METRICS, Axis, AxisPoint, Base, Experiment, RuleSetChoice
+from rmfs_experiments.experiment import DEFAULT_METRICS, Axis, AxisPoint, Base, Experiment, RuleSetChoice
 
 KEYS = ("name", "description", "base", "scenarios", "axes", "rule_sets", "seeds", "baseline", "metrics", "by")
 MOST_SEEDS = 100_000

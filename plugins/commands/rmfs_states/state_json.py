@@ -11,7 +11,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.scenario.source import KeyPath, dotted
 from rmfs_core.scenario.structuring import KeyProblem, structure_as
 from rmfs_core.scenario.writing import plain
-from rmfs_states.model import FORMAT, VERSION, State
+from rmfs_states.state import FORMAT, VERSION, State
 
 
 def read_state(path: str | Path) -> State:

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from rmfs_core import InputError
 from rmfs_core.results.files import to_json
 from rmfs_states import State, read_state, state_from_dict, state_schema, state_to_dict
-from rmfs_states.model import (
+from rmfs_states.state import (
     AskState,
     LayoutState,
     OrderState,

@@ -1,5 +1,0 @@
-"""``python -m rmfs_core``: the command line."""
-
-from rmfs_core.cli import main
-
-main()
