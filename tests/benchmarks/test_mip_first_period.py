@@ -14,10 +14,10 @@ from rmfs_core.scenario import load_scenario
 from rmfs_core.simulation.setup import open_warehouse
 from rmfs_core.warehouse import WarehouseView
 from rmfs_core.world import make_instance, make_layout
-from rmfs_mip.period import Period, Stock
-from rmfs_mip.search import search_for
-from rmfs_mip.solution import Model
-from rmfs_mip.solver import Limits
+from rmfs_mip.period.period import Period, Stock
+from rmfs_mip.period.solution import Model
+from rmfs_mip.printed.solver import Limits
+from rmfs_mip.proof.steps import proof_of
 
 BARS_S = {Model.SPLIT_OVER_TIME: 2.0, Model.SPLIT_AMONG_STATIONS: 30.0, Model.INTEGRATED: 120.0}
 INSTANCES = list(product((50, 150, 250), (20, 100), (50, 100), (2, 3)))
@@ -39,7 +39,7 @@ def compiled() -> None:
     """Compile the searches, which happens once after an installation."""
     for model in Model:
         for instance in ((50, 20, 50, 2), (150, 20, 50, 2)):
-            search_for(first_period(*instance), model, 2, Limits()).run()
+            proof_of(first_period(*instance), model, 2, Limits()).run()
 
 
 @pytest.mark.slow
@@ -48,7 +48,7 @@ def compiled() -> None:
 def test_first_period(benchmark: Any, model: Model, instance: tuple[int, int, int, int]) -> None:
     """Proven within the bar: 2 s (split-over-time), 30 s (split-among-stations), 120 s (integrated)."""
     period = first_period(*instance)
-    solution = benchmark.pedantic(lambda: search_for(period, model, 2, Limits()).run(), rounds=1)
+    solution = benchmark.pedantic(lambda: proof_of(period, model, 2, Limits()).run(), rounds=1)
     assert solution.bound == solution.objective
     assert not solution.stopped_early
     if benchmark.enabled:
@@ -61,8 +61,8 @@ def test_first_period(benchmark: Any, model: Model, instance: tuple[int, int, in
 def test_first_period_with_packing_capacity(benchmark: Any, instance: tuple[int, int, int, int]) -> None:
     """Split-among-stations with room for ten split orders, 250 orders: proven within 10 s."""
     period = first_period(*instance)
-    search = search_for(period, Model.SPLIT_AMONG_STATIONS, 2, Limits(), packing_capacity=10)
-    solution = benchmark.pedantic(search.run, rounds=1)
+    proof = proof_of(period, Model.SPLIT_AMONG_STATIONS, 2, Limits(), packing_capacity=10)
+    solution = benchmark.pedantic(proof.run, rounds=1)
     assert solution.bound == solution.objective
     assert not solution.stopped_early
     if benchmark.enabled:

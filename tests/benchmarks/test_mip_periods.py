@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from attrs import frozen
+from attrs import evolve, frozen
 
 import rmfs_core
-from rmfs_mip import Integrated, SplitAmongStations, SplitOverTime, rules
-from rmfs_mip.period import Period
-from rmfs_mip.solution import Model, Solution
+from rmfs_mip import Integrated, SplitAmongStations, SplitOverTime
+from rmfs_mip.period.period import Period
+from rmfs_mip.period.solution import Model, Solution
 
 RULES = {
     Model.INTEGRATED: Integrated,
@@ -40,7 +40,7 @@ class Recorded:
     @property
     def some(self) -> list[Period]:
         """About 60 of the periods, as they were before anything was derived from them."""
-        return [Period.from_json(p.stock, p.to_json()) for p in self.periods[:: max(len(self.periods) // 60, 1)]]
+        return [evolve(period) for period in self.periods[:: max(len(self.periods) // 60, 1)]]
 
 
 def run(model: Model, skus: int, pods: int, alpha: int) -> rmfs_core.Result:
@@ -56,20 +56,22 @@ def run(model: Model, skus: int, pods: int, alpha: int) -> rmfs_core.Result:
 def recorded() -> dict[Model, Recorded]:
     """Record a run of each model on an instance with 100 SKUs, 100 pods, 3 SKUs per pod."""
     runs = {}
-    solve = rules._Joint.solve
-    for model in Model:
+    for model, rule in RULES.items():
+        solve = rule.solve
         periods: list[Period] = []
         seconds: list[float] = []
 
-        def record(rule: Any, period: Period, periods: list = periods, seconds: list = seconds) -> Any:
+        def record(
+            rule: Any, period: Period, solve: Any = solve, periods: list = periods, seconds: list = seconds
+        ) -> Any:
             start = time.perf_counter()
             solution = solve(rule, period)
             seconds.append(time.perf_counter() - start)
-            periods.append(Period.from_json(period.stock, period.to_json()))
+            periods.append(evolve(period))
             return solution
 
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(rules._Joint, "solve", record)
+            patch.setattr(rule, "solve", record)
             run(model, 100, 100, 3)
         runs[model] = Recorded(periods[1:], seconds[1:])
     return runs

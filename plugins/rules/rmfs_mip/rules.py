@@ -8,13 +8,13 @@ import numpy as np
 from attrs import define, evolve, field, validators
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport, hookimpl
-from rmfs_mip.check import violation
-from rmfs_mip.paper import solve_printed
-from rmfs_mip.period import Period, Preference, Stock
-from rmfs_mip.search import search_for
-from rmfs_mip.solution import Model, Solution
-from rmfs_mip.solver import Limits, check_installed, collecting_later
-from rmfs_mip.ties import break_ties
+from rmfs_mip.period.period import Period, Preference, Stock
+from rmfs_mip.period.solution import Model, Solution
+from rmfs_mip.printed.constraints import violation
+from rmfs_mip.printed.models import solve_printed
+from rmfs_mip.printed.solver import Limits, check_installed, collecting_later
+from rmfs_mip.proof.steps import proof_of
+from rmfs_mip.proof.ties import break_ties
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -72,28 +72,39 @@ class _Joint:
     @staticmethod
     def searches() -> tuple[Any, ...]:
         """Return the compiled searches."""
-        from rmfs_mip import loading
+        from rmfs_mip.compiled import warm_up
 
-        return loading.searches()
+        return warm_up.searches()
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load the compiled searches, or compile them."""
-        from rmfs_mip import loading
+        from rmfs_mip.compiled import warm_up
 
-        if self.formulation == "aggregated" and not all(search.signatures for search in loading.searches()):
-            loading.load()
+        if self.formulation == "aggregated" and not all(search.signatures for search in warm_up.searches()):
+            warm_up.load()
 
     def solve(self, period: Period) -> Solution:
-        """Solve a period and hold the solution against the printed constraints."""
+        """Solve a period and hold the solution against the printed constraints.
+
+        Parameters
+        ----------
+        period
+            The period.
+
+        Raises
+        ------
+        RuntimeError
+            When the solution violates one: no decision is better than a wrong one.
+        """
         limits = Limits(self.solver, self.threads, self.max_seconds, self.gap)
         weight, packing = self.unused_capacity_weight, self._packing_capacity
         with collecting_later():
             if self.formulation == "paper":
                 solution = solve_printed(period, self.model, weight, limits, packing)
             else:
-                search = search_for(period, self.model, weight, limits, packing)
-                search.run()
-                solution = break_ties(search, self.tie_break)
+                proof = proof_of(period, self.model, weight, limits, packing)
+                proof.run()
+                solution = break_ties(proof, self.tie_break)
         wrong = violation(period, solution, self.model, weight, packing)
         if wrong is not None:
             raise RuntimeError(f"the solution violates the printed model: {wrong}")

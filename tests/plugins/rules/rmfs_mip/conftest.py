@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from itertools import combinations, product
+from math import prod
 
 import numpy as np
 import pytest
+from attrs import evolve
 
-from rmfs_mip.period import Period, Stock
-from rmfs_mip.solution import Model
+from rmfs_mip.period.period import Period, Stock
+from rmfs_mip.period.reduction import Reduced
+from rmfs_mip.period.solution import Model
 
 
 def random_period(seed: int) -> Period:
@@ -35,6 +38,36 @@ def random_period(seed: int) -> Period:
         begun=tuple(bool(b) for b in rng.integers(0, 2, n_orders)) if seed % 2 else (),
         split_open=int(rng.integers(0, 3)),
     )
+
+
+def splitting_period(seed: int, orders: int, stations: int, skus: int) -> Period:
+    """Return orders of one to five lines that want splitting, with no pods at the stations (as at t = 1) or some."""
+    rng = np.random.default_rng(seed)
+    longest = min(5, skus // 2)
+    lines = [
+        (order, int(sku), 1)
+        for order in range(orders)
+        for sku in sorted(rng.choice(skus, int(rng.integers(1, longest + 1)), replace=False))
+    ]
+    contents = tuple(tuple(sorted(rng.choice(skus, 2 + seed % 2, replace=False).tolist())) for _ in range(8))
+    inbound = tuple((int(pod),) if seed % 2 else () for pod in rng.integers(0, 8, stations))
+    return Period(
+        Stock(tuple(range(8)), contents, skus),
+        tuple(range(stations)),
+        (longest,) * stations if seed % 3 else (longest + 1, *[2] * (stations - 1)),
+        inbound,
+        tuple(range(orders)),
+        *np.array(lines, dtype=np.int64).T,
+        busy=tuple(sorted({pod for pods in inbound for pod in pods})),
+        begun=tuple(bool(b) for b in rng.random(orders) < 0.3) if seed % 4 > 1 else (),
+        split_open=seed % 3,
+    )
+
+
+def made_alike(period: Period) -> Period:
+    """Return a period with all stations like its first: as at t = 1, though with pods there."""
+    n = len(period.stations)
+    return evolve(period, capacities=period.capacities[:1] * n, inbound=period.inbound[:1] * n)
 
 
 def brute_force(period: Period, model: Model, weight: float, splits: int | None = None) -> float:
@@ -102,10 +135,43 @@ def periods() -> list[Period]:
     return [random_period(seed) for seed in range(300)]
 
 
+@pytest.fixture(scope="session")
+def all_periods(periods: list[Period]) -> list[Period]:
+    """Return the random periods, and 150 of them with all stations alike."""
+    return [*periods, *map(made_alike, periods[:150])]
+
+
+@pytest.fixture(scope="session")
+def equal_stations(periods: list[Period]) -> list[Period]:
+    """Return 120 of the random periods with several stations, all alike."""
+    return [made_alike(period) for period in periods if len(period.stations) > 1][:120]
+
+
+@pytest.fixture(scope="session")
+def small_periods() -> list[Period]:
+    """Return random periods that are small enough to try everything, with all stations alike in every third."""
+    periods = [random_period(seed) for seed in range(600)]
+    periods += [splitting_period(seed, orders=4, stations=2 + seed % 2, skus=6) for seed in range(150)]
+    periods[::3] = map(made_alike, periods[::3])
+    return [
+        period
+        for period in periods
+        if len(period.stations) > 1
+        and prod(1 + len(period.stations) ** len(lines) for lines in period.lines) <= 3000
+        and Reduced(period, Model.SPLIT_AMONG_STATIONS).candidates.any()
+    ]
+
+
 @pytest.fixture(scope="session", name="random_period")
 def random_period_fixture() -> Callable[[int], Period]:
     """Return the function that makes one of them."""
     return random_period
+
+
+@pytest.fixture(scope="session", name="splitting_period")
+def splitting_period_fixture() -> Callable[..., Period]:
+    """Return the function that makes a period whose orders want splitting."""
+    return splitting_period
 
 
 @pytest.fixture(scope="session", name="brute_force")

@@ -1,0 +1,106 @@
+"""A period as flat arrays, for the compiled searches."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rmfs_mip.period.reduction import Reduced, masks_of
+from rmfs_mip.period.solution import Model
+
+Integers = NDArray[np.int64]
+
+MOST_STATES = 200_000
+"""Vectors of places taken that `rmfs_mip.compiled.stacking.fill` may tell apart.
+
+They are the product of the stations' free places, each plus one.
+"""
+MOST_STATIONS = 7
+"""Stations whose places a packed vector can count, one byte each."""
+LARGEST_ROOM = 127
+"""Free places of a station that its byte in a packed vector can count."""
+
+
+class Arrays(NamedTuple):
+    """What the searches look at; lists of lists are flat, with the start of each.
+
+    Parameters
+    ----------
+    rooms
+        Free places of each station.
+    at_hand
+        Per SKU the bit mask of the stations that cover it already.
+    order_start, line_sku, line_items
+        Lines of the orders that can be assigned, oldest order first.
+    pod_start, pod_sku
+        SKUs that each pod may bring.
+    sku_start, sku_pod
+        Pods that may bring each SKU, ascending.
+    useful
+        Per pod the bit mask of the stations where it brings something new.
+    whole
+        Whether an order goes to a single station.
+    alike
+        Whether the stations are interchangeable.
+    begun
+        Per order whether it is split already.
+    splits
+        How many orders may newly be split; -1 for any number.
+    """
+
+    rooms: Integers
+    at_hand: Integers
+    order_start: Integers
+    line_sku: Integers
+    line_items: Integers
+    pod_start: Integers
+    pod_sku: Integers
+    sku_start: Integers
+    sku_pod: Integers
+    useful: Integers
+    whole: bool
+    alike: bool
+    begun: NDArray[np.bool_]
+    splits: int
+
+
+def arrays_of(reduced: Reduced, splits: int | None = None) -> tuple[Arrays, list[int]]:
+    """Return a period as arrays, and the pods (positions) that are worth sending to some station.
+
+    Parameters
+    ----------
+    reduced
+        The period.
+    splits
+        How many orders may newly be split; None for any number.
+    """
+    period = reduced.period
+    useful = np.array([reduced.wanted(s) & ~period.covered[s] for s in range(len(reduced.capacities))])
+    somewhere: NDArray[np.bool_] = np.asarray(useful.any(axis=0))
+    pods = reduced.classes(somewhere, period.preferred.pods)
+    brings = period.stock.holds[pods] * somewhere > 0
+    pod, sku = np.nonzero(brings)
+    by_sku = np.argsort(sku, kind="stable")
+    kept = reduced.candidates
+    order = period.line_order[kept]
+    first = np.flatnonzero(np.diff(order, prepend=-1))
+    n_skus = period.stock.n_skus
+    arrays = Arrays(
+        rooms=np.array(reduced.capacities, dtype=np.int64),
+        at_hand=masks_of(period.covered),
+        order_start=np.append(first, len(order)).astype(np.int64),
+        line_sku=period.line_sku[kept],
+        line_items=period.line_quantity[kept],
+        pod_start=np.searchsorted(pod, np.arange(len(pods) + 1)).astype(np.int64),
+        pod_sku=sku.astype(np.int64),
+        sku_start=np.searchsorted(sku[by_sku], np.arange(n_skus + 1)).astype(np.int64),
+        sku_pod=pod[by_sku].astype(np.int64),
+        useful=masks_of(useful @ brings.T),
+        whole=reduced.model is Model.INTEGRATED,
+        alike=reduced.interchangeable,
+        begun=np.array(period.begun, dtype=np.bool_)[order[first]] if period.begun else np.zeros(len(first), np.bool_),
+        splits=-1 if splits is None else splits,
+    )
+    return arrays, pods

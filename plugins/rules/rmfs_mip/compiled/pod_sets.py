@@ -1,0 +1,294 @@
+"""Sets of pods that complete orders of enough worth, found by branch and bound: compiled, and exact.
+
+An order counts as completed when each of its SKUs is on a pod of the set or at hand at some station.
+
+The bound. Let r more pods R complete an order with m missing SKUs and worth w. A pod of R that brings c of them gets
+the share w c / m, and the shares of R add up to at least w. Unless c = m, the pod earns its share only with others: for
+each of the m - c SKUs that it lacks, another pod of R brings it, and w c / m / (m - c) is put on that pair of pods. So
+what R completes is worth at most the sum over its pods of: what the pod completes alone, plus its r - 1 largest pairs.
+The sum of the r largest of these potentials bounds any R; a pod whose potential with the r - 1 largest others is too
+small is in none. This is the bound of Gilmore (1962, https://doi.org/10.1137/0110022) and Lawler (1963,
+https://doi.org/10.1287/mnsc.9.4.586) for quadratic assignment, carried over to orders.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+SLIP = 1e-6
+"""What rounding may take from a bound."""
+
+
+class Sets(NamedTuple):
+    """State of a search for sets of pods: one row for each number of pods chosen so far.
+
+    Parameters
+    ----------
+    worth
+        What each order counts (nothing, if not positive).
+    least
+        What a set has to be worth, a single number; it may be raised during the search.
+    depth
+        Number of pods chosen, a single number.
+    chosen
+        The pods chosen.
+    there
+        SKUs at hand or on the chosen pods.
+    value
+        What they complete.
+    pods, potential, left, at
+        Pods that may come next, best first, with their potentials; how many, and which is next (-1: not yet looked at).
+    """
+
+    worth: NDArray[np.float64]
+    least: NDArray[np.float64]
+    depth: NDArray[np.int64]
+    chosen: NDArray[np.int64]
+    there: NDArray[np.bool_]
+    value: NDArray[np.float64]
+    pods: NDArray[np.int64]
+    potential: NDArray[np.float64]
+    left: NDArray[np.int64]
+    at: NDArray[np.int64]
+
+
+@njit(cache=True)
+def _missing(a, order, there, skus):  # type: ignore[no-untyped-def]
+    """Write the SKUs that an order misses; return their number."""
+    count = 0
+    for line in range(a.order_start[order], a.order_start[order + 1]):
+        if not there[a.line_sku[line]]:
+            skus[count] = a.line_sku[line]
+            count += 1
+    return count
+
+
+@njit(cache=True)
+def _candidates_for(a, skus, place, touching, brings):  # type: ignore[no-untyped-def]
+    """Write the candidates that bring some of the SKUs, and how many; return their number (0: a SKU is on none)."""
+    count = 0
+    for sku in skus:
+        alive = False
+        for at in range(a.sku_start[sku], a.sku_start[sku + 1]):
+            pod = a.sku_pod[at]
+            if place[pod] >= 0:
+                alive = True
+                if brings[pod] == 0:
+                    touching[count] = pod
+                    count += 1
+                brings[pod] += 1
+        if not alive:
+            for at in range(count):
+                brings[touching[at]] = 0
+            return 0
+    return count
+
+
+@njit(cache=True)
+def _helps(a, pod, other, skus):  # type: ignore[no-untyped-def]
+    """Return how many of the SKUs the other pod brings and the pod does not."""
+    helps = 0
+    for sku in skus:
+        on_other, on_pod = False, False
+        for at in range(a.pod_start[other], a.pod_start[other + 1]):
+            on_other |= a.pod_sku[at] == sku
+        for at in range(a.pod_start[pod], a.pod_start[pod + 1]):
+            on_pod |= a.pod_sku[at] == sku
+        helps += on_other and not on_pod
+    return helps
+
+
+@njit(cache=True)
+def potentials(a, worth, pods, there, more):  # type: ignore[no-untyped-def]
+    """Bound what each of the pods adds to the worth of the completed orders as one of ``more`` of them.
+
+    Parameters
+    ----------
+    a
+        The period (`rmfs_mip.compiled.arrays.Arrays`).
+    worth
+        What each order counts.
+    pods
+        The pods to choose from.
+    there
+        SKUs that are at hand or on pods chosen before.
+    more
+        Number of pods still to choose.
+    """
+    n, total = len(pods), len(a.pod_start) - 1
+    place, brings, touching = np.full(total, -1), np.zeros(total, np.int64), np.empty(total, np.int64)
+    largest = 0
+    for at in range(n):
+        place[pods[at]] = at
+        largest = max(largest, a.pod_start[pods[at] + 1] - a.pod_start[pods[at]])
+    alone, pair = np.zeros(n), np.zeros((n, n))
+    skus = np.empty(len(there), np.int64)
+    for order in range(len(a.order_start) - 1):
+        if worth[order] <= 0:
+            continue
+        m = _missing(a, order, there, skus)
+        if m == 0 or m > more * largest:
+            continue
+        count = _candidates_for(a, skus[:m], place, touching, brings)
+        for x in range(count):
+            pod = touching[x]
+            c = brings[pod]
+            if c == m:
+                alone[place[pod]] += worth[order]
+            elif more > 1:
+                share = worth[order] * c / m / (m - c)
+                for y in range(count):
+                    if y != x:
+                        other = touching[y]
+                        helps = m - c if brings[other] == m else _helps(a, pod, other, skus[:m])
+                        pair[place[pod], place[other]] += share * helps
+        for x in range(count):
+            brings[touching[x]] = 0
+    for at in range(n):
+        for _ in range(min(more - 1, n)):
+            best = pair[at].argmax()
+            alone[at] += pair[at, best]
+            pair[at, best] = 0.0
+    return alone
+
+
+@njit(cache=True)
+def _promising(a, worth, pods, there, more, short):  # type: ignore[no-untyped-def]
+    """Move those of the pods that may be in a set of ``more`` that adds ``short`` in worth to the front, best first.
+
+    Return how many they are, and their potentials.
+    """
+    while True:
+        potential, kept, others = potentials(a, worth, pods, there, more), 0, 0.0
+        for place in range(len(pods)):
+            best = place + potential[place:].argmax()
+            pods[place], pods[best] = pods[best], pods[place]
+            potential[place], potential[best] = potential[best], potential[place]
+            if place < more - 1:
+                others += potential[place]
+            elif others + potential[place] < short - SLIP:
+                break
+            kept = place + 1
+        if kept < more:
+            return 0, potential
+        if kept == len(pods) or more == 1:
+            return kept, potential
+        pods = pods[:kept]
+
+
+@njit(cache=True)
+def _value_of(a, worth, there):  # type: ignore[no-untyped-def]
+    """Return the worth of the orders that these SKUs complete."""
+    value = 0.0
+    for order in range(len(a.order_start) - 1):
+        complete = worth[order] > 0
+        for line in range(a.order_start[order], a.order_start[order + 1]):
+            complete &= there[a.line_sku[line]]
+        if complete:
+            value += worth[order]
+    return value
+
+
+@njit(cache=True)
+def sets_of(a, number, worth, least):  # type: ignore[no-untyped-def]
+    """Begin a search for sets of ``number`` pods that complete orders of at least the worth ``least``."""
+    n, rows = len(a.pod_start) - 1, number + 1
+    there, pods = np.zeros((rows, len(a.at_hand)), np.bool_), np.zeros((rows, n), np.int64)
+    value, left, at = np.zeros(rows), np.zeros(rows, np.int64), np.full(rows, -1)
+    there[0], pods[0], left[0] = a.at_hand > 0, np.arange(n), n
+    value[0] = _value_of(a, worth, there[0])
+    chosen, depth, goal = np.zeros(number, np.int64), np.zeros(1, np.int64), np.full(1, float(least))
+    return Sets(worth, goal, depth, chosen, there, value, pods, np.zeros((rows, n)), left, at)
+
+
+@njit(cache=True)
+def next_set(a, s, work, most_work):  # type: ignore[no-untyped-def]
+    """Go on to the next set, ``s.chosen``; return whether there is one.
+
+    ``work[0]`` counts pods looked at; once it is above ``most_work``, the answer no proves nothing.
+    """
+    number = len(s.chosen)
+    depth = s.depth[0]
+    if depth == number and s.at[depth] < 0 and s.value[depth] >= s.least[0] - SLIP:
+        s.at[depth] = 0
+        return True
+    if depth == number:
+        depth -= 1
+    while depth >= 0 and work[0] <= most_work:
+        more, short = number - depth, s.least[0] - s.value[depth]
+        if s.at[depth] < 0:
+            work[0] += 1 + s.left[depth]
+            open_pods = s.pods[depth, : s.left[depth]]
+            s.left[depth], potential = _promising(a, s.worth, open_pods, s.there[depth], more, short)
+            s.potential[depth, : len(potential)] = potential
+            s.at[depth] = 0
+        first = s.at[depth]
+        if s.left[depth] - first < more or s.potential[depth, first : first + more].sum() < short - SLIP:
+            depth -= 1  # the pods that are left here cannot do it
+            continue
+        s.at[depth] += 1
+        s.chosen[depth] = s.pods[depth, first]
+        _choose(a, s, depth, first)
+        depth += 1
+        if depth == number and s.value[depth] >= s.least[0] - SLIP:
+            s.depth[0], s.at[depth] = depth, 0
+            return True
+        if depth == number:
+            depth -= 1
+    s.depth[0] = depth
+    return False
+
+
+@njit(cache=True)
+def _choose(a, s, depth, first):  # type: ignore[no-untyped-def]
+    """Set up the row after the choice of a pod: the pods before it were tried with all others."""
+    s.there[depth + 1] = s.there[depth]
+    for brought in range(a.pod_start[s.chosen[depth]], a.pod_start[s.chosen[depth] + 1]):
+        s.there[depth + 1, a.pod_sku[brought]] = True
+    s.left[depth + 1], s.at[depth + 1] = s.left[depth] - first - 1, -1
+    s.pods[depth + 1, : s.left[depth + 1]] = s.pods[depth, first + 1 : s.left[depth]]
+    s.value[depth + 1] = _value_of(a, s.worth, s.there[depth + 1])
+
+
+@njit(cache=True)
+def _knapsack(a, values, there, best):  # type: ignore[no-untyped-def]
+    """Return the greatest sum of values of completed orders that fit into one station."""
+    room = len(best) - 1
+    best[:] = 0.0
+    for order in range(len(a.order_start) - 1):
+        complete, size = values[order] > 0, 0
+        for line in range(a.order_start[order], a.order_start[order + 1]):
+            complete &= there[a.line_sku[line]]
+            size += a.line_items[line]
+        if complete:
+            for place in range(room, size - 1, -1):
+                best[place] = max(best[place], best[place - size] + values[order])
+    return best[room]
+
+
+@njit(cache=True)
+def best_sets(a, number, values, least, kept, work, most_work):  # type: ignore[no-untyped-def]
+    """Return the worths of sets of ``number`` pods and the sets, in no order.
+
+    These are the ``kept`` best of those worth at least ``least``. The worth of a set is the greatest sum of ``values``
+    over orders that it completes and that fit into a station. The answer is complete only if ``work[0]`` stays within
+    ``most_work``.
+    """
+    best = np.zeros(a.rooms[0] + 1)
+    worths, sets, found = np.zeros(kept), np.zeros((kept, number), np.int64), 0
+    search = sets_of(a, number, values, least)
+    while next_set(a, search, work, most_work):
+        work[0] += 1
+        worth = _knapsack(a, values, search.there[number], best)
+        if worth < search.least[0] - SLIP:
+            continue
+        place = int(worths.argmin()) if found == kept else found
+        worths[place], sets[place] = worth, search.chosen
+        found = min(found + 1, kept)
+        if found == kept:
+            search.least[0] = max(least, worths.min() + 2 * SLIP)  # what is kept is not replaced by equals
+    return worths[:found], sets[:found]

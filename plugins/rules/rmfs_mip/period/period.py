@@ -1,0 +1,206 @@
+"""What one period's model is about, as plain data read off the warehouse."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from attrs import define, field, frozen
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from rmfs_core.warehouse import Pod, WarehouseView
+
+Line = tuple[int, int]
+"""SKU id and number of items."""
+
+
+def _integers(values: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
+    return np.asarray(values, dtype=np.int64)
+
+
+@frozen(eq=False)
+class Stock:
+    """What the pods hold; the same in all periods of a run, because stock is unlimited.
+
+    Parameters
+    ----------
+    pods
+        Pod ids.
+    contents
+        Their SKU ids, ascending.
+    n_skus
+        Number of SKUs.
+    """
+
+    pods: tuple[int, ...]
+    contents: tuple[tuple[int, ...], ...]
+    n_skus: int
+    holds: NDArray[np.float64] = field(init=False, repr=False)
+
+    def __attrs_post_init__(self) -> None:
+        holds = np.zeros((len(self.pods), self.n_skus))
+        for position, skus in enumerate(self.contents):
+            holds[position, list(skus)] = 1.0
+        object.__setattr__(self, "holds", holds)
+
+    @classmethod
+    def of(cls, pods: Sequence[Pod], n_skus: int) -> Stock:
+        """Read the contents of pods."""
+        return cls(tuple(pod.id for pod in pods), tuple(tuple(sorted(pod.contents)) for pod in pods), n_skus)
+
+
+@frozen(eq=False)
+class Preference:
+    """Which pods are sent first among those that serve as well.
+
+    Parameters
+    ----------
+    pods
+        From 0 to 1 for each pod; those with more go first. Shape (pods,).
+    once_sent
+        What a pod that this period sends has from then on; None: the same as before.
+    """
+
+    pods: NDArray[np.float64]
+    once_sent: float | None = None
+
+
+@define(eq=False, slots=False)
+class Period:
+    """Stations with free capacity, the backlog and the pods. Everything but ids is a position in these sequences.
+
+    Parameters
+    ----------
+    stock
+        All pods.
+    stations, capacities
+        Ids of the stations with free item capacity, and C_s.
+    inbound
+        P_s for each of these stations: positions of the pods at it or bound for it, ascending.
+    orders
+        Ids of the backlog's orders, oldest first.
+    line_order, line_sku, line_quantity
+        Open lines: position of the order (ascending), SKU id, number of items.
+    busy
+        Positions of the pods that are bound for any station, also for one without free capacity, ascending.
+    begun
+        Whether parts of the order were assigned in earlier periods (so that it is split already).
+    split_open
+        n^l: split orders that take a place at the packing stations now.
+    preference
+        Which pods are sent first among those that serve as well. None: those that are bound for no station.
+    """
+
+    stock: Stock
+    stations: tuple[int, ...]
+    capacities: tuple[int, ...]
+    inbound: tuple[tuple[int, ...], ...]
+    orders: tuple[int, ...]
+    line_order: NDArray[np.int64] = field(converter=_integers)
+    line_sku: NDArray[np.int64] = field(converter=_integers)
+    line_quantity: NDArray[np.int64] = field(converter=_integers)
+    busy: tuple[int, ...] = ()
+    begun: tuple[bool, ...] = ()
+    split_open: int = 0
+    preference: Preference | None = None
+
+    @classmethod
+    def of(cls, warehouse: WarehouseView, stock: Stock, *, packing: bool = False) -> Period:
+        """Read the period that begins now.
+
+        Parameters
+        ----------
+        warehouse
+            The warehouse.
+        stock
+            `Stock.of` its pods.
+        packing
+            Whether to look up which orders are split already.
+        """
+        free = [station for station in warehouse.stations if station.free_capacity > 0]
+        backlog, lines = warehouse.backlog, warehouse.backlog_lines
+        position = range(len(stock.pods)) if stock.pods == tuple(range(len(stock.pods))) else _positions(stock.pods)
+        return cls(
+            stock=stock,
+            stations=tuple(station.id for station in free),
+            capacities=tuple(station.free_capacity for station in free),
+            inbound=tuple(tuple(sorted(position[pod.id] for pod in station.inbound_pods)) for station in free),
+            orders=tuple([order.id for order in backlog]),
+            line_order=lines.order,
+            line_sku=lines.sku,
+            line_quantity=lines.quantity,
+            busy=tuple(sorted({position[pod.id] for station in warehouse.stations for pod in station.inbound_pods})),
+            begun=tuple(bool(order.stations) for order in backlog) if packing else (),
+            split_open=warehouse.split_orders_open if packing else 0,
+        )
+
+    @cached_property
+    def lines(self) -> tuple[tuple[Line, ...], ...]:
+        """Open lines of each order, by SKU id."""
+        table: list[list[Line]] = [[] for _ in self.orders]
+        for order, sku, quantity in zip(
+            self.line_order.tolist(), self.line_sku.tolist(), self.line_quantity.tolist(), strict=True
+        ):
+            table[order].append((sku, quantity))
+        return tuple(tuple(sorted(lines)) for lines in table)
+
+    def lines_of(self, order: int) -> tuple[Line, ...]:
+        """Open lines of one order (position), by SKU id: where few orders are asked for, faster than `lines`."""
+        first, last = np.searchsorted(self.line_order, (order, order + 1))
+        skus, quantities = self.line_sku[first:last].tolist(), self.line_quantity[first:last].tolist()
+        return tuple(sorted(zip(skus, quantities, strict=True)))
+
+    @cached_property
+    def covered(self) -> NDArray[np.bool_]:
+        """SKUs that are at each station for nothing, on a pod of P_s. Shape (stations, n_skus)."""
+        holds = self.stock.holds
+        return np.array([holds[list(pods)].any(axis=0) for pods in self.inbound]).reshape(-1, self.stock.n_skus)
+
+    def covered_with(self, visits: Sequence[tuple[int, int]]) -> NDArray[np.bool_]:
+        """Return what the stations cover once new visits (pod, station) are counted in. Shape (stations, n_skus)."""
+        if not visits:
+            return self.covered
+        covered = self.covered.copy()
+        for pod, station in visits:
+            covered[station] |= self.stock.holds[pod] > 0
+        return covered
+
+    @cached_property
+    def stocked(self) -> NDArray[np.bool_]:
+        """SKUs that are on some pod. Shape (n_skus,)."""
+        stocked: NDArray[np.bool_] = np.asarray(self.stock.holds.any(axis=0), dtype=np.bool_)
+        return stocked
+
+    @cached_property
+    def single_items(self) -> bool:
+        """Whether every line is for one item, as the paper assumes."""
+        return bool((self.line_quantity == 1).all())
+
+    @cached_property
+    def idle(self) -> NDArray[np.float64]:
+        """1 for each pod that is bound for no station, else 0. Shape (pods,)."""
+        idle = np.ones(len(self.stock.pods))
+        idle[list(self.busy)] = 0.0
+        return idle
+
+    @cached_property
+    def preferred(self) -> Preference:
+        """`preference`, or what it is when None."""
+        return Preference(self.idle, once_sent=0.0) if self.preference is None else self.preference
+
+    @property
+    def visits_before(self) -> int:
+        """Pods of P_s over the stations: the constant that they add to the objective (1)."""
+        return sum(map(len, self.inbound))
+
+    def begun_before(self, order: int) -> bool:
+        """Whether parts of an order (position) were assigned in earlier periods."""
+        return bool(self.begun) and self.begun[order]
+
+
+def _positions(ids: Sequence[int]) -> dict[int, int]:
+    return {identifier: position for position, identifier in enumerate(ids)}

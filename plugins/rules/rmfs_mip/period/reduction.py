@@ -1,0 +1,214 @@
+"""Shrinks a period without changing any optimum: what cannot be assigned goes, what is interchangeable is counted.
+
+- Only lines whose SKU is on a pod and that fit some station; where orders are assigned whole, only orders that fit.
+- Orders with the same lines are one type with a count.
+- Pods that bring the same wanted SKUs to a station are one class there; a class within another is dropped.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from attrs import define, frozen
+from numpy.typing import NDArray
+
+from rmfs_mip.period.period import Line, Period
+from rmfs_mip.period.solution import Model
+
+
+@frozen
+class OrderType:
+    """Orders with the same lines.
+
+    Parameters
+    ----------
+    lines
+        SKU ids and numbers of items.
+    size
+        Items of all lines.
+    begun
+        Whether parts were assigned in earlier periods.
+    orders
+        Positions of the orders, oldest first.
+    """
+
+    lines: tuple[Line, ...]
+    size: int
+    begun: bool
+    orders: tuple[int, ...]
+
+
+@define(eq=False, slots=False)
+class Reduced:
+    """A period as one model needs it.
+
+    Parameters
+    ----------
+    period, model
+        What is to be solved.
+    counted
+        Whether equal orders are counted (False: each is its own type, so that they can be told apart by age).
+    """
+
+    period: Period
+    model: Model
+    counted: bool = True
+
+    @property
+    def capacities(self) -> tuple[int, ...]:
+        """C_s."""
+        return self.period.capacities
+
+    @cached_property
+    def most(self) -> int:
+        """Largest number of items of an order that can be assigned at all (for split-over-time: of a line)."""
+        one_order = self.model is Model.SPLIT_AMONG_STATIONS
+        return sum(self.capacities) if one_order else max(self.capacities, default=0)
+
+    @cached_property
+    def interchangeable(self) -> bool:
+        """Whether the stations have equal room and cover the same SKUs, as at t = 1."""
+        covered = self.period.covered
+        return len(set(self.capacities)) == 1 and bool((covered == covered[0]).all())
+
+    @cached_property
+    def candidates(self) -> NDArray[np.bool_]:
+        """Lines that can be assigned. Shape (lines,)."""
+        period = self.period
+        largest = max(period.capacities, default=0)
+        good: NDArray[np.bool_] = period.stocked[period.line_sku] & (period.line_quantity <= largest)
+        if self.model is Model.SPLIT_OVER_TIME:
+            return good
+        n = len(period.orders)
+        sizes = np.bincount(period.line_order, weights=period.line_quantity, minlength=n)
+        bad = np.bincount(period.line_order[~good], minlength=n) > 0
+        return ((sizes <= self.most) & ~bad)[period.line_order]
+
+    @cached_property
+    def demand(self) -> NDArray[np.float64]:
+        """Items wanted per SKU, of the lines that can be assigned."""
+        kept = self.candidates
+        demand = np.bincount(
+            self.period.line_sku[kept],
+            weights=self.period.line_quantity[kept].astype(np.float64),
+            minlength=self.period.stock.n_skus,
+        )
+        return demand.astype(np.float64, copy=False)
+
+    @cached_property
+    def orders(self) -> tuple[int, ...]:
+        """Positions of the orders with lines that can be assigned, oldest first."""
+        return tuple(np.unique(self.period.line_order[self.candidates]).tolist())
+
+    def lines_of(self, order: int) -> tuple[Line, ...]:
+        """Lines of an order that can be assigned."""
+        if self.model is not Model.SPLIT_OVER_TIME:
+            return self.period.lines[order]
+        stocked, largest = self.period.stocked, max(self.capacities)
+        return tuple((i, q) for i, q in self.period.lines[order] if stocked[i] and q <= largest)
+
+    @cached_property
+    def types(self) -> tuple[OrderType, ...]:
+        """Types of the orders with lines that can be assigned, in the order of their oldest."""
+        found: dict[tuple[tuple[Line, ...], bool, int], list[int]] = {}
+        for order in self.orders:
+            lines = self.lines_of(order)
+            alone = not self.counted or len(lines) < len(self.period.lines[order])
+            key = (lines, self.period.begun_before(order), order if alone else -1)
+            found.setdefault(key, []).append(order)
+        return tuple(
+            OrderType(lines, sum(q for _, q in lines), begun, tuple(orders))
+            for (lines, begun, _), orders in found.items()
+        )
+
+    @cached_property
+    def reachable(self) -> tuple[int, ...]:
+        """Places of each station that can be filled when every SKU is there.
+
+        Whole orders may leave places that no order fits; for split-among-stations only the sum over the stations is so
+        limited, see `reachable_sum`.
+        """
+        if self.model is not Model.INTEGRATED:
+            return self.capacities
+        sizes = sorted(kind.size for kind in self.types for _ in kind.orders)
+        return tuple(highest(sums_of(sizes, room), room) for room in self.capacities)
+
+    @cached_property
+    def reachable_sum(self) -> int:
+        """Places of all stations together that can be filled when every SKU is everywhere."""
+        room = sum(self.reachable)
+        if self.model is Model.SPLIT_AMONG_STATIONS:
+            return highest(sums_of([kind.size for kind in self.types for _ in kind.orders], room), room)
+        return min(room, int(self.demand.sum()))
+
+    def wanted(self, station: int) -> NDArray[np.bool_]:
+        """Return the SKUs of lines that can be assigned to a station (for integrated: with their whole order)."""
+        period, room = self.period, self.capacities[station]
+        kept = self.candidates & (period.line_quantity <= room)
+        if self.model is Model.INTEGRATED:
+            n = len(period.orders)
+            sizes = np.bincount(period.line_order, weights=period.line_quantity, minlength=n)
+            kept = kept & (sizes <= room)[period.line_order]
+        wanted = np.zeros(period.stock.n_skus, dtype=np.bool_)
+        wanted[period.line_sku[kept]] = True
+        return wanted
+
+    def classes(self, wanted: NDArray[np.bool_], value: NDArray[np.float64]) -> list[int]:
+        """Return one pod (position) for every class of pods that no other class dominates.
+
+        Parameters
+        ----------
+        wanted
+            SKUs that a new pod at the station would be useful for. Shape (n_skus,).
+        value
+            What a pod is worth besides; a pod is dominated only by one that is worth as much.
+        """
+        brings = (self.period.stock.holds > 0) & wanted
+        useful = np.flatnonzero(brings.any(axis=1))
+        if not len(useful):
+            return []
+        worth = value[useful]
+        within = _within(brings[useful])
+        within &= worth[:, None] <= worth[None, :]
+        strictly = within & ~within.T
+        first = np.arange(len(useful))[:, None] > np.arange(len(useful))[None, :]
+        dominated = (strictly | (within & within.T & first)).any(axis=1)
+        return [int(p) for p in useful[~dominated]]
+
+
+def _within(brings: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return for each pair of pods (rows of SKUs) whether the first brings nothing that the second does not bring.
+
+    SKU by SKU instead of as a product of matrices: a library may share that out among threads, which takes far longer.
+    """
+    pod, sku = np.nonzero(brings)
+    number = np.arange(len(pod)) - np.searchsorted(pod, pod)  # of each SKU on its pod
+    within = np.ones((len(brings), len(brings)), dtype=np.bool_)
+    for one in range(int(number.max(initial=-1)) + 1):
+        at = number == one
+        within[pod[at]] &= brings[:, sku[at]].T
+    return within
+
+
+def sums_of(sizes: list[int], most: int) -> int:
+    """Return the sums up to ``most`` that some of the sizes have, as bits."""
+    reached, limit = 1, (1 << (most + 1)) - 1
+    for size in sizes:
+        if reached == limit:
+            break
+        reached |= (reached << size) & limit
+    return reached
+
+
+def highest(reached: int, most: int) -> int:
+    """Return the largest sum up to ``most`` among bits."""
+    return (reached & ((1 << (most + 1)) - 1)).bit_length() - 1
+
+
+def masks_of(covered: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return per SKU the bit mask of the stations that cover it, from a table (stations, SKUs)."""
+    mask = np.zeros(covered.shape[1], dtype=np.int64)
+    for station, row in enumerate(covered):
+        mask |= row.astype(np.int64) << station
+    return mask

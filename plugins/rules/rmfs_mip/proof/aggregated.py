@@ -1,0 +1,289 @@
+"""The models in the aggregated form: same optimum as the printed one, far fewer columns and rows.
+
+- x_cs: a class of new pods is sent to a station.
+- y_Ts: how many orders of a type go to a station as a whole; n_T: how many are split.
+- q_ks: how many lines of a kind (SKU and number of items) that split orders have go to a station.
+- z_is: whether a SKU that P_s does not cover is brought to a station; where one class alone brings it, that is x_cs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from attrs import define, field
+from numpy.typing import NDArray
+
+from rmfs_mip.period.decoding import Counts
+from rmfs_mip.period.period import Line
+from rmfs_mip.period.reduction import OrderType, Reduced
+from rmfs_mip.period.solution import Model, is_whole
+from rmfs_mip.proof.program import Program
+
+PREFERENCE = 1e-3
+"""What the least preferred pod costs more than the one preferred most, at most."""
+MOST_PREFERENCE = 0.1
+"""What all pods together cost more, at most: with a whole W_u far less than any difference in (1)."""
+
+
+@define
+class Aggregated:
+    """The program and where its variables are.
+
+    Parameters
+    ----------
+    program
+        Columns and rows.
+    x
+        (pod, station) to column; the pod stands for its class.
+    y
+        (type, station) to column.
+    n
+        Type to column.
+    q
+        (kind of line, station) to column.
+    splits
+        How many orders may newly be split; None for any number.
+    """
+
+    program: Program
+    splits: int | None = None
+    x: dict[tuple[int, int], int] = field(factory=dict)
+    y: dict[tuple[int, int], int] = field(factory=dict)
+    n: dict[int, int] = field(factory=dict)
+    q: dict[tuple[Line, int], int] = field(factory=dict)
+
+    def counts(self, values: Sequence[float]) -> Counts:
+        """Return what the values of the columns say."""
+        return Counts(
+            visits=tuple(sorted(key for key, column in self.x.items() if values[column] > 0.5)),
+            whole={key: round(values[column]) for key, column in self.y.items()},
+            split={kind: round(values[column]) for kind, column in self.n.items()},
+            lines={key: round(values[column]) for key, column in self.q.items()},
+            splits_limited=self.splits is not None,
+        )
+
+
+@define
+class Gains:
+    """What the second objective of a tie-break adds (to be maximised); see `rmfs_mip.proof.ties`.
+
+    Parameters
+    ----------
+    pod
+        Per visit of a new pod, by its position.
+    order
+        Per item of an order, by its position.
+    """
+
+    pod: NDArray[np.float64] | None = None
+    order: NDArray[np.float64] | None = None
+
+
+class Builder:
+    """Builds the aggregated form of a reduced period.
+
+    Parameters
+    ----------
+    reduced
+        The period.
+    weight
+        W_u.
+    splits
+        How many orders may newly be split; None for any number.
+    gains
+        The second objective; None to minimise objective (1).
+    """
+
+    def __init__(self, reduced: Reduced, weight: float, splits: int | None = None, gains: Gains | None = None) -> None:
+        self.reduced = reduced
+        self.weight = weight
+        self.splits = splits if reduced.model is not Model.INTEGRATED else 0
+        self.gains = gains
+        self.model = Aggregated(Program(), self.splits)
+        self.objective: dict[int, float] = {}  # objective (1), without its constant
+        stations = range(len(reduced.capacities))
+        self.filling: list[dict[int, float]] = [{} for _ in stations]  # columns and items that take places
+        self.brought: list[dict[int, int]] = [{} for _ in stations]  # uncovered SKU -> column that makes it available
+        self.constant = reduced.period.visits_before + weight * sum(reduced.capacities)
+
+    def build(self) -> Aggregated:
+        """Return the model."""
+        for station in range(len(self.reduced.capacities)):
+            self._pods(station)
+        if self.splits is not None:
+            self._whole_orders()
+        if self.reduced.model is not Model.INTEGRATED and (
+            self.splits != 0 or any(kind.begun for kind in self.reduced.types)
+        ):
+            self._split_orders()
+        self._limits()
+        program = self.model.program
+        if self.gains is None:
+            for column, cost in self.objective.items():
+                program.cost[column] = cost
+            if is_whole(self.weight):  # else (1) may differ by less than that
+                extra = min(PREFERENCE, MOST_PREFERENCE / max(sum(self.reduced.capacities), 1))
+                for (pod, _), column in self.model.x.items():
+                    program.cost[column] += extra * (1 - self.reduced.period.preferred.pods[pod])
+            program.constant = self.constant
+        return self.model
+
+    def limit_objective(self, least: float, most: float) -> None:
+        """Add rows that keep objective (1) between two values."""
+        columns, costs = list(self.objective), list(self.objective.values())
+        if least == most:
+            self.model.program.row(columns, costs, "=", least - self.constant)
+            return
+        if least > float("-inf"):
+            self.model.program.row(columns, costs, ">", least - self.constant)
+        if most < float("inf"):
+            self.model.program.row(columns, costs, "<", most - self.constant)
+
+    # Columns
+
+    def _pods(self, station: int) -> None:
+        """x and z of a station."""
+        reduced, program = self.reduced, self.model.program
+        period = reduced.period
+        wanted = reduced.wanted(station) & ~period.covered[station]
+        gains = None if self.gains is None else self.gains.pod
+        value = period.preferred.pods if gains is None else gains + period.preferred.pods / 2
+        bringing: dict[int, list[int]] = {}
+        for pod in reduced.classes(wanted, value):
+            column = self.model.x[pod, station] = program.column()
+            self.objective[column] = 1.0
+            if gains is not None:
+                program.cost[column] = -float(gains[pod])
+            for sku in period.stock.contents[pod]:
+                if wanted[sku]:
+                    bringing.setdefault(sku, []).append(column)
+        for sku, columns in sorted(bringing.items()):
+            if len(columns) == 1:
+                self.brought[station][sku] = columns[0]
+                continue
+            z = self.brought[station][sku] = program.column(whole=False)
+            program.row([*columns, z], [1.0] * len(columns) + [-1.0], ">", 0.0)  # (5)
+
+    def _whole_orders(self) -> None:
+        """y: orders (or what is left of them) that go to one station."""
+        for number, kind in enumerate(self.reduced.types):
+            if kind.begun and self.reduced.model is not Model.INTEGRATED:
+                continue  # it is split already: its lines go where they like
+            if self.reduced.model is Model.SPLIT_OVER_TIME and self._incomplete(kind):
+                continue  # a line of it has to stay, so it would be split
+            for station, room in enumerate(self.reduced.capacities):
+                most = min(len(kind.orders), room // kind.size)
+                if most < 1 or not self._obtainable(station, kind.lines):
+                    continue
+                column = self.model.y[number, station] = self.model.program.column(upper=most)
+                self._take(station, column, kind.size)
+                self._gain(column, kind.size, kind.orders[0])
+                for sku, _ in kind.lines:
+                    self._need(station, sku, column, most)
+
+    def _incomplete(self, kind: OrderType) -> bool:
+        return len(kind.lines) < len(self.reduced.period.lines[kind.orders[0]])
+
+    def _obtainable(self, station: int, lines: Sequence[Line]) -> bool:
+        covered = self.reduced.period.covered[station]
+        return all(covered[sku] or sku in self.brought[station] for sku, _ in lines)
+
+    def _split_orders(self) -> None:
+        """n and q."""
+        free: dict[Line, int] = {}  # lines that are there without a decision
+        chosen: dict[Line, list[int]] = {}  # columns that decide how many lines of a kind are assigned
+        fresh: list[int] = []
+        for number, kind in enumerate(self.reduced.types):
+            if self._freely_split(kind):
+                for line in kind.lines:
+                    if self._ranked:
+                        chosen.setdefault(line, []).append(self._ranked_line(line, kind))
+                    else:
+                        free[line] = free.get(line, 0) + len(kind.orders)
+            elif self._splittable(kind):
+                column = self._split_type(number, kind)
+                if not kind.begun:
+                    fresh.append(column)
+                for line in kind.lines:
+                    by_line = self._ranked_line(line, kind, column) if self._ranked else column
+                    chosen.setdefault(line, []).append(by_line)
+        for line in sorted({*free, *chosen}):
+            self._flows(line, free.get(line, 0), chosen.get(line, []))
+        if self.splits is not None and fresh:
+            self.model.program.row(fresh, [1.0] * len(fresh), "<", self.splits)  # (18)
+
+    @property
+    def _ranked(self) -> bool:
+        """Whether single lines are worth something: split over time, with the orders' age as second objective."""
+        return self.reduced.model is Model.SPLIT_OVER_TIME and self.gains is not None and self.gains.order is not None
+
+    def _freely_split(self, kind: OrderType) -> bool:
+        """Whether any of the lines may be assigned anywhere, or not."""
+        return self.reduced.model is Model.SPLIT_OVER_TIME and (kind.begun or self.splits is None)
+
+    def _splittable(self, kind: OrderType) -> bool:
+        if self.splits is None or kind.begun:
+            return True
+        return self.splits > 0 and (len(kind.lines) > 1 or self._incomplete(kind))
+
+    def _split_type(self, number: int, kind: OrderType) -> int:
+        most = len(kind.orders)
+        if self.reduced.model is Model.SPLIT_AMONG_STATIONS:
+            most = min(most, sum(self.reduced.capacities) // kind.size)
+        column = self.model.n[number] = self.model.program.column(upper=most)
+        if self.reduced.model is Model.SPLIT_AMONG_STATIONS:
+            self._gain(column, kind.size, kind.orders[0])
+        return column
+
+    def _ranked_line(self, line: Line, kind: OrderType, of_type: int | None = None) -> int:
+        column = self.model.program.column()
+        self._gain(column, line[1], kind.orders[0])
+        if of_type is not None:
+            self.model.program.row([column, of_type], [1.0, -1.0], "<", 0.0)
+        return column
+
+    def _flows(self, line: Line, free: int, chosen: list[int]) -> None:
+        reduced, program = self.reduced, self.model.program
+        sku, quantity = line
+        supply = free + int(sum(program.upper[column] for column in chosen))
+        columns = []
+        for station, room in enumerate(reduced.capacities):
+            most = min(supply, room // quantity)
+            if most < 1 or not self._obtainable(station, [line]):
+                continue
+            column = self.model.q[line, station] = program.column(upper=most, whole=not reduced.period.single_items)
+            self._take(station, column, quantity)
+            self._need(station, sku, column, most)
+            columns.append(column)
+        factors = [1.0] * len(columns) + [-1.0] * len(chosen)
+        at_most = reduced.model is Model.SPLIT_OVER_TIME and not self._ranked
+        if columns or chosen:
+            program.row([*columns, *chosen], factors, "<" if at_most else "=", free)  # (11), (11.1)
+
+    def _take(self, station: int, column: int, items: int) -> None:
+        self.filling[station][column] = float(items)
+        self.objective[column] = -self.weight * items
+
+    def _gain(self, column: int, items: int, order: int) -> None:
+        if self.gains is not None and self.gains.order is not None:
+            self.model.program.cost[column] = -float(self.gains.order[order]) * items
+
+    def _need(self, station: int, sku: int, column: int, most: int) -> None:
+        available = self.brought[station].get(sku)
+        if available is not None:
+            self.model.program.row([column, available], [1.0, -float(most)], "<", 0.0)  # (5)
+
+    def _limits(self) -> None:
+        program = self.model.program
+        for station, room in enumerate(self.reduced.capacities):
+            taking = self.filling[station]
+            if sum(program.upper[column] * items for column, items in taking.items()) > room:
+                program.row(list(taking), list(taking.values()), "<", room)  # (4)
+        for number, kind in enumerate(self.reduced.types):
+            stations = range(len(self.reduced.capacities))
+            columns = [self.model.y[number, s] for s in stations if (number, s) in self.model.y]
+            if number in self.model.n:
+                columns.append(self.model.n[number])
+            if sum(program.upper[column] for column in columns) > len(kind.orders):
+                program.row(columns, [1.0] * len(columns), "<", len(kind.orders))  # (3)

@@ -1,0 +1,129 @@
+"""The optimum by trying values of objective (1) from the bound upwards, for models that assign orders completely.
+
+A value is v = k visits and W_u for each of u places that stay free, which could be filled. Whether k visits fill all
+but u of those places is settled exactly by the compiled search for sets of pods (`rmfs_mip.compiled.pod_sets`), their
+stations (`rmfs_mip.compiled.spreading`) and the orders (`rmfs_mip.compiled.stacking`): the first v for which they do is
+the optimum.
+"""
+
+from __future__ import annotations
+
+from math import prod
+
+import numpy as np
+from attrs import define, field
+from numpy.typing import NDArray
+
+from rmfs_mip.compiled.arrays import LARGEST_ROOM, MOST_STATES, MOST_STATIONS, Arrays, arrays_of
+from rmfs_mip.period.reduction import Reduced
+from rmfs_mip.period.solution import Assigned, Model, Part
+
+
+@define
+class FewestVisits:
+    """Searches one period.
+
+    Parameters
+    ----------
+    reduced
+        The period, for one of the two models that assign orders completely.
+    weight
+        W_u, a whole number.
+    most_work
+        When to give up, in steps of the search: each is well under a microsecond for `spread`, some for a set of pods.
+    splits
+        How many orders may newly be split; None for any number.
+    """
+
+    reduced: Reduced
+    weight: int
+    most_work: int
+    splits: int | None = None
+    work: NDArray[np.int64] = field(factory=lambda: np.zeros(1, dtype=np.int64))
+    arrays: Arrays = field(init=False)
+    pods: list[int] = field(init=False)
+    too_few: dict[int, int] = field(factory=dict)
+    """Target to a number of pods that complete too little for it, wherever they go."""
+
+    @property
+    def possible(self) -> bool:
+        """Whether the stations are few and small enough to tell all vectors of places taken apart."""
+        rooms = self.reduced.capacities
+        states = prod(room + 1 for room in rooms)
+        return len(rooms) <= MOST_STATIONS and max(rooms) <= LARGEST_ROOM and states <= MOST_STATES
+
+    def run(self, lower: int, upper: int) -> tuple[int, Assigned | None]:
+        """Return a lower bound on the value, and a solution with that value if there is one below ``upper``.
+
+        Parameters
+        ----------
+        lower, upper
+            Known bounds: no solution has a value below ``lower``, and one has ``upper``.
+        """
+        self.arrays, self.pods = arrays_of(self.reduced, self.splits)
+        for value in range(lower, upper):
+            for free in range(value // self.weight + 1):
+                known, found = self._fills(value - free * self.weight, self.reduced.reachable_sum - free)
+                if found is not None:
+                    return value, found
+                if not known:
+                    return value, None
+        return upper, None
+
+    def _fills(self, visits: int, target: int) -> tuple[bool, Assigned | None]:
+        """Return whether it is known if so many visits fill the target, and how they do."""
+        from rmfs_mip.compiled import spreading
+
+        stations = len(self.reduced.capacities)
+        fewest = max(-(-visits // stations), self.too_few.get(target, -1) + 1)
+        for number in range(fewest, min(visits, len(self.pods)) + 1):
+            answer, pods, masks, orders = spreading.pods_that_fill(
+                self.arrays, number, visits, target, self.work, self.most_work
+            )
+            if answer == spreading.FOUND:
+                sent = [
+                    (self.pods[pod], s)
+                    for pod, mask in zip(pods.tolist(), masks.tolist(), strict=True)
+                    for s in range(stations)
+                    if mask >> s & 1
+                ]
+                return True, (tuple(sent), self._parts(sent, orders.tolist()))
+            if answer == spreading.TOO_MANY:
+                return False, None
+            if answer == spreading.NO_SETS:
+                self.too_few[target] = number
+        return True, None
+
+    def _parts(self, visits: list[tuple[int, int]], orders: list[list[int]]) -> tuple[Part, ...]:
+        """Give the lines of each order to stations, as many items to each as was found."""
+        period, reduced = self.reduced.period, self.reduced
+        covered = period.covered_with(visits)
+        stations = range(len(reduced.capacities))
+        parts = []
+        for number, packed in orders:
+            order = reduced.orders[number]
+            lines = period.lines_of(order)
+            places = [packed >> (8 * station) & 255 for station in stations]
+            if reduced.model is Model.INTEGRATED:
+                where = [next(s for s in stations if places[s])] * len(lines)
+            else:
+                where = _stations_of([([s for s in stations if covered[s, i]], q) for i, q in lines], places)
+            for station in sorted(set(where)):
+                skus = tuple(sku for (sku, _), at in zip(lines, where, strict=True) if at == station)
+                parts.append(Part(order, station, skus))
+        return tuple(parts)
+
+
+def _stations_of(lines: list[tuple[list[int], int]], places: list[int]) -> list[int]:
+    """Choose a station for each line (stations that cover it, items) such that the places are taken exactly."""
+    if not lines:
+        return []
+    stations, items = lines[0]
+    for station in stations:
+        if places[station] >= items:
+            rest = [n - items * (s == station) for s, n in enumerate(places)]
+            try:
+                return [station, *_stations_of(lines[1:], rest)]
+            except LookupError:
+                continue
+    raise LookupError("no station for a line")

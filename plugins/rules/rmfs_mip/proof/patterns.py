@@ -1,0 +1,267 @@
+"""Column generation for the integrated model where the stations are alike, as they are at t = 1.
+
+So it is for split-over-time, which is the same with every line as an order of its own.
+
+A pattern is what one station may get: pods and whole orders that they serve. With S equal stations of C free places,
+
+    min sum_k c_k l_k   s.t.  sum_k l_k = S,   sum_k a_Tk l_k <= n_T for each type T of orders,   l_k >= 0 whole,
+
+where c_k is the number of new pods of pattern k plus W_u for each place it leaves free, and a_Tk how many orders of
+type T it takes. It has no symmetry, and its relaxation is close to the optimum.
+
+Patterns are priced exactly (`rmfs_mip.proof.pricing`), so each round ends in a lower bound.
+
+What the relaxation leaves open is settled from its prices: every better solution consists of patterns that are nearly
+as good as the best one, so their sets of pods are few, and a small program chooses among them (`choose_among`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import mip
+import numpy as np
+from attrs import define, evolve, field
+from numpy.typing import NDArray
+
+from rmfs_mip.period.period import Period
+from rmfs_mip.period.reduction import Reduced
+from rmfs_mip.period.solution import Assigned, Model, Part
+from rmfs_mip.printed.solver import Limits, new_model, optimise
+from rmfs_mip.proof.pricing import CLOSE, Pattern, Priced, Pricing
+from rmfs_mip.proof.program import Program
+
+
+def alike(reduced: Reduced) -> bool:
+    """Whether column generation applies: integrated, and several interchangeable stations."""
+    return reduced.model is Model.INTEGRATED and reduced.interchangeable and len(reduced.capacities) > 1
+
+
+def lines_as_orders(period: Period) -> Period:
+    """Return the period in which every line is an order of its own: what split-over-time makes of it."""
+    n = len(period.line_sku)
+    return evolve(period, orders=tuple(range(n)), line_order=np.arange(n), begun=())
+
+
+def orders_of_lines(period: Period, parts: tuple[Part, ...]) -> tuple[Part, ...]:
+    """Return the parts of the real orders, from those of `lines_as_orders`."""
+    skus: dict[tuple[int, int], list[int]] = {}
+    for part in parts:
+        skus.setdefault((int(period.line_order[part.order]), part.station), []).extend(part.skus)
+    return tuple(Part(order, station, tuple(sorted(held))) for (order, station), held in sorted(skus.items()))
+
+
+@define
+class ColumnGeneration:
+    """Generates patterns until their relaxation is solved.
+
+    Parameters
+    ----------
+    reduced
+        The period.
+    weight
+        W_u.
+    limits
+        Solver and limits.
+    seconds_left
+        What is left of the time limit; None for none.
+
+    Attributes
+    ----------
+    patterns
+        Those found so far.
+    bound
+        The best bound on the relaxation so far, without the pods of P_s.
+    least, prices
+        With which it was found: no pattern is worth less than ``least`` at these prices of the types.
+    pricing
+        What finds the patterns.
+    """
+
+    reduced: Reduced
+    weight: float
+    limits: Limits
+    seconds_left: Callable[[], float | None]
+    patterns: list[Pattern] = field(factory=list, init=False)
+    bound: float = field(default=float("-inf"), init=False)
+    least: float = field(default=float("-inf"), init=False)
+    prices: NDArray[np.float64] = field(factory=lambda: np.zeros(0), init=False)
+    pricing: Pricing = field(init=False)
+    _known: set[tuple[tuple[int, ...], tuple[tuple[int, int], ...]]] = field(factory=set, init=False)
+    _grown: bool = field(default=False, init=False)
+
+    def __attrs_post_init__(self) -> None:
+        self.pricing = Pricing(self.reduced, self.weight, self.limits)
+        self._add(Pattern((), (), self.weight * self.room))
+
+    @property
+    def room(self) -> int:
+        """C: free places of each station."""
+        return self.reduced.capacities[0]
+
+    @property
+    def counts(self) -> NDArray[np.int64]:
+        """n_T: how many orders each type has."""
+        return np.array([len(kind.orders) for kind in self.reduced.types], dtype=np.int64)
+
+    def _add(self, pattern: Pattern) -> bool:
+        """Take in a pattern; return whether it is new."""
+        key = pattern.pods, pattern.orders
+        if key in self._known:
+            return False
+        self._known.add(key)
+        self.patterns.append(pattern)
+        return True
+
+    def run(self) -> None:
+        """Generate patterns until none has negative reduced cost (or the time is up)."""
+        pricing = self.pricing
+        prices, convexity = np.zeros(len(self.reduced.types)), float("inf")
+        while True:
+            priced = pricing.by_sets(prices, convexity)
+            if not self._take(priced, prices, convexity) and priced.bound is None:
+                proven = pricing.by_model(prices, self.seconds_left())
+                if proven is None or not self._take(proven, prices, convexity):
+                    return
+            elif not self._grown:
+                return
+            left = self.seconds_left()
+            if left is not None and left <= 0:
+                return
+            prices, convexity = self._relaxation()
+
+    def _take(self, priced: Priced, prices: NDArray[np.float64], convexity: float) -> bool:
+        """Take in patterns with negative reduced cost and the bound; return whether there were new ones."""
+        if priced.bound is not None:
+            bound = float(prices @ self.counts) + len(self.reduced.capacities) * priced.bound
+            if bound > self.bound:
+                self.bound, self.prices, self.least = bound, prices, priced.bound
+        new = [self._add(p) for value, p in priced.patterns if value < convexity - CLOSE]
+        self._grown = any(new)
+        return self._grown
+
+    def _master(self, *, whole: bool) -> tuple[mip.Model, list[mip.Var], mip.Constr, dict[int, mip.Constr]]:
+        model = new_model(self.limits)
+        kind = mip.INTEGER if whole else mip.CONTINUOUS
+        stations = len(self.reduced.capacities)
+        chosen = [model.add_var(obj=p.cost, ub=stations, var_type=kind) for p in self.patterns]
+        convexity = model.add_constr(mip.LinExpr(chosen, [1.0] * len(chosen), -stations, "="))
+        taking: dict[int, tuple[list[mip.Var], list[float]]] = {}
+        for variable, pattern in zip(chosen, self.patterns, strict=True):
+            for number, orders in pattern.orders:
+                variables, factors = taking.setdefault(number, ([], []))
+                variables.append(variable)
+                factors.append(float(orders))
+        counts = self.counts
+        rows = {
+            number: model.add_constr(mip.LinExpr(variables, factors, -float(counts[number]), "<"))
+            for number, (variables, factors) in sorted(taking.items())
+        }
+        return model, chosen, convexity, rows
+
+    def _relaxation(self) -> tuple[NDArray[np.float64], float]:
+        """Solve the relaxation over the patterns so far; return the types' prices (<= 0) and the stations'."""
+        model, _, convexity, rows = self._master(whole=False)
+        model.optimize()
+        prices = np.zeros(len(self.reduced.types))
+        for number, row in rows.items():
+            prices[number] = min(row.pi, 0.0)
+        return prices, float(convexity.pi)
+
+    def whole(self) -> Assigned | None:
+        """Return visits (pod, station) and parts of the best choice of whole patterns, or None when time is up."""
+        model, _, _, _ = self._master(whole=True)
+        outcome = optimise(model, self.limits, absolute_gap=0.9, seconds=self.seconds_left())
+        if outcome.values is None:
+            return None
+        used = [p for p, value in zip(self.patterns, outcome.values, strict=True) for _ in range(round(value))]
+        visits: list[tuple[int, int]] = []
+        parts: list[Part] = []
+        left = [list(kind.orders) for kind in self.reduced.types]
+        for station, pattern in enumerate(used):
+            visits += [(pod, station) for pod in pattern.pods]
+            for number, orders in pattern.orders:
+                skus = tuple(sku for sku, _ in self.reduced.types[number].lines)
+                parts += [Part(left[number].pop(0), station, skus) for _ in range(orders)]
+        return tuple(visits), tuple(parts)
+
+
+@define
+class _SetChoice:
+    """How many stations get a set of pods, and which orders they take: columns of a program."""
+
+    pods: tuple[int, ...]
+    stations: int
+    orders: dict[int, int] = field(factory=dict)  # type -> column
+
+
+def choose_among(
+    reduced: Reduced, sets: list[tuple[int, ...]], weight: float, limits: Limits, seconds: float | None, most: float
+) -> tuple[Assigned | None, bool]:
+    """Return the best solution in which every station gets one of the given sets of pods, and whether that is proven.
+
+    The solution is None when none costs at most ``most`` (without the pods of P_s), or the time was up. Stations with
+    the same set share their places in the program; whether each order finds a whole place is looked at afterwards.
+    """
+    stations, room = len(reduced.capacities), reduced.capacities[0]
+    program, choices = _set_program(reduced, sets, weight)
+    costs = [(column, cost) for column, cost in enumerate(program.cost) if cost]
+    program.constant = weight * room * stations
+    program.row([c for c, _ in costs], [cost for _, cost in costs], "<", most - program.constant)
+    outcome = program.solve(limits, absolute_gap=0.9, seconds=seconds)
+    if outcome.values is None:
+        return None, outcome.bound == float("inf")
+    visits: list[tuple[int, int]] = []
+    parts: list[Part] = []
+    left = [list(kind.orders) for kind in reduced.types]
+    first = 0
+    for choice in choices:
+        number = round(outcome.values[choice.stations])
+        taken = {t: round(outcome.values[column]) for t, column in choice.orders.items()}
+        packed = _pack(reduced, taken, number)
+        if packed is None:
+            return None, False
+        for station, kinds in enumerate(packed, first):
+            visits += [(pod, station) for pod in choice.pods]
+            parts += [Part(left[t].pop(0), station, tuple(sku for sku, _ in reduced.types[t].lines)) for t in kinds]
+        first += number
+    return (tuple(visits), tuple(parts)), outcome.optimal
+
+
+def _set_program(reduced: Reduced, sets: list[tuple[int, ...]], weight: float) -> tuple[Program, list[_SetChoice]]:
+    period, stations, room = reduced.period, len(reduced.capacities), reduced.capacities[0]
+    program = Program()
+    choices: list[_SetChoice] = []
+    for pods in sets:
+        choice = _SetChoice(pods, program.column(cost=float(len(pods)), upper=stations))
+        choices.append(choice)
+        at_hand = period.covered[0] | period.stock.holds[list(pods)].any(axis=0)
+        filling = {choice.stations: -float(room)}
+        for t, kind in enumerate(reduced.types):
+            upper = min(len(kind.orders), room // kind.size)
+            if upper and all(at_hand[sku] for sku, _ in kind.lines):
+                column = choice.orders[t] = program.column(cost=-weight * kind.size, upper=float(len(kind.orders)))
+                program.row([column, choice.stations], [1.0, -float(upper)], "<", 0.0)
+                filling[column] = float(kind.size)
+        program.row(list(filling), list(filling.values()), "<", 0.0)
+    program.row([choice.stations for choice in choices], [1.0] * len(choices), "=", stations)
+    for t, kind in enumerate(reduced.types):
+        columns = [choice.orders[t] for choice in choices if t in choice.orders]
+        if columns:
+            program.row(columns, [1.0] * len(columns), "<", len(kind.orders))
+    return program, choices
+
+
+def _pack(reduced: Reduced, taken: dict[int, int], stations: int) -> list[list[int]] | None:
+    """Give each order (by type) a station, largest first; None when that does not fit."""
+    rooms = [reduced.capacities[0]] * stations
+    packed: list[list[int]] = [[] for _ in rooms]
+    for t in sorted(taken, key=lambda t: (-reduced.types[t].size, t)):
+        size = reduced.types[t].size
+        for _ in range(taken[t]):
+            station = next((s for s, free in enumerate(rooms) if free >= size), None)
+            if station is None:
+                return None
+            rooms[station] -= size
+            packed[station].append(t)
+    return packed

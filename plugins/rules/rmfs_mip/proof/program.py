@@ -1,0 +1,70 @@
+"""Mixed-integer programs as plain lists of columns and rows, which python-mip gets in one go.
+
+An expression object for each row would take longer to build than many of the programs take to solve.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mip
+from attrs import define, field
+
+from rmfs_mip.printed.solver import Limits, Outcome, new_model, optimise
+
+
+@define
+class Program:
+    """A program to be minimised; its columns are variables from 0 upwards.
+
+    Parameters
+    ----------
+    upper, cost, whole
+        Of each column: its upper bound, its factor in the objective, and whether it takes whole numbers only.
+    rows
+        Columns, their factors, ``"<"``, ``">"`` or ``"="``, and the right side.
+    constant
+        What the objective is besides.
+    """
+
+    upper: list[float] = field(factory=list)
+    cost: list[float] = field(factory=list)
+    whole: list[bool] = field(factory=list)
+    rows: list[tuple[list[int], list[float], str, float]] = field(factory=list)
+    constant: float = 0.0
+
+    def column(self, cost: float = 0.0, upper: float = 1.0, *, whole: bool = True) -> int:
+        """Add a variable between 0 and ``upper``; return its number."""
+        self.upper.append(upper)
+        self.cost.append(cost)
+        self.whole.append(whole)
+        return len(self.cost) - 1
+
+    def row(self, columns: list[int], factors: list[float], sense: str, right: float) -> None:
+        """Add ``sum of factors * columns  sense  right`` with sense ``"<"``, ``">"`` or ``"="``."""
+        self.rows.append((columns, factors, sense, right))
+
+    def solve(self, limits: Limits, *, absolute_gap: float = 1e-6, seconds: float | None = None) -> Outcome:
+        """Hand the program to the solver.
+
+        Parameters
+        ----------
+        limits
+            Which solver, and when it stops.
+        absolute_gap
+            Distance between objective and bound that counts as proven.
+        seconds
+            What is left of `Limits.max_seconds`.
+        """
+        model = new_model(limits)
+        kinds = [mip.INTEGER if whole else mip.CONTINUOUS for whole in self.whole]
+        variables: list[Any] = [
+            model.add_var(lb=0.0, ub=upper, obj=cost, var_type=kind)
+            for upper, cost, kind in zip(self.upper, self.cost, kinds, strict=True)
+        ]
+        for columns, factors, sense, right in self.rows:
+            model.add_constr(mip.LinExpr([variables[c] for c in columns], factors, -right, sense))
+        outcome = optimise(model, limits, absolute_gap=absolute_gap, seconds=seconds)
+        return Outcome(
+            outcome.values, outcome.objective + self.constant, outcome.bound + self.constant, outcome.optimal
+        )

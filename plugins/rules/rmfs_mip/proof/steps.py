@@ -1,0 +1,280 @@
+"""Proves a period's optimum, step by step: first by bounds that need no solver, with the solver as the last resort.
+
+Each step may offer a solution and raise the bound; the first after which they meet is the last (`STEPS`).
+
+1. `by_what_is_there`: the pods at the stations already fill all places, and nothing can be better. (Nearly always so
+   for split-over-time.)
+2. `by_nothing`: the solution that assigns nothing, where nothing can be assigned.
+3. `by_bounds`, the sandwich. From below: whatever the model, its solution is one of split-over-time (propositions 2 and
+   3), so with W_u > 1 the fewest new visits that let demand flow into all places bound it (`rmfs_mip.proof.flow`). From
+   above: what `rmfs_mip.proof.feasible` assigns to the visits that fill most.
+4. `by_relaxation`: where few orders may be split, all of this without that limit, which bounds it.
+5. `by_restriction`: there, for split-over-time with stations that are alike, also split-among-stations, whose solutions
+   are some of it.
+6. `by_fewest_visits`: where orders are assigned completely, sets of pods for one value of the objective after another
+   (`rmfs_mip.proof.fewest`). This alone proves split-among-stations at t = 1.
+7. `by_whole_orders`: a solution to fall back on, which is one of all three models.
+8. `by_patterns`: where the stations are alike, as at t = 1, column generation (`rmfs_mip.proof.patterns`), which bounds
+   far better than the relaxation of the model itself.
+9. `by_solver`: the aggregated model (`rmfs_mip.proof.aggregated`) is asked for a solution at least as good as the bound
+   and better than the one at hand. There is none: the one at hand is optimal.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+from attrs import evolve
+
+from rmfs_mip.period.decoding import parts_of
+from rmfs_mip.period.period import Period
+from rmfs_mip.period.reduction import Reduced
+from rmfs_mip.period.solution import Assigned, Model, Solution, Visits
+from rmfs_mip.printed.solver import Limits
+from rmfs_mip.proof.aggregated import Builder
+from rmfs_mip.proof.feasible import fill, fill_with_orders, whole_order_visits
+from rmfs_mip.proof.fewest import FewestVisits
+from rmfs_mip.proof.flow import MOST_STATIONS, Network, fewest_visits, greedy_visits
+from rmfs_mip.proof.patterns import ColumnGeneration, alike, choose_among, lines_as_orders, orders_of_lines
+from rmfs_mip.proof.pricing import SAFE
+from rmfs_mip.proof.proof import Proof
+
+Step = Callable[[Proof], None]
+
+WORK_PER_SECOND = 1_000_000
+"""Steps of the search for visits (`rmfs_mip.proof.fewest`) in a second, roughly."""
+MOST_WORK = {Model.INTEGRATED: 20_000, Model.SPLIT_AMONG_STATIONS: 300_000}
+"""Steps of it before the solver takes over: about as many as the solver needs the time of."""
+MOST_WORK_ALIKE = 100_000_000
+"""The same for split-among-stations where the stations are alike, as at t = 1: the solver may need hours."""
+CLOSE_SETS = (100, 500, 2000)
+"""Sets of pods from which a better solution, if there is one, is put together: first the best few, then more."""
+
+
+def proof_of(
+    period: Period,
+    model: Model,
+    weight: float,
+    limits: Limits,
+    packing_capacity: int | None = None,
+    steps: Sequence[Step] | None = None,
+) -> Proof:
+    """Return the proof, yet to be run, of a period's optimum.
+
+    Where no order may be split and none is split already, split-among-stations is the integrated model.
+
+    Parameters
+    ----------
+    period
+        The period.
+    model
+        Which of the three models.
+    weight
+        W_u.
+    limits
+        Solver and limits.
+    packing_capacity
+        C of (18); None for no limit on split orders.
+    steps
+        What is tried; all of `STEPS` when None.
+    """
+    steps = STEPS if steps is None else steps
+    splits = None
+    if packing_capacity is not None and model is not Model.INTEGRATED:
+        splits = max(packing_capacity - period.split_open, 0)
+    if splits == 0 and model is Model.SPLIT_AMONG_STATIONS and not any(period.begun):
+        return Proof(Reduced(period, Model.INTEGRATED), weight, limits, steps=steps)
+    return Proof(Reduced(period, model), weight, limits, splits, steps)
+
+
+def by_what_is_there(proof: Proof) -> None:
+    """Fill the places by a maximum flow from what is at the stations: with single lines, that is optimal if it does."""
+    if proof.reduced.model is Model.SPLIT_OVER_TIME:
+        _fill_by(proof, (), "flow")
+        if not proof.proven:
+            proof.best = None  # "flow" is for what the flow proves
+
+
+def by_nothing(proof: Proof) -> None:
+    """Assign nothing; where no line can be assigned, that is optimal."""
+    proof.offer((), (), "bounds")
+    if not proof.reduced.candidates.any():
+        proof.bound = proof.incumbent.objective
+
+
+def by_bounds(proof: Proof) -> None:
+    """Bound by the fewest visits that let demand flow into all places; fill what the best visits, one by one, cover.
+
+    With W_u of at most 1 a free place may be better than a visit, and with many stations there are too many cuts.
+    """
+    reduced = proof.reduced
+    if proof.weight <= 1 or len(reduced.capacities) > MOST_STATIONS:
+        return
+    network = Network.of(reduced)
+    base = reduced.period.visits_before + proof.weight * (sum(reduced.capacities) - network.target)
+    visits: Visits = ()
+    if network.flow() >= network.target:
+        proof.bound = base
+    else:
+        proof.bound = base + max(1, fewest_visits(network))
+        visits, _ = greedy_visits(network, reduced.period.preferred)
+    _fill_by(proof, visits, "bounds" if visits else "flow")
+
+
+def _fill_by(proof: Proof, visits: Visits, how: str) -> None:
+    """Offer what can be assigned with these new visits."""
+    reduced = proof.reduced
+    if reduced.period.single_items or reduced.model is Model.INTEGRATED:
+        proof.offer(visits, fill(reduced, reduced.period.covered_with(visits)), how)
+
+
+def by_relaxation(proof: Proof) -> None:
+    """Prove the period without a limit on newly split orders, as far as that goes without the solver.
+
+    What bounds it without the limit bounds it with it, and its solution may keep the limit.
+    """
+    if proof.splits is not None:
+        relaxed = _part_of(proof, proof.reduced, None, proof.bound)
+        relaxed.take_steps()
+        proof.bound = relaxed.incumbent.objective if relaxed.proven else relaxed.bound
+        _offer_again(proof, relaxed.incumbent)
+
+
+def by_restriction(proof: Proof) -> None:
+    """Take the solution of split-among-stations for split-over-time, as far as that goes without the solver."""
+    reduced = proof.reduced
+    if proof.splits is not None and reduced.model is Model.SPLIT_OVER_TIME and reduced.interchangeable:
+        among = Reduced(reduced.period, Model.SPLIT_AMONG_STATIONS)
+        restricted = _part_of(proof, among, proof.splits, float(reduced.period.visits_before))
+        restricted.take_steps()
+        _offer_again(proof, restricted.incumbent)
+
+
+def _part_of(proof: Proof, reduced: Reduced, splits: int | None, bound: float) -> Proof:
+    """Return a proof of something else about the same period, by the steps that need no solver."""
+    steps = [step for step in proof.steps if step not in (by_what_is_there, by_solver)]
+    return evolve(proof, reduced=reduced, splits=splits, steps=steps, bound=bound, best=None)
+
+
+def _offer_again(proof: Proof, found: Solution) -> None:
+    before = proof.reduced.period.inbound
+    proof.offer(tuple((p, s) for p, s in found.visits if p not in before[s]), found.parts, found.how)
+
+
+def by_fewest_visits(proof: Proof) -> None:
+    """Try one value of the objective after another, from the bound upwards."""
+    reduced = proof.reduced
+    if not proof.whole or reduced.model not in MOST_WORK:
+        return
+    among = reduced.model is Model.SPLIT_AMONG_STATIONS
+    most_work = MOST_WORK_ALIKE if among and reduced.interchangeable else MOST_WORK[reduced.model]
+    left = proof.seconds_left
+    if left is not None:
+        most_work = min(most_work, int(max(left, 0) * WORK_PER_SECOND))
+    search = FewestVisits(reduced, int(proof.weight), most_work, proof.splits)
+    if not search.possible:
+        return
+    least = reduced.period.visits_before + proof.weight * (sum(reduced.capacities) - reduced.reachable_sum)
+    lower = max(math.ceil(proof.bound - least), 0)
+    value, found = search.run(lower, round(proof.incumbent.objective - least))
+    proof.bound = max(proof.bound, least + value)
+    if found is not None:
+        proof.offer(*found, "search")
+
+
+def by_whole_orders(proof: Proof) -> None:
+    """Make sure that there is a solution to fall back on: one of the integrated model is one of all three."""
+    period = proof.reduced.period
+    whole = Reduced(period, Model.INTEGRATED)
+    if whole.candidates.any():
+        visits = whole_order_visits(whole, proof.weight)
+        proof.offer(visits, fill_with_orders(whole, period.covered_with(visits)), "search")
+        _fill_by(proof, visits, "search")
+
+
+def by_patterns(proof: Proof) -> None:
+    """Bound by the relaxation over patterns, and try the best choice of the patterns that it needed."""
+    reduced, period = proof.reduced, proof.reduced.period
+    if not proof.whole:
+        return
+    if reduced.model is Model.SPLIT_OVER_TIME and proof.splits is None and period.single_items:
+        reduced = Reduced(lines_as_orders(period), Model.INTEGRATED)  # each line goes where it likes
+    if not alike(reduced):
+        return
+    generation = ColumnGeneration(reduced, proof.weight, proof.limits, lambda: proof.seconds_left)
+    generation.run()
+    if len(generation.prices):  # else the time was up before anything was known
+        proof.bound = max(proof.bound, period.visits_before + math.ceil(generation.bound - SAFE))
+    chosen = generation.whole()
+    if chosen is not None:
+        _offer_patterns(proof, reduced, chosen)
+    while len(generation.prices) and not proof.proven and _try_bound(proof, generation):
+        pass
+
+
+def _try_bound(proof: Proof, generation: ColumnGeneration) -> bool:
+    """Look for a solution with the value of the bound, or raise the bound; return whether that is settled.
+
+    Such a solution consists of patterns whose values exceed the least one by no more than this value exceeds the bound
+    of the relaxation, in all.
+    """
+    value = proof.bound - proof.reduced.period.visits_before
+    limit = generation.least + value - generation.bound
+    sets, complete = generation.pricing.close_sets(generation.prices, limit, CLOSE_SETS[-1])
+    for number in CLOSE_SETS:
+        left = proof.seconds_left
+        if left is not None and left <= 0:
+            return False
+        found, exact = choose_among(generation.reduced, sets[:number], proof.weight, proof.limits, left, value)
+        if found is not None:
+            _offer_patterns(proof, generation.reduced, found)
+            return proof.proven
+        if len(sets) <= number:
+            if exact and complete:
+                proof.bound += 1
+            return exact and complete
+    return False
+
+
+def _offer_patterns(proof: Proof, reduced: Reduced, found: Assigned) -> None:
+    visits, parts = found
+    if reduced is not proof.reduced:
+        parts = orders_of_lines(proof.reduced.period, parts)
+    proof.offer(visits, parts, "patterns")
+
+
+def by_solver(proof: Proof) -> None:
+    """Ask for a better solution than the one at hand; what a limit ends before the answer is marked as stopped."""
+    builder = Builder(proof.reduced, proof.weight, proof.splits)
+    model = builder.build()
+    ceiling = proof.incumbent.objective - (1 if proof.whole else 0)
+    if not builder.objective:  # nothing can be assigned
+        proof.bound = proof.incumbent.objective
+        return
+    builder.limit_objective(proof.bound, ceiling)
+    gap = 0.9 if proof.whole else 1e-6  # below 1 by as much as `MOST_PREFERENCE`
+    outcome = model.program.solve(proof.limits, absolute_gap=gap, seconds=proof.seconds_left)
+    if outcome.values is not None:
+        counts = model.counts(outcome.values)
+        proof.offer(counts.visits, parts_of(proof.reduced, counts), "solver")
+    elif outcome.bound == float("inf"):
+        outcome = evolve(outcome, bound=proof.incumbent.objective, optimal=True)
+    exact = outcome.optimal and proof.limits.gap == 0
+    proof.bound = proof.incumbent.objective if exact else max(proof.bound, outcome.bound - 0.1)
+    if not proof.proven:
+        proof.best = evolve(proof.incumbent, how="stopped")
+
+
+STEPS: tuple[Step, ...] = (
+    by_what_is_there,
+    by_nothing,
+    by_bounds,
+    by_relaxation,
+    by_restriction,
+    by_fewest_visits,
+    by_whole_orders,
+    by_patterns,
+    by_solver,
+)
+"""What is tried, in this order, until the best solution is proven."""
