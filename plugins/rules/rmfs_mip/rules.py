@@ -31,20 +31,57 @@ class _Joint:
     libraries: ClassVar[tuple[str, ...]] = ("highspy", "mip")
 
     formulation: Literal["aggregated", "paper"] = field(
-        default="aggregated", validator=validators.in_(("aggregated", "paper"))
+        default="aggregated",
+        validator=validators.in_(("aggregated", "paper")),
+        metadata={
+            "doc": '"aggregated" (same optimum, much faster) or "paper" (one variable and row as printed, for study).'
+        },
     )
     solver: Literal["highs", "cbc", "gurobi"] = field(
-        default="highs", validator=validators.in_(("highs", "cbc", "gurobi"))
+        default="highs",
+        validator=validators.in_(("highs", "cbc", "gurobi")),
+        metadata={"doc": '"highs", "cbc" or "gurobi" (where installed), through python-mip.'},
     )
-    threads: int = field(default=1, validator=validators.ge(1))
-    max_seconds: float | None = field(default=None, validator=validators.optional(validators.gt(0)))
-    gap: float = field(default=0.0, validator=validators.ge(0))
-    unused_capacity_weight: float = field(default=2.0, validator=validators.gt(0))
+    threads: int = field(
+        default=1,
+        validator=validators.ge(1),
+        metadata={"doc": "Threads of the solver. With one, the same seed gives the same result everywhere."},
+    )
+    max_seconds: float | None = field(
+        default=None,
+        validator=validators.optional(validators.gt(0)),
+        metadata={
+            "doc": "Wall-clock limit for one period. A period that it ends is marked as stopped early; none by default."
+        },
+    )
+    gap: float = field(
+        default=0.0,
+        validator=validators.ge(0),
+        metadata={"doc": "Relative gap at which a solve may stop; such a period is marked, too."},
+    )
+    unused_capacity_weight: float = field(
+        default=2.0,
+        validator=validators.gt(0),
+        metadata={"doc": "W_u in the objective (1): what a free place that stays unused costs, in pod-station visits."},
+    )
     tie_break: Literal["solver", "oldest", "demand"] = field(
-        default="solver", validator=validators.in_(("solver", "oldest", "demand"))
+        default="solver",
+        validator=validators.in_(("solver", "oldest", "demand")),
+        metadata={
+            "doc": 'Which of the many optima is taken: "solver" (whichever is found first, as in the paper), "oldest" '
+            '(among the optima the oldest orders first), "demand" (the new pods with the most items that the backlog '
+            "wants). The optimum of (1) is never given up; with the last two, runs of hundreds of orders can take "
+            "minutes."
+        },
     )
     preferred_pods: Literal["idle", "bound", "any", "random"] = field(
-        default="idle", validator=validators.in_(("idle", "bound", "any", "random"))
+        default="idle",
+        validator=validators.in_(("idle", "bound", "any", "random")),
+        metadata={
+            "doc": 'Which of the pods that serve as well the aggregated form sends first: "idle" (bound for no '
+            'station), "bound" (for some station), "any" (no preference), "random" (an order drawn anew in each '
+            "period). Decides ties only; with a W_u that is not whole, only where no solver is needed."
+        },
     )
     _stock: Stock | None = field(default=None, init=False, repr=False, eq=False)
     _pods: tuple[Pod, ...] | None = field(default=None, init=False, repr=False, eq=False)
@@ -129,7 +166,14 @@ class _Joint:
 class _Split(_Joint):
     """What the two rules that split orders share besides."""
 
-    packing_capacity: int | None = field(default=None, validator=validators.optional(validators.ge(0)))
+    packing_capacity: int | None = field(
+        default=None,
+        validator=validators.optional(validators.ge(0)),
+        metadata={
+            "doc": "C: split orders that the packing stations have room for, those already open included (18); none by "
+            "default."
+        },
+    )
 
     @property
     def _packing_capacity(self) -> int | None:
@@ -159,33 +203,11 @@ class Integrated(_Joint):
     u_s that stay free there, such that each assigned order goes to one station (2), (3), no station gets more items
     than it has places (4), and each of its SKUs is on a pod there (5), (6).
 
-    Parameters
-    ----------
-    formulation
-        ``"aggregated"`` (same optimum, much faster) or ``"paper"`` (one variable and row as printed, for study).
-    solver
-        ``"highs"``, ``"cbc"`` or ``"gurobi"`` (where installed), through python-mip.
-    threads
-        Threads of the solver. With one, the same seed gives the same result everywhere.
-    max_seconds
-        Wall-clock limit for one period. A period that it ends is marked as stopped early; none by default.
-    gap
-        Relative gap at which a solve may stop; such a period is marked, too.
-    unused_capacity_weight
-        W_u in the objective (1): what a free place that stays unused costs, in pod-station visits.
-    tie_break
-        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper), ``"oldest"`` (among
-        the optima the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants). The
-        optimum of (1) is never given up; with the last two, runs of hundreds of orders can take minutes.
-    preferred_pods
-        Which of the pods that serve as well the aggregated form sends first: ``"idle"`` (bound for no station),
-        ``"bound"`` (for some station), ``"any"`` (no preference), ``"random"`` (an order drawn anew in each period).
-        Decides ties only; with a W_u that is not whole, only where no solver is needed.
-
     References
     ----------
     L. Xie, N. Thieme, R. Krenzler, H. Li: Efficient order picking methods in robotic mobile fulfillment systems.
     arXiv:1902.03092, 2019. https://doi.org/10.48550/arXiv.1902.03092
+    Section 3.2, (1) to (10).
     """
 
     model: ClassVar[Model] = Model.INTEGRATED
@@ -195,37 +217,14 @@ class Integrated(_Joint):
 class SplitAmongStations(_Split):
     """As ``integrated``, but the lines of an order may go to several stations, all in the same period.
 
-    (2) and (3) give way to (2.1), (3.1), (11) to (14): an assigned order has each line at exactly one station.
-
-    Parameters
-    ----------
-    formulation
-        ``"aggregated"`` (same optimum, much faster) or ``"paper"`` (one variable and row as printed, for study).
-    solver
-        ``"highs"``, ``"cbc"`` or ``"gurobi"`` (where installed), through python-mip.
-    threads
-        Threads of the solver. With one, the same seed gives the same result everywhere.
-    max_seconds
-        Wall-clock limit for one period. A period that it ends is marked as stopped early; none by default.
-    gap
-        Relative gap at which a solve may stop; such a period is marked, too.
-    unused_capacity_weight
-        W_u in the objective (1): what a free place that stays unused costs, in pod-station visits.
-    tie_break
-        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper), ``"oldest"`` (among
-        the optima the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants). The
-        optimum of (1) is never given up; with the last two, runs of hundreds of orders can take minutes.
-    preferred_pods
-        Which of the pods that serve as well the aggregated form sends first: ``"idle"`` (bound for no station),
-        ``"bound"`` (for some station), ``"any"`` (no preference), ``"random"`` (an order drawn anew in each period).
-        Decides ties only; with a W_u that is not whole, only where no solver is needed.
-    packing_capacity
-        C: split orders that the packing stations have room for, those already open included (18); none by default.
+    (2) and (3) give way to (2.1), (3.1), (11) to (14): an assigned order has each line at exactly one station. With a
+    packing capacity, (16) to (18) hold besides: no more orders may be split than the packing stations have room for.
 
     References
     ----------
     L. Xie, N. Thieme, R. Krenzler, H. Li: Efficient order picking methods in robotic mobile fulfillment systems.
     arXiv:1902.03092, 2019. https://doi.org/10.48550/arXiv.1902.03092
+    Section 3.3, (1) to (14) with (2.1) and (3.1); Section 4.3 for the packing capacity, (3.2) and (16) to (20).
     """
 
     model: ClassVar[Model] = Model.SPLIT_AMONG_STATIONS
@@ -235,37 +234,14 @@ class SplitAmongStations(_Split):
 class SplitOverTime(_Split):
     """As ``split-among-stations``, but lines of an order may also stay in the backlog for later periods.
 
-    (11) gives way to (11.1) and (15): a line of an assigned order is at one station or goes back to the backlog.
-
-    Parameters
-    ----------
-    formulation
-        ``"aggregated"`` (same optimum, much faster) or ``"paper"`` (one variable and row as printed, for study).
-    solver
-        ``"highs"``, ``"cbc"`` or ``"gurobi"`` (where installed), through python-mip.
-    threads
-        Threads of the solver. With one, the same seed gives the same result everywhere.
-    max_seconds
-        Wall-clock limit for one period. A period that it ends is marked as stopped early; none by default.
-    gap
-        Relative gap at which a solve may stop; such a period is marked, too.
-    unused_capacity_weight
-        W_u in the objective (1): what a free place that stays unused costs, in pod-station visits.
-    tie_break
-        Which of the many optima is taken: ``"solver"`` (whichever is found first, as in the paper), ``"oldest"`` (among
-        the optima the oldest orders first), ``"demand"`` (the new pods with the most items that the backlog wants). The
-        optimum of (1) is never given up; with the last two, runs of hundreds of orders can take minutes.
-    preferred_pods
-        Which of the pods that serve as well the aggregated form sends first: ``"idle"`` (bound for no station),
-        ``"bound"`` (for some station), ``"any"`` (no preference), ``"random"`` (an order drawn anew in each period).
-        Decides ties only; with a W_u that is not whole, only where no solver is needed.
-    packing_capacity
-        C: split orders that the packing stations have room for, those already open included (18); none by default.
+    (11) gives way to (11.1) and (15): a line of an assigned order is at one station or goes back to the backlog. With a
+    packing capacity, an order of which a line goes back is split, too.
 
     References
     ----------
     L. Xie, N. Thieme, R. Krenzler, H. Li: Efficient order picking methods in robotic mobile fulfillment systems.
     arXiv:1902.03092, 2019. https://doi.org/10.48550/arXiv.1902.03092
+    Section 3.4, (1) to (15) with (2.1), (3.1) and (11.1); Section 4.3 for the packing capacity, (3.2) and (16) to (20).
     """
 
     model: ClassVar[Model] = Model.SPLIT_OVER_TIME
