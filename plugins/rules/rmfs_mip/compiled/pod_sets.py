@@ -1,6 +1,7 @@
 """Sets of pods that complete orders of enough worth, found by branch and bound: compiled, and exact.
 
-An order counts as completed when each of its SKUs is on a pod of the set or at hand at some station.
+An order counts as completed when each of its SKUs is on a pod of the set or at hand at some station. `next_set` names
+the sets one by one, `best_sets` the best of those for a single station, with a knapsack of the orders that fit there.
 
 The bound. Let r more pods R complete an order with m missing SKUs and worth w. A pod of R that brings c of them gets
 the share w c / m, and the shares of R add up to at least w. Unless c = m, the pod earns its share only with others: for
@@ -195,7 +196,19 @@ def _value_of(a, worth, there):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def sets_of(a, number, worth, least):  # type: ignore[no-untyped-def]
-    """Begin a search for sets of ``number`` pods that complete orders of at least the worth ``least``."""
+    """Return a search for sets of pods, to be handed to `next_set`.
+
+    Parameters
+    ----------
+    a
+        The period (`rmfs_mip.compiled.arrays.Arrays`).
+    number
+        Number of pods in a set.
+    worth
+        What each order counts.
+    least
+        What the orders that a set completes have to be worth.
+    """
     n, rows = len(a.pod_start) - 1, number + 1
     there, pods = np.zeros((rows, len(a.at_hand)), np.bool_), np.zeros((rows, n), np.int64)
     value, left, at = np.zeros(rows), np.zeros(rows, np.int64), np.full(rows, -1)
@@ -209,7 +222,14 @@ def sets_of(a, number, worth, least):  # type: ignore[no-untyped-def]
 def next_set(a, s, work, most_work):  # type: ignore[no-untyped-def]
     """Go on to the next set, ``s.chosen``; return whether there is one.
 
-    ``work[0]`` counts pods looked at; once it is above ``most_work``, the answer no proves nothing.
+    Parameters
+    ----------
+    a
+        The period.
+    s
+        The search.
+    work, most_work
+        A single number, to which the pods looked at are added; above the other the answer no proves nothing.
     """
     number = len(s.chosen)
     depth = s.depth[0]
@@ -272,11 +292,27 @@ def _knapsack(a, values, there, best):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def best_sets(a, number, values, least, kept, work, most_work):  # type: ignore[no-untyped-def]
-    """Return the worths of sets of ``number`` pods and the sets, in no order.
+    """Return the best sets of pods for one station, each worth the best orders that it completes and that fit there.
 
-    These are the ``kept`` best of those worth at least ``least``. The worth of a set is the greatest sum of ``values``
-    over orders that it completes and that fit into a station. The answer is complete only if ``work[0]`` stays within
-    ``most_work``.
+    Parameters
+    ----------
+    a
+        The period (`rmfs_mip.compiled.arrays.Arrays`).
+    number
+        Number of pods in a set.
+    values
+        What each order counts.
+    least
+        What a set has to be worth.
+    kept
+        How many sets are returned at most: the best.
+    work, most_work
+        A single number, to which what was tried is added; the answer is complete only if it stays within the other.
+
+    Returns
+    -------
+    worths, sets
+        In no order.
     """
     best = np.zeros(a.rooms[0] + 1)
     worths, sets, found = np.zeros(kept), np.zeros((kept, number), np.int64), 0

@@ -19,6 +19,7 @@ from rmfs_mip.compiled.pod_sets import next_set, sets_of
 from rmfs_mip.compiled.stacking import fill, fill_with_few_splits, newly_split
 
 FOUND, NOT_FOUND, NO_SETS, TOO_MANY = 0, 1, 2, 3
+"""Answers of `pods_that_fill`."""
 
 
 @njit(cache=True)
@@ -192,10 +193,25 @@ def _stack(a, mask, target, work):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def spread(a, pods, visits, target, work, most_work):  # type: ignore[no-untyped-def]
-    """Find stations for each of the pods, with so many visits in all, such that orders fill the target.
+    """Find stations for each of the pods such that orders fill the target.
 
-    Return whether there are some, a bit mask of stations per pod, and the orders as `fill` does. ``work[0]`` counts
-    what was tried; above ``most_work`` the answer no proves nothing.
+    Parameters
+    ----------
+    a
+        The period (`rmfs_mip.compiled.arrays.Arrays`).
+    pods
+        The pods, each of which is sent somewhere.
+    visits
+        Number of visits in all.
+    target
+        Places to fill.
+    work, most_work
+        A single number, to which what was tried is added; above the other the answer no proves nothing.
+
+    Returns
+    -------
+    found, sent, chosen
+        Whether there are some; a bit mask of stations for each pod; the orders as `rmfs_mip.compiled.stacking.fill`.
     """
     n, skus = len(pods), len(a.at_hand)
     orders, items, total = _completed(a, pods)
@@ -239,11 +255,28 @@ def spread(a, pods, visits, target, work, most_work):  # type: ignore[no-untyped
 
 @njit(cache=True)
 def pods_that_fill(a, number, visits, target, work, most_work):  # type: ignore[no-untyped-def]
-    """Search ``number`` pods that fill ``target`` places with so many visits.
+    """Search pods that fill places.
 
     Stations are left aside at first: a set of pods that completes too little cannot fill them, wherever its pods go.
-    Return `FOUND`, `NOT_FOUND` (there are none), `NO_SETS` (not even with any number of visits) or `TOO_MANY`
-    (``work[0]`` went above ``most_work``), the pods, a bit mask of stations for each, and the orders as `fill` does.
+
+    Parameters
+    ----------
+    a
+        The period (`rmfs_mip.compiled.arrays.Arrays`).
+    number
+        Number of pods.
+    visits
+        Number of visits of them in all.
+    target
+        Places to fill.
+    work, most_work
+        A single number, to which what was tried is added; above the other the search gives up.
+
+    Returns
+    -------
+    answer, pods, sent, chosen
+        `FOUND`, `NOT_FOUND` (there are none), `NO_SETS` (not even with any number of visits) or `TOO_MANY` (it gave
+        up); the pods; a bit mask of stations for each; the orders as `rmfs_mip.compiled.stacking.fill`.
     """
     items = np.zeros(len(a.order_start) - 1)
     for order in range(len(items)):

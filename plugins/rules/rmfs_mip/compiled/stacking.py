@@ -70,9 +70,21 @@ def _packing(rooms):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def fill(a, mask, target):  # type: ignore[no-untyped-def]
-    """Fill ``target`` places with orders whose SKUs are there (bit masks by SKU).
+    """Fill places with orders whose SKUs are there.
 
-    Return whether that is possible, and the chosen orders with the places that each takes (one byte per station).
+    Parameters
+    ----------
+    a
+        The period (`rmfs_mip.compiled.arrays.Arrays`).
+    mask
+        Per SKU the bit mask of the stations where it is.
+    target
+        Number of places to fill.
+
+    Returns
+    -------
+    found, chosen
+        Whether that is possible; a row for each chosen order with the places that it takes (one byte per station).
     """
     strides, bias, guard, states = _packing(a.rooms)
     known, seen = np.zeros(states, np.bool_), np.zeros(states, np.bool_)
@@ -122,7 +134,7 @@ def _way_back(at, vector, came, order_of):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def is_split(packed):  # type: ignore[no-untyped-def]
+def _is_split(packed):  # type: ignore[no-untyped-def]
     """Whether an order that takes these places (one byte per station) is at several stations."""
     while packed & 255 == 0:
         packed >>= 8
@@ -131,10 +143,18 @@ def is_split(packed):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def newly_split(a, chosen):  # type: ignore[no-untyped-def]
-    """Return how many of the chosen orders (as `fill` returns them) are split and were whole until now."""
+    """Return how many orders are split and were whole until now.
+
+    Parameters
+    ----------
+    a
+        The period.
+    chosen
+        Orders as `fill` returns them.
+    """
     count = 0
     for row in range(len(chosen)):
-        count += is_split(chosen[row, 1]) and not a.begun[chosen[row, 0]]
+        count += _is_split(chosen[row, 1]) and not a.begun[chosen[row, 0]]
     return count
 
 
@@ -163,9 +183,21 @@ def _room_for(array, count):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def fill_with_few_splits(a, mask, target, work):  # type: ignore[no-untyped-def]
-    """Fill ``target`` places as `fill` does, with at most ``a.splits`` newly split orders.
+    """Fill places as `fill` does, with at most ``a.splits`` newly split orders.
 
-    Vectors that cannot reach the target with all later orders are left behind. ``work[0]`` counts what was tried.
+    Vectors that cannot reach the target with all later orders are left behind.
+
+    Parameters
+    ----------
+    a, mask, target
+        As of `fill`.
+    work
+        A single number, to which what was tried is added.
+
+    Returns
+    -------
+    found, chosen
+        As `fill`.
     """
     strides, bias, guard, states = _packing(a.rooms)
     seen, fewest = np.zeros(states, np.bool_), np.full(states, a.splits + 1)
@@ -186,7 +218,7 @@ def fill_with_few_splits(a, mask, target, work):  # type: ignore[no-untyped-def]
                 vector = nodes[node, 0] + packed[0, option]
                 if (vector + bias) & guard:
                     continue  # more than a station's room
-                splits = nodes[node, 3] + (is_split(packed[0, option]) and not a.begun[order])
+                splits = nodes[node, 3] + (_is_split(packed[0, option]) and not a.begun[order])
                 reached, total = nodes[node, 1] + place[0, option], nodes[node, 2] + items[at]
                 if splits >= fewest[reached] or total + later < target:
                     continue

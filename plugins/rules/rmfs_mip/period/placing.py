@@ -25,14 +25,8 @@ class Places:
         self.free = list(capacities)
         self.at: list[dict[int, int]] = [{} for _ in capacities]
 
-    def copy(self) -> Places:
-        """Return an independent copy."""
-        twin = Places(self.free)
-        twin.at = [dict(kinds) for kinds in self.at]
-        return twin
-
     def add(self, mask: int) -> bool:
-        """Find a place for a line; return whether there was one."""
+        """Find a place for a line of a kind, a bit mask; return whether there was one."""
         start = [s for s in range(len(self.free)) if mask >> s & 1]
         came: dict[int, tuple[int, int]] = dict.fromkeys(start, (-1, mask))  # station before, and kind moved in
         queue = deque(start)
@@ -50,7 +44,7 @@ class Places:
         return False
 
     def add_all(self, masks: Sequence[int]) -> bool:
-        """Find places for all lines of an order, or change nothing."""
+        """Find places for all lines of an order, by their kinds, or change nothing; return whether there were."""
         before = self.free[:], [dict(kinds) for kinds in self.at]
         if all(self.add(mask) for mask in masks):
             return True
@@ -67,7 +61,20 @@ class Places:
             station = before
 
     def take(self, mask: int, preferred: Sequence[int]) -> int:
-        """Name a station for a line of this kind: a preferred one if lines of the kind stand there."""
+        """Take a placed line of a kind out and return its station.
+
+        Parameters
+        ----------
+        mask
+            The kind.
+        preferred
+            Stations that go first, where lines of the kind stand there.
+
+        Raises
+        ------
+        ValueError
+            When no line of the kind is left.
+        """
         stations: tuple[int, ...] = (*preferred, *range(len(self.free)))
         for station in stations:
             if self.at[station].get(mask, 0) > 0:

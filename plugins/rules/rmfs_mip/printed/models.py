@@ -32,8 +32,22 @@ class _Printed:
 def solve_printed(
     period: Period, kind: Model, weight: float, limits: Limits, packing_capacity: int | None = None
 ) -> Solution:
-    """Build a model as printed and solve it. Where a limit comes before any solution, nothing is assigned."""
-    printed = build_printed(period, kind, weight, limits, packing_capacity)
+    """Build a model as printed and solve it. Where a limit comes before any solution, nothing is assigned.
+
+    Parameters
+    ----------
+    period
+        The period.
+    kind
+        Which of the three models.
+    weight
+        W_u.
+    limits
+        Solver and limits.
+    packing_capacity
+        C of (18); None for no limit on split orders.
+    """
+    printed = _build(period, kind, weight, limits, packing_capacity)
     whole = is_whole(weight)
     outcome = optimise(printed.model, limits, absolute_gap=0.999 if whole else 1e-6, seconds=limits.max_seconds)
     if outcome.values is None:
@@ -54,9 +68,7 @@ def solve_printed(
     return Solution(parts, visits, value, min(outcome.bound, value), "stopped")
 
 
-def build_printed(
-    period: Period, kind: Model, weight: float, limits: Limits, packing_capacity: int | None = None
-) -> _Printed:
+def _build(period: Period, kind: Model, weight: float, limits: Limits, packing_capacity: int | None = None) -> _Printed:
     """Build a model as printed."""
     model = new_model(limits)
     stations, orders, pods = range(len(period.stations)), range(len(period.orders)), range(len(period.stock.pods))

@@ -84,7 +84,7 @@ def check_installed(solver: Name) -> None:
 
 
 def new_model(limits: Limits) -> mip.Model:
-    """Return an empty minimisation model.
+    """Return an empty model to be minimised.
 
     Raises
     ------

@@ -103,9 +103,9 @@ class Builder:
         self.model = Aggregated(Program(), self.splits)
         self.objective: dict[int, float] = {}  # objective (1), without its constant
         stations = range(len(reduced.capacities))
-        self.filling: list[dict[int, float]] = [{} for _ in stations]  # columns and items that take places
-        self.brought: list[dict[int, int]] = [{} for _ in stations]  # uncovered SKU -> column that makes it available
-        self.constant = reduced.period.visits_before + weight * sum(reduced.capacities)
+        self._filling: list[dict[int, float]] = [{} for _ in stations]  # columns and items that take places
+        self._brought: list[dict[int, int]] = [{} for _ in stations]  # uncovered SKU -> column that makes it available
+        self._constant = reduced.period.visits_before + weight * sum(reduced.capacities)
 
     def build(self) -> Aggregated:
         """Return the model."""
@@ -126,19 +126,19 @@ class Builder:
                 extra = min(PREFERENCE, MOST_PREFERENCE / max(sum(self.reduced.capacities), 1))
                 for (pod, _), column in self.model.x.items():
                     program.cost[column] += extra * (1 - self.reduced.period.preferred.pods[pod])
-            program.constant = self.constant
+            program.constant = self._constant
         return self.model
 
     def limit_objective(self, least: float, most: float) -> None:
-        """Add rows that keep objective (1) between two values."""
+        """Add rows that keep objective (1) from ``least`` to ``most``."""
         columns, costs = list(self.objective), list(self.objective.values())
         if least == most:
-            self.model.program.row(columns, costs, "=", least - self.constant)
+            self.model.program.row(columns, costs, "=", least - self._constant)
             return
         if least > float("-inf"):
-            self.model.program.row(columns, costs, ">", least - self.constant)
+            self.model.program.row(columns, costs, ">", least - self._constant)
         if most < float("inf"):
-            self.model.program.row(columns, costs, "<", most - self.constant)
+            self.model.program.row(columns, costs, "<", most - self._constant)
 
     # Columns
 
@@ -160,9 +160,9 @@ class Builder:
                     bringing.setdefault(sku, []).append(column)
         for sku, columns in sorted(bringing.items()):
             if len(columns) == 1:
-                self.brought[station][sku] = columns[0]
+                self._brought[station][sku] = columns[0]
                 continue
-            z = self.brought[station][sku] = program.column(whole=False)
+            z = self._brought[station][sku] = program.column(whole=False)
             program.row([*columns, z], [1.0] * len(columns) + [-1.0], ">", 0.0)  # (5)
 
     def _whole_orders(self) -> None:
@@ -187,7 +187,7 @@ class Builder:
 
     def _obtainable(self, station: int, lines: Sequence[Line]) -> bool:
         covered = self.reduced.period.covered[station]
-        return all(covered[sku] or sku in self.brought[station] for sku, _ in lines)
+        return all(covered[sku] or sku in self._brought[station] for sku, _ in lines)
 
     def _split_orders(self) -> None:
         """n and q."""
@@ -262,7 +262,7 @@ class Builder:
             program.row([*columns, *chosen], factors, "<" if at_most else "=", free)  # (11), (11.1)
 
     def _take(self, station: int, column: int, items: int) -> None:
-        self.filling[station][column] = float(items)
+        self._filling[station][column] = float(items)
         self.objective[column] = -self.weight * items
 
     def _gain(self, column: int, items: int, order: int) -> None:
@@ -270,14 +270,14 @@ class Builder:
             self.model.program.cost[column] = -float(self.gains.order[order]) * items
 
     def _need(self, station: int, sku: int, column: int, most: int) -> None:
-        available = self.brought[station].get(sku)
+        available = self._brought[station].get(sku)
         if available is not None:
             self.model.program.row([column, available], [1.0, -float(most)], "<", 0.0)  # (5)
 
     def _limits(self) -> None:
         program = self.model.program
         for station, room in enumerate(self.reduced.capacities):
-            taking = self.filling[station]
+            taking = self._filling[station]
             if sum(program.upper[column] * items for column, items in taking.items()) > room:
                 program.row(list(taking), list(taking.values()), "<", room)  # (4)
         for number, kind in enumerate(self.reduced.types):

@@ -17,9 +17,16 @@ from rmfs_mip.period.solution import Model, Part, Visits
 
 
 def fill(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part, ...]:
-    """Assign as much as a quick search finds, with these SKUs at the stations (shape (stations, SKUs)).
+    """Assign as much as a quick search finds.
 
     For split-over-time (single items) and for a single station it is the most that is possible.
+
+    Parameters
+    ----------
+    reduced
+        The period.
+    covered
+        SKUs that are at each station, with new visits counted in. Shape (stations, n_skus).
     """
     if reduced.model is Model.SPLIT_OVER_TIME:
         return _fill_with_lines(reduced, covered)
@@ -73,7 +80,15 @@ def _stations(places: Places, lines: Iterable[tuple[int, int]]) -> list[int]:
 
 
 def fill_with_orders(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part, ...]:
-    """Fill station by station with whole orders whose SKUs are all there; the fullest fill of each, oldest first."""
+    """Fill station by station with whole orders whose SKUs are all there; the fullest fill of each, oldest first.
+
+    Parameters
+    ----------
+    reduced
+        The period.
+    covered
+        SKUs that are at each station, with new visits counted in. Shape (stations, n_skus).
+    """
     period = reduced.period
     fits = _covered_orders(reduced, covered)
     parts: list[Part] = []
@@ -172,6 +187,13 @@ def whole_order_visits(reduced: Reduced, weight: float) -> Visits:
 
     Again and again, the order and station are taken that save most: W_u for each item, less the pods that have to come.
     Among equals, the order with the fewest missing SKUs, then the oldest.
+
+    Parameters
+    ----------
+    reduced
+        The period, for the integrated model.
+    weight
+        W_u.
     """
     period = reduced.period
     rooms = list(period.capacities)

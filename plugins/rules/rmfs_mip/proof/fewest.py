@@ -30,7 +30,7 @@ class FewestVisits:
     weight
         W_u, a whole number.
     most_work
-        When to give up, in steps of the search: each is well under a microsecond for `spread`, some for a set of pods.
+        When to give up, in steps of the compiled searches.
     splits
         How many orders may newly be split; None for any number.
     """
@@ -39,10 +39,10 @@ class FewestVisits:
     weight: int
     most_work: int
     splits: int | None = None
-    work: NDArray[np.int64] = field(factory=lambda: np.zeros(1, dtype=np.int64))
-    arrays: Arrays = field(init=False)
-    pods: list[int] = field(init=False)
-    too_few: dict[int, int] = field(factory=dict)
+    _work: NDArray[np.int64] = field(factory=lambda: np.zeros(1, dtype=np.int64), init=False)
+    _arrays: Arrays = field(init=False)
+    _pods: list[int] = field(init=False)
+    _too_few: dict[int, int] = field(factory=dict, init=False)
     """Target to a number of pods that complete too little for it, wherever they go."""
 
     @property
@@ -60,7 +60,7 @@ class FewestVisits:
         lower, upper
             Known bounds: no solution has a value below ``lower``, and one has ``upper``.
         """
-        self.arrays, self.pods = arrays_of(self.reduced, self.splits)
+        self._arrays, self._pods = arrays_of(self.reduced, self.splits)
         for value in range(lower, upper):
             for free in range(value // self.weight + 1):
                 known, found = self._fills(value - free * self.weight, self.reduced.reachable_sum - free)
@@ -75,14 +75,14 @@ class FewestVisits:
         from rmfs_mip.compiled import spreading
 
         stations = len(self.reduced.capacities)
-        fewest = max(-(-visits // stations), self.too_few.get(target, -1) + 1)
-        for number in range(fewest, min(visits, len(self.pods)) + 1):
+        fewest = max(-(-visits // stations), self._too_few.get(target, -1) + 1)
+        for number in range(fewest, min(visits, len(self._pods)) + 1):
             answer, pods, masks, orders = spreading.pods_that_fill(
-                self.arrays, number, visits, target, self.work, self.most_work
+                self._arrays, number, visits, target, self._work, self.most_work
             )
             if answer == spreading.FOUND:
                 sent = [
-                    (self.pods[pod], s)
+                    (self._pods[pod], s)
                     for pod, mask in zip(pods.tolist(), masks.tolist(), strict=True)
                     for s in range(stations)
                     if mask >> s & 1
@@ -91,7 +91,7 @@ class FewestVisits:
             if answer == spreading.TOO_MANY:
                 return False, None
             if answer == spreading.NO_SETS:
-                self.too_few[target] = number
+                self._too_few[target] = number
         return True, None
 
     def _parts(self, visits: list[tuple[int, int]], orders: list[list[int]]) -> tuple[Part, ...]:

@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 
 
 @lru_cache(maxsize=MOST_STATIONS + 1)
-def outside(stations: int) -> Floats:
+def _outside(stations: int) -> Floats:
     """Return a table of masks by cuts: 1 where a station of the mask lies outside the cut."""
     sets = np.arange(1 << stations)
     table: Floats = ((sets[:, None] & ~sets[None, :]) != 0).astype(np.float64)
@@ -32,7 +32,7 @@ def outside(stations: int) -> Floats:
 
 
 @lru_cache(maxsize=256)
-def places(capacities: tuple[int, ...]) -> Floats:
+def _places(capacities: tuple[int, ...]) -> Floats:
     """Return the places of every cut."""
     sets = np.arange(1 << len(capacities))
     inside = (sets[:, None] >> np.arange(len(capacities))) & 1
@@ -82,7 +82,7 @@ class Network:
     def flow(self) -> int:
         """Return how many places the covered demand fills."""
         stations = len(self.capacities)
-        return int((places(self.capacities) + self.bins() @ outside(stations)).min())
+        return int((_places(self.capacities) + self.bins() @ _outside(stations)).min())
 
     def flows_with_one_more(self) -> tuple[Floats, Floats]:
         """Return the flow with each pod added to each station, and the demand it newly covers: (stations, pods)."""
@@ -98,7 +98,7 @@ class Network:
             moved = np.zeros_like(carried)
             moved[:, without] = -carried[:, without]
             moved[:, without | (1 << station)] += carried[:, without]
-            flows.append((places(self.capacities) + (bins + moved) @ outside(stations)).min(axis=1))
+            flows.append((_places(self.capacities) + (bins + moved) @ _outside(stations)).min(axis=1))
             gains.append(carried[:, without].sum(axis=1))
         return np.array(flows), np.array(gains)
 

@@ -198,10 +198,30 @@ class _SetChoice:
 def choose_among(
     reduced: Reduced, sets: list[tuple[int, ...]], weight: float, limits: Limits, seconds: float | None, most: float
 ) -> tuple[Assigned | None, bool]:
-    """Return the best solution in which every station gets one of the given sets of pods, and whether that is proven.
+    """Return the best solution in which every station gets one of the given sets of pods.
 
-    The solution is None when none costs at most ``most`` (without the pods of P_s), or the time was up. Stations with
-    the same set share their places in the program; whether each order finds a whole place is looked at afterwards.
+    Stations with the same set share their places in the program; whether each order finds a whole place is looked at
+    afterwards.
+
+    Parameters
+    ----------
+    reduced
+        The period; its stations are alike.
+    sets
+        Positions of the pods of each set.
+    weight
+        W_u.
+    limits
+        Solver and limits.
+    seconds
+        What is left of the time limit; None for none.
+    most
+        What the solution may cost, without the pods of P_s.
+
+    Returns
+    -------
+    found, proven
+        None when nothing costs as little, or the time was up; whether the answer is proven.
     """
     stations, room = len(reduced.capacities), reduced.capacities[0]
     program, choices = _set_program(reduced, sets, weight)

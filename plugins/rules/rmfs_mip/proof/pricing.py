@@ -84,7 +84,15 @@ class Pricing:
         self.type_of = np.array([type_of[order] for order in reduced.orders], dtype=np.int64)
 
     def by_sets(self, prices: NDArray[np.float64], limit: float) -> Priced:
-        """Return the best patterns worth less than ``limit``; without a bound where not all could be tried."""
+        """Return the best patterns; without a bound where not all sets of pods could be tried.
+
+        Parameters
+        ----------
+        prices
+            Of each type of orders.
+        limit
+            What the patterns have to be worth less than.
+        """
         values = self.weight * self.sizes + prices
         most = float(self.weight * self.room)
         found: list[tuple[float, Pattern]] = []
@@ -132,7 +140,19 @@ class Pricing:
     def sets(
         self, number: int, values: NDArray[np.float64], least: float, kept: int
     ) -> list[tuple[float, list[int]]] | None:
-        """Return the best sets of pods worth at least ``least``, None when they are too many to search."""
+        """Return the best sets of pods, each with its worth, or None when they are too many to search.
+
+        Parameters
+        ----------
+        number
+            Number of pods in a set.
+        values
+            What an order of each type counts.
+        least
+            What a set has to be worth.
+        kept
+            How many sets are returned at most.
+        """
         from rmfs_mip.compiled.pod_sets import best_sets
 
         work = np.zeros(1, dtype=np.int64)
@@ -165,7 +185,15 @@ class Pricing:
         return Pattern(pods, tuple(sorted(orders.items())), len(pods) + self.weight * (self.room - taken))
 
     def by_model(self, prices: NDArray[np.float64], seconds: float | None) -> Priced | None:
-        """Return the best pattern, whatever the number of its pods; None when the time is up before it is proven."""
+        """Return the best pattern, whatever the number of its pods; None when the time is up before it is proven.
+
+        Parameters
+        ----------
+        prices
+            Of each type of orders.
+        seconds
+            What is left of the time limit; None for none.
+        """
         period = self.reduced.period
         one = evolve(period, stations=period.stations[:1], capacities=period.capacities[:1], inbound=period.inbound[:1])
         model = Builder(Reduced(one, Model.INTEGRATED), self.weight).build()
