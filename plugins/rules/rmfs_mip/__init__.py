@@ -5,9 +5,9 @@ How a period goes from the warehouse to a proven decision:
 1. `rules`: a rule is asked and reads the period off the warehouse (`period.period`).
 2. `period.reduction`: what no optimum depends on is dropped or counted.
 3. `proof.steps`: steps in a fixed order raise a lower bound on the objective (1) or offer a solution, until both meet:
-   maximum flow and its cuts (`proof.flow`) against quick solutions (`proof.feasible`); the fewest visits, value by value
-   (`proof.fewest`, with the searches in `compiled`); column generation (`proof.patterns`); the solver, with the model in
-   the aggregated form (`proof.aggregated`), as the last resort.
+   maximum flow and its cuts (`proof.flow`) against quick solutions (`proof.feasible`); the fewest visits, one value
+   after another (`proof.fewest`, with the searches in `compiled`); column generation (`proof.patterns`); as the last
+   resort the solver, with the model in the aggregated form (`proof.aggregated`).
 4. `proof.ties`: among the optima, another one may be preferred.
 5. `printed.constraints`: whatever found it, the solution is held against the constraints as the paper prints them.
 
