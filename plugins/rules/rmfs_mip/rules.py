@@ -34,35 +34,35 @@ class _Joint:
         default="aggregated",
         validator=validators.in_(("aggregated", "paper")),
         metadata={
-            "doc": '"aggregated" (same optimum, much faster) or "paper" (one variable and row as printed, for study).'
+            "doc": '"aggregated" (same optimum, much faster) or "paper" (one variable and row as printed, for study)'
         },
     )
     solver: Literal["highs", "cbc", "gurobi"] = field(
         default="highs",
         validator=validators.in_(("highs", "cbc", "gurobi")),
-        metadata={"doc": '"highs", "cbc" or "gurobi" (where installed), through python-mip.'},
+        metadata={"doc": '"highs", "cbc" or "gurobi" (where installed), through python-mip'},
     )
     threads: int = field(
         default=1,
         validator=validators.ge(1),
-        metadata={"doc": "Threads of the solver. With one, the same seed gives the same result everywhere."},
+        metadata={"doc": "Threads of the solver. With one, the same seed gives the same result everywhere"},
     )
     max_seconds: float | None = field(
         default=None,
         validator=validators.optional(validators.gt(0)),
         metadata={
-            "doc": "Wall-clock limit for one period. A period that it ends is marked as stopped early; none by default."
+            "doc": "Wall-clock limit for one period. A period that it ends is marked as stopped early; none by default"
         },
     )
     gap: float = field(
         default=0.0,
         validator=validators.ge(0),
-        metadata={"doc": "Relative gap at which a solve may stop; such a period is marked, too."},
+        metadata={"doc": "Relative gap at which a solve may stop; such a period is marked, too"},
     )
     unused_capacity_weight: float = field(
         default=2.0,
         validator=validators.gt(0),
-        metadata={"doc": "W_u in the objective (1): what a free place that stays unused costs, in pod-station visits."},
+        metadata={"doc": "W_u in the objective (1): what a free place that stays unused costs, in pod-station visits"},
     )
     tie_break: Literal["solver", "oldest", "demand"] = field(
         default="solver",
@@ -71,7 +71,7 @@ class _Joint:
             "doc": 'Which of the many optima is taken: "solver" (whichever is found first, as in the paper), "oldest" '
             '(among the optima the oldest orders first), "demand" (the new pods with the most items that the backlog '
             "wants). The optimum of (1) is never given up; with the last two, runs of hundreds of orders can take "
-            "minutes."
+            "minutes"
         },
     )
     preferred_pods: Literal["idle", "bound", "any", "random"] = field(
@@ -80,7 +80,7 @@ class _Joint:
         metadata={
             "doc": 'Which of the pods that serve as well the aggregated form sends first: "idle" (bound for no '
             'station), "bound" (for some station), "any" (no preference), "random" (an order drawn anew in each '
-            "period). Decides ties only; with a W_u that is not whole, only where no solver is needed."
+            "period). Decides ties only; with a W_u that is not whole, only where no solver is needed"
         },
     )
     _stock: Stock | None = field(default=None, init=False, repr=False, eq=False)
@@ -171,7 +171,7 @@ class _Split(_Joint):
         validator=validators.optional(validators.ge(0)),
         metadata={
             "doc": "C: split orders that the packing stations have room for, those already open included (18); none by "
-            "default."
+            "default"
         },
     )
 

@@ -58,8 +58,8 @@ class Solution:
     bound
         Proven lower bound of it.
     how
-        What found it: ``"flow"``, ``"bounds"``, ``"search"``, ``"patterns"``, ``"solver"``, or ``"stopped"`` where a limit
-        came before the proof.
+        What found it: ``"flow"``, ``"bounds"``, ``"search"``, ``"patterns"``, ``"solver"``, or
+        ``"stopped"`` where a limit came before the proof.
     """
 
     parts: tuple[Part, ...]
