@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
 import rmfs_mip
 
 ROOT = Path(rmfs_mip.__file__).parent

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+
 from rmfs_mip.compiled.arrays import arrays_of
 from rmfs_mip.period.reduction import Reduced
 from rmfs_mip.period.solution import Model

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from rmfs_mip.period.decoding import Counts, parts_of
 from rmfs_mip.period.period import Period, Stock
 from rmfs_mip.period.reduction import Reduced

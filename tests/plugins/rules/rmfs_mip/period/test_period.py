@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from rmfs_mip.period.period import Period, Stock
 
-from rmfs_core.testing import small_world
 from rmfs_core.warehouse import WarehouseView
+from rmfs_mip.period.period import Period, Stock
+from rmfs_testing import small_world
 
 
 def test_it_is_read_off_the_warehouse() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from rmfs_mip.period.placing import Places
 
 rooms = st.lists(st.integers(0, 3), min_size=1, max_size=3)

@@ -6,6 +6,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+
 from rmfs_mip.period.period import Period, Stock
 from rmfs_mip.period.reduction import Reduced, highest, masks_of, sums_of
 from rmfs_mip.period.solution import Model

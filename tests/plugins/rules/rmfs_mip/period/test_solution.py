@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from rmfs_mip.period.period import Period, Stock
 from rmfs_mip.period.solution import Part, Solution, is_useful, is_whole, items_of, newly_split, objective_of
 

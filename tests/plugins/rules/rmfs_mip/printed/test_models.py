@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+
 from rmfs_mip.period.solution import Model
 from rmfs_mip.printed.constraints import violation
 from rmfs_mip.printed.models import solve_printed

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from rmfs_mip.period.reduction import Reduced
 from rmfs_mip.period.solution import Model, Solution, items_of, objective_of
 from rmfs_mip.printed.constraints import violation

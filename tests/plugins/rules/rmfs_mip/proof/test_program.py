@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+
 from rmfs_mip.printed.solver import Limits
 from rmfs_mip.proof.program import Program
 
