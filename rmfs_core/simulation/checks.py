@@ -45,13 +45,14 @@ def assignment(
     order = known("order", given.order, warehouse.orders)
     station = known("station", given.station, warehouse.stations)
     if not warehouse.in_backlog(order) or not (seen is None or order.id in seen):
-        why = "was not in the backlog it was shown" if order._open else "has no open line left"
+        why = "was not in the backlog it was shown" if order.open_lines else "has no open line left"
         raise ImpossibleError(f"assigned order {order.label} to station {station.label}, but the order {why}")
-    skus = list(order._open) if given.skus is None else _skus(order, given.skus)
+    quantities = {line.sku: line.quantity for line in order.open_lines}
+    skus = list(quantities) if given.skus is None else _skus(order, given.skus, quantities)
     if station.counts_orders:
         size = 0 if order.part_of(station.id, period) else 1
     else:
-        size = sum(order._open[sku].quantity for sku in skus)
+        size = sum(quantities[sku] for sku in skus)
     if size > station.free_capacity:
         unit = "orders" if station.counts_orders else "items"
         raise ImpossibleError(
@@ -61,14 +62,14 @@ def assignment(
     return order, station, skus
 
 
-def _skus(order: Order, given: object) -> list[int]:
+def _skus(order: Order, given: object, open_skus: Container[int]) -> list[int]:
     if not isinstance(given, Iterable) or isinstance(given, str):
         raise ImpossibleError(f"assigned SKUs {given!r} of order {order.label}; expected a sequence of ids")
     skus = [whole("SKU id", sku) for sku in given]
     if not skus or len(set(skus)) != len(skus):
         raise ImpossibleError(f"assigned SKUs {given} of order {order.label}; expected one or more, each once")
     for sku in skus:
-        if sku not in order._open:
+        if sku not in open_skus:
             raise ImpossibleError(f"assigned SKU id {sku} of order {order.label}, which is no open line of it")
     return skus
 

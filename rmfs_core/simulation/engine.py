@@ -270,12 +270,7 @@ class Simulation:
         placed = []
         for robot, (station_id, pod_id) in zip(self.warehouse.robots, self._at_stations, strict=False):
             station, pod = self.warehouse.stations[station_id], self.warehouse.pods[pod_id]
-            self.warehouse.bind(pod, station)
-            self.warehouse.take_task(robot, pod)
-            self.warehouse.lift(robot, pod)
-            robot._cell = station.cells.slot(len(station._line))
-            self.warehouse.join_line(robot, station)
-            station._claims += 1
+            self.warehouse.place_at_station(robot, pod, station)
             self._driving.place(robot, station)
             placed.append((robot, pod))
         return placed
@@ -283,7 +278,7 @@ class Simulation:
     def _take_place(self, station: Station) -> Process:
         """Wait for a place at a station: a pod sets out only when it will find room in the queue."""
         if station.queue_room > 0:
-            station._claims += 1
+            self.warehouse.claim_place(station)
         else:
             handed_over = self.env.event()
             self._waiting_for_place[station.id].append(handed_over)
@@ -300,13 +295,13 @@ class Simulation:
         if self._waiting_for_place[station.id]:
             self._waiting_for_place[station.id].pop(0).succeed()  # the place goes to who has waited longest
         else:
-            station._claims -= 1
+            self.warehouse.give_up_place(station)
         if not pod.bound_for:
             return None
         following = self.warehouse.stations[pod.bound_for[0]]
         if following.queue_room <= 0:
             return None
-        following._claims += 1
+        self.warehouse.claim_place(following)
         return following
 
     def _prepare_rules(self) -> None:

@@ -1,13 +1,17 @@
 """Orders, requests, pods, stations and robots as rules see them.
 
-Public attributes are read-only; what begins with an underscore belongs to the kernel (`rmfs_core.warehouse.state`).
+Public attributes are read-only; what begins with an underscore belongs to this folder (`Warehouse` and `restore`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
+
+import numpy as np
+from attrs import frozen
+from numpy.typing import NDArray
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.world import OrderData, PodData, StationCells
@@ -90,6 +94,11 @@ class Order(ReadOnly):
         """Whether it is known to be split: parts at several stations or of several periods, or lines left to assign."""
         return len(self._parts) > 1 or bool(self._parts and self._open)
 
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """What was assigned of it so far, first to last."""
+        return tuple(self._parts)
+
     def part_of(self, station: int, period: int) -> Part | None:
         """Return what a period has assigned of it to a station so far."""
         return next((part for part in self._parts if part.station == station and part.period == period), None)
@@ -103,17 +112,54 @@ class Order(ReadOnly):
         return f"Order({self.name!r}, lines={self.lines})"
 
 
+@frozen(eq=False)
+class BacklogLines:
+    """Open lines of the backlog as arrays of equal length n, sorted by position.
+
+    Parameters
+    ----------
+    order
+        Position of the line's order in ``WarehouseView.backlog``, int64, shape (n,).
+    sku, quantity
+        SKU id and number of items, int64, shape (n,).
+    """
+
+    order: NDArray[np.int64]
+    sku: NDArray[np.int64]
+    quantity: NDArray[np.int64]
+
+    def __attrs_post_init__(self) -> None:
+        for array in (self.order, self.sku, self.quantity):
+            array.setflags(write=False)
+
+
+def lines_of(orders: Sequence[Order]) -> BacklogLines:
+    """Return the open lines of orders as arrays, in which ``order`` is the position in ``orders``.
+
+    For orders that are not the whole backlog; ``WarehouseView.backlog_lines`` is quicker.
+    """
+    rows = [(i, line.sku, line.quantity) for i, order in enumerate(orders) for line in order.open_lines]
+    table = np.array(rows, dtype=np.int64).reshape(-1, 3)
+    return BacklogLines(order=table[:, 0], sku=table[:, 1], quantity=table[:, 2])
+
+
 class Part(ReadOnly):
     """What one period assigned of an order to a station; it takes up capacity until its last item is picked."""
 
-    __slots__ = ("_items", "_unpicked", "order", "period", "station")
+    __slots__ = ("_items", "_skus", "_unpicked", "order", "period", "station")
 
     def __init__(self, order: Order, station: int, period: int) -> None:
         self.order = order
         self.station = station
         self.period = period
+        self._skus: list[int] = []
         self._items = 0
         self._unpicked = 0
+
+    @property
+    def skus(self) -> tuple[int, ...]:
+        """SKU ids of its lines, as they were assigned."""
+        return tuple(self._skus)
 
     @property
     def items(self) -> int:
@@ -143,6 +189,11 @@ class Request(ReadOnly):
     def covered(self) -> bool:
         """Whether a pod inbound to the station holds an item for this request."""
         return self._pod is not None
+
+    @property
+    def pod(self) -> Pod | None:
+        """The inbound pod that an item is promised from; another one may serve the request in the end."""
+        return self._pod
 
     def __repr__(self) -> str:
         return f"Request(order={self.order.name!r}, sku={self.sku}, station={self.station}, covered={self.covered})"
@@ -219,10 +270,16 @@ class Station(ReadOnly):
     )
 
     def __init__(
-        self, station_id: int, cells: StationCells, capacity: int, counts_orders: bool, queue_length: int
+        self,
+        station_id: int,
+        cells: StationCells,
+        capacity: int,
+        counts_orders: bool,
+        queue_length: int,
+        name: str | None = None,
     ) -> None:
         self.id = station_id
-        self.name = str(station_id + 1)
+        self.name = name or str(station_id + 1)
         self.cells = cells
         self.capacity = capacity
         self.counts_orders = counts_orders
@@ -265,6 +322,11 @@ class Station(ReadOnly):
         return tuple(self._inbound.values())
 
     @property
+    def line(self) -> tuple[Robot, ...]:
+        """Robots at the station (first) and in its queue."""
+        return tuple(self._line)
+
+    @property
     def pods_in_line(self) -> tuple[int, ...]:
         """Ids of the pods at the station (first) and in its queue."""
         return tuple(robot.pod for robot in self._line if robot.pod is not None)
@@ -283,9 +345,9 @@ class Robot(ReadOnly):
 
     __slots__ = ("_cell", "_heading", "_pod", "_task", "id", "name")
 
-    def __init__(self, robot_id: int, cell: int, heading: int) -> None:
+    def __init__(self, robot_id: int, cell: int, heading: int, name: str | None = None) -> None:
         self.id = robot_id
-        self.name = str(robot_id + 1)
+        self.name = name or str(robot_id + 1)
         self._cell = cell
         self._heading = heading
         self._pod: int | None = None

@@ -14,8 +14,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_core.warehouse.parts import UNLIMITED, Order, Part, Pod, Request, Robot, Station
-from rmfs_core.warehouse.view import BacklogLines
+from rmfs_core.warehouse.parts import UNLIMITED, BacklogLines, Order, Part, Pod, Request, Robot, Station
 from rmfs_core.world import Instance
 from rmfs_core.world.travel import Travel
 
@@ -53,7 +52,7 @@ class Warehouse:
         self.n_skus = len(instance.skus)
         self.unlimited_stock = instance.unlimited_stock
         self.orders = tuple(Order(i, data) for i, data in enumerate(instance.orders))
-        self.arrived: list[Order] = []
+        self.arrived: dict[int, Order] = {}
         self.pods = tuple(
             Pod(i, data, cell) for i, (data, cell) in enumerate(zip(instance.pods, pod_cells, strict=True))
         )
@@ -63,6 +62,7 @@ class Warehouse:
         self.blocked = tuple(sorted(blocked))
         taken = {*pod_cells, *self.blocked}
         self.free_locations = [cell for cell in travel.layout.storage_locations if cell not in taken]
+        self.reserved: set[int] = set()
         self.waiting: dict[int, Pod] = {}
         self.open_demand = np.zeros(self.n_skus, dtype=np.int64)
         self.split_orders_open = 0
@@ -160,7 +160,7 @@ class Warehouse:
 
     def order_arrives(self, order: Order) -> None:
         """Put an order into the backlog."""
-        self.arrived.append(order)
+        self.arrived[order.id] = order
         self._backlog[order.id] = order
         self._lines.add(order)
         self._sizes[order.open_items] += 1
@@ -193,6 +193,7 @@ class Warehouse:
             order._parts.append(part)
             station._load += station.counts_orders
         station._load += 0 if station.counts_orders else items
+        part._skus += skus
         part._items += items
         part._unpicked += items
         self.split_orders_open += order.split - was_split
@@ -202,7 +203,7 @@ class Warehouse:
                 self._next_request += 1
                 station._requests[request.id] = request
                 station._by_sku.setdefault(line.sku, {})[request.id] = request
-                self._promise_from_inbound(station, request)
+                self.promise_from_inbound(station, request)
         return items
 
     def bind(self, pod: Pod, station: Station) -> None:
@@ -226,17 +227,40 @@ class Warehouse:
         pod._location = None
         robot._pod = pod.id
 
+    def move(self, robot: Robot, cell: int, heading: int) -> None:
+        """Let a robot stand in another cell."""
+        robot._cell, robot._heading = cell, heading
+
     def reserve(self, location: int) -> None:
         """Keep a free storage location for a pod that is on its way to it."""
         del self.free_locations[bisect_left(self.free_locations, location)]
+        self.reserved.add(location)
 
     def store(self, robot: Robot, pod: Pod) -> None:
         """Set a pod down where the robot stands; the robot is idle then."""
+        self.reserved.discard(robot._cell)
         pod._cell = pod._location = robot._cell
         pod._carrier = None
         robot._pod = robot._task = None
         if pod._itinerary:
             self.waiting[pod.id] = pod
+
+    def claim_place(self, station: Station) -> None:
+        """Keep a place in the line of a station for a pod that sets out for it."""
+        station._claims += 1
+
+    def give_up_place(self, station: Station) -> None:
+        """Let go of a place that nobody waits for; who waits for one gets it handed over, still claimed."""
+        station._claims -= 1
+
+    def place_at_station(self, robot: Robot, pod: Pod, station: Station) -> None:
+        """Let a robot stand with a pod at the end of a station's line from the start."""
+        self.bind(pod, station)
+        self.take_task(robot, pod)
+        self.lift(robot, pod)
+        robot._cell = station.cells.slot(len(station._line))
+        self.join_line(robot, station)
+        self.claim_place(station)
 
     def join_line(self, robot: Robot, station: Station) -> None:
         """Let a robot with a pod join the line of a station, at its end."""
@@ -261,7 +285,7 @@ class Warehouse:
         released = request._pod
         if released is not None:
             _withdraw(request)
-        _promise(request, pod)
+        promise(request, pod)
         if released is not None:
             for station in released._itinerary:
                 self._promise_items(released, self.stations[station])
@@ -292,10 +316,10 @@ class Warehouse:
 
     # Promises
 
-    def _promise_from_inbound(self, station: Station, request: Request) -> None:
+    def promise_from_inbound(self, station: Station, request: Request) -> None:
         for pod in station._inbound.values():
             if request.sku in pod._contents and pod.free_items(request.sku) > 0:
-                _promise(request, pod)
+                promise(request, pod)
                 return
 
     def _promise_items(self, pod: Pod, station: Station) -> None:
@@ -304,7 +328,7 @@ class Warehouse:
                 if not request.covered:
                     if pod.free_items(sku) <= 0:
                         break
-                    _promise(request, pod)
+                    promise(request, pod)
 
     def _backlog_changed(self) -> None:
         self._backlog_tuple = None
@@ -345,7 +369,7 @@ class _Lines:
         return BacklogLines(position, self.sku[self.current], self.quantity[self.current])
 
 
-def _promise(request: Request, pod: Pod) -> None:
+def promise(request: Request, pod: Pod) -> None:
     request._pod = pod
     by_station = pod._promised.setdefault(request.sku, {})
     by_station[request.station] = by_station.get(request.station, 0) + 1

@@ -3,40 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
-from attrs import frozen
+from numpy.typing import NDArray
 
 from rmfs_core.clock import to_seconds
-from rmfs_core.warehouse.parts import Order, Pod, ReadOnly, Robot, Station
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from rmfs_core.warehouse.state import Warehouse
-    from rmfs_core.world.travel import Travel
-
-
-@frozen(eq=False)
-class BacklogLines:
-    """Open lines of the backlog as arrays of equal length n, sorted by position.
-
-    Parameters
-    ----------
-    order
-        Position of the line's order in ``WarehouseView.backlog``, int64, shape (n,).
-    sku, quantity
-        SKU id and number of items, int64, shape (n,).
-    """
-
-    order: NDArray[np.int64]
-    sku: NDArray[np.int64]
-    quantity: NDArray[np.int64]
-
-    def __attrs_post_init__(self) -> None:
-        for array in (self.order, self.sku, self.quantity):
-            array.setflags(write=False)
+from rmfs_core.warehouse.parts import BacklogLines, Order, Pod, ReadOnly, Robot, Station, lines_of
+from rmfs_core.warehouse.state import Warehouse
+from rmfs_core.world.travel import Travel
 
 
 class WarehouseView(ReadOnly):
@@ -65,7 +39,7 @@ class WarehouseView(ReadOnly):
     @property
     def orders(self) -> tuple[Order, ...]:
         """All orders that have arrived, in the order of arrival, whatever became of them."""
-        return tuple(self._state.arrived)
+        return tuple(self._state.arrived.values())
 
     @property
     def filtered(self) -> bool:
@@ -142,6 +116,11 @@ class WarehouseView(ReadOnly):
         return self._state.blocked
 
     @property
+    def reserved_locations(self) -> tuple[int, ...]:
+        """Cell indices of the storage locations that a pod is on its way to, ascending."""
+        return tuple(sorted(self._state.reserved))
+
+    @property
     def travel(self) -> Travel:
         """Exact driving times on the grid without other robots."""
         return self._state.travel
@@ -150,6 +129,10 @@ class WarehouseView(ReadOnly):
     def split_orders_open(self) -> int:
         """Number of split orders that are not completely picked: each takes a place at the packing stations."""
         return self._state.split_orders_open
+
+    def order(self, order_id: int) -> Order:
+        """Order that has arrived, by its id, as events have it; KeyError for any other."""
+        return self._state.arrived[order_id]
 
     def home(self, pod: Pod) -> int:
         """Cell index of the storage location at which a pod stood when the run started."""
@@ -174,13 +157,3 @@ class WarehouseView(ReadOnly):
     def available(self) -> NDArray[np.int64]:
         """Items on each station's inbound pods that are not promised to any request. Shape (stations, n_skus)."""
         return self._state.available()
-
-
-def lines_of(orders: Sequence[Order]) -> BacklogLines:
-    """Return the open lines of orders as arrays, in which ``order`` is the position in ``orders``.
-
-    For orders that are not the whole backlog; ``WarehouseView.backlog_lines`` is quicker.
-    """
-    rows = [(i, line.sku, line.quantity) for i, order in enumerate(orders) for line in order.open_lines]
-    table = np.array(rows, dtype=np.int64).reshape(-1, 3)
-    return BacklogLines(order=table[:, 0], sku=table[:, 1], quantity=table[:, 2])

@@ -9,11 +9,13 @@ from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveRe
 from rmfs_core.results.tables import finite
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError, instance_of, sequence_of
-from rmfs_core.warehouse import Warehouse
+from rmfs_core.warehouse import Order, Warehouse, WarehouseView
 from rmfs_states.names import Names
 
 
-def answer_to_dict(warehouse: Warehouse, skus: Sequence[str], decides: str, answer: object) -> dict[str, Any] | None:
+def answer_to_dict(
+    warehouse: WarehouseView, skus: Sequence[str], decides: str, answer: object
+) -> dict[str, Any] | None:
     """Return a rule's answer with names; None when it is nothing that the rule may answer.
 
     Parameters
@@ -61,7 +63,7 @@ def report_to_dict(report: SolveReport) -> dict[str, Any]:
     }
 
 
-def _joint(warehouse: Warehouse, skus: Sequence[str], answer: object) -> dict[str, Any]:
+def _joint(warehouse: WarehouseView, skus: Sequence[str], answer: object) -> dict[str, Any]:
     decision = instance_of(answer, JointDecision)
     written = {
         "assignments": _assignments(warehouse, skus, decision.assignments),
@@ -72,13 +74,13 @@ def _joint(warehouse: Warehouse, skus: Sequence[str], answer: object) -> dict[st
     return written
 
 
-def _assignments(warehouse: Warehouse, skus: Sequence[str], answer: object) -> list[dict[str, Any]]:
+def _assignments(warehouse: WarehouseView, skus: Sequence[str], answer: object) -> list[dict[str, Any]]:
     written = []
     assigned: set[tuple[int, int]] = set()
     for given in sequence_of(answer, OrderAssignment):
-        order = checks.known("order", given.order, warehouse.orders)
+        order = _order(warehouse, given.order)
         station = checks.known("station", given.station, warehouse.stations)
-        open_skus = [sku for sku in order._open if (order.id, sku) not in assigned]
+        open_skus = [line.sku for line in order.open_lines if (order.id, line.sku) not in assigned]
         chosen = open_skus if given.skus is None else [checks.whole("SKU id", sku) for sku in given.skus]
         assigned.update((order.id, sku) for sku in chosen)
         lines = [checks.known("SKU", sku, skus) for sku in chosen]
@@ -86,7 +88,15 @@ def _assignments(warehouse: Warehouse, skus: Sequence[str], answer: object) -> l
     return written
 
 
-def _trips(warehouse: Warehouse, answer: object) -> list[dict[str, Any]]:
+def _order(warehouse: WarehouseView, identifier: object) -> Order:
+    number = checks.whole("order", identifier)
+    try:
+        return warehouse.order(number)
+    except KeyError:
+        raise ImpossibleError(f"named order {number}, which has not arrived") from None
+
+
+def _trips(warehouse: WarehouseView, answer: object) -> list[dict[str, Any]]:
     return [
         {
             "pod": checks.known("pod", given.pod, warehouse.pods).name,
@@ -96,7 +106,7 @@ def _trips(warehouse: Warehouse, answer: object) -> list[dict[str, Any]]:
     ]
 
 
-def _tasks(warehouse: Warehouse, _: Sequence[str], answer: object) -> dict[str, Any]:
+def _tasks(warehouse: WarehouseView, _: Sequence[str], answer: object) -> dict[str, Any]:
     tasks = [
         {
             "robot": checks.known("robot", given.robot, warehouse.robots).name,
@@ -107,7 +117,7 @@ def _tasks(warehouse: Warehouse, _: Sequence[str], answer: object) -> dict[str, 
     return {"tasks": tasks}
 
 
-_WRITERS: Mapping[str, Callable[[Warehouse, Sequence[str], object], dict[str, Any]]] = {
+_WRITERS: Mapping[str, Callable[[WarehouseView, Sequence[str], object], dict[str, Any]]] = {
     "POA": lambda warehouse, skus, answer: {"assignments": _assignments(warehouse, skus, answer)},
     "PPS": lambda warehouse, _, answer: {"trips": _trips(warehouse, answer)},
     "POA+PPS": _joint,

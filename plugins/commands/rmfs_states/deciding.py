@@ -131,7 +131,7 @@ def ask(scene: Scene, rule: BoundRule) -> Answer:
             lacks = f"asks for {error.__cause__}, but the state has no layout; expected one (`layout`)"
             raise InputError(scene.names.source, f"{rule.describe()} {lacks}") from error
         raise
-    decision = answer_to_dict(warehouse, scene.instance.skus, decides, answer)
+    decision = answer_to_dict(scene.view, scene.instance.skus, decides, answer)
     capacity = getattr(rule.instance, "packing_capacity", None)
     outcome = asker.apply(rule, lambda: carry_out(scene, rule.role, answer, arguments, capacity))
     assert decision is not None  # it could be carried out

@@ -30,6 +30,7 @@ class Names:
         if skus is None:
             held = [sku for pod in state.pods.values() for sku in pod.contents]
             skus = tuple(dict.fromkeys([*held, *(sku for order in arrivals for sku in state.orders[order].lines)]))
+        self._state = state
         self.pods = _positions(state.pods)
         self.stations = _positions(state.stations)
         self.orders = {order: i for i, order in enumerate(arrivals)}
@@ -40,6 +41,19 @@ class Names:
     def wrong(self, path: KeyPath, problem: str) -> NoReturn:
         """Say what is wrong with the state, and where."""
         raise InputError(place_of(self.source, path), problem)
+
+    def path(self, by_ids: KeyPath) -> KeyPath:
+        """Return the path of a key with the name that the state has for an order, pod, station or robot, not its id."""
+        section, *rest = by_ids
+        if rest:
+            tables = {
+                "orders": self.orders,
+                "pods": self.pods,
+                "stations": self.stations,
+                "robots": self._state.robots or {},
+            }
+            rest[0] = list(tables[str(section)])[int(rest[0])]
+        return (section, *rest)
 
     def pod(self, name: str, *path: str | int) -> int:
         """Return the id of a pod that is named at a path."""

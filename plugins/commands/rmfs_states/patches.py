@@ -11,6 +11,8 @@ def difference(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str,
     patch: dict[str, Any] = {name: None for name in before if name not in after}
     for name, value in after.items():
         old = before.get(name)
+        if old is value is not None:
+            continue
         if isinstance(old, Mapping) and isinstance(value, Mapping):
             if within := difference(old, value):
                 patch[name] = within

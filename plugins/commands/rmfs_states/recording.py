@@ -25,7 +25,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from rmfs_core.events import Event, OrderArrived, OrderAssigned
+from rmfs_core.events import Event
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.results.files import JsonLinesFile, beside_results, json_ready
 from rmfs_core.scenario import scenario_to_dict
@@ -74,11 +74,8 @@ class DecisionRecorder:
 
     @hookimpl
     def on_event(self, event: Event) -> None:
-        """Keep up with the orders."""
-        if isinstance(event, OrderArrived):
-            self._snapshots.order_arrived(event.order)
-        elif isinstance(event, OrderAssigned):
-            self._snapshots.order_assigned(event)
+        """Keep up with orders and pods."""
+        self._snapshots.told(event)
 
     @hookimpl
     def rule_asked(self, question: Question) -> None:
@@ -105,8 +102,7 @@ class DecisionRecorder:
         """Take down what the rule answered that was asked last."""
         if self._asked is None:
             return
-        warehouse = self._run.warehouse._state
-        decision = answer_to_dict(warehouse, self._run.instance.skus, self._asked["decides"], answer)
+        decision = answer_to_dict(self._run.warehouse, self._run.instance.skus, self._asked["decides"], answer)
         report = None if decision is None else decision.pop("report", None)
         self._asked["decision"] = decision
         if report is not None:

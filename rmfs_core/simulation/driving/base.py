@@ -107,7 +107,8 @@ class Surroundings:
 
     def arrive(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int) -> None:
         """Put a robot where a leg ends, and tell it."""
-        origin, robot._cell, robot._heading = robot.cell, leg.to, heading
+        origin = robot.cell
+        self.warehouse.move(robot, leg.to, heading)
         self.tell(
             RobotMoved(
                 tick=self.warehouse.now,

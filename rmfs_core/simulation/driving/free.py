@@ -39,14 +39,14 @@ class FreeDriving:
 
     def to_station(self, robot: Robot, station: Station) -> Process:
         """Drive to the end of the line, join it, and move up until the station is reached."""
-        line = station._line
-        if robot not in line:
-            yield from self._drive(robot, station.cells.slot(len(line)))
+        if robot not in station.line:
+            yield from self._drive(robot, station.cells.slot(len(station.line)))
             self.run.warehouse.join_line(robot, station)
             assert robot.pod is not None
             self.run.tell(QueueJoined(self.run.warehouse.now, robot=robot.id, pod=robot.pod, station=station.id))
         slots = (station.cell, *station.cells.queue)
         while True:
+            line = station.line
             place = min(line.index(robot), len(slots) - 1)
             # Whoever came while this robot was still driving may stand behind its own place: nobody backs up.
             if robot.cell not in slots or slots.index(robot.cell) > place:

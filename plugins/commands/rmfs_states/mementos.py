@@ -1,0 +1,177 @@
+"""From a state's names to the ids and numbers that the kernel makes a warehouse of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rmfs_core.clock import to_ticks
+from rmfs_core.warehouse.memento import (
+    Memento,
+    OrderMemento,
+    PartMemento,
+    PodMemento,
+    RequestMemento,
+    RobotMemento,
+    StationMemento,
+)
+from rmfs_core.world import NORTH, Layout, OrderData, PodData
+from rmfs_states.names import Names
+from rmfs_states.state import OrderState, PartState, State
+
+QUEUE_LENGTH = 12
+"""Pods that can wait at a station that does not say how many: the paper's number."""
+
+NOWHERE = -1
+"""Cell that a state does not tell: the home of a pod, or where a robot is."""
+
+Requested = dict[str, dict[str, list[str]]]
+"""Order -> station -> SKUs that have requests there."""
+
+
+def memento_of(state: State, names: Names, layout: Layout) -> Memento:
+    """Return the warehouse that a state describes, with what it leaves out filled in.
+
+    Raises
+    ------
+    InputError
+        Where it names what it does not list, or gives places without a layout.
+    """
+    now = _now(state, names)
+    orders = _orders(state, names)
+    stations = _stations(state, names, layout, sum(_assigned(order) for order in orders))
+    robots = _robots(state, names, layout, stations)
+    pods = _pods(state, names, layout, stations)
+    if state.waiting is None:
+        tasks = {robot.task for robot in robots}
+        waiting = [i for i, pod in enumerate(pods) if pod.bound_for and pod.cell is not None and i not in tasks]
+    else:
+        waiting = [names.pod(pod, "waiting", i) for i, pod in enumerate(state.waiting)]
+    skus, blocked = tuple(names.skus), tuple(sorted(state.empty_pods))
+    return Memento(now, skus, orders, pods, stations, robots, tuple(waiting), blocked, state.reserved)
+
+
+def _now(state: State, names: Names) -> int:
+    """Return the time now in ticks."""
+    latest = max((order.arrival_s for order in state.orders.values()), default=0.0)
+    if state.time_s is not None and latest > state.time_s:
+        names.wrong(("time_s",), f"found {state.time_s}, but an order arrives at {latest}; expected none later")
+    return to_ticks(latest if state.time_s is None else state.time_s)
+
+
+def _orders(state: State, names: Names) -> tuple[OrderMemento, ...]:
+    data = [
+        OrderData(
+            name,
+            to_ticks(state.orders[name].arrival_s),
+            tuple((names.sku(sku, "orders", name, "lines", sku), n) for sku, n in state.orders[name].lines.items()),
+        )
+        for name in names.orders
+    ]
+    requested = _requested(state, names)
+    orders = []
+    for order in data:
+        name, parts = order.name, []
+        for i, part in enumerate(_parts(state.orders[name], requested.get(name, {}))):
+            path = ("orders", name, "parts", i)
+            station = names.station(part.station, *path, "station")
+            parts.append(PartMemento(station, tuple(names.sku(sku, *path, "skus") for sku in part.skus), part.period))
+        orders.append(OrderMemento(order, tuple(parts)))
+    return tuple(orders)
+
+
+def _requested(state: State, names: Names) -> Requested:
+    found: Requested = {}
+    for station, given in state.stations.items():
+        for i, request in enumerate(given.requests):
+            path = ("stations", station, "requests", i)
+            names.order(request.order, *path, "order")
+            names.sku(request.sku, *path, "sku")
+            found.setdefault(request.order, {}).setdefault(station, []).append(request.sku)
+    return found
+
+
+def _parts(order: OrderState, requested: dict[str, list[str]]) -> Sequence[PartState]:
+    if order.parts is not None:
+        return order.parts
+    return [PartState(station, tuple(dict.fromkeys(skus))) for station, skus in requested.items()]
+
+
+def _assigned(order: OrderMemento) -> int:
+    """Return how many items of an order were assigned: as many requests have had a number."""
+    quantities = dict(order.data.lines)
+    return sum(quantities.get(sku, 0) for part in order.parts for sku in part.skus)
+
+
+def _stations(state: State, names: Names, layout: Layout, numbered: int) -> tuple[StationMemento, ...]:
+    stations = []
+    for i, (name, given) in enumerate(state.stations.items()):
+        path = ("stations", name)
+        most = None if state.layout is None else len(layout.stations[i].queue)
+        queue_length = given.queue_length or most or QUEUE_LENGTH
+        if most is not None and queue_length > most:
+            names.wrong((*path, "queue_length"), f"found {queue_length}; the layout has {most} cells")
+        requests = []
+        for at, request in enumerate(given.requests):
+            number = numbered if request.id is None else request.id
+            numbered = max(numbered, number + 1)
+            pod = None if request.pod is None else names.pod(request.pod, *path, "requests", at, "pod")
+            requests.append(RequestMemento(number, names.orders[request.order], names.skus[request.sku], pod))
+        capacity = given.order_capacity or given.item_capacity
+        assert capacity is not None  # the model has one of them
+        inbound = given.line if given.inbound is None else given.inbound
+        station = StationMemento(
+            name=name,
+            capacity=capacity,
+            counts_orders=given.order_capacity is not None,
+            queue_length=queue_length,
+            requests=tuple(requests),
+            inbound=tuple(names.pod(pod, *path, "inbound", at) for at, pod in enumerate(inbound)),
+            line=tuple(names.pod(pod, *path, "line") for pod in given.line),
+            queue_room=queue_length + 1 - len(given.line) if given.queue_room is None else given.queue_room,
+        )
+        stations.append(station)
+    return tuple(stations)
+
+
+def _robots(state: State, names: Names, layout: Layout, stations: Sequence[StationMemento]) -> tuple[RobotMemento, ...]:
+    """Return the robots of a state, and one for each pod in a line that it tells no robot of: some robot carries it."""
+    slots = {
+        pod: layout.stations[i].slot(place)
+        for i, station in enumerate(stations)
+        for place, pod in enumerate(station.line)
+    }
+    robots = []
+    for name, given in (state.robots or {}).items():
+        task = None if given.task is None else names.pod(given.task, "robots", name, "task")
+        cell = NOWHERE if given.cell is None else given.cell
+        if state.layout is None:
+            if given.cell is not None:
+                names.wrong(("robots", name, "cell"), "found a cell, but the state has no layout")
+            cell = 0 if task is None else slots.get(task, 0)
+        robots.append(RobotMemento(name, cell, given.heading, task))
+    tasks = {robot.task for robot in robots}
+    for pod, slot in slots.items():
+        if pod not in tasks:
+            robots.append(RobotMemento(str(len(robots) + 1), slot, NORTH, pod))
+    return tuple(robots)
+
+
+def _pods(state: State, names: Names, layout: Layout, stations: Sequence[StationMemento]) -> tuple[PodMemento, ...]:
+    pods = []
+    for i, (name, given) in enumerate(state.pods.items()):
+        contents = tuple((names.sku(sku, "pods", name, "contents", sku), n) for sku, n in given.contents.items())
+        if given.bound_for is None:
+            bound_for = tuple(at for at, station in enumerate(stations) if i in station.inbound)
+        else:
+            bound_for = tuple(names.station(station, "pods", name, "bound_for") for station in given.bound_for)
+        cell: int | None
+        if state.layout is None:
+            if given.cell is not None:
+                names.wrong(("pods", name, "cell"), "found a cell, but the state has no layout")
+            home = layout.storage_locations[i]
+            cell = None if any(i in station.line for station in stations) else home
+        else:
+            cell = given.cell
+            home = next((place for place in (given.home, cell) if place is not None), NOWHERE)
+        pods.append(PodMemento(PodData(name, contents), cell, home, bound_for))
+    return tuple(pods)

@@ -1,0 +1,324 @@
+"""The warehouse at one moment as plain data, and back: names, ids and numbers alone, to be compared or written down."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, TypeVar
+
+from attrs import frozen
+
+from rmfs_core.warehouse.parts import UNLIMITED, Order, Pod, Request, Robot, Station
+from rmfs_core.warehouse.state import Warehouse, promise
+from rmfs_core.warehouse.view import WarehouseView
+from rmfs_core.world import Instance, OrderData, PodData
+from rmfs_core.world.travel import Travel
+
+T = TypeVar("T")
+
+
+class ContradictionError(ValueError):
+    """A memento of what no warehouse can be: the path of the value that is wrong (fields and ids), and one sentence."""
+
+    def __init__(self, problem: str, *path: str | int) -> None:
+        super().__init__(f"{'.'.join(map(str, path))}: {problem}")
+        self.problem = problem
+        self.path = path
+
+
+class PartMemento(NamedTuple):
+    """What one period assigned of an order to a station: its lines, also those picked already."""
+
+    station: int
+    skus: tuple[int, ...]
+    period: int
+
+
+class RequestMemento(NamedTuple):
+    """An item that is still to be picked; ``pod`` is the inbound pod that it is promised from."""
+
+    id: int
+    order: int
+    sku: int
+    pod: int | None
+
+
+@frozen
+class OrderMemento:
+    """An order that has arrived, and what was assigned of it."""
+
+    data: OrderData
+    parts: tuple[PartMemento, ...]
+
+    @classmethod
+    def of(cls, order: Order) -> OrderMemento:
+        """Return what an order is now."""
+        parts = tuple(PartMemento(part.station, part.skus, part.period) for part in order.parts)
+        return cls(OrderData(order.name, order.arrival_tick, tuple((sku, n) for sku, n in order.lines)), parts)
+
+
+@frozen
+class PodMemento:
+    """A pod with what it holds now; ``cell`` is its storage location, None while a robot carries it."""
+
+    data: PodData
+    cell: int | None
+    home: int
+    bound_for: tuple[int, ...]
+
+    @classmethod
+    def of(cls, pod: Pod, home: int) -> PodMemento:
+        """Return what a pod is now."""
+        contents = tuple((sku, None if n >= UNLIMITED else n) for sku, n in pod.contents.items())
+        return cls(PodData(pod.name, contents), pod.location, home, pod.bound_for)
+
+
+@frozen
+class StationMemento:
+    """A station: its requests, oldest first; the pods inbound, as their trips were decided; those in its line."""
+
+    name: str
+    capacity: int
+    counts_orders: bool
+    queue_length: int
+    requests: tuple[RequestMemento, ...]
+    inbound: tuple[int, ...]
+    line: tuple[int, ...]
+    queue_room: int
+
+    @classmethod
+    def of(cls, station: Station) -> StationMemento:
+        """Return what a station is now."""
+        requests = tuple(
+            RequestMemento(r.id, r.order.id, r.sku, None if r.pod is None else r.pod.id) for r in station.open_requests
+        )
+        inbound = tuple(pod.id for pod in station.inbound_pods)
+        kind = station.name, station.capacity, station.counts_orders, station.queue_length
+        return cls(*kind, requests, inbound, station.pods_in_line, station.queue_room)
+
+
+@frozen
+class RobotMemento:
+    """A robot; ``task`` is the pod that it carries or is on its way to fetch."""
+
+    name: str
+    cell: int
+    heading: int
+    task: int | None
+
+    @classmethod
+    def of(cls, robot: Robot) -> RobotMemento:
+        """Return what a robot is now."""
+        return cls(robot.name, robot.cell, robot.heading, robot.task)
+
+
+@frozen
+class Memento:
+    """A warehouse at one moment; what has an id stands at its id.
+
+    Parameters
+    ----------
+    now
+        Simulated time in ticks.
+    skus
+        Names of the SKUs.
+    orders, pods, stations, robots
+        What they are. Orders that have not arrived are not there.
+    waiting
+        Stored pods that are bound for a station and that no robot fetches yet, longest waiting first.
+    blocked, reserved
+        Cells of storage locations that hold an empty pod, and of those that a pod is on its way to.
+    """
+
+    now: int
+    skus: tuple[str, ...]
+    orders: tuple[OrderMemento, ...]
+    pods: tuple[PodMemento, ...]
+    stations: tuple[StationMemento, ...]
+    robots: tuple[RobotMemento, ...]
+    waiting: tuple[int, ...]
+    blocked: tuple[int, ...]
+    reserved: tuple[int, ...]
+
+    @classmethod
+    def of(cls, view: WarehouseView, skus: Sequence[str]) -> Memento:
+        """Return what a warehouse is now; a view does not show the names of its SKUs."""
+        return cls(
+            view.now_tick,
+            tuple(skus),
+            tuple(OrderMemento.of(order) for order in view.orders),
+            tuple(PodMemento.of(pod, view.home(pod)) for pod in view.pods),
+            tuple(StationMemento.of(station) for station in view.stations),
+            tuple(RobotMemento.of(robot) for robot in view.robots),
+            tuple(pod.id for pod in view.waiting_pods),
+            view.blocked_locations,
+            view.reserved_locations,
+        )
+
+
+def restore(memento: Memento, travel: Travel) -> Warehouse:
+    """Return a new warehouse as a memento tells it, on which a decision can be tried out.
+
+    Raises
+    ------
+    ContradictionError
+        Where the memento contradicts itself or the layout.
+    """
+    cells = travel.layout.stations
+    warehouse = Warehouse(
+        Instance(memento.skus, tuple(o.data for o in memento.orders), tuple(p.data for p in memento.pods)),
+        travel,
+        [
+            Station(i, cells[i], s.capacity, s.counts_orders, s.queue_length, s.name)
+            for i, s in enumerate(memento.stations)
+        ],
+        [Robot(i, r.cell, r.heading, r.name) for i, r in enumerate(memento.robots)],
+        [p.home for p in memento.pods],
+        memento.blocked,
+    )
+    warehouse.now = memento.now
+    for order, given in zip(warehouse.orders, memento.orders, strict=True):
+        warehouse.order_arrives(order)
+        _assign(warehouse, order, given, memento.skus)
+    for station, told in zip(warehouse.stations, memento.stations, strict=True):
+        _keep_requests(warehouse, station, told, memento)
+    _bind(warehouse, memento)
+    _carry(warehouse, memento)
+    _store(warehouse, memento)
+    _promise(warehouse, memento)
+    return warehouse
+
+
+def _check(holds: bool, problem: str, *path: str | int) -> None:
+    if not holds:
+        raise ContradictionError(problem, *path)
+
+
+def _at(among: Sequence[T], number: int, *path: str | int) -> T:
+    _check(0 <= number < len(among), f"found the id {number}; expected 0 to {len(among) - 1}", *path)
+    return among[number]
+
+
+def _assign(warehouse: Warehouse, order: Order, given: OrderMemento, skus: Sequence[str]) -> None:
+    for i, part in enumerate(given.parts):
+        path = ("orders", order.id, "parts", i)
+        station = _at(warehouse.stations, part.station, *path, "station")
+        left = {line.sku for line in order.open_lines}
+        for sku in part.skus:
+            problem = f'names SKU "{_at(skus, sku, *path)}", which is no line of the order that is still to be assigned'
+            _check(sku in left, problem, *path, "skus")
+            left.remove(sku)
+        if part.skus:
+            warehouse.assign(order, station, part.skus, part.period)
+
+
+def _keep_requests(warehouse: Warehouse, station: Station, given: StationMemento, memento: Memento) -> None:
+    """Leave a station with the requests told, in their order and with their ids; the others were picked."""
+    assigned: dict[tuple[int, int], list[Request]] = {}
+    for request in station.open_requests:
+        assigned.setdefault((request.order.id, request.sku), []).append(request)
+    kept: dict[int, Request] = {}
+    for i, wanted in enumerate(given.requests):
+        path = ("stations", station.id, "requests")
+        same = assigned.get((wanted.order, wanted.sku))
+        if not same:
+            name = _at(warehouse.orders, wanted.order, *path, i).name
+            more = f'requests more of SKU "{_at(memento.skus, wanted.sku, *path, i)}" for order "{name}"'
+            raise ContradictionError(f"{more} than `lines` and `parts` of the order assign to this station", *path, i)
+        _check(wanted.id not in kept, f"found the id {wanted.id} twice; expected each once", *path)
+        kept[wanted.id] = Request(wanted.id, same.pop(0).part, wanted.sku)
+    for picked in assigned.values():
+        for request in picked:
+            warehouse.close(request)
+    station._requests, station._by_sku = kept, {}
+    for request in kept.values():
+        station._by_sku.setdefault(request.sku, {})[request.id] = request
+    warehouse._next_request = max([warehouse._next_request, *(number + 1 for number in kept)])
+
+
+def _bind(warehouse: Warehouse, memento: Memento) -> None:
+    """Bind pods: which ones, and in which order at a station, is `inbound`; each pod's own order is `bound_for`."""
+    for station, given in zip(warehouse.stations, memento.stations, strict=True):
+        for i, number in enumerate(given.inbound):
+            path = ("stations", station.id, "inbound", i)
+            pod = _at(warehouse.pods, number, *path)
+            _check(number not in station._inbound, f'names pod "{pod.name}" twice; expected each once', *path)
+            station._inbound[number] = pod
+            pod._itinerary.append(station.id)
+    for pod, told in zip(warehouse.pods, memento.pods, strict=True):
+        same = sorted(told.bound_for) == sorted(pod._itinerary)
+        _check(same, "expected the stations that have the pod in `inbound`, each once", "pods", pod.id, "bound_for")
+        pod._itinerary = list(told.bound_for)
+
+
+def _carry(warehouse: Warehouse, memento: Memento) -> None:
+    """Give robots their tasks, and let those that are in a station's line stand there."""
+    cells = warehouse.travel.layout.width * warehouse.travel.layout.height
+    for robot, given in zip(warehouse.robots, memento.robots, strict=True):
+        _check(0 <= given.cell < cells, f"expected a cell of the layout, 0 to {cells - 1}", "robots", robot.id, "cell")
+        if given.task is not None:
+            path = ("robots", robot.id, "task")
+            pod = _at(warehouse.pods, given.task, *path)
+            _check(pod._carrier is None, f'names pod "{pod.name}", which is another robot\'s task', *path)
+            warehouse.waiting[pod.id] = pod
+            warehouse.take_task(robot, pod)
+            robot._pod = pod.id if memento.pods[pod.id].cell is None else None
+    in_line: set[int] = set()
+    for station, told in zip(warehouse.stations, memento.stations, strict=True):
+        path = ("stations", station.id, "line")
+        for i, number in enumerate(told.line):
+            name = _at(warehouse.pods, number, *path, i).name
+            _check(number in station._inbound, f'names pod "{name}", which `inbound` does not', *path, i)
+            _check(number not in in_line, f'names pod "{name}", which stands in a line already', *path)
+            pod, robot_id = warehouse.pods[number], warehouse.pods[number].robot
+            if robot_id is None:
+                raise ContradictionError(f'names pod "{name}", which no robot carries', *path, i)
+            stored = memento.pods[number].cell is not None
+            _check(
+                not stored, "found a storage location for a pod that stands in a station's line", "pods", number, "cell"
+            )
+            in_line.add(number)
+            warehouse.join_line(warehouse.robots[robot_id], station)
+        station._claims = station.queue_length + 1 - told.queue_room
+
+
+def _store(warehouse: Warehouse, memento: Memento) -> None:
+    """Put pods where they are stored; whatever is left is free."""
+    layout = warehouse.travel.layout
+    taken = dict.fromkeys((*memento.blocked, *memento.reserved), "another pod")
+    for pod, given in zip(warehouse.pods, memento.pods, strict=True):
+        path, cell = ("pods", pod.id, "cell"), given.cell
+        pod._location = cell
+        if cell is None:
+            carried = pod._carrier is not None
+            _check(carried, "is missing; expected the pod's cell, or that it is in a line or a robot's task", *path)
+            continue
+        if cell not in layout.storage_locations:
+            first = layout.storage_locations[0]
+            expected = f"the first is {first} ({layout.where(first)})"
+            raise ContradictionError(f"found {cell}, which is no storage location of the layout; {expected}", *path)
+        _check(cell not in taken, f"found {cell}, where there is {taken.get(cell)} already", *path)
+        taken[cell] = f'pod "{pod.name}"'
+        pod._cell = cell
+    warehouse.reserved = set(memento.reserved)
+    warehouse.free_locations = [cell for cell in layout.storage_locations if cell not in taken]
+    waiting = [pod.id for pod in warehouse.pods if pod._itinerary and pod._location is not None and not pod._carrier]
+    names = ", ".join(warehouse.pods[number].name for number in waiting) or "none"
+    expected = f"expected the stored pods that are inbound and no robot's task: {names}"
+    _check(sorted(memento.waiting) == waiting, expected, "waiting")
+    warehouse.waiting = {number: warehouse.pods[number] for number in memento.waiting}
+
+
+def _promise(warehouse: Warehouse, memento: Memento) -> None:
+    """Promise items on inbound pods to requests: first as told, then to whatever is left over."""
+    for station, given in zip(warehouse.stations, memento.stations, strict=True):
+        for i, (request, wanted) in enumerate(zip(station.open_requests, given.requests, strict=True)):
+            if wanted.pod is not None:
+                path = ("stations", station.id, "requests", i, "pod")
+                pod = _at(warehouse.pods, wanted.pod, *path)
+                spare = station.id in pod._itinerary and pod.free_items(request.sku) > 0
+                sku = memento.skus[request.sku]
+                _check(spare, f'pod "{pod.name}" is not inbound here with an item of "{sku}" to spare', *path)
+                promise(request, pod)
+    for station in warehouse.stations:
+        for request in station.uncovered_requests:
+            warehouse.promise_from_inbound(station, request)
