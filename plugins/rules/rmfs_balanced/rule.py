@@ -57,7 +57,8 @@ class Balanced:
     help_others: bool = field(
         default=True, metadata={"doc": "Whether a robot without work at its own station fetches pods for others"}
     )
-    _station_of: dict[int, int] = field(init=False, factory=dict)  # robot -> station
+    station_of: dict[int, int] = field(init=False, factory=dict)
+    """Robot -> the station that it belongs to now."""
     _active: frozenset[int] = field(init=False, default=frozenset())
     _shared_at_s: float = field(init=False, default=-math.inf)
     _robots: tuple[Robot, ...] = field(init=False, default=(), repr=False, eq=False)  # whose shares these are
@@ -71,7 +72,7 @@ class Balanced:
             waiting.setdefault(pod.bound_for[0], []).append(pod)
         tasks, left = [], []
         for robot in warehouse.idle_robots:
-            own = waiting.get(self._station_of.get(robot.id, NOWHERE))
+            own = waiting.get(self.station_of.get(robot.id, NOWHERE))
             if own:
                 tasks.append(TaskAssignment(robot.id, own.pop(0).id))
             else:
@@ -85,16 +86,16 @@ class Balanced:
     def _reallocate(self, warehouse: WarehouseView) -> None:
         if self._robots is not warehouse.robots:  # another run
             self._robots = warehouse.robots
-            self._station_of, self._active, self._shared_at_s = {}, frozenset(), -math.inf
+            self.station_of, self._active, self._shared_at_s = {}, frozenset(), -math.inf
         active = frozenset(station.id for station in warehouse.stations if station.open_requests)
         due = warehouse.now_s - self._shared_at_s >= self.reallocation_s
         if due and active and active != self._active:
             ranked = middle_last(warehouse, active)
-            self._station_of = share_out(warehouse, self._station_of, ranked)
+            self.station_of = share_out(warehouse, self.station_of, ranked)
             self._active = active
             self._shared_at_s = warehouse.now_s
 
     def _station_to_help(self, warehouse: WarehouseView, robot: Robot, stations: Sequence[int]) -> int | None:
-        manned = set(self._station_of.values())
+        manned = set(self.station_of.values())
         candidates = [station for station in stations if self.help_others or station not in manned]
         return min(candidates, key=lambda station: drive(warehouse, robot, station), default=None)

@@ -15,12 +15,6 @@ def put_at_station() -> Callable[[Warehouse, int, int], None]:
 
     def put(world: Warehouse, pod_id: int, station_id: int) -> None:
         pod, station = world.pods[pod_id], world.stations[station_id]
-        world.bind(pod, station)
-        robot = next(robot for robot in world.robots if robot.idle)
-        world.take_task(robot, pod)
-        robot._cell = pod.cell
-        world.lift(robot, pod)
-        robot._cell = station.cells.slot(len(station._line))
-        station._line.append(robot)
+        world.place_at_station(next(robot for robot in world.robots if robot.idle), pod, station)
 
     return put

@@ -65,20 +65,14 @@ def _assign_some(world: Warehouse, begun: list[tuple[int, int, bool]]) -> None:
         if world.orders:
             order = world.orders[order_number % len(world.orders)]
             station = world.stations[station_number % len(world.stations)]
-            skus = list(order._open)[: None if whole else 1]
-            size = 1 if station.counts_orders else sum(order._open[sku].quantity for sku in skus)
-            if skus and size <= station.free_capacity:
-                world.assign(order, station, skus)
+            lines = order.open_lines[: None if whole else 1]
+            size = 1 if station.counts_orders else sum(line.quantity for line in lines)
+            if lines and size <= station.free_capacity:
+                world.assign(order, station, [line.sku for line in lines])
 
 
 def _put_at_station(world: Warehouse, pod: Pod, station: Station) -> None:
-    world.bind(pod, station)
-    robot = world.robots[0]
-    world.take_task(robot, pod)
-    robot._cell = pod.cell
-    world.lift(robot, pod)
-    robot._cell = station.cell
-    station._line.append(robot)
+    world.place_at_station(world.robots[0], pod, station)
 
 
 def literal_assignments(world: Warehouse, score: Score) -> Iterator[tuple[int, int]]:
@@ -95,7 +89,7 @@ def literal_assignments(world: Warehouse, score: Score) -> Iterator[tuple[int, i
         _, age, _, station_id = min(pairs)
         order = world.backlog[age]
         yield order.id, station_id
-        world.assign(order, world.stations[station_id], list(order._open), period=2)
+        world.assign(order, world.stations[station_id], [line.sku for line in order.open_lines], period=2)
 
 
 def match(world: Warehouse, order: Order, station: Station) -> int:

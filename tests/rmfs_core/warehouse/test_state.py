@@ -11,12 +11,7 @@ from rmfs_testing import small_world
 def put_at_station(world: Warehouse, pod_id: int, station_id: int = 0) -> None:
     """Bind a pod for a station and let a robot stand there with it."""
     pod, station = world.pods[pod_id], world.stations[station_id]
-    world.bind(pod, station)
-    robot = next(robot for robot in world.robots if robot.idle)
-    world.take_task(robot, pod)
-    world.lift(robot, pod)
-    robot._cell = station.cells.slot(len(station._line))
-    station._line.append(robot)
+    world.place_at_station(next(robot for robot in world.robots if robot.idle), pod, station)
 
 
 def test_a_part_takes_up_capacity_until_its_last_item_is_picked() -> None:
@@ -114,11 +109,12 @@ def test_an_item_promised_elsewhere_is_not_served_here() -> None:
     world = small_world({"1": ["a"], "2": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}}, capacities=[5, 5])
     here, there = world.stations
     pod = world.pods[0]
-    world.assign(world.orders[0], there, [0])
+    world.bind(pod, here)
     world.bind(pod, there)
-    world.assign(world.orders[1], here, [0])
+    world.assign(world.orders[0], there, [0])
     put_at_station(world, 1, 0)
-    pod._itinerary.insert(0, here.id)
+    world.assign(world.orders[1], here, [0])
+    assert [request.pod for request in here.open_requests] == [world.pods[1]]
     assert world.next_request(here, pod) is None
 
 
@@ -201,12 +197,12 @@ def check_promises(world: Warehouse) -> None:
     requests = [request for station in world.stations for request in station.open_requests]
     for pod in world.pods:
         for sku, number in pod.contents.items():
-            promised = [r for r in requests if r._pod is pod and r.sku == sku]
+            promised = [r for r in requests if r.pod is pod and r.sku == sku]
             assert 0 <= len(promised) <= number
             assert pod.free_items(sku) == number - len(promised)
     for request in requests:
         inbound = world.stations[request.station].inbound_pods
         if request.covered:
-            assert request._pod in inbound
+            assert request.pod in inbound
         else:
             assert all(pod.free_items(request.sku) <= 0 for pod in inbound)

@@ -142,9 +142,9 @@ def test_tables_are_kept_within_their_memory(monkeypatch: pytest.MonkeyPatch) ->
     travel = Travel(layout, Motion())
     first = travel.times_to(layout.storage_locations[0], False).copy()
     monkeypatch.setattr("rmfs_core.world.travel.TABLES_BYTES", first.nbytes * 3)
-    for location in layout.storage_locations:
-        travel.times_to(location, False)
-    assert len(travel._tables) <= 3
+    tables = {location: travel.times_to(location, False) for location in layout.storage_locations}
+    kept = [location for location in reversed(tables) if travel.times_to(location, False) is tables[location]]
+    assert kept == list(reversed(tables))[:3]
     assert (travel.times_to(layout.storage_locations[0], False) == first).all()
 
 

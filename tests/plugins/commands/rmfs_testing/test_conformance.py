@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import itertools
 import random
 from typing import Any, ClassVar
@@ -109,12 +110,13 @@ class EmptiesPods:
 
     @hookimpl
     def choose_storage_location(self, warehouse, pod):
-        pod._contents.popitem()
+        (behind,) = gc.get_referents(pod.contents)
+        behind.popitem()
         return nearest_free_location(warehouse, pod)
 
 
 @define
-class TurnsRobots:
+class NamesRobots:
     """An observer that is more than that."""
 
     warehouse: Any = field(default=None, init=False)
@@ -126,7 +128,7 @@ class TurnsRobots:
     @hookimpl
     def on_event(self, event):
         robot = self.warehouse.robots[0]
-        robot._heading = (robot.heading + 1) % 4
+        object.__setattr__(robot, "name", f"{robot.name}!")
 
 
 @define
@@ -196,7 +198,7 @@ ONE, MANY, LARGE = "one station", "several stations", "an order as large as the 
         (GoesThroughASet(), "nondeterminism", ONE, "OrderAssigned"),
         (Remembers(), "state kept", MANY, "RobotMoved"),
         (EmptiesPods(), "mutation of the view", ONE, "choose_storage_location changed contents of pod "),
-        (TurnsRobots(), "mutation of the view", ONE, "on_event changed heading of robot 1 (id 0) at 0.000 s"),
+        (NamesRobots(), "mutation of the view", ONE, "on_event changed name of robot 1! (id 0) at 0.000 s"),
         (ReservesItself(), "mutation of the view", ONE, "plan_path changed the reservations at 0.000 s"),
         (NeverAssigns(), "starved order", ONE, "stands still"),
         (ForgetsThree(), "starved order", ONE, "stands still"),

@@ -69,7 +69,7 @@ def test_a_robot_fetches_the_longest_waiting_pod_of_its_own_station() -> None:
     world = world_with(0, 2, 0, 2)
     rule = Balanced()
     assert sorted(decide(rule, world), key=lambda task: task[1]) == [(2, 0), (0, 1), (3, 2), (1, 3)]
-    assert rule._station_of == {0: 2, 1: 2, 2: 0, 3: 0}
+    assert rule.station_of == {0: 2, 1: 2, 2: 0, 3: 0}
 
 
 def test_a_robot_without_work_helps_the_nearest_station() -> None:
@@ -77,7 +77,7 @@ def test_a_robot_without_work_helps_the_nearest_station() -> None:
     world = world_with(0, 1, 2, robots=3)
     rule = Balanced()
     rule.assign_tasks(WarehouseView(world))
-    own = {station: robot for robot, station in rule._station_of.items()}
+    own = {station: robot for robot, station in rule.station_of.items()}
     world.take_task(world.robots[own[0]], world.pods[2])
     world.take_task(world.robots[own[1]], world.pods[0])
     assert decide(rule, world) == [(own[2], 1)]
@@ -86,14 +86,13 @@ def test_a_robot_without_work_helps_the_nearest_station() -> None:
 def test_without_help_a_pod_waits_for_a_robot_of_its_station() -> None:
     """Both robots of station 0 are idle and stay so, while station 2 has two pods left and no idle robot."""
     world = world_with(0, 2, 2, 2)
-    rule = Balanced(help_others=False)
-    rule.assign_tasks(WarehouseView(world))
-    own = [robot for robot, station in rule._station_of.items() if station == 2]
+    rule, helping = Balanced(help_others=False), Balanced()
+    for either in (rule, helping):
+        either.assign_tasks(WarehouseView(world))
+    own = [robot for robot, station in rule.station_of.items() if station == 2]
     world.take_task(world.robots[own[0]], world.pods[0])
     world.take_task(world.robots[own[1]], world.pods[1])
     assert decide(rule, world) == []
-    helping = Balanced()
-    helping._robots, helping._station_of, helping._active = world.robots, rule._station_of, frozenset({0, 2})
     assert [pod for _, pod in decide(helping, world)] == [2, 3]
 
 
@@ -102,9 +101,13 @@ def test_a_station_without_robots_is_served_all_the_same() -> None:
     world = world_with(0, 1, 2, robots=1)
     rule = Balanced(help_others=False)
     assert decide(rule, world) == [(0, 2)]
-    world = world_with(0, 1, robots=1)
-    rule._robots, rule._active = world.robots, frozenset({0, 1})
-    assert rule._station_of == {0: 2}
+    robot, pod = world.robots[0], world.pods[2]
+    world.take_task(robot, pod)
+    world.lift(robot, pod)
+    world.join_line(robot, world.stations[2])
+    world.leave(robot, pod, world.stations[2])
+    world.store(robot, pod)
+    assert rule.station_of == {0: 2}
     assert decide(rule, world) == [(0, 1)]
 
 
@@ -113,21 +116,21 @@ def test_shares_are_kept_for_a_while() -> None:
     world = world_with(0)
     rule = Balanced()
     decide(rule, world)
-    assert set(rule._station_of.values()) == {0}
+    assert set(rule.station_of.values()) == {0}
     world.assign(world.orders[5], world.stations[1], [5])
     world.now = 29_999
     decide(rule, world)
-    assert set(rule._station_of.values()) == {0}
+    assert set(rule.station_of.values()) == {0}
     world.now = 30_000
     decide(rule, world)
-    assert sorted(rule._station_of.values()) == [0, 0, 1, 1]
+    assert sorted(rule.station_of.values()) == [0, 0, 1, 1]
     world.assign(world.orders[6], world.stations[2], [6])
     world.now = 59_999
     decide(rule, world)
-    assert sorted(rule._station_of.values()) == [0, 0, 1, 1]
+    assert sorted(rule.station_of.values()) == [0, 0, 1, 1]
     world.now = 60_000
     decide(rule, world)
-    assert sorted(rule._station_of.values()) == [0, 1, 2, 2]
+    assert sorted(rule.station_of.values()) == [0, 1, 2, 2]
 
 
 def test_another_run_starts_without_shares() -> None:
@@ -136,7 +139,7 @@ def test_another_run_starts_without_shares() -> None:
     decide(rule, world_with(0, 0, 1))
     world = world_with(1, 2)
     assert decide(rule, world) == decide(Balanced(), world)
-    assert set(rule._station_of.values()) == {1, 2}
+    assert set(rule.station_of.values()) == {1, 2}
 
 
 @pytest.mark.parametrize("value", [-1.0, float("inf"), float("nan")])

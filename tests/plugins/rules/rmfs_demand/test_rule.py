@@ -21,7 +21,8 @@ def decide(world: Warehouse, max_fetches: int = 9) -> list[tuple[str, int]]:
 def assign(world: Warehouse, *pairs: tuple[int, int]) -> None:
     """Assign whole orders to stations: (order, station)."""
     for order, station in pairs:
-        world.assign(world.orders[order], world.stations[station], list(world.orders[order]._open))
+        skus = [line.sku for line in world.orders[order].open_lines]
+        world.assign(world.orders[order], world.stations[station], skus)
 
 
 def test_the_demand_of_the_whole_system_counts() -> None:

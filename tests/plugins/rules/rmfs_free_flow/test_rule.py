@@ -16,7 +16,7 @@ def test_the_path_is_the_fastest_for_what_the_robot_carries() -> None:
     assert empty.legs == world.travel.fastest_path(robot.cell, robot.heading, goal, loaded=False)
     world.bind(world.pods[0], world.stations[0])
     world.take_task(robot, world.pods[0])
-    robot._cell = world.pods[0].cell
+    world.move(robot, world.pods[0].location, robot.heading)
     world.lift(robot, world.pods[0])
     loaded = FreeFlow().plan_path(view, robot, goal)
     assert loaded.legs == world.travel.fastest_path(robot.cell, robot.heading, goal, loaded=True)

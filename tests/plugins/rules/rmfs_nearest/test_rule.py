@@ -33,10 +33,9 @@ def test_turns_count_and_ties_go_to_the_lowest_cell() -> None:
     pod, robot = world.pods[0], world.robots[0]
     world.bind(pod, world.stations[0])
     world.take_task(robot, pod)
-    robot._cell, robot._heading = pod.cell, NORTH
     world.lift(robot, pod)
     north, west, east = layout.storage_locations[:3]
-    robot._cell = west + 3 - 7  # in the middle of the second row
+    world.move(robot, west + 3 - 7, NORTH)  # in the middle of the second row
     assert Nearest().choose_storage_location(WarehouseView(world), pod) == north
     world.reserve(north)
     times = world.travel.times_from(robot.cell, NORTH, True)

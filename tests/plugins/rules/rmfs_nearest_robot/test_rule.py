@@ -40,5 +40,5 @@ def test_busy_robots_get_nothing() -> None:
 def test_ties_go_to_the_lowest_id() -> None:
     """Both robots stand in one cell."""
     world = waiting_world(robots=2)
-    world.robots[1]._cell = world.robots[0].cell
+    world.move(world.robots[1], world.robots[0].cell, world.robots[0].heading)
     assert decide(world) == [(0, 2), (1, 0)]
