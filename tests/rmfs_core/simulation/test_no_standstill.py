@@ -121,7 +121,7 @@ class LinesInOrder:
         if isinstance(event, QueueJoined) and isinstance(driving, ReservedDriving):
             for station in self.simulation.warehouse.stations:
                 joined = [course.robot for course in driving.lines[station.id] if course.joined]
-                assert joined == [robot for robot in station._line if robot in joined]
+                assert joined == [robot for robot in station.line if robot in joined]
 
 
 def completes(scenario: Scenario, instance: Instance, layout: Layout) -> None:

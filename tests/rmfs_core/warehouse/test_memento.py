@@ -49,7 +49,7 @@ class GoesBack:
     "settings",
     [
         ("instance.items_per_sku=20", "stations.order_capacity=2"),
-        ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time", "rules.pr=random"),
+        ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time", "stations.item_capacity=6"),
     ],
 )
 def test_a_run_can_be_taken_down_and_restored_at_every_decision(settings: tuple[str, ...]) -> None:
