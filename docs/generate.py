@@ -13,9 +13,9 @@ from typing import Any
 
 import attrs
 
-from rmfs_core.observers.catalogue import METRICS, TIMING, Metric
-from rmfs_core.plugins.description import Parameter, RuleDescription, installed_rules
-from rmfs_core.plugins.sources import available_rules
+from rmfs_core import entrypoints
+from rmfs_core.results.catalogue import METRICS, TIMING, Metric
+from rmfs_core.rules.description import Parameter, RuleDescription, installed_rules
 from rmfs_core.scenario.model import RuleChoice, Scenario
 from rmfs_core.simulation.needs import NEEDS
 
@@ -82,7 +82,7 @@ def rules() -> str:
 
 
 def _rule(rule: RuleDescription) -> Iterator[str]:
-    module, _, name = available_rules()[rule.name].value.partition(":")
+    module, _, name = entrypoints.available(entrypoints.RULES)[rule.name].value.partition(":")
     yield from ("```{eval-rst}", f".. autoclass:: {module}.{name}", "   :no-index:", "   :no-index-entry:", "```", "")
     if rule.parameters:
         rows = [(f"`{p.name}`", _given(p), p.unit, p.type) for p in rule.parameters]
