@@ -35,7 +35,10 @@ html_theme = "furo"
 html_title = f"rmfs {version}"
 html_static_path = ["_static"]
 exclude_patterns = ["_build", "reference/_generated"]
-pygments_style = "default"
-highlight_language = "none"
+highlight_language = "default"  # Python where it is Python
+default_role = "code"  # `name` in a docstring
+toc_object_entries_show_parents = "hide"
+html_show_copyright = False
+html_css_files = ["tables.css"]
 
 generate.write(HERE / "reference" / "_generated")

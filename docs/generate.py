@@ -13,9 +13,9 @@ from typing import Any
 
 import attrs
 
+from rmfs_cli.description import Parameter, RuleDescription, installed_rules
 from rmfs_core import entrypoints
 from rmfs_core.results.catalogue import METRICS, TIMING, Metric
-from rmfs_cli.description import Parameter, RuleDescription, installed_rules
 from rmfs_core.scenario.model import RuleChoice, Scenario
 from rmfs_core.simulation.needs import NEEDS
 
@@ -110,7 +110,7 @@ def _unit(metric: Metric) -> str:
 def needs() -> str:
     """Return what a rule may say that it needs."""
     rows = [(f'`"{need}"`', sentence) for need, (_, sentence) in NEEDS.items()]
-    return "\n".join(_table(("need", "refused otherwise, since it needs"), rows))
+    return "\n".join(_table(("need", "the rule needs"), rows))
 
 
 def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:

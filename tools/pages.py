@@ -78,9 +78,9 @@ class Block:
         """Return the commands of a console block."""
         found: list[Command] = []
         lines = self.text.split("\n")[:-1]
-        continued = False
+        typing = False
         for number, line in enumerate(lines, start=self.line):
-            if continued:
+            if typing:
                 found[-1].text += "\n" + line
             elif line.startswith("$ "):
                 found.append(Command(number, number, line[2:], ""))
@@ -88,10 +88,10 @@ class Block:
                 raise PageError(f"line {number + 1}: a console block begins with `$ ` and a command")
             else:
                 found[-1].shown += line + "\n"
-            continued = (continued or line.startswith("$ ")) and line.endswith("\\")
-            found[-1].end = number + 1
-            if line.startswith("$ ") or continued:
+            if typing or line.startswith("$ "):
                 found[-1].line = number + 1
+                typing = line.endswith("\\")
+            found[-1].end = number + 1
         if found:
             found[-1].exit_code = int(self.marks.get("exit", 0))
         return found

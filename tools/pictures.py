@@ -42,7 +42,9 @@ def picture_of_run(folder: Path) -> str:
     console.print(Text.assemble(("$ ", "bold green"), "rmfs run paper-250"))
     console.print(Text.from_ansi(frames[len(frames) // 2].strip("\n")))
     console.print(Text.from_ansi(run.stdout.rstrip("\n")))
-    svg = console.export_svg(title="rmfs run paper-250, on its way and at the end", theme=SVG_EXPORT_THEME, unique_id="run")
+    svg = console.export_svg(
+        title="rmfs run paper-250, on its way and at the end", theme=SVG_EXPORT_THEME, unique_id="run"
+    )
     # The fonts of the network are not asked for; a monospaced one is everywhere.
     return re.sub(r"@font-face \{.*?\}\s*", "", svg, flags=re.DOTALL)
 
