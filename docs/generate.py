@@ -85,12 +85,17 @@ def _rule(rule: RuleDescription) -> Iterator[str]:
     module, _, name = entrypoints.available(entrypoints.RULES)[rule.name].value.partition(":")
     yield from ("```{eval-rst}", f".. autoclass:: {module}.{name}", "   :no-index:", "   :no-index-entry:", "```", "")
     if rule.parameters:
-        rows = [(f"`{p.name}`", _given(p), p.unit, p.type) for p in rule.parameters]
-        yield from (*_table(("parameter", "default", "unit", "value"), rows), "")
+        # The docstring's section "Parameters" is shown above, where there is one.
+        told = "\nParameters\n---" in rule.doc
+        head = ("parameter", "default", "unit", "value") + (() if told else ("meaning",))
+        rows = [(f"`{p.name}`", _given(p), p.unit, p.type, p.doc)[: len(head)] for p in rule.parameters]
+        yield from (*_table(head, rows), "")
 
 
 def _given(parameter: Parameter) -> str:
-    return "required" if parameter.required else f"`{json.dumps(parameter.default)}`"
+    if parameter.required:
+        return "required"
+    return "none" if parameter.default is None else f"`{json.dumps(parameter.default)}`"
 
 
 def metrics() -> str:
