@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 import re
+import runpy
 import textwrap
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,17 +23,23 @@ from click.testing import CliRunner
 from rmfs_cli.description import Parameter, RuleDescription, installed_rules
 from rmfs_core.cli import rmfs
 from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks
+from rmfs_core.results.catalogue import METRICS, TIMING
 from rmfs_core.rules.hooks import marked_methods
 from rmfs_core.scenario.model import RuleChoice, Scenario
 from rmfs_core.simulation.needs import NEEDS
 from rmfs_testing import ConformanceReport, check_rule
 
-README = (Path(__file__).resolve().parent.parent / "README.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).resolve().parent.parent / "docs"
+GENERATED: dict[str, Any] = runpy.run_path(str(DOCS / "generate.py"), run_name="generate")
+"""Functions that make the parts of the reference that come from the code."""
 
 
-def table(name: str) -> str:
-    """Return a table of the README that tools/update_readme.py writes."""
-    return README.partition(f"<!-- {name}: begin ")[2].partition(f"<!-- {name}: end -->")[0]
+def page(name: str) -> str:
+    """Return the text of a page."""
+    return (DOCS / name).read_text(encoding="utf-8")
+
+
+EVERYTHING = "".join(path.read_text(encoding="utf-8") for path in sorted(DOCS.rglob("*.md")))
 
 
 # Hooks
@@ -78,6 +85,19 @@ def run_example(hook: str, doc: str) -> ConformanceReport:
     (rule,) = (thing for thing in names.values() if getattr(thing, "__module__", "") == "example")
     assert hook in marked_methods(rule)
     return check_rule(rule())
+
+
+def test_every_hook_has_its_row_and_its_arguments() -> None:
+    """Each hook is in the table of the reference, which shows its docstring; and that tells what the arguments are."""
+    for group in (DecisionHooks, FilterHooks, ObserverHooks):
+        assert f".. autoclass:: rmfs_core.hookspecs.{group.__name__}\n   :members:" in page("reference/hooks.md")
+        for name, hook in vars(group).items():
+            if name.startswith("_"):
+                continue
+            assert re.search(rf"^\| .*`{name}`.* \|", page("reference/hooks.md"), re.MULTILINE), name
+            arguments = [a for a in hook.__annotations__ if a != "return"]
+            assert all(f":param {argument}:" in hook.__doc__ for argument in arguments), name
+            assert (":return:" in hook.__doc__) == (hook.__annotations__["return"] != "None"), name
 
 
 def test_every_hook_has_a_description_and_an_example() -> None:
@@ -137,18 +157,18 @@ def squeezed(text: str) -> str:
     return " ".join(text.split())
 
 
-def gaps_in_rule(rule: RuleDescription, readme: str, shown: str) -> list[str]:
-    """List what a rule lacks in its docstring, in its row of the README, and in what `rmfs rules NAME` shows."""
-    row = next((line for line in readme.splitlines() if line.startswith(f"| `{rule.name}` |")), "")
-    gaps = [] if row else ["no row in the README"]
+def gaps_in_rule(rule: RuleDescription, reference: str, shown: str) -> list[str]:
+    """List what a rule lacks in its docstring, in its section of the reference, and in what `rmfs rules NAME` shows."""
+    section = reference.partition(f"### `{rule.name}`\n")[2].partition("\n### ")[0]
+    gaps = [] if ".. autoclass:: " in section else ["no section in the reference"]
     gaps += [] if rule.summary.endswith(".") else ["no summary"]
     numbers = re.findall(r"10\.\d{4,}/\S+|arXiv:\S+", rule.short_references())
     gaps += [] if numbers else ["no reference with its DOI or arXiv number"]
-    gaps += [f"{number} is not in the README's row" for number in numbers if row and number not in row]
     gaps += [f"{number} is not shown" for number in numbers if number not in shown]
     for parameter in rule.parameters:
         gaps += [] if parameter.doc else [f"parameter {parameter.name} is not described"]
-        gaps += [] if not row or f"`{parameter.name}`" in row else [f"parameter {parameter.name} is not in the row"]
+        if section and f"| `{parameter.name}` |" not in section:
+            gaps.append(f"parameter {parameter.name} is not in the section")
         if f"{parameter.name} = " not in shown or squeezed(parameter.doc) not in squeezed(shown):
             gaps.append(f"parameter {parameter.name} is not shown")
     return gaps
@@ -159,9 +179,9 @@ SHIPPED = {rule.name: rule for rule in installed_rules() if rule.distribution ==
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_every_shipped_rule_is_documented(name: str) -> None:
-    """Summary, reference, and each parameter: in the docstring, in `rmfs rules` and in the README."""
+    """Summary, reference, and each parameter: in the docstring, in `rmfs rules` and in the reference."""
     shown = CliRunner().invoke(rmfs, ["rules", name], catch_exceptions=False).stdout
-    assert gaps_in_rule(SHIPPED[name], table("rules"), shown) == []
+    assert gaps_in_rule(SHIPPED[name], GENERATED["rules"](), shown) == []
     listed = CliRunner().invoke(rmfs, ["rules"], catch_exceptions=False).stdout
     for number in SHIPPED[name].short_references().splitlines():
         assert number in listed
@@ -171,14 +191,14 @@ def test_a_gap_in_a_rule_is_found() -> None:
     """Whatever is left out is named."""
     n = Parameter("n", "a whole number", False, 1, "", "How many.")
     good = RuleDescription("x", "acme", "1", ("POA",), (n,), "Decides.", "https://doi.org/10.1016/j.x")
-    row, shown = "| `x` | POA | Decides. | `n` = 1 | 10.1016/j.x |", "n = 1 # How\n  many. 10.1016/j.x"
-    assert gaps_in_rule(good, row, shown) == []
-    assert gaps_in_rule(good, "", shown) == ["no row in the README"]
-    assert gaps_in_rule(good, row.replace("10.1016/j.x", ""), shown) == ["10.1016/j.x is not in the README's row"]
-    assert gaps_in_rule(good, row.replace("`n`", ""), shown) == ["parameter n is not in the row"]
-    assert gaps_in_rule(good, row, "") == ["10.1016/j.x is not shown", "parameter n is not shown"]
+    section = "### `x`\n.. autoclass:: acme.X\n| `n` | `1` |\n\n### `y`\n"
+    shown = "n = 1 # How\n  many. 10.1016/j.x"
+    assert gaps_in_rule(good, section, shown) == []
+    assert gaps_in_rule(good, "", shown) == ["no section in the reference"]
+    assert gaps_in_rule(good, section.replace("`n`", "`m`"), shown) == ["parameter n is not in the section"]
+    assert gaps_in_rule(good, section, "") == ["10.1016/j.x is not shown", "parameter n is not shown"]
     bare = evolve(good, summary="", reference="A colleague.", parameters=(evolve(n, doc=""),))
-    assert gaps_in_rule(bare, row, shown) == [
+    assert gaps_in_rule(bare, section, shown) == [
         "no summary",
         "no reference with its DOI or arXiv number",
         "parameter n is not described",
@@ -188,8 +208,8 @@ def test_a_gap_in_a_rule_is_found() -> None:
 # Commands
 
 
-def gaps_in_command(command: click.Command, called: str, readme: str) -> Iterator[str]:
-    """List commands, and their options and arguments, that are not described in the help or named in the README."""
+def gaps_in_command(command: click.Command, called: str, pages: str) -> Iterator[str]:
+    """List commands, and their options and arguments, that are not described in the help or named on a page."""
     context = click.Context(command, info_name=called)
     if not command.help:
         yield f"{called} has no help"
@@ -197,10 +217,10 @@ def gaps_in_command(command: click.Command, called: str, readme: str) -> Iterato
         for name in command.list_commands(context):
             below = command.get_command(context, name)
             assert below is not None
-            yield from gaps_in_command(below, f"{called} {name}", readme)
+            yield from gaps_in_command(below, f"{called} {name}", pages)
         return
-    if not re.search(rf"{called}\b", readme):
-        yield f"{called} is not in the README"
+    if not re.search(rf"{called}\b", pages):
+        yield f"{called} is on no page"
     for parameter in command.params:
         if isinstance(parameter, click.Option) and not parameter.help:
             yield f"{called} {parameter.opts[0]} has no help"
@@ -211,8 +231,8 @@ def gaps_in_command(command: click.Command, called: str, readme: str) -> Iterato
 
 
 def test_every_command_and_option_is_documented() -> None:
-    """Each command has a help text and occurs in the README, each option and argument is explained."""
-    assert list(gaps_in_command(rmfs, "rmfs", README)) == []
+    """Each command has a help text and occurs on a page, each option and argument is explained."""
+    assert list(gaps_in_command(rmfs, "rmfs", EVERYTHING)) == []
 
 
 def test_a_gap_in_a_command_is_found() -> None:
@@ -233,7 +253,7 @@ def test_a_gap_in_a_command_is_found() -> None:
 
     assert list(gaps_in_command(tool, "tool", "With `tool saw` you can saw.")) == [
         "tool drill has no help",
-        "tool drill is not in the README",
+        "tool drill is on no page",
         "tool saw BOARD is not explained in the help",
         "tool saw --deep has no help",
     ]
@@ -242,8 +262,8 @@ def test_a_gap_in_a_command_is_found() -> None:
 # Scenario keys
 
 
-def gaps_in_keys(section: type, readme: str, prefix: str = "") -> Iterator[str]:
-    """List keys without a meaning, times without their unit, and keys that are not in the README with both."""
+def gaps_in_keys(section: type, reference: str, prefix: str = "") -> Iterator[str]:
+    """List keys without a meaning, times without their unit, and keys that are not in the reference with both."""
     attrs.resolve_types(section)
     for key in attrs.fields(section):
         if key.metadata.get("internal"):
@@ -253,18 +273,18 @@ def gaps_in_keys(section: type, readme: str, prefix: str = "") -> Iterator[str]:
             yield f"{path} has no meaning"
             continue
         if attrs.has(key.type) and key.type is not RuleChoice:
-            yield from gaps_in_keys(key.type, readme, f"{path}.")
+            yield from gaps_in_keys(key.type, reference, f"{path}.")
             continue
         if key.name.endswith("_s") and not key.name.endswith("_per_s") and unit != "s":
             yield f"{path} has no unit"
-        row = next((line for line in readme.splitlines() if line.startswith(f"| `{path}` |")), "")
+        row = next((line for line in reference.splitlines() if line.startswith(f"| `{path}` |")), "")
         if not row.replace("\\|", "|").endswith(f"| {unit} | {meaning} |"):
-            yield f"{path} is not in the README with its unit and meaning"
+            yield f"{path} is not in the reference with its unit and meaning"
 
 
 def test_every_scenario_key_is_documented() -> None:
     """Each key has its meaning, its unit and its row."""
-    assert list(gaps_in_keys(Scenario, table("keys"))) == []
+    assert list(gaps_in_keys(Scenario, GENERATED["scenario_keys"]())) == []
 
 
 def test_a_gap_in_the_keys_is_found() -> None:
@@ -286,47 +306,118 @@ def test_a_gap_in_the_keys_is_found() -> None:
         unlisted: int = key("How many")
 
     File.__annotations__["inner"] = Inner
-    readme = "| `inner.good` | 1 |  | How good it is |\n| `wait_s` | 1 |  | How long to wait |\n"
-    readme += "| `listed` | 1 | cells | How many |\n| `unlisted` | 1 | cells | How many |\n"
-    assert list(gaps_in_keys(File, readme)) == [
+    reference = "| `inner.good` | 1 |  | How good it is |\n| `wait_s` | 1 |  | How long to wait |\n"
+    reference += "| `listed` | 1 | cells | How many |\n| `unlisted` | 1 | cells | How many |\n"
+    assert list(gaps_in_keys(File, reference)) == [
         "inner.silent has no meaning",
         "wait_s has no unit",
-        "unlisted is not in the README with its unit and meaning",
+        "unlisted is not in the reference with its unit and meaning",
     ]
 
 
 # Needs and the conformance suite
 
 
-def gaps_in_needs(needs: Any, readme: str) -> list[str]:
-    """List needs that have no row in the README."""
-    return [need for need in needs if f'| `"{need}"` |' not in readme]
+def gaps_in_needs(needs: Any, text: str) -> list[str]:
+    """List needs that have no row in a text."""
+    return [need for need in needs if f'| `"{need}"` |' not in text]
 
 
 def test_every_need_is_documented() -> None:
-    """What a rule may need is in the README, and a need that is not there would be found."""
-    assert gaps_in_needs(NEEDS, README) == []
-    assert gaps_in_needs(["magic"], README) == ["magic"]
-
-
-def test_the_readmes_rule_conforms(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The README's test of the README's rule passes."""
-    rule, test = (
-        re.search(rf"<!-- {marker} -->\n```python\n(.*?)```", README, re.DOTALL) for marker in ("rule", "conformance")
-    )
-    assert rule is not None
-    assert test is not None
-    (tmp_path / "my_rule.py").write_text(rule[1], encoding="utf-8")
-    monkeypatch.syspath_prepend(tmp_path)
-    names: dict[str, Any] = {}
-    exec(test[1], names)
-    names["test_it_conforms"]()
+    """What a rule may need is in the reference and where tests of rules are explained; a gap would be found."""
+    assert gaps_in_needs(NEEDS, GENERATED["needs"]()) == []
+    assert gaps_in_needs(NEEDS, page("how-to/test-a-rule.md")) == []
+    assert gaps_in_needs(["magic"], GENERATED["needs"]()) == ["magic"]
 
 
 def test_every_finding_is_documented() -> None:
-    """The README explains each kind that the suite can report."""
+    """The page on tests of rules explains each kind that the suite can report."""
     from rmfs_testing import conformance, trial
 
     for kind in (trial.IMPOSSIBLE, trial.RAISED, trial.STARVED, trial.MUTATED, conformance.RANDOM, conformance.KEPT):
-        assert f"| `{kind}` |" in README
+        assert f"| `{kind}` |" in page("how-to/test-a-rule.md")
         assert f'``"{kind}"``' in (conformance.Finding.__doc__ or "")
+
+
+# Files
+
+
+def test_every_column_is_documented() -> None:
+    """Each column of each table that is read or written has its row in the page on files."""
+    from rmfs_core.results.result import TABLE_FILES
+    from rmfs_core.world.csv_files import ORDER_COLUMNS, POD_COLUMNS
+    from rmfs_experiments.report.tables import SUMMARY_COLUMNS
+
+    text = page("reference/files.md")
+    rows = "\n".join(line.split("|")[1] for line in text.splitlines() if line.startswith("| `"))
+    for columns in (ORDER_COLUMNS, POD_COLUMNS, SUMMARY_COLUMNS, *(columns for _, columns in TABLE_FILES.values())):
+        assert [column for column in columns if f"`{column}`" not in rows] == []
+
+
+# Words
+
+
+def terms(glossary: str) -> set[str]:
+    """Return the terms that a glossary defines, in small letters."""
+    found = set()
+    for part in re.findall(r"^:::\{glossary\}\n(.*?)^:::$", glossary, re.MULTILINE | re.DOTALL):
+        for line in part.splitlines():
+            if line and not line.startswith(" "):
+                found |= {line.lower(), *line.lower().split(", ")}
+    return found
+
+
+SHOWN = (
+    *("Simulated time", "Time used", "Ends in about", "Robots", "busy", "idle", "Station", "Load", "Pod", "In line"),
+    *("Inbound", "Requests", "Picks"),
+    *("Rule set", "Pairs", "Mean", "Difference", "Relative", "p (Holm)", "Runs", "Complete", "Partial", "Failed"),
+    *("Stood still", "Stopped early"),
+    *("Free", "Not covered", "Queue room", "Inbound pods", "Order", "Waits", "Drive", "New visits", "Unused"),
+    *("Visits + 2 unused", "Objective", "Bound", "Period"),
+    *("Calls", "Makespan", "Sum of costs", "Delay", "Stops", "Queries", "Collisions"),
+)
+"""Words of the live display, of comparisons, explanations, benchmarks and plans."""
+
+
+def test_the_glossary_defines_what_a_run_prints() -> None:
+    """The label of every metric and timing figure, and the words of the tables; a gap would be found."""
+    defined = terms(page("reference/glossary.md"))
+    labels = [metric.label.strip() for metric in (*(m for group in METRICS.values() for m in group), *TIMING)]
+    assert [word for word in (*labels, *SHOWN) if not {word.lower(), word.lower().removesuffix("s")} & defined] == []
+    assert "flow time" not in defined and terms(":::{glossary}\na, b\n  C, d.\n:::\n") == {"a", "b", "a, b"}
+
+
+def test_every_metric_is_in_the_reference() -> None:
+    """By the name that results and experiments use."""
+    for metric in (*(m for group in METRICS.values() for m in group), *TIMING):
+        assert f"| `{metric.name}` | {metric.label.strip()} |" in GENERATED["metrics"]()
+
+
+# Where things are
+
+
+def wrong_places(table: str, root: Path) -> list[str]:
+    """List the files of a page's tables that are not there, and the names that are not in the file of their line."""
+    wrong = []
+    for line in table.splitlines():
+        codes = re.findall(r"`([^`\s]+)`", line)
+        files = [root / code for code in codes if code.endswith(".py")]
+        wrong += [f"{file.relative_to(root)} is not there" for file in files if not file.is_file()]
+        text = "".join(file.read_text(encoding="utf-8") for file in files if file.is_file())
+        names = [code for code in codes if code.isidentifier()]
+        absent = [name for name in names if files and not re.search(rf"\b{name}\b", text)]
+        wrong += [f"`{name}` is not in {files[0].relative_to(root)}" for name in absent]
+    return wrong
+
+
+def test_where_do_i_find_leads_to_what_is_there() -> None:
+    """Every file that is named exists, and every name is in the files of its line."""
+    text = page("explanation/where-do-i-find.md")
+    assert wrong_places(text, DOCS.parent) == []
+    assert len(re.findall(r"^\| .*\.py`", text, re.MULTILINE)) > 25
+    moved = "| a | `rmfs_core/clock.py` | `to_ticks`, `to_moons` |\n| b | `rmfs_core/moon.py` | `to_ticks` |"
+    assert wrong_places(moved, DOCS.parent) == [
+        "`to_moons` is not in rmfs_core/clock.py",
+        "rmfs_core/moon.py is not there",
+        "`to_ticks` is not in rmfs_core/moon.py",
+    ]

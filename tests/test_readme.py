@@ -1,90 +1,99 @@
-"""What the README shows works, and what it lists is all there is."""
+"""What the README shows works, and where it and its neighbours lead to is there."""
+
+from __future__ import annotations
 
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
-from attrs import evolve
 
 import rmfs_core
-from rmfs_core.entrypoints import COMMANDS, offers
-from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks
-from rmfs_experiments import load_experiment, run_experiment
+from rmfs_core.cli import rmfs
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = [*(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")), *(ROOT / "docs").rglob("*.md")]
 
 
-def block(marker: str) -> str:
-    """Return the code block that follows a marker."""
-    found = re.search(rf"<!-- {marker} -->\n```\w+\n(.*?)```", README, re.DOTALL)
-    assert found is not None
-    return found[1]
+def blocks(language: str) -> list[str]:
+    """Return the README's code blocks of a language."""
+    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+
+
+COMMANDS = [
+    shlex.split(line, comments=True)
+    for block in blocks("sh")
+    for line in block.splitlines()
+    if line.startswith("rmfs ")
+]
+
+
+def save_files(folder: Path) -> None:
+    """Save the README's rule and scenario as it says."""
+    (folder / "my_rule.py").write_text(blocks("python")[0], encoding="utf-8")
+    (folder / "my-scenario.toml").write_text(blocks("toml")[0], encoding="utf-8")
+
+
+def test_it_is_short() -> None:
+    """A person reads it to the end."""
+    assert len(README.splitlines()) <= 180
 
 
 def test_the_readmes_rule_runs(tmp_path: Path) -> None:
     """The rule and the scenario of the README, saved as it says, complete all orders."""
-    (tmp_path / "my_rule.py").write_text(block("rule"), encoding="utf-8")
-    (tmp_path / "my-scenario.toml").write_text(block("scenario"), encoding="utf-8")
+    save_files(tmp_path)
     result = rmfs_core.run(tmp_path / "my-scenario.toml")
     assert result.status == "complete"
     assert result.metrics["orders_completed"] == 50
-    assert len(block("rule").strip().splitlines()) <= 25
-
-
-def test_the_readmes_experiment_compares_the_readmes_rule(tmp_path: Path) -> None:
-    """The experiment of the README, saved as it says beside the rule, runs every rule set on both instances."""
-    (tmp_path / "my_rule.py").write_text(block("rule"), encoding="utf-8")
-    (tmp_path / "my-experiment.toml").write_text(block("experiment"), encoding="utf-8")
-    experiment = load_experiment(tmp_path / "my-experiment.toml")
-    assert len(experiment.jobs()) == 30
-    result = run_experiment(evolve(experiment, seeds=(1,)), store=tmp_path / "runs")
-    assert [row["status"] for row in result.rows] == ["complete"] * 6
-    assert result.comparison().instance_sets == ("orders=50", "orders=100", "overall")
-
-
-def test_the_readmes_map_is_fit_for_use(tmp_path: Path) -> None:
-    """The example of a text map is a layout that a scenario can run on."""
-    (tmp_path / "map.txt").write_text(block("map"), encoding="utf-8")
-    (tmp_path / "s.toml").write_text(
-        "[instance]\norders = 5\nskus = 6\npods = 6\n[robots]\ncount = 2\n[stations]\nqueue_length = 3\n"
-        '[layout]\nmap_file = "map.txt"\n[rules]\npoa = "pod-match"\npps = "demand"\n',
-        encoding="utf-8",
-    )
-    assert rmfs_core.run(tmp_path / "s.toml").metrics["orders_completed"] == 5
+    assert len(blocks("python")[0].split("\n\n")[-1].strip().splitlines()) <= 10
 
 
 def test_the_readmes_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
     """The library example prints status and figures."""
-    example = re.search(r"From Python:\n\n```python\n(.*?)```", README, re.DOTALL)
-    assert example is not None
-    exec(example[1], {})
+    exec(blocks("python")[1], {})
     assert capsys.readouterr().out.startswith("complete ")
 
 
-def test_the_tables_are_up_to_date() -> None:
-    """The README's tables of rules and keys are what tools/update_readme.py writes."""
-    check = [sys.executable, str(ROOT / "tools" / "update_readme.py"), "--check"]
-    done = subprocess.run(check, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_the_readmes_commands_exist(words: list[str]) -> None:
+    """Each has only options that there are. (That they run, the slow test below shows.)"""
+    command: click.Command = rmfs
+    while isinstance(command, click.Group):
+        words = words[1:]
+        found = command.get_command(click.Context(command), words[0])
+        assert found is not None
+        command = found
+    command.make_parser(click.Context(command)).parse_args(words[1:])
 
 
-def test_every_hook_is_listed_and_documented() -> None:
-    """Each hook has a row in the README, and a docstring that says when it is called and what its arguments are."""
-    for group in (DecisionHooks, FilterHooks, ObserverHooks):
-        for name, hook in vars(group).items():
-            if name.startswith("_"):
-                continue
-            assert f"`{name}`" in README
-            doc = hook.__doc__ or ""
-            arguments = [a for a in hook.__annotations__ if a != "return"]
-            assert all(f":param {argument}:" in doc for argument in arguments), name
-            assert (":return:" in doc) == (hook.__annotations__["return"] != "None"), name
+@pytest.mark.slow
+def test_the_readmes_tour_runs(tmp_path: Path) -> None:
+    """Every command, in the order of the README, in one folder."""
+    save_files(tmp_path)
+    for words in COMMANDS:
+        call = [sys.executable, "-c", "from rmfs_core.cli import main; main()", *words[1:]]
+        done = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, f"{shlex.join(words)}: {done.stderr}"
 
 
-def test_every_command_is_mentioned() -> None:
-    """Each command of the command line occurs in the README."""
-    for name in offers(COMMANDS):
-        assert f"rmfs {name}" in README
+def links(page: Path) -> list[str]:
+    """Return the addresses that a page links to or shows pictures from, but for those elsewhere."""
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    found = re.findall(r"\]\(([^)\s]+)\)", text)
+    return [address for address in found if "://" not in address and not address.startswith("#")]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_links_lead_somewhere(page: Path) -> None:
+    """Each relative link is a file. (Sphinx looks at those of docs/ too, and at their anchors.)"""
+    missing = [address for address in links(page) if not (page.parent / address.partition("#")[0]).is_file()]
+    assert missing == []
+
+
+def test_links_are_found() -> None:
+    """The README leads into the documentation, so the test above has something to look at."""
+    assert len(links(ROOT / "README.md")) > 15

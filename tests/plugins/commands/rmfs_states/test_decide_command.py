@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -51,17 +50,6 @@ def test_a_decision_as_json(decide: Any) -> None:
     ]
     assert written["trips"] == [{"pod": "P1", "station": "north"}, {"pod": "P2", "station": "north"}]
     assert written["outcome"] == {"orders": 2, "items": 4, "visits": 2, "unused": 0, "uncovered": 0}
-
-
-def test_the_readmes_state(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The state that the README shows is answered; P1 is there already, so P2 is all that is sent."""
-    readme = (Path(__file__).resolve().parents[4] / "README.md").read_text(encoding="utf-8")
-    shown = re.search(r"<!-- state -->\n```json\n(.*?)```", readme, re.DOTALL)
-    assert shown is not None
-    file = tmp_path / "state.json"
-    file.write_text(shown[1], encoding="utf-8")
-    main(["decide", str(file), "--rule", "split-over-time"])
-    assert json.loads(capsys.readouterr().out)["trips"] == [{"pod": "P2", "station": "north"}]
 
 
 def test_seed(decide: Any) -> None:

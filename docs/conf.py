@@ -1,0 +1,44 @@
+"""Sphinx: how the documentation is built. `make docs` calls it; nothing here is imported by rmfs."""
+
+import sys
+from importlib.metadata import version as version_of
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE))
+
+import generate  # noqa: E402
+
+project = "rmfs"
+author = "The rmfs authors"
+version = release = version_of("rmfs")
+
+extensions = [
+    "myst_parser",  # pages in Markdown
+    "sphinx.ext.autodoc",  # the API from the docstrings
+    "sphinx.ext.napoleon",  # which are numpydoc
+    "sphinx.ext.mathjax",
+    "sphinx_click",  # the commands from click
+]
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
+myst_heading_anchors = 3
+suppress_warnings = ["myst.strikethrough"]
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_preserve_defaults = True
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+python_use_unqualified_type_names = True
+
+html_theme = "furo"
+html_title = f"rmfs {version}"
+html_static_path = ["_static"]
+exclude_patterns = ["_build", "reference/_generated"]
+highlight_language = "default"  # Python where it is Python
+default_role = "code"  # `name` in a docstring
+toc_object_entries_show_parents = "hide"
+html_show_copyright = False
+html_css_files = ["tables.css"]
+
+generate.write(HERE / "reference" / "_generated")

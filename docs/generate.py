@@ -1,0 +1,133 @@
+"""The parts of the reference that are made from the code: scenario keys, rules, metrics.
+
+Each function returns Markdown. `conf.py` writes them into `reference/_generated` before Sphinx reads the pages, which
+include them; tests hold them to be complete.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import attrs
+
+from rmfs_cli.description import Parameter, RuleDescription, installed_rules
+from rmfs_core import entrypoints
+from rmfs_core.results.catalogue import METRICS, TIMING, Metric
+from rmfs_core.scenario.model import RuleChoice, Scenario
+from rmfs_core.simulation.needs import NEEDS
+
+DECISIONS = {
+    "POA": "Pick order assignment (POA): which order goes to which station",
+    "PPS": "Pick pod selection (PPS): which pod comes to which station",
+    "POA+PPS": "Both together (POA+PPS)",
+    "PR": "Pod repositioning (PR): where a pod goes back to",
+    "TA": "Task allocation (TA): which robot fetches which pod",
+    "PP": "Path planning (PP)",
+    "filter": "Filters: which orders the assigning rule sees",
+    "observer": "Observers",
+}
+
+
+def scenario_keys() -> str:
+    """Return the keys of scenario files: a table for each section."""
+    rows: dict[str, list[tuple[str, ...]]] = {}
+    for path, default, unit, meaning in keys_of(Scenario, ""):
+        section = path.rpartition(".")[0]
+        rows.setdefault(section, []).append((f"`{path}`", default, unit, meaning))
+    parts = []
+    for section, keys in rows.items():
+        title = f"`[{section}]`" if section else "At the top"
+        parts += [f"## {title}", "", *_table(("key", "default", "unit", "meaning"), keys), ""]
+    return "\n".join(parts)
+
+
+def keys_of(section: type[Any], prefix: str) -> Iterator[tuple[str, str, str, str]]:
+    """Yield each key of a section and of those in it: path, default, unit, meaning."""
+    attrs.resolve_types(section)
+    fields = [f for f in attrs.fields(section) if "doc" in f.metadata]
+    for f in sorted(fields, key=_is_section):
+        if _is_section(f):
+            yield from keys_of(f.type, f"{prefix}{f.name}.")  # type: ignore[arg-type]
+        else:
+            yield prefix + f.name, _default(f), f.metadata["unit"] or "", f.metadata["doc"]
+
+
+def _is_section(f: attrs.Attribute[Any]) -> bool:
+    return f.type is not RuleChoice and isinstance(f.type, type) and attrs.has(f.type)
+
+
+def _default(f: attrs.Attribute[Any]) -> str:
+    default: Any = f.default
+    default = default.factory() if hasattr(default, "factory") else default
+    default = getattr(default, "rule", default)
+    if default in (attrs.NOTHING, None, (), {}):
+        return ""
+    return f"`{json.dumps(default)}`"
+
+
+def rules() -> str:
+    """Return the rules that this distribution ships: a section for each decision, and each rule in it."""
+    shipped = [rule for rule in installed_rules() if rule.distribution == "rmfs"]
+    parts = []
+    for decision, title in DECISIONS.items():
+        ours = [rule for rule in shipped if decision in rule.decides]
+        if ours:
+            parts += [f"## {title}", ""]
+        for rule in ours:
+            parts += [f"### `{rule.name}`", "", *_rule(rule)]
+    return "\n".join(parts)
+
+
+def _rule(rule: RuleDescription) -> Iterator[str]:
+    module, _, name = entrypoints.available(entrypoints.RULES)[rule.name].value.partition(":")
+    yield from ("```{eval-rst}", f".. autoclass:: {module}.{name}", "   :no-index:", "   :no-index-entry:", "```", "")
+    if rule.parameters:
+        # The docstring's section "Parameters" is shown above, where there is one.
+        told = "\nParameters\n---" in rule.doc
+        head = ("parameter", "default", "unit", "value") + (() if told else ("meaning",))
+        rows = [(f"`{p.name}`", _given(p), p.unit, p.type, p.doc)[: len(head)] for p in rule.parameters]
+        yield from (*_table(head, rows), "")
+
+
+def _given(parameter: Parameter) -> str:
+    if parameter.required:
+        return "required"
+    return "none" if parameter.default is None else f"`{json.dumps(parameter.default)}`"
+
+
+def metrics() -> str:
+    """Return the metrics and timing figures of result.json: a table for each group."""
+    parts = []
+    for group, ours in {**METRICS, "Wall clock (under `timing`)": TIMING}.items():
+        rows = [(f"`{m.name}`", m.label.strip(), _unit(m), m.meaning) for m in ours]
+        parts += [f"## {group}", "", *_table(("name", "on the screen", "unit", "meaning"), rows), ""]
+    return "\n".join(parts)
+
+
+def _unit(metric: Metric) -> str:
+    # Shares are shown in percent, and stored as shares.
+    return "share" if metric.name == "picker_utilisation" else metric.unit
+
+
+def needs() -> str:
+    """Return what a rule may say that it needs."""
+    rows = [(f'`"{need}"`', sentence) for need, (_, sentence) in NEEDS.items()]
+    return "\n".join(_table(("need", "the rule needs"), rows))
+
+
+def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
+    cells = [[str(cell).replace("|", r"\|").replace("\n", " ") for cell in row] for row in rows]
+    return [f"| {' | '.join(head)} |", f"|{'---|' * len(head)}", *(f"| {' | '.join(row)} |" for row in cells)]
+
+
+def write(folder: Path) -> None:
+    """Write every part to a file of its own."""
+    folder.mkdir(exist_ok=True)
+    for part in (scenario_keys, rules, metrics, needs):
+        file = folder / f"{part.__name__.replace('_', '-')}.md"
+        text = part() + "\n"
+        if not file.is_file() or file.read_text(encoding="utf-8") != text:
+            file.write_text(text, encoding="utf-8")
