@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from importlib.metadata import EntryPoint
 
@@ -10,6 +11,9 @@ import click
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError, RmfsError
 from rmfs_core.wording import did_you_mean, listed
+
+CLOSED_PIPE = 141
+"""Exit code where the reader of the output has closed it (`rmfs run ... | head`): a shell's for SIGPIPE."""
 
 
 class Commands(click.Group):
@@ -76,7 +80,22 @@ def rmfs() -> None:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Entry point of ``rmfs``. Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 interrupted."""
+    """Entry point of ``rmfs``.
+
+    Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 interrupted, 141 whoever read the output went away.
+    """
+    try:
+        _call(arguments)
+        sys.stdout.flush()  # or else what is left is written when nobody can catch an error any more
+    except (BrokenPipeError, SystemExit) as end:
+        # click and rich end on a closed pipe with code 1, which is a failed run's.
+        if not isinstance(end, BrokenPipeError) and not isinstance(end.__context__, BrokenPipeError):
+            raise
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(CLOSED_PIPE)
+
+
+def _call(arguments: list[str] | None) -> None:
     try:
         # Outside its standalone mode click returns the code of `ctx.exit` (and a command's value otherwise).
         code = rmfs.main(arguments, standalone_mode=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
 
@@ -10,6 +10,11 @@ def listed(names: Iterable[str], last: str = "and") -> str:
     """Names for a sentence: ``a``, ``a and b``, ``a, b and c``."""
     *most, end = list(names)
     return f"{', '.join(most)} {last} {end}" if most else end
+
+
+def first_few(things: Sequence[str], most: int = 5) -> str:
+    """Things for a sentence, cut short: ``a, b, c and 7 more``."""
+    return listed([*things[:most], f"{len(things) - most} more"]) if len(things) > most else listed(things)
 
 
 def did_you_mean(name: str, valid: Iterable[str], most: int = 3) -> str:

@@ -50,12 +50,11 @@ METRICS: dict[str, tuple[Metric, ...]] = {
         Metric("distance_per_order_m", "Distance per order", "m", 1, "Distance per completed order."),
     ),
     "Throughput": (
-        Metric("makespan_s", "Makespan", "s", 1, "Time of the last completed order; of the end when orders are left."),
-        Metric("orders_per_hour", "Orders per hour", "", 1, "Completed orders per hour of the makespan."),
-        Metric("picks_per_hour", "Picks per hour", "", 1, "Picks per hour of the makespan."),
-        Metric(
-            "picker_utilisation", "Picker utilisation", "%", 1, "Share of the makespan in which pickers handle items."
-        ),
+        Metric("makespan_s", "Makespan", "s", 1, "Time of the last completed order; none when orders are left."),
+        Metric("simulated_s", "Simulated time", "s", 1, "The makespan; the end of the run when orders are left."),
+        Metric("orders_per_hour", "Orders per hour", "", 1, "Completed orders per hour of simulated time."),
+        Metric("picks_per_hour", "Picks per hour", "", 1, "Picks per hour of simulated time."),
+        Metric("picker_utilisation", "Picker utilisation", "%", 1, "Share of it in which pickers handle items."),
     ),
     "Decisions": (
         Metric("periods", "Periods", "", 0, "Times pick orders were assigned (POA or joint decisions)."),
@@ -72,7 +71,7 @@ TIMING: tuple[Metric, ...] = (
     Metric("decision_s_first", "Decisions, t = 1", "s", 3, "POA and PPS decisions of the first period."),
     Metric("decision_s_later", "Decisions, t > 1", "s", 3, "POA and PPS decisions of all later periods."),
     Metric("decision_s_per_order", "  per order", "s", 4, "The same per completed order."),
-    Metric("decision_percent_of_simulated", "  of simulated time", "%", 3, "The same as a share of the makespan."),
+    Metric("decision_percent_of_simulated", "  of simulated time", "%", 3, "The same as a share of simulated time."),
 )
 """Wall-clock figures; they differ from run to run."""
 

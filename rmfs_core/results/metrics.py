@@ -141,16 +141,19 @@ class Metrics:
             self.decision_s_later += event.wall_s
 
     @property
-    def makespan_ticks(self) -> int:
+    def complete(self) -> bool:
+        """Whether no order is left."""
+        return self.completed == len(self.orders)
+
+    @property
+    def simulated_ticks(self) -> int:
         """Time of the last completed order; of the run's end (or now) when orders are left."""
-        if self.completed == len(self.orders):
-            return self.last_completion
-        return self.now
+        return self.last_completion if self.complete else self.now
 
     @property
     def busy_ticks(self) -> int:
-        """Time pickers handled items, summed over the stations, up to the makespan."""
-        beyond = sum(max(0, free - self.makespan_ticks) for free in self.picker_free)
+        """Time pickers handled items, summed over the stations, up to then."""
+        beyond = sum(max(0, free - self.simulated_ticks) for free in self.picker_free)
         return self.handling_ticks - beyond
 
     @hookimpl(specname="measured")
@@ -160,7 +163,7 @@ class Metrics:
         `rmfs_core.results.catalogue` has their meanings and units.
         """
         self._note_split_orders()
-        makespan, done = self.makespan_ticks, self.completed
+        simulated, done = self.simulated_ticks, self.completed
         distance = self.loaded_m + self.empty_m
         turnover = self.backlog_ticks + self.station_ticks
         return {
@@ -177,10 +180,11 @@ class Metrics:
             "turnover_s": ratio(turnover, done * TICKS_PER_S),
             "turnover_backlog_s": ratio(self.backlog_ticks, done * TICKS_PER_S),
             "turnover_station_s": ratio(self.station_ticks, done * TICKS_PER_S),
-            "makespan_s": to_seconds(makespan),
-            "orders_per_hour": ratio(done * TICKS_PER_HOUR, makespan),
-            "picks_per_hour": ratio(self.picks * TICKS_PER_HOUR, makespan),
-            "picker_utilisation": ratio(self.busy_ticks, self.stations * makespan),
+            "makespan_s": to_seconds(simulated) if self.complete else None,
+            "simulated_s": to_seconds(simulated),
+            "orders_per_hour": ratio(done * TICKS_PER_HOUR, simulated),
+            "picks_per_hour": ratio(self.picks * TICKS_PER_HOUR, simulated),
+            "picker_utilisation": ratio(self.busy_ticks, self.stations * simulated),
             "split_orders_open_max": self.split_open_max,
             "periods": self.periods,
             "solves_stopped_early": self.stopped_early,
@@ -195,7 +199,7 @@ class Metrics:
             Wall-clock seconds of the simulation.
         """
         simulated_s = to_seconds(self.now)
-        share = ratio(self.decision_s_later, to_seconds(self.makespan_ticks))
+        share = ratio(self.decision_s_later, to_seconds(self.simulated_ticks))
         return {
             "wall_s": wall_s,
             "simulated_s_per_wall_s": ratio(simulated_s, wall_s),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -48,7 +47,8 @@ def run(
     seed
         Replaces the scenario's seed.
     overrides
-        ``key=value`` each, replacing values of the file; not for a `Scenario` object (see `attrs.evolve`).
+        ``key=value`` each, replacing values of the file; not for a `Scenario` object (see `attrs.evolve`). Rules from
+        files are looked up in the current directory.
     out
         Folder to write the result's files to. Files of an earlier run there are replaced; its trace and decisions are
         deleted.
@@ -61,7 +61,7 @@ def run(
     observers
         Objects whose ``@hookimpl`` methods are told of every event, besides those that the scenario names.
     allow_inline_rules
-        Whether code may be loaded from ``./file.py:Class`` rules beside the scenario.
+        Whether code may be loaded from files: rules such as ``./file.py:Class``.
 
     Returns
     -------
@@ -197,16 +197,19 @@ def _prepare(
     rules.check()
     folder = None if out is None else _folder_for_results(out, scenario)
     simulation = Simulation(scenario, instance, layout, rules, folder)
-    return _Measured(simulation, metrics, tables, _versions(rules, scenario.folder), folder)
+    return _Measured(simulation, metrics, tables, versions_of(rules, scenario.folder), folder)
 
 
-def _versions(rules: RuleSet, folder: str) -> dict[str, str]:
-    """Versions of the distributions, and of each file beside the scenario its digest: it has no other version."""
-    files = {
-        Path(os.path.relpath(file, folder)).as_posix(): f"sha256:{hashlib.sha256(Path(file).read_bytes()).hexdigest()}"
-        for file in rules.inline_files
-    }
-    return {**rules.distributions, **files}
+def versions_of(rules: RuleSet, folder: str) -> dict[str, str]:
+    """Return the versions of everything that takes part in a run: of a rule's file its digest, it has no other.
+
+    A file in the scenario's ``folder`` is named as seen from there, any other by its absolute path.
+    """
+    found = dict(rules.distributions)
+    for file in map(Path, rules.inline_files):
+        name = file.relative_to(folder) if file.is_relative_to(folder) else file
+        found[name.as_posix()] = f"sha256:{hashlib.sha256(file.read_bytes()).hexdigest()}"
+    return found
 
 
 def _simulate(simulation: Simulation) -> _Outcome:

@@ -99,7 +99,7 @@ class RuleSources:
         if not self.allow_inline:
             raise InputError(place, f'rule "{name}" would load code from a file, which --no-inline-rules refuses')
         relative = os.path.normpath(relative)
-        if Path(relative).is_absolute() or relative.startswith(".."):
+        if relative.startswith(".."):
             raise InputError(place, f'rule "{name}" is outside the scenario\'s folder; move its file into the folder')
         path = str(Path(self.folder) / relative)
         if path not in self._modules:

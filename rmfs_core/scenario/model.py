@@ -148,7 +148,7 @@ class StationsSection:
 
 @frozen
 class RuleChoice:
-    """A rule by its entry-point name, or ``./file.py:Class`` beside the scenario, and its parameters."""
+    """A rule by its entry-point name, or ``./file.py:Class`` in the scenario's folder, and its parameters."""
 
     rule: str
     parameters: Mapping[str, Any] = Factory(dict)
@@ -171,7 +171,8 @@ class RulesSection:
         if self.poa_pps is not None and (self.poa is not None or self.pps is not None):
             raise ValueError("expected either `poa_pps` or `poa` and `pps`, found both")
         if self.poa_pps is None and (self.poa is None or self.pps is None):
-            raise ValueError("expected `poa` and `pps`, or `poa_pps`")
+            alone = f", found `{'pps' if self.poa is None else 'poa'}` alone" if self.poa or self.pps else ""
+            raise ValueError(f"expected `poa` and `pps`, or `poa_pps`{alone}")
 
 
 @frozen

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import attrs
-from attrs import frozen
+from attrs import evolve, frozen
 
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.checks import nearest
 from rmfs_core.scenario.model import RuleChoice, Scenario
+from rmfs_core.scenario.rulenames import rule_name_from
 from rmfs_core.scenario.structuring import fields_of, section_class
 from rmfs_core.scenario.tomltext import shown
 
@@ -23,8 +25,8 @@ class Override:
     Parameters
     ----------
     text
-        As given: ``rules.poa.rule=first-come``. The value is TOML, or else a plain text; nothing after the ``=``
-        takes the key out, so that its default counts again (``rules.poa=`` makes room for ``rules.poa_pps``).
+        As given: ``rules.poa.rule=first-come``. The value is TOML, or else a plain text; nothing after the ``=``, or
+        ``None`` or ``null``, takes the key out, so that its default counts again.
     path
         The keys before the ``=``.
     value
@@ -47,25 +49,67 @@ def parse_override(text: str) -> Override:
     path = tuple(part.strip() for part in dotted.split("."))
     if not equals or not all(path):
         raise InputError(f"--set {text}", "expected key=value, such as instance.orders=50")
-    return Override(text, path, _value(raw.strip()))
+    return Override(text, path, _value(raw.strip(), f"--set {text}"))
 
 
-def _value(raw: str) -> Any:
-    if not raw:
+def _value(raw: str, place: str) -> Any:
+    if raw in ("", "None", "null"):  # TOML has no word for nothing; a text of these letters has quotes
         return None
     try:
         document = tomllib.loads(f"value = {raw}")
-    except tomllib.TOMLDecodeError:
+    except tomllib.TOMLDecodeError as error:
+        if raw[0] in "{[":
+            raise InputError(place, f"this is no valid TOML value: {error}; texts in it need quotes") from None
         return raw
     # More than one key: the text had a line break in it and only looked like TOML.
     return document["value"] if len(document) == 1 else raw
 
 
 def apply_overrides(data: dict[str, Any], overrides: Sequence[Override]) -> dict[str, Any]:
-    """Return ``data`` with the overrides applied, one after another."""
+    """Return ``data`` with the overrides applied, one after another.
+
+    Setting ``rules.poa_pps`` takes the rules of ``rules.poa`` and ``rules.pps`` out, and the other way round.
+    """
+    rules = data.get("rules")
+    if isinstance(rules, dict):
+        chosen = {part for one in overrides if (part := _chosen(one)) is not None}
+        replaced = {"poa", "pps"} if "poa_pps" in chosen else {"poa_pps"} if chosen & {"poa", "pps"} else set()
+        data = {**data, "rules": {role: choice for role, choice in rules.items() if role not in replaced}}
     for override in overrides:
         data = _applied(data, override, override.path)
     return data
+
+
+def _chosen(override: Override) -> str | None:
+    """Return the role that an override names a rule for."""
+    names_rule = len(override.path) == 2 or override.path[2:] == ("rule",)
+    return override.path[1] if override.path[0] == "rules" and names_rule and override.value is not None else None
+
+
+def anchored(override: Override, there: Path, folder: Path) -> Override:
+    """Return an override whose rules from files (``./my.py:MyRule``) are looked up in ``there``: see `rule_name_from`.
+
+    Parameters
+    ----------
+    override
+        The override.
+    there
+        The folder to look in.
+    folder
+        The scenario's folder.
+    """
+
+    def within(value: Any, depth: int) -> Any:
+        """Go down from `rules` (0) over its keys (1) and lists to the choices, and to their rule (2)."""
+        if isinstance(value, list):
+            return [within(entry, depth) for entry in value]
+        if isinstance(value, dict):
+            return {key: within(one, depth + 1) if depth == 0 or key == "rule" else one for key, one in value.items()}
+        return rule_name_from(value, there, folder) if isinstance(value, str) else value
+
+    if override.path[0] != "rules" or (len(override.path) > 2 and override.path[2:] != ("rule",)):
+        return override
+    return evolve(override, value=within(override.value, len(override.path) - 1))
 
 
 def _applied(table: dict[str, Any], override: Override, path: tuple[str, ...]) -> dict[str, Any]:

@@ -10,12 +10,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from attrs import evolve
+from attrs import evolve, frozen
 
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.checks import nearest
 from rmfs_core.scenario.model import Scenario, replaced_keys
-from rmfs_core.scenario.overrides import apply_overrides, parse_override
+from rmfs_core.scenario.overrides import anchored, apply_overrides, parse_override
 from rmfs_core.scenario.rulenames import check_rule_name, rule_choices
 from rmfs_core.scenario.source import Source, undotted
 from rmfs_core.scenario.structuring import KeyProblem, fields_of, structure
@@ -30,7 +30,7 @@ def load_scenario(path: str | Path, overrides: Sequence[str] = (), seed: int | N
         A file, or the name of a shipped scenario: ``paper-250``, ``examples/small``.
     overrides
         ``key=value`` each, as after ``--set``: a dotted key and a TOML value (or a plain text) that replaces the
-        file's. Nothing after the ``=`` takes a key out.
+        file's. Nothing after the ``=`` takes a key out. Rules from files are looked up in the current directory.
     seed
         Replaces the file's seed.
 
@@ -44,24 +44,41 @@ def load_scenario(path: str | Path, overrides: Sequence[str] = (), seed: int | N
     InputError
         For the first thing that is wrong in the order of the file.
     """
+    given = read_tables(path, overrides, seed)
+    try:
+        return given.scenario()
+    except KeyProblem as problem:
+        raise InputError(given.source.place_of(problem.path), problem.problem) from None
+
+
+@frozen
+class Given:
+    """A scenario as it was given, not yet checked: nested tables, the scenario's folder, and where they came from."""
+
+    data: dict[str, Any]
+    folder: Path
+    source: Source
+
+    def scenario(self) -> Scenario:
+        """Return the scenario; raise KeyProblem for the first thing that is wrong in the order of the tables."""
+        scenario = evolve(structure(self.data), folder=str(self.folder), source=self.source)
+        _check_replaced(scenario, self.data)
+        _check_rule_names(scenario)
+        return scenario
+
+
+def read_tables(path: str | Path, overrides: Sequence[str] = (), seed: int | None = None) -> Given:
+    """Read a scenario file and apply overrides, as `load_scenario` does; keys and values are not checked."""
     file = _find(path)
     text = _read(file)
-    parsed = [parse_override(override) for override in overrides]
+    parsed = [anchored(parse_override(override), Path.cwd(), file.parent) for override in overrides]
     source = Source(str(file), text, tuple((override.text, override.path) for override in parsed))
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise _syntax_error(source.name, error) from None
     data = apply_overrides(data, parsed)
-    if seed is not None:
-        data = {**data, "seed": seed}
-    try:
-        scenario = evolve(structure(data), folder=str(file.parent), source=source)
-        _check_replaced(scenario, data)
-        check_rule_names(scenario)
-    except KeyProblem as problem:
-        raise InputError(source.place_of(problem.path), problem.problem) from None
-    return scenario
+    return Given(data if seed is None else {**data, "seed": seed}, file.parent, source)
 
 
 def scenario_from_dict(data: Mapping[str, Any], folder: str = ".", name: str = "scenario") -> Scenario:
@@ -103,7 +120,7 @@ def _check_replaced(scenario: Scenario, data: Mapping[str, Any]) -> None:
                 raise KeyProblem(f"has no meaning beside `{name}.{file}`; leave one of them out", (name, key))
 
 
-def check_rule_names(scenario: Scenario) -> None:
+def _check_rule_names(scenario: Scenario) -> None:
     """Raise KeyProblem for a rule that is not installed, or whose file does not exist."""
     for path, choice in rule_choices(scenario.rules):
         try:
@@ -162,9 +179,3 @@ def shipped_scenarios() -> dict[str, Path]:
     paths = (path.relative_to(folder) for path in folder.rglob("*.toml"))
     files = {path.with_suffix("").as_posix(): folder / path for path in paths if path.parts[0] != EXPERIMENTS}
     return dict(sorted(files.items()))
-
-
-def summary(path: Path) -> str:
-    """Return the first comment line of a scenario file, which says what it is for."""
-    first = path.read_text(encoding="utf-8").partition("\n")[0]
-    return first.removeprefix("#").strip() if first.startswith("#") else ""

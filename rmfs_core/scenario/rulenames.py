@@ -27,6 +27,19 @@ def is_inline(name: str) -> bool:
     return name.startswith((".", "/")) or ".py:" in name or name.endswith(".py")
 
 
+def rule_name_from(name: str, there: str | Path, folder: str | Path) -> str:
+    """Return what a scenario in ``folder`` calls the rule that has this name in the folder ``there``.
+
+    Only a file's name changes: in the scenario's folder it is named as a scenario file would, any other by its absolute
+    path, so that what is stored of the scenario leads to it from everywhere.
+    """
+    file, colon, class_name = name.rpartition(":")
+    if not colon or not is_inline(name):
+        return name
+    path, home = (Path(there) / file).resolve(), Path(folder).resolve()
+    return f"{f'./{path.relative_to(home).as_posix()}' if path.is_relative_to(home) else path}:{class_name}"
+
+
 def check_rule_name(name: str, folder: Path) -> None:
     """Raise KeyProblem unless ``name`` is an installed rule, or ``./file.py:Class`` of a file in ``folder``."""
     if not is_inline(name):
@@ -38,4 +51,5 @@ def check_rule_name(name: str, folder: Path) -> None:
     if not colon or not class_name.isidentifier():
         raise KeyProblem(f'expected "./file.py:Class" for a rule beside the scenario, found "{name}"')
     if not (folder / file).is_file():
-        raise KeyProblem(f"there is no file `{file}` in the scenario's folder ({folder})")
+        where = "" if Path(file).is_absolute() else f" in the scenario's folder ({folder})"
+        raise KeyProblem(f"there is no file `{file}`{where}")

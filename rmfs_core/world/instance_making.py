@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
@@ -11,6 +11,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.scenario.checks import close_to
 from rmfs_core.scenario.model import InstanceSection, Scenario, StationsSection
 from rmfs_core.scenario.reading import located
+from rmfs_core.wording import first_few
 from rmfs_core.world.csv_files import line_of, read_instance
 from rmfs_core.world.generator import generate_instance
 from rmfs_core.world.instance import Instance
@@ -26,32 +27,33 @@ def make_instance(scenario: Scenario) -> Instance:
         serve, an unknown pod at a station.
     """
     with located(scenario):
-        return _made(scenario)
+        instance = unchecked_instance(scenario)
+        for problem in instance_problems(instance, scenario):
+            raise problem
+    return instance
 
 
-def _made(scenario: Scenario) -> Instance:
+def unchecked_instance(scenario: Scenario) -> Instance:
+    """Generate or read the instance, as `make_instance` does, without asking whether it can be run."""
     section = scenario.instance
     if section.orders_file is None or section.pods_file is None:
-        instance = generate_instance(section, scenario.seed)
-    else:
-        folder = Path(scenario.folder)
-        instance = read_instance(folder / section.orders_file, folder / section.pods_file)
-    check_instance(instance, scenario)
-    return instance
+        return generate_instance(section, scenario.seed)
+    folder = Path(scenario.folder)
+    return read_instance(folder / section.orders_file, folder / section.pods_file)
 
 
 Place = Callable[..., str]
 """Where an order, or its line of a SKU, comes from."""
 
 
-def check_instance(instance: Instance, scenario: Scenario) -> None:
-    """Raise InputError for the first order that could never be picked, or a pod at a station that does not exist."""
+def instance_problems(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
+    """Yield what keeps an instance from being run: short SKUs, orders that are too large, pods at stations."""
     section = scenario.instance
     place = partial(_place, scenario)
-    _check_stock(instance, place)
+    yield from _short_skus(instance, place)
     if scenario.rules.poa_pps is None:  # a joint rule may split an order that is larger than any station
-        _check_sizes(instance, scenario.stations, place, generated=section.orders_file is None)
-    _check_pods_at_stations(instance, section)
+        yield from _too_large(instance, scenario.stations, place, generated=section.orders_file is None)
+    yield from _pods_at_stations(instance, section)
 
 
 def _place(scenario: Scenario, order: str, sku: str | None = None) -> str:
@@ -61,50 +63,53 @@ def _place(scenario: Scenario, order: str, sku: str | None = None) -> str:
     return f"{file}, line {line_of(file, order, sku)}"
 
 
-def _check_stock(instance: Instance, place: Place) -> None:
+def _short_skus(instance: Instance, place: Place) -> Iterator[InputError]:
     stock: dict[int, int | None] = {}
     for pod in instance.pods:
         for sku, items in pod.contents:
             held = stock.get(sku, 0)
             stock[sku] = None if items is None or held is None else held + items
     wanted: Counter[int] = Counter()
+    short: dict[int, str] = {}
     for order in instance.orders:
         for sku, quantity in order.lines:
             wanted[sku] += quantity
-            name = instance.skus[sku]
             held = stock.get(sku, 0)
-            if held == 0:
-                raise InputError(place(order.name, name), f"order {order.name} wants SKU {name}, which is on no pod")
             if held is not None and wanted[sku] > held:
-                raise InputError(
-                    place(order.name, name),
-                    f"the orders up to {order.name} want {wanted[sku]} items of SKU {name}, "
-                    f"but all pods together hold {held}",
-                )
+                short.setdefault(sku, order.name)
+    if short:
+        sku, order_name = next(iter(short.items()))
+        named = first_few([_shortage(instance.skus[one], wanted[one], stock.get(one)) for one in short])
+        place_of_first = place(order_name, instance.skus[sku])
+        yield InputError(
+            place_of_first, f"from order {order_name} on, the orders want more than all pods hold: {named}"
+        )
 
 
-def _check_sizes(instance: Instance, stations: StationsSection, place: Place, *, generated: bool) -> None:
+def _shortage(sku: str, wanted: int, held: int | None) -> str:
+    return f"SKU {sku} ({f'{wanted} wanted, {held} there' if held else 'on no pod'})"
+
+
+def _too_large(instance: Instance, stations: StationsSection, place: Place, *, generated: bool) -> Iterator[InputError]:
     if stations.order_capacity is not None:
         return  # then the number of orders counts, whatever their size
     capacity = stations.item_capacity
     largest = max(capacity) if isinstance(capacity, tuple) else capacity
-    for order in instance.orders:
-        if order.items > largest:
-            mend = "; expected a smaller `instance.max_lines` or a larger `stations.item_capacity`" if generated else ""
-            raise InputError(
-                place(order.name),
-                f"order {order.name} has {order.items} items, more than any station takes at a time ({largest}){mend}",
-            )
+    large = [order for order in instance.orders if order.items > largest]
+    if large:
+        mend = "; expected a smaller `instance.max_lines` or a larger `stations.item_capacity`" if generated else ""
+        sizes = first_few([f"order {order.name} has {order.items} items" for order in large])
+        yield InputError(place(large[0].name), f"{sizes}, more than any station takes at a time ({largest}){mend}")
 
 
-def _check_pods_at_stations(instance: Instance, section: InstanceSection) -> None:
+def _pods_at_stations(instance: Instance, section: InstanceSection) -> Iterator[InputError]:
     pods = {pod.name for pod in instance.pods}
     standing_at: dict[str, str] = {}
     for station, names in section.pods_at_stations.items():
         place = f"instance.pods_at_stations.{station}"
         for name in names:
             if name not in pods:
-                raise InputError(place, f"there is no pod {name} with contents{close_to(name, pods)}")
+                yield InputError(place, f"there is no pod {name} with contents{close_to(name, pods)}")
             if name in standing_at:
-                raise InputError(place, f"pod {name} already stands at station {standing_at[name]}")
+                yield InputError(place, f"pod {name} already stands at station {standing_at[name]}")
             standing_at[name] = station

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
-from pathlib import Path
 from statistics import fmean
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from rmfs_cli.screen import table_console
+from rmfs_cli import completion
+from rmfs_cli.options import json_option
+from rmfs_cli.screen import print_json, table_console
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,7 +28,7 @@ JSON_VERSION = 1
 
 
 @click.command()
-@click.argument("rules", metavar="RULE...", nargs=-1, required=True)
+@click.argument("rules", metavar="RULE...", nargs=-1, required=True, shell_complete=completion.rules)
 @click.option(
     "--world",
     "worlds",
@@ -42,10 +42,11 @@ JSON_VERSION = 1
     "overrides",
     multiple=True,
     metavar="KEY=VALUE",
+    shell_complete=completion.overrides,
     help="Change the worlds (`instance.orders=50`) or a fixed rule (`rules.pp=sipp`). Repeatable.",
 )
 @click.option("--decides", type=click.Choice(DECIDES), help="What to compare rules in that decide several things.")
-@click.option("--json", "json_file", type=click.Path(path_type=Path), metavar="FILE", help="Write every run there too.")
+@json_option
 @click.option("--no-inline-rules", is_flag=True, help="Refuse rules from files.")
 def bench(
     rules: tuple[str, ...],
@@ -53,7 +54,7 @@ def bench(
     seeds: tuple[int, ...],
     overrides: tuple[str, ...],
     decides: str | None,
-    json_file: Path | None,
+    as_json: bool,
     no_inline_rules: bool,
 ) -> None:
     """Run rules in the same worlds, and show how good and how quick they are.
@@ -68,7 +69,6 @@ def bench(
     from rmfs_bench.bench import bench as run_all
     from rmfs_bench.bench import contestant
     from rmfs_cli.choices import parse_choice
-    from rmfs_core.results.files import AtomicFile
 
     worlds, seeds = worlds or WORLDS[:2], seeds or (1, 2, 3)
     allow_inline = not no_inline_rules
@@ -77,16 +77,14 @@ def bench(
         for text in dict.fromkeys(rules)
     ]
     notes = Console(stderr=True)
-    with nullcontext() if json_file is None else AtomicFile(json_file) as json_stream:  # refused before the runs
-        with notes.status("...") as status:
-            runs = list(
-                run_all(
-                    contestants, worlds, seeds, overrides=overrides, allow_inline=allow_inline, before=status.update
-                )
-            )
-        if json_stream is not None:
-            json_stream.write(_json(contestants, overrides, runs).encode("utf-8"))
-    _print(table_console(PIPE_WIDTH), contestants, worlds, seeds, runs)
+    with notes.status("...") as status:
+        runs = list(
+            run_all(contestants, worlds, seeds, overrides=overrides, allow_inline=allow_inline, before=status.update)
+        )
+    if as_json:
+        print_json(_plain(contestants, overrides, runs))
+    else:
+        _print(table_console(PIPE_WIDTH), contestants, worlds, seeds, runs)
     failed = [run for run in runs if run.error is not None]
     for run in failed:
         click.echo(f"{run.rule}, {run.world}, seed {run.seed} failed: {run.error}", err=True)
@@ -158,20 +156,9 @@ def _mean(values: Sequence[float | None]) -> float | None:
     return fmean(known) if len(known) == len(values) else None
 
 
-def _json(contestants: Sequence[Contestant], overrides: Sequence[str], runs: Sequence[Measured]) -> str:
-    import attrs
-
-    from rmfs_core.results.files import to_json
-
+def _plain(contestants: Sequence[Contestant], overrides: Sequence[str], runs: Sequence[Measured]) -> dict[str, Any]:
     rules = [
         {"rule": one.text, "decides": one.decides, "distribution": one.distribution, "version": one.version}
         for one in contestants
     ]
-    content = {
-        "format": JSON_FORMAT,
-        "version": JSON_VERSION,
-        "rules": rules,
-        "set": list(overrides),
-        "runs": [attrs.asdict(run) for run in runs],
-    }
-    return to_json(content, indent=1) + "\n"
+    return {"format": JSON_FORMAT, "version": JSON_VERSION, "rules": rules, "set": list(overrides), "runs": runs}

@@ -11,12 +11,13 @@ from attrs import evolve
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import RuleChoice
 from rmfs_core.scenario.overrides import parse_override
+from rmfs_core.scenario.rulenames import rule_name_from
 from rmfs_core.scenario.structuring import KeyProblem, structure_as
 from rmfs_states.state_json import place_of
 
 
 def parse_choice(text: str, place: str) -> RuleChoice:
-    """Return the rule that ``demand`` or ``{ rule = "demand", parameter = 1 }`` names."""
+    """Return the rule that ``demand`` or ``{ rule = "demand", parameter = 1 }`` names, seen from the current folder."""
     value: Any = text
     if text.lstrip().startswith("{"):
         try:
@@ -24,13 +25,14 @@ def parse_choice(text: str, place: str) -> RuleChoice:
         except tomllib.TOMLDecodeError as error:
             raise InputError(place, f"this is no valid TOML table: {error}") from None
     try:
-        return structure_as(RuleChoice, value)
+        choice = structure_as(RuleChoice, value)
     except KeyProblem as problem:
         raise InputError(place_of(place, problem.path), problem.problem) from None
+    return evolve(choice, rule=rule_name_from(choice.rule, ".", "."))
 
 
 def with_parameters(choice: RuleChoice, settings: Sequence[str]) -> RuleChoice:
-    """Return a choice with parameters set: ``max_seconds=5`` each; nothing after the ``=`` takes one out."""
+    """Return a choice with parameters set: ``max_seconds=5`` each; nothing after the ``=``, or None, takes one out."""
     parameters = dict(choice.parameters)
     for text in settings:
         if "=" not in text:

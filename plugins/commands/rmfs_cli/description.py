@@ -17,9 +17,11 @@ from rmfs_core.errors import InputError
 from rmfs_core.rules.hooks import LABEL_OF_ROLE, check_hooks, require_attrs_class, roles_of
 from rmfs_core.rules.parameters import parameters_of, type_name
 from rmfs_core.rules.sources import load_entry
+from rmfs_core.scenario.tomltext import toml_value
 from rmfs_core.wording import one_line
 
 _SHORT_REFERENCE = re.compile(r"(?:doi\.org/|doi:\s?)(10\.[^\s,;]+)|(arXiv:\d{4}\.\d{4,5})", re.IGNORECASE)
+DEPENDS = "(depends on the others)"
 
 
 @frozen
@@ -133,7 +135,7 @@ def _default(field: attrs.Attribute[Any]) -> Any:
     if default is attrs.NOTHING:
         return None
     if hasattr(default, "takes_self"):  # attrs.Factory
-        return "(depends on the others)" if default.takes_self else default.factory()
+        return DEPENDS if default.takes_self else default.factory()
     return default
 
 
@@ -150,6 +152,10 @@ def _documented_parameters(text: str) -> dict[str, str]:
 
 
 def _toml_like(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return f'"{value}"' if isinstance(value, str) else str(value)
+    """Return a default as a scenario has it; a default of nothing is what a key that is left out stands for."""
+    if value is None or value == DEPENDS:
+        return value or "(not set)"
+    try:
+        return toml_value(value)
+    except TypeError:
+        return str(value)

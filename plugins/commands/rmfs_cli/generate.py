@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from rmfs_cli.completion import SetCommand
 from rmfs_cli.options import scenario_argument, seed_option, set_option
 
 if TYPE_CHECKING:
-    from rmfs_core.scenario import Scenario
+    from rmfs_core.scenario import RuleChoice, RulesSection, Scenario
 
 
-@click.command()
+@click.command(cls=SetCommand)
 @scenario_argument
 @click.option("--out", required=True, metavar="DIR", help="Folder to write to; it is made if it is not there.")
 @set_option
@@ -51,23 +52,42 @@ def _with_files(scenario: Scenario) -> tuple[Scenario, dict[str, bytes]]:
     from attrs import evolve
 
     from rmfs_core.scenario import InstanceSection
-    from rmfs_core.scenario.rulenames import is_inline, rule_choices
 
     old = Path(scenario.folder)
-    copied = {}
+    copied: dict[str, bytes] = {}
     layout = scenario.layout
     if layout.map_file is not None:
         name = Path(layout.map_file).name
         copied[name] = _read(old / layout.map_file)
         layout = evolve(layout, map_file=name)
-    for _, choice in rule_choices(scenario.rules):
-        if is_inline(choice.rule):
-            file = choice.rule.rpartition(":")[0]
-            copied[Path(file).as_posix()] = _read(old / file)
     instance = InstanceSection(
         orders_file="orders.csv", pods_file="pods.csv", pods_at_stations=scenario.instance.pods_at_stations
     )
-    return evolve(scenario, instance=instance, layout=layout), copied
+    rules = _with_rule_files(scenario.rules, old, copied)
+    return evolve(scenario, instance=instance, layout=layout, rules=rules), copied
+
+
+def _with_rule_files(rules: RulesSection, old: Path, copied: dict[str, bytes]) -> RulesSection:
+    """Add the files of rules to those to copy, and return the rules as another folder names them."""
+    from attrs import evolve
+
+    from rmfs_core.scenario.rulenames import is_inline, rule_choices
+
+    moved: dict[str, list[RuleChoice]] = {}
+    for (key, *_), choice in rule_choices(rules):
+        file, _, class_name = choice.rule.rpartition(":")
+        renamed = choice
+        if is_inline(choice.rule):
+            content = _read(old / file)
+            target = Path(file if not Path(file).is_absolute() else Path(file).name)
+            while copied.get(target.as_posix(), content) != content:  # another file of that name is there
+                target = target.with_stem(f"{target.stem}_2")
+            copied[target.as_posix()] = content
+            renamed = evolve(choice, rule=f"./{target.as_posix()}:{class_name}")
+        moved.setdefault(str(key), []).append(renamed)
+    many = ("filters", "observers")
+    changed: dict[str, Any] = {key: tuple(found) if key in many else found[0] for key, found in moved.items()}
+    return evolve(rules, **changed)
 
 
 def _read(path: Path) -> bytes:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import click
 
-scenario_argument = click.argument("scenario", metavar="SCENARIO")
+from rmfs_cli import completion
+
+scenario_argument = click.argument("scenario", metavar="SCENARIO", shell_complete=completion.scenarios)
 """A file, or the name of a shipped scenario."""
 
 set_option = click.option(
@@ -12,9 +14,13 @@ set_option = click.option(
     "overrides",
     multiple=True,
     metavar="KEY=VALUE",
-    help="Replace a value of the scenario, such as `instance.orders=50` or `rules.poa=first-come`. "
-    "Nothing after the `=` takes a key out: `--set rules.poa= --set rules.pps= --set rules.poa_pps=...`. Repeatable.",
+    shell_complete=completion.overrides,
+    help="Replace a value of the scenario, such as `instance.orders=50` or `rules.poa=first-come`. A rule from a file "
+    "(`rules.pps=./my.py:MyRule`) is looked up in the current folder. `rules.poa_pps` takes the place of `rules.poa` "
+    "and `rules.pps`, and the other way round. Nothing after the `=`, or None, takes a key out. Repeatable.",
 )
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for machines, and nothing else.")
 
 seed_option = click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Replace the scenario's seed.")
 

@@ -6,13 +6,12 @@ import time
 from typing import TYPE_CHECKING
 
 from attrs import define, field
-from rich.console import Console, Group, RenderableType
-from rich.live import Live
-from rich.panel import Panel
+from rich.console import Console, RenderableType
 from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
+from rmfs_cli.display import Display, PanelDisplay, duration, figures, progress_bar
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import DecisionMade, Event, ItemPicked, OrderCompleted, VisitStarted
 from rmfs_core.hookspecs import hookimpl
@@ -25,12 +24,6 @@ REFRESH_S = 0.125
 EVENTS_PER_LOOK = 16
 """The clock is looked at only once in so many events: that is what keeps the display from costing anything."""
 NARROW = 100
-
-
-def duration(seconds: float) -> str:
-    """Hours, minutes and seconds: ``1:02:03``."""
-    whole = round(seconds)
-    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"
 
 
 @define
@@ -82,7 +75,7 @@ def about(run: RunInfo) -> str:
     )
 
 
-class PlainProgress:
+class PlainProgress(Display):
     """Observer that writes a line at the start, one for every tenth of the orders, and one at the end.
 
     The lines say nothing of wall-clock time, so equal runs write equal lines.
@@ -96,15 +89,14 @@ class PlainProgress:
     """
 
     def __init__(self, name: str, console: Console) -> None:
-        self.name = name
-        self.console = console
+        super().__init__(name, console)
         self.counts = Counts()
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
         """Write the first line."""
         self.counts = Counts.of(run)
-        self._print(f"{self.name}: {about(run)}")
+        self.line(f"{self.name}: {about(run)}")
 
     @hookimpl
     def on_event(self, event: Event) -> None:
@@ -116,12 +108,12 @@ class PlainProgress:
             return
         tenths = 10 * counts.orders // counts.total
         if tenths > 10 * before // counts.total and tenths < 10:
-            self._print(f"{10 * tenths:3d} %  {self._state(event.tick)}")
+            self.line(f"{10 * tenths:3d} %  {self._state(event.tick)}")
 
     @hookimpl
     def run_ended(self, tick: int, status: str) -> None:
         """Write the last line."""
-        self._print(f"{status}: {self._state(tick)}")
+        self.line(f"{status}: {self._state(tick)}")
 
     def close(self) -> None:
         """Do nothing: lines need no tidying up."""
@@ -134,11 +126,8 @@ class PlainProgress:
             f"{counts.picks:,} picks, {counts.psv_per_order} visits per order, pile-on {counts.pile_on}{stopped}"
         )
 
-    def _print(self, line: str) -> None:
-        self.console.print(line, markup=False, highlight=False, soft_wrap=True)
 
-
-class LiveProgress:
+class LiveProgress(PanelDisplay):
     """Observer that shows a run on a terminal while it goes on.
 
     Parameters
@@ -150,10 +139,8 @@ class LiveProgress:
     """
 
     def __init__(self, name: str, console: Console) -> None:
-        self.name = name
-        self.console = console
+        super().__init__(name, console)
         self.counts = Counts()
-        self._live: Live | None = None
         self._run: RunInfo | None = None
         self._started = self._next_refresh = 0.0
         self._until_look = 0
@@ -165,8 +152,7 @@ class LiveProgress:
         self.counts = Counts.of(run)
         self._run = run
         self._started = time.perf_counter()
-        self._live = Live(console=self.console, auto_refresh=False, transient=True)
-        self._live.start()
+        self.open()
         self._refresh()
 
     @hookimpl
@@ -185,39 +171,15 @@ class LiveProgress:
         """Take the display away; the table of metrics takes its place."""
         self.close()
 
-    def close(self) -> None:
-        """Give the terminal back, whatever happened."""
-        if self._live is not None:
-            self._live.stop()
-            self._live = None
-
     def _refresh(self) -> None:
-        assert self._live is not None
-        self._live.update(self.picture(), refresh=True)
+        self.refresh()
         self._next_refresh = time.perf_counter() + REFRESH_S
 
     def picture(self) -> RenderableType:
         """Return what the display shows now."""
         assert self._run is not None
-        title = Text.assemble((f" {self.name} ", "bold"), (f"seed {self._run.scenario.seed} ", "dim"))
-        body = Group(self._bar(), Text(), self._figures(), Text(), self._stations(self._run))
-        # A terminal echoes Ctrl-C as two characters behind the last line; if they wrapped, a line would be left over.
-        width = self.console.width - 3
-        return Panel(body, title=title, title_align="left", border_style="cyan", padding=(0, 1), width=width)
-
-    def _bar(self) -> RenderableType:
-        counts = self.counts
-        grid = Table.grid(padding=(0, 2), expand=True)
-        grid.add_column()
-        grid.add_column(ratio=1)
-        grid.add_column(justify="right")
-        share = counts.orders / counts.total if counts.total else 1.0
-        grid.add_row(
-            "Orders",
-            ProgressBar(total=max(counts.total, 1), completed=counts.orders),
-            f"{counts.orders:,} of {counts.total:,} ({share:.0%})",
-        )
-        return grid
+        bar = progress_bar("Orders", self.counts.orders, self.counts.total)
+        return self.panel(f"seed {self._run.scenario.seed} ", bar, self._figures(), self._stations(self._run))
 
     def _figures(self) -> RenderableType:
         """Pairs of a name and a figure: three pairs a row where there is room, else two."""
@@ -227,7 +189,7 @@ class LiveProgress:
         wall = time.perf_counter() - self._started
         simulated = to_seconds(self._tick)
         left = wall * (counts.total - counts.orders) / counts.orders if counts.orders else None
-        pairs = [
+        pairs: list[tuple[str, str | Text]] = [
             ("Simulated time", duration(simulated)),
             ("Picks", f"{counts.picks:,}"),
             ("Robots", f"{len(robots) - idle} busy, {idle} idle"),
@@ -239,14 +201,7 @@ class LiveProgress:
         ]
         if counts.stopped_early:
             pairs.append(("Stopped early", f"{counts.stopped_early:,} solves"))
-        per_row = 2 if self.console.width < NARROW else 3
-        grid = Table.grid(padding=(0, 2), expand=True)
-        for _ in range(per_row):
-            grid.add_column(style="dim", no_wrap=True)
-            grid.add_column(ratio=1, no_wrap=True)
-        for i in range(0, len(pairs), per_row):
-            grid.add_row(*(cell for pair in pairs[i : i + per_row] for cell in pair))
-        return grid
+        return figures(pairs, per_row=2 if self.console.width < NARROW else 3)
 
     def _stations(self, run: RunInfo) -> RenderableType:
         table = Table(box=None, expand=True, padding=(0, 1, 0, 0), header_style="dim")

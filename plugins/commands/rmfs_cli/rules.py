@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rmfs_cli.screen import table_console
+from rmfs_cli import completion
+from rmfs_cli.options import json_option
+from rmfs_cli.screen import print_json, table_console
 
 if TYPE_CHECKING:
     from rmfs_cli.description import RuleDescription
@@ -19,8 +21,8 @@ PIPE_WIDTH = 200
 
 
 @click.command()
-@click.argument("name", required=False)
-@click.option("--json", "as_json", is_flag=True, help="Print everything as JSON, for machines.")
+@click.argument("name", required=False, shell_complete=completion.rules)
+@json_option
 def rules(name: str | None, as_json: bool) -> None:
     """List the installed rules, or show everything about the rule NAME.
 
@@ -33,7 +35,7 @@ def rules(name: str | None, as_json: bool) -> None:
     if name is not None:
         found = _only(name, found)
     if as_json:
-        _print_json(found)
+        print_json(found)
     elif name is not None:
         for rule in found:
             _print_details(rule)
@@ -53,14 +55,6 @@ def _only(name: str, found: list[RuleDescription]) -> list[RuleDescription]:
         names = {rule.name for rule in found}
         raise InputError("rmfs rules", f'unknown rule "{name}"{did_you_mean(name, names)}; `rmfs rules` lists all')
     return chosen
-
-
-def _print_json(found: list[RuleDescription]) -> None:
-    import json
-
-    import attrs
-
-    click.echo(json.dumps([attrs.asdict(rule) for rule in found], indent=2, default=str, ensure_ascii=False))
 
 
 def _print_table(found: list[RuleDescription]) -> None:

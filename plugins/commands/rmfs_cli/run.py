@@ -12,6 +12,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rmfs_cli.completion import SetCommand, recorders
+from rmfs_cli.options import json_option, scenario_argument, seed_option, set_option
+from rmfs_cli.screen import print_json, say
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -23,16 +27,10 @@ RUNS_FOLDER = "rmfs-runs"
 LONGEST_SUFFIX = 60
 
 
-@click.command()
-@click.argument("scenario")
-@click.option("--seed", type=click.IntRange(min=0), help="Seed of every random stream, in place of the file's.")
-@click.option(
-    "--set",
-    "overrides",
-    metavar="KEY=VALUE",
-    multiple=True,
-    help="Replace a value of the file: --set robots.count=12. May be given several times.",
-)
+@click.command(cls=SetCommand)
+@scenario_argument
+@seed_option
+@set_option
 @click.option(
     "--out",
     type=click.Path(path_type=Path),
@@ -42,9 +40,16 @@ LONGEST_SUFFIX = 60
 )
 @click.option("--trace", is_flag=True, help="Record every event in DIR/trace.jsonl.gz too.")
 @click.option("--record-decisions", is_flag=True, help="Record what each rule saw and decided, for `rmfs explain`.")
-@click.option("--record", metavar="RECORDER", multiple=True, help="Switch on a recorder: trace, decisions ...")
+@click.option(
+    "--record",
+    metavar="RECORDER",
+    multiple=True,
+    shell_complete=recorders,
+    help="Switch on a recorder: trace, decisions ...",
+)
 @click.option("--profile", is_flag=True, help="Print where the wall-clock time went.")
-@click.option("--no-inline-rules", is_flag=True, help="Refuse rules from files beside the scenario.")
+@click.option("--no-inline-rules", is_flag=True, help="Refuse rules from files.")
+@json_option
 @click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
 @click.option("--traceback", "show_traceback", is_flag=True, help="When a rule fails, print where in its code.")
 def run(
@@ -57,6 +62,7 @@ def run(
     record: tuple[str, ...],
     profile: bool,
     no_inline_rules: bool,
+    as_json: bool,
     quiet: bool,
     show_traceback: bool,
 ) -> None:
@@ -73,7 +79,7 @@ def run(
     from rmfs_core.results.running import run as simulate
     from rmfs_core.scenario import load_scenario
 
-    recorders = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
+    recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
     resolved = load_scenario(scenario, overrides, seed)
     name = Path(scenario).stem
     folder = default_folder(name, resolved.seed, overrides) if out is None else out
@@ -87,7 +93,7 @@ def run(
             result = simulate(
                 resolved,
                 out=folder,
-                record=recorders,
+                record=recorded,
                 observers=() if progress is None else (progress,),
                 allow_inline_rules=not no_inline_rules,
             )
@@ -95,13 +101,16 @@ def run(
         if show_traceback:
             click.echo("".join(traceback.format_exception(error.__cause__ or error)), err=True, nl=False)
         if error.result is not None:
-            _say(notes, f"What was measured until the error is in {folder}.")
+            say(notes, f"What was measured until the error is in {folder}.")
         raise
-    console = Console(quiet=quiet)
-    print_summary(console, name, result)
-    if profile:
-        print_profile(console, result)
-    _report(console, result, folder, recorders)
+    if as_json:
+        print_json({**result.to_dict(), "folder": str(folder)})
+    else:
+        console = Console(quiet=quiet)
+        print_summary(console, name, result)
+        if profile:
+            print_profile(console, result)
+        _report(console, result, folder, recorded)
     if result.interrupted:
         raise click.Abort
 
@@ -115,17 +124,12 @@ def default_folder(name: str, seed: int, overrides: tuple[str, ...] = ()) -> Pat
     return Path(RUNS_FOLDER) / f"{name}-seed{seed}{suffix}"
 
 
-def _say(console: Console, text: str) -> None:
-    """Print a line as it is: nothing in it is markup, and only the reader's terminal wraps it."""
-    console.print(text, markup=False, highlight=False, soft_wrap=True)
-
-
 def _announce_inline_rules(notes: Console, scenario: Scenario) -> None:
     from rmfs_core.scenario.rulenames import is_inline, rule_choices
 
     names = (choice.rule for _, choice in rule_choices(scenario.rules) if is_inline(choice.rule))
     for file in dict.fromkeys(name.rpartition(":")[0] for name in names):
-        _say(notes, f"Loading code from {Path(scenario.folder) / file}.")
+        say(notes, f"Loading code from {Path(scenario.folder) / file}.")
 
 
 def announce_compiling(notes: Console, scenario: Scenario, *, allow_inline: bool = True) -> None:
@@ -138,7 +142,7 @@ def announce_compiling(notes: Console, scenario: Scenario, *, allow_inline: bool
     chosen = {"rules.pp": rules.pp, "rules.poa_pps": rules.poa_pps}
     targets = [sources.find(choice.rule, place).target for place, choice in chosen.items() if choice is not None]
     if any(needs_compiling(target if isinstance(target, type) else None) for target in targets):
-        _say(notes, "Compiling searches (once; takes some seconds) ...")
+        say(notes, "Compiling searches (once; takes some seconds) ...")
 
 
 def _report(console: Console, result: Result, folder: Path, record: Sequence[str]) -> None:
@@ -149,10 +153,8 @@ def _report(console: Console, result: Result, folder: Path, record: Sequence[str
     console.print()
     if result.status == "partial":
         done, total = result.metrics["orders_completed"], result.metrics["orders_total"]
-        _say(
-            console, f"The run ended with {total - done:,} of {total:,} orders left; the metrics are of what was done."
-        )
+        say(console, f"The run ended with {total - done:,} of {total:,} orders left; the metrics are of what was done.")
     files = [RESULT_FILE, *(file for file, _ in TABLE_FILES.values())]
     files += [load_recorder(name).file for name in record]
-    _say(console, f"Results in {folder}:")
-    _say(console, f"  {', '.join(files)}")
+    say(console, f"Results in {folder}:")
+    say(console, f"  {', '.join(files)}")

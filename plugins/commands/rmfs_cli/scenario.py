@@ -1,48 +1,51 @@
-"""`rmfs scenario`: check, show and list scenario files."""
+"""`rmfs scenario`: check, show, draw and list scenarios."""
 
 from __future__ import annotations
 
 import click
 
-from rmfs_cli.options import scenario_argument, seed_option, set_option
+from rmfs_cli.completion import SetCommand
+from rmfs_cli.options import json_option, scenario_argument, seed_option, set_option
+from rmfs_cli.screen import print_json
+from rmfs_cli.shipped import print_shipped
 
 
 @click.group()
 def scenario() -> None:
-    """Check, show and list scenario files."""
+    """Check, show, draw and list scenarios."""
 
 
-@scenario.command()
+@scenario.command(cls=SetCommand)
 @scenario_argument
 @set_option
 @seed_option
-@click.option("--no-inline-rules", is_flag=True, help="Refuse rules from files beside the scenario.")
-def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline_rules: bool) -> None:
-    """Say what is wrong with SCENARIO, without running it.
+@click.option("--no-inline-rules", is_flag=True, help="Refuse rules from files.")
+@json_option
+def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline_rules: bool, as_json: bool) -> None:
+    """Say all that is wrong with SCENARIO, without running it.
 
-    Everything a run needs is made: orders and pods, the layout, the rules with their parameters.
+    Everything a run needs is made: orders and pods, the layout, the rules with their parameters. Exit codes: 0 nothing
+    is wrong, 2 something is.
     """
-    from rmfs_core.rules import RuleSet
-    from rmfs_core.scenario import load_scenario, located
-    from rmfs_core.simulation.engine import Simulation
-    from rmfs_core.world import make_instance, make_layout
+    from rmfs_cli.checking import check_scenario
 
-    loaded = load_scenario(scenario, overrides, seed)
-    with located(loaded):
-        rules = RuleSet.load(loaded.rules, loaded.folder, allow_inline=not no_inline_rules)
-        for file in rules.inline_files:
-            click.echo(f"Loaded code from {file}.", err=True)
-        instance = make_instance(loaded)
-        layout = make_layout(loaded)
-        Simulation(loaded, instance, layout, rules)
-    items = sum(order.items for order in instance.orders)
-    click.echo(
-        f"{scenario} is valid: {len(instance.orders)} orders of {items} items, {len(instance.skus)} SKUs, "
-        f"{len(instance.pods)} pods, {len(layout.stations)} stations, {loaded.robots.count} robots."
-    )
+    checked = check_scenario(scenario, overrides, seed, allow_inline=not no_inline_rules)
+    for file in checked.inline_files:
+        click.echo(f"Loaded code from {file}.", err=True)
+    if as_json:
+        print_json({"valid": not checked.problems, "problems": checked.problems, "sizes": checked.sizes})
+    elif checked.problems:
+        for problem in checked.problems:
+            click.echo(f"Error: {problem['place']}: {problem['problem']}", err=True)
+    else:
+        (_, orders), (_, items), *rest = checked.sizes.items()
+        others = ", ".join(f"{number} {what}" for what, number in rest)
+        click.echo(f"{scenario} is valid: {orders} orders of {items} items, {others}.")
+    if checked.problems:
+        raise click.exceptions.Exit(2)
 
 
-@scenario.command()
+@scenario.command(cls=SetCommand)
 @scenario_argument
 @set_option
 @seed_option
@@ -51,6 +54,21 @@ def show(scenario: str, overrides: tuple[str, ...], seed: int | None) -> None:
     from rmfs_core.scenario import load_scenario, to_toml
 
     click.echo(to_toml(load_scenario(scenario, overrides, seed)), nl=False)
+
+
+@scenario.command(name="map", cls=SetCommand)
+@scenario_argument
+@set_option
+def map_(scenario: str, overrides: tuple[str, ...]) -> None:
+    """Print the layout of SCENARIO as a text map, which `layout.map_file` reads.
+
+    # is a storage location, O a picking station, . floor; > < ^ v and lines are floor that robots leave in these
+    directions, arrows the cells of a queue, @ is wall.
+    """
+    from rmfs_core.scenario import load_scenario
+    from rmfs_core.world import draw_map, make_layout
+
+    click.echo(draw_map(make_layout(load_scenario(scenario, overrides))), nl=False)
 
 
 @scenario.command()
@@ -64,12 +82,9 @@ def schema() -> None:
 
 
 @scenario.command(name="list")
-def list_() -> None:
+@json_option
+def list_(as_json: bool) -> None:
     """List the scenarios that come with the package."""
     from rmfs_core.scenario import shipped_scenarios
-    from rmfs_core.scenario.reading import summary
 
-    shipped = shipped_scenarios()
-    width = max(map(len, shipped), default=0)
-    for name, file in shipped.items():
-        click.echo(f"{name:{width}}  {summary(file)}".rstrip())
+    print_shipped(shipped_scenarios(), as_json)

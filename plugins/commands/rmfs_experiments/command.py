@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rmfs_cli.options import dask_option, jobs_option
+from rmfs_cli.completion import experiments
+from rmfs_cli.options import dask_option, jobs_option, json_option
+from rmfs_cli.screen import print_json, say
+from rmfs_cli.shipped import print_shipped
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -18,7 +21,7 @@ RUNS_FOLDER = "runs"
 
 
 @click.command()
-@click.argument("experiment", metavar="EXPERIMENT", required=False)
+@click.argument("experiment", metavar="EXPERIMENT", required=False, shell_complete=experiments)
 @jobs_option
 @dask_option
 @click.option(
@@ -29,6 +32,7 @@ RUNS_FOLDER = "runs"
 )
 @click.option("--list", "list_them", is_flag=True, help="List the experiments that come with the package.")
 @click.option("--no-inline-rules", is_flag=True, help="Refuse rules from files beside the experiment or scenario.")
+@json_option
 @click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
 def compare(
     experiment: str | None,
@@ -37,6 +41,7 @@ def compare(
     out: Path | None,
     list_them: bool,
     no_inline_rules: bool,
+    as_json: bool,
     quiet: bool,
 ) -> None:
     """Run EXPERIMENT, a file or the name of a shipped one (small-rules), and compare its rule sets.
@@ -45,14 +50,16 @@ def compare(
     folder to compute everything again. The comparison is printed and written to DIR: summary.csv, runs.parquet,
     report.html and plots. Exit code 1 when a run failed; the others are finished and compared.
     """
+    import attrs
     from rich.console import Console
 
-    from rmfs_experiments import load_experiment, run_experiment
+    from rmfs_core.errors import RunError
+    from rmfs_experiments import load_experiment, run_experiment, shipped_experiments
     from rmfs_experiments.progress import progress_for
-    from rmfs_experiments.report import print_comparison, write_report
+    from rmfs_experiments.report import REPORT_FILE, print_comparison, write_report
 
     if list_them:
-        _list()
+        print_shipped(shipped_experiments(), as_json)
         return
     if experiment is None:
         raise click.UsageError("expected an experiment: a file, or one of `rmfs compare --list`")
@@ -60,7 +67,7 @@ def compare(
     folder = out or Path("rmfs-runs") / loaded.name
     notes = Console(stderr=True, quiet=quiet)
     for file in () if no_inline_rules else loaded.rule_files():
-        _say(notes, f"Loading code from {file}.")
+        say(notes, f"Loading code from {file}.")
     _announce_compiling(notes)
     try:
         result = run_experiment(
@@ -72,39 +79,37 @@ def compare(
             allow_inline_rules=not no_inline_rules,
         )
     except KeyboardInterrupt:
-        _say(notes, f"Finished runs are kept in {folder / RUNS_FOLDER}; the same command goes on from there.")
+        say(notes, f"Finished runs are kept in {folder / RUNS_FOLDER}; the same command goes on from there.")
         raise
     if not result.computed:
-        _say(notes, f"{loaded.name}: all {len(result.rows):,} runs are stored already")
+        say(notes, f"{loaded.name}: all {len(result.rows):,} runs are stored already")
     if result.computed < len(result.rows):
         _note_editable(notes, result, folder)
     comparison = result.comparison()
     write_report(result, comparison, folder)
-    console = Console(quiet=quiet)
-    print_comparison(console, result, comparison)
-    _conclude(console, result, folder)
-
-
-def _list() -> None:
-    from rmfs_core.scenario.reading import summary
-    from rmfs_experiments import shipped_experiments
-
-    shipped = shipped_experiments()
-    width = max(map(len, shipped), default=0)
-    for name, file in shipped.items():
-        click.echo(f"{name:{width}}  {summary(file)}".rstrip())
-
-
-def _say(console: Console, text: str) -> None:
-    """Print a line as it is: nothing in it is markup, and only the reader's terminal wraps it."""
-    console.print(text, markup=False, highlight=False, soft_wrap=True)
+    if as_json:
+        about = {
+            "experiment": loaded.name,
+            "folder": str(folder),
+            "runs": len(result.rows),
+            "failed": len(result.failed),
+        }
+        print_json({**about, **attrs.asdict(comparison)})
+    else:
+        console = Console(quiet=quiet)
+        print_comparison(console, result, comparison)
+        _conclude(console, folder)
+    if result.failed:
+        raise RunError(
+            f"{len(result.failed)} of {len(result.rows)} runs failed; {folder / REPORT_FILE} has their errors."
+        )
 
 
 def _announce_compiling(notes: Console) -> None:
     from rmfs_core.world.travel import needs_compiling
 
     if needs_compiling():
-        _say(notes, "Compiling the path search (once; takes some seconds) ...")
+        say(notes, "Compiling the path search (once; takes some seconds) ...")
 
 
 def _note_editable(notes: Console, result: ExperimentResult, folder: Path) -> None:
@@ -120,22 +125,17 @@ def _note_editable(notes: Console, result: ExperimentResult, folder: Path) -> No
         if '"editable": true' in origin:
             editable.append(f"{name} {version}")
     if editable:
-        _say(
+        say(
             notes,
             f"Some runs were stored before. {', '.join(editable)}: installed as editable, so that changes of its code "
             f"since then are not noticed; delete {folder / RUNS_FOLDER} to compute them again.",
         )
 
 
-def _conclude(console: Console, result: ExperimentResult, folder: Path) -> None:
-    """Say where the files are, and that runs failed if some did."""
-    from rmfs_core.errors import RunError
+def _conclude(console: Console, folder: Path) -> None:
+    """Say where the files are."""
     from rmfs_experiments.report import PARQUET_FILE, PLOTS_FOLDER, REPORT_FILE, SUMMARY_FILE
 
     console.print()
-    _say(console, f"Report in {folder}:")
-    _say(console, f"  {REPORT_FILE}, {SUMMARY_FILE}, {PARQUET_FILE}, {PLOTS_FOLDER}/, {RUNS_FOLDER}/")
-    if result.failed:
-        raise RunError(
-            f"{len(result.failed)} of {len(result.rows)} runs failed; {folder / REPORT_FILE} has their errors."
-        )
+    say(console, f"Report in {folder}:")
+    say(console, f"  {REPORT_FILE}, {SUMMARY_FILE}, {PARQUET_FILE}, {PLOTS_FOLDER}/, {RUNS_FOLDER}/")

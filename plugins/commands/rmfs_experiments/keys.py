@@ -9,32 +9,16 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from rmfs_core.errors import InputError
 from rmfs_core.results.files import json_ready
-from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, scenario_to_dict
 from rmfs_experiments.resolving import DATA_FILES
 
 KEY_LENGTH = 24
 """Hexadecimal digits: 96 bits, so that a million runs collide with a probability of 1e-17."""
-
-
-def versions_of(rules: RuleSet, folder: str) -> dict[str, str]:
-    """Return the versions of everything that takes part in a run, as its result.json will have them.
-
-    Parameters
-    ----------
-    rules
-        The rules of the scenario.
-    folder
-        The scenario's folder, for the names of rule files.
-    """
-    files = {Path(os.path.relpath(file, folder)).as_posix(): _digest(Path(file)) for file in rules.inline_files}
-    return {**rules.distributions, **files}
 
 
 def run_key(scenario: Scenario, versions: Mapping[str, str]) -> Callable[[int], str]:

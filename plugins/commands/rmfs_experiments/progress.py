@@ -6,14 +6,11 @@ import threading
 import time
 
 from attrs import define, field
-from rich.console import Console, Group, RenderableType
-from rich.live import Live
-from rich.panel import Panel
-from rich.progress_bar import ProgressBar
+from rich.console import Console, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from rmfs_cli.progress import duration
+from rmfs_cli.display import Display, PanelDisplay, duration, figures, progress_bar
 from rmfs_experiments.experiment import Job
 from rmfs_experiments.rows import Row
 from rmfs_experiments.watching import Watcher
@@ -56,7 +53,7 @@ class Counts:
         self.running.pop(job.key, None)
         self.done += 1
         self.failed += row["status"] == "failed"
-        self.simulated_s += row.get("makespan_s") or 0.0
+        self.simulated_s += row.get("simulated_s") or 0.0
 
     @property
     def finished(self) -> int:
@@ -79,7 +76,7 @@ class Counts:
         return duration(self.used_s * (self.total - self.finished) / self.done) if self.done else "-"
 
 
-class PlainProgress(Watcher):
+class PlainProgress(Display, Watcher):
     """Writes a line at the start, one for every tenth of the runs, one for each run that fails, and one at the end.
 
     Parameters
@@ -91,8 +88,7 @@ class PlainProgress(Watcher):
     """
 
     def __init__(self, name: str, console: Console) -> None:
-        self.name = name
-        self.console = console
+        super().__init__(name, console)
         self.counts = Counts()
         self._lock = threading.Lock()
 
@@ -100,7 +96,7 @@ class PlainProgress(Watcher):
         """Write the first line."""
         self.counts = Counts(total, stored, slots)
         before = f", {stored:,} of them stored already" if stored else ""
-        self._print(f"{self.name}: {total:,} runs{before}, {slots} at a time")
+        self.line(f"{self.name}: {total:,} runs{before}, {slots} at a time")
 
     def run_started(self, job: Job) -> None:
         """Count."""
@@ -110,7 +106,7 @@ class PlainProgress(Watcher):
     def run_repeated(self, job: Job, problem: str) -> None:
         """Write a line."""
         with self._lock:
-            self._print(f"Repeated: {job}: {problem}")
+            self.line(f"Repeated: {job}: {problem}")
 
     def run_finished(self, job: Job, row: Row) -> None:
         """Write a line if the run failed, or another tenth is done."""
@@ -119,14 +115,14 @@ class PlainProgress(Watcher):
             before = 10 * counts.finished // counts.total
             counts.end(job, row)
             if row["status"] == "failed":
-                self._print(f"Failed: {job}: {row['error']}")
+                self.line(f"Failed: {job}: {row['error']}")
             tenths = 10 * counts.finished // counts.total
             if tenths > before and tenths < 10:
-                self._print(f"{10 * tenths:3d} %  {self._state()}, {counts.left} left")
+                self.line(f"{10 * tenths:3d} %  {self._state()}, {counts.left} left")
 
     def ended(self) -> None:
         """Write the last line."""
-        self._print(f"{self._state()} in {duration(self.counts.used_s)}")
+        self.line(f"{self._state()} in {duration(self.counts.used_s)}")
 
     def _state(self) -> str:
         counts = self.counts
@@ -136,11 +132,8 @@ class PlainProgress(Watcher):
             f"{counts.speed} simulated s per s"
         )
 
-    def _print(self, line: str) -> None:
-        self.console.print(line, markup=False, highlight=False, soft_wrap=True)
 
-
-class LiveProgress(Watcher):
+class LiveProgress(PanelDisplay, Watcher):
     """Shows an experiment on a terminal while it goes on; runs that fail stay to be read above the display.
 
     Parameters
@@ -152,19 +145,14 @@ class LiveProgress(Watcher):
     """
 
     def __init__(self, name: str, console: Console) -> None:
-        self.name = name
-        self.console = console
+        super().__init__(name, console)
         self.counts = Counts()
         self._lock = threading.Lock()
-        self._live: Live | None = None
 
     def started(self, total: int, stored: int, slots: int) -> None:
         """Open the display."""
         self.counts = Counts(total, stored, slots)
-        self._live = Live(
-            console=self.console, get_renderable=self.picture, refresh_per_second=REFRESHES_PER_S, transient=True
-        )
-        self._live.start()
+        self.open(REFRESHES_PER_S)
 
     def run_started(self, job: Job) -> None:
         """Count."""
@@ -175,50 +163,27 @@ class LiveProgress(Watcher):
         """Write a line above the display."""
         with self._lock:
             self.counts.repeated += 1
-        self._say("Repeated", f"{job}: {problem}", "yellow")
+        self._above("Repeated", f"{job}: {problem}", "yellow")
 
     def run_finished(self, job: Job, row: Row) -> None:
         """Count; write a line above the display if the run failed."""
         with self._lock:
             self.counts.end(job, row)
         if row["status"] == "failed":
-            self._say("Failed", f"{job}: {row['error']}", "red")
+            self._above("Failed", f"{job}: {row['error']}", "red")
 
     def ended(self) -> None:
         """Take the display away; the tables take its place."""
-        if self._live is not None:
-            self._live.stop()
-            self._live = None
+        self.close()
 
-    def _say(self, word: str, text: str, style: str) -> None:
+    def _above(self, word: str, text: str, style: str) -> None:
         self.console.print(Text.assemble((f"{word}: ", style), text), soft_wrap=True)
 
     def picture(self) -> RenderableType:
         """Return what the display shows now."""
         with self._lock:
-            body = Group(self._bar(), Text(), self._figures(), Text(), self._runs())
-        # A terminal echoes Ctrl-C as two characters behind the last line; if they wrapped, a line would be left over.
-        return Panel(
-            body,
-            title=Text.assemble((f" {self.name} ", "bold")),
-            title_align="left",
-            border_style="cyan",
-            padding=(0, 1),
-            width=self.console.width - 3,
-        )
-
-    def _bar(self) -> RenderableType:
-        counts = self.counts
-        grid = Table.grid(padding=(0, 2), expand=True)
-        grid.add_column()
-        grid.add_column(ratio=1)
-        grid.add_column(justify="right")
-        grid.add_row(
-            "Runs",
-            ProgressBar(total=counts.total, completed=counts.finished),
-            f"{counts.finished:,} of {counts.total:,} ({counts.finished / counts.total:.0%})",
-        )
-        return grid
+            bar = progress_bar("Runs", self.counts.finished, self.counts.total)
+            return self.panel("", bar, self._figures(), self._runs())
 
     def _figures(self) -> RenderableType:
         counts = self.counts
@@ -232,14 +197,7 @@ class LiveProgress(Watcher):
         ]
         if counts.repeated:
             pairs.append(("Repeated", Text(f"{counts.repeated:,}", "yellow")))
-        grid = Table.grid(padding=(0, 2), expand=True)
-        for _ in range(2):
-            grid.add_column(style="dim", no_wrap=True)
-            grid.add_column(ratio=1, no_wrap=True)
-        for i in range(0, len(pairs), 2):
-            cells: list[str | Text] = [cell for pair in pairs[i : i + 2] for cell in pair]
-            grid.add_row(*cells)
-        return grid
+        return figures(pairs, per_row=2)
 
     def _runs(self) -> RenderableType:
         table = Table(box=None, expand=True, padding=(0, 1, 0, 0), header_style="dim")

@@ -46,7 +46,7 @@ def resolve(base: Scenario, changes: Changes, folder: str, place: str) -> Scenar
     """
     overrides = [Override(f"{key} = {shown(value)}", tuple(key.split(".")), value) for key, value in changes.items()]
     with located_in(place):
-        data = apply_overrides(_without_other_roles(scenario_to_dict(base), changes), overrides)
+        data = apply_overrides(scenario_to_dict(base), overrides)
     scenario = scenario_from_dict(data, base.folder, place)
     for override in overrides:
         section, *rest = override.path
@@ -68,13 +68,6 @@ def located_in(place: str) -> Iterator[None]:
         yield
     except InputError as error:
         raise InputError(f"{place}, {error.place.removeprefix('--set ')}", error.problem) from error
-
-
-def _without_other_roles(data: dict[str, Any], changes: Changes) -> dict[str, Any]:
-    """Take out the base's rules for orders and pods that rules of the other kind stand in for."""
-    roles = {key.split(".")[1] for key in changes if key.startswith("rules.")}
-    others = ("poa", "pps") if "poa_pps" in roles else ("poa_pps",) if roles & {"poa", "pps"} else ()
-    return {**data, "rules": {role: choice for role, choice in data["rules"].items() if role not in others}}
 
 
 def _folders(scenario: Scenario, changes: Changes, folder: str) -> Iterator[str]:

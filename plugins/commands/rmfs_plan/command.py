@@ -9,6 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rmfs_cli import completion
+from rmfs_cli.options import json_option
+from rmfs_cli.screen import print_json
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -23,12 +27,27 @@ SHOWN = 12
 @click.argument("map_file", metavar="MAP")
 @click.option("--agents", type=click.IntRange(min=1), default=10, show_default=True, help="Number of robots.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the random trips.")
-@click.option("--pp", default="sipp", show_default=True, metavar="RULE", help="Planner: sipp, whca-n, free-flow, ...")
+@click.option(
+    "--pp",
+    default="sipp",
+    show_default=True,
+    metavar="RULE",
+    shell_complete=completion.rules,
+    help="Planner: sipp, whca-n, free-flow, ...",
+)
 @click.option("--set", "values", multiple=True, metavar="KEY=VALUE", help="A parameter of the planner. Repeatable.")
 @click.option("--scen", metavar="FILE", help="Take the trips from a MovingAI scenario, the first ones in it.")
 @click.option("--out", metavar="DIR", help="Folder to write plan.json and paths.csv to.")
+@json_option
 def plan(
-    map_file: str, agents: int, seed: int, pp: str, values: tuple[str, ...], scen: str | None, out: str | None
+    map_file: str,
+    agents: int,
+    seed: int,
+    pp: str,
+    values: tuple[str, ...],
+    scen: str | None,
+    out: str | None,
+    as_json: bool,
 ) -> None:
     """Plan the paths of robots on MAP, a MovingAI map or a text map, one robot after another.
 
@@ -38,11 +57,12 @@ def plan(
 
     from rmfs_core.errors import RunError
     from rmfs_core.randomness import stream
+    from rmfs_core.scenario.rulenames import rule_name_from
     from rmfs_core.world.travel import needs_compiling
     from rmfs_plan import bare_roads, collisions, find_planner, plan_trips, random_trips, read_map, read_trips
 
     roads = bare_roads(read_map(map_file))
-    choice = find_planner(pp, _parameters(values), stream(seed, f"rule pp {pp}"))
+    choice = find_planner(rule_name_from(pp, ".", "."), _parameters(values), stream(seed, f"rule pp {pp}"))
     trips = random_trips(roads, agents, seed, map_file) if scen is None else read_trips(scen, roads.layout, agents)
     _check_reach(roads, trips, scen or map_file)
     if needs_compiling(choice.rule):
@@ -52,9 +72,13 @@ def plan(
     wall_s = time.perf_counter() - started
     hits = collisions(roads, [one.path for one in plans])
     title = f"{Path(map_file).name}, {len(plans)} robots, {pp}"
-    _print(Console(), title, roads, plans, hits, wall_s)
+    about = {"map": map_file, "scen": scen, "seed": seed, "pp": pp, "parameters": _parameters(values)}
+    if as_json:
+        rows = [_row(roads, robot, one) for robot, one in enumerate(plans, 1)]
+        print_json({**_document(plans, hits, about), "trips": rows})
+    else:
+        _print(Console(), title, roads, plans, hits, wall_s)
     if out is not None:
-        about = {"map": map_file, "scen": scen, "seed": seed, "pp": pp, "parameters": _parameters(values)}
         _write(out, roads, plans, hits, about)
     stuck = [str(number) for number, one in enumerate(plans, 1) if not one.arrived]
     if stuck:
@@ -151,15 +175,31 @@ def _short(roads: Roads, cell: int) -> str:
     return f"{cell % roads.layout.width},{cell // roads.layout.width}"
 
 
-def _write(out: str, roads: Roads, plans: Sequence[Plan], hits: Sequence[Collision], about: Mapping[str, Any]) -> None:
+def _document(plans: Sequence[Plan], hits: Sequence[Collision], about: Mapping[str, Any]) -> dict[str, Any]:
     from attrs import asdict
 
+    return {**about, "costs": _costs(plans, hits), "collisions": [asdict(hit) for hit in hits]}
+
+
+def _row(roads: Roads, robot: int, one: Plan) -> dict[str, Any]:
+    """Return one robot of the table, as plain values."""
+    return {
+        "robot": robot,
+        "from": _short(roads, one.trip.start),
+        "to": _short(roads, one.trip.goal),
+        "arrives_s": one.path.end_tick / 1000 if one.arrived else None,
+        "delay_s": one.delay_ticks / 1000 if one.arrived else None,
+        "stops": len(one.path.legs),
+        "queries": one.queries,
+    }
+
+
+def _write(out: str, roads: Roads, plans: Sequence[Plan], hits: Sequence[Collision], about: Mapping[str, Any]) -> None:
     from rmfs_core.results.files import json_ready, output_folder, to_csv, to_json, write_text
 
     folder = output_folder(out)
     rows = [row for robot, one in enumerate(plans, 1) for row in _legs(roads, robot, one)]
-    document = {**about, "costs": _costs(plans, hits), "collisions": [asdict(hit) for hit in hits]}
-    write_text(folder / "plan.json", to_json(json_ready(document), indent=2) + "\n")
+    write_text(folder / "plan.json", to_json(json_ready(_document(plans, hits, about)), indent=2) + "\n")
     columns = ("robot", "leg", "start_s", "wait_s", "turn_s", "run_s", "from_x", "from_y", "to_x", "to_y", "end_s")
     write_text(folder / "paths.csv", to_csv(columns, rows))
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rmfs_cli.options import dask_option, jobs_option
+from rmfs_cli.options import dask_option, jobs_option, json_option
+from rmfs_cli.screen import print_json, say
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -33,9 +34,16 @@ if TYPE_CHECKING:
     metavar="DIR",
     help="Folder for finished runs and the report. [default: rmfs-runs/reproduce, rmfs-runs/reproduce-quick]",
 )
+@json_option
 @click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
 def reproduce(
-    only: tuple[str, ...], quick: bool, jobs: int | None, dask: str | None, out: Path | None, quiet: bool
+    only: tuple[str, ...],
+    quick: bool,
+    jobs: int | None,
+    dask: str | None,
+    out: Path | None,
+    as_json: bool,
+    quiet: bool,
 ) -> None:
     """Run the evaluation of the paper (arXiv:1902.03092, Section 4) and hold its figures against ours.
 
@@ -47,6 +55,7 @@ def reproduce(
     from rich.console import Console
 
     from rmfs_cli.run import announce_compiling
+    from rmfs_core.errors import RunError
     from rmfs_core.scenario import load_scenario
     from rmfs_experiments.progress import progress_for
     from rmfs_reproduction import choose_parts
@@ -67,11 +76,21 @@ def reproduce(
             watch=lambda name: progress_for(notes, name),
         )
     except KeyboardInterrupt:
-        _say(notes, f"Finished runs are kept in {folder}; the same command goes on from there.")
+        say(notes, f"Finished runs are kept in {folder}; the same command goes on from there.")
         raise
-    console = Console(quiet=quiet)
-    _print_overview(console, done)
-    _conclude(console, done, folder)
+    if as_json:
+        overview = done.report.grids[0]
+        rows = [dict(zip(overview.columns, row, strict=True)) for row in overview.rows]
+        counted = {"runs": len(done.rows), "failed": len(done.failed)}
+        print_json({"folder": str(folder), "files": list(done.files), **counted, "overview": rows})
+    else:
+        console = Console(quiet=quiet)
+        _print_overview(console, done)
+        console.print()
+        say(console, f"Report in {folder}:")
+        say(console, f"  {', '.join(done.files)}")
+    if done.failed:
+        raise RunError(f"{len(done.failed)} of {len(done.rows)} runs failed; the report has their errors.")
 
 
 def _print_overview(console: Console, done: Reproduction) -> None:
@@ -88,20 +107,4 @@ def _print_overview(console: Console, done: Reproduction) -> None:
     console.print()
     console.print(table)
     console.print()
-    _say(console, runs.notes[0])
-
-
-def _say(console: Console, text: str) -> None:
-    """Print a line as it is: nothing in it is markup, and only the reader's terminal wraps it."""
-    console.print(text, markup=False, highlight=False, soft_wrap=True)
-
-
-def _conclude(console: Console, done: Reproduction, folder: Path) -> None:
-    """Say where the files are, and that runs failed if some did."""
-    from rmfs_core.errors import RunError
-
-    console.print()
-    _say(console, f"Report in {folder}:")
-    _say(console, f"  {', '.join(done.files)}")
-    if done.failed:
-        raise RunError(f"{len(done.failed)} of {len(done.rows)} runs failed; the report has their errors.")
+    say(console, runs.notes[0])

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from rmfs_cli import completion
+
 DECIDES = ("POA", "PPS", "POA+PPS", "PR", "TA")
 
 
@@ -21,7 +23,14 @@ def _print_schema(ctx: click.Context, _parameter: click.Parameter, wanted: bool)
 
 @click.command()
 @click.argument("state", metavar="STATE.json", type=click.Path(path_type=Path))
-@click.option("--rule", "name", required=True, metavar="RULE", help="Rule to ask: a name, or ./file.py:Class.")
+@click.option(
+    "--rule",
+    "name",
+    required=True,
+    metavar="RULE",
+    shell_complete=completion.rules,
+    help="Rule to ask: a name, or ./file.py:Class.",
+)
 @click.option(
     "--set", "settings", multiple=True, metavar="PARAMETER=VALUE", help="Set a parameter of the rule. Repeatable."
 )

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from rmfs_cli.screen import table_console
+from rmfs_cli import completion
+from rmfs_cli.options import json_option
+from rmfs_cli.screen import print_json, table_console
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from rmfs_core.scenario import RuleChoice
-    from rmfs_states import Answer, Recorded, Recording, State
+    from rmfs_states import Answer, Outcome, Recorded, Recording
     from rmfs_states.stories import Episode
 
 PIPE_WIDTH = 120
@@ -32,12 +34,14 @@ PIPE_WIDTH = 120
     "against",
     multiple=True,
     metavar="RULE",
+    shell_complete=completion.rules,
     help="What would this rule have decided in the same state? A name, a table as in scenario files "
     '(`{ rule = "demand", ... }`), or a POA and a PPS rule (`pod-match + demand`). Repeatable.',
 )
 @click.option("--state", "state_file", type=click.Path(path_type=Path), metavar="FILE", help="Write the state there.")
 @click.option("--limit", type=click.IntRange(min=1), default=10, show_default=True, help="Orders to show at most.")
 @click.option("--no-inline-rules", is_flag=True, help="Refuse rules from files.")
+@json_option
 def explain(
     folder: Path,
     period: int | None,
@@ -48,15 +52,16 @@ def explain(
     state_file: Path | None,
     limit: int,
     no_inline_rules: bool,
+    as_json: bool,
 ) -> None:
     """Say why something was decided in the run in DIR, which `rmfs run --record-decisions` wrote.
 
     Shows the state that the rule saw, its decision, the objective and bound of its model, and what other rules would
     have decided there. Without an option it counts the decisions.
     """
+    from rmfs_core.results.files import to_json, write_text
     from rmfs_states import explain_tables as tables
     from rmfs_states import read_recording
-    from rmfs_states.stories import order_story, pod_story
 
     chosen = [
         name
@@ -70,49 +75,91 @@ def explain(
     recording = read_recording(folder)
     console = table_console(PIPE_WIDTH)
     if order is not None:
-        _know(recording, "order", order)
-        tables.print_story(console, f"order {order}", _told(recording, order_story, order))
+        _tell(console, recording, "order", order, as_json)
     elif pod is not None:
-        _know(recording, "pod", pod)
-        tables.print_story(console, f"pod {pod}", _told(recording, pod_story, pod))
-    elif period is None and decision is None:
-        tables.print_overview(console, recording)
-    else:
+        _tell(console, recording, "pod", pod, as_json)
+    elif period is not None or decision is not None:
         explained, others = _find(recording, period, decision)
-        choice = recording.choice_of(explained)
-        _explain(console, explained, choice, against, state_file, limit, allow_inline=not no_inline_rules)
-        tables.print_others(console, others)
+        answers = [_alternative(text, explained, allow_inline=not no_inline_rules) for text in against]
+        if state_file is not None:
+            write_text(state_file, to_json(explained.content, indent=1) + "\n")
+        compared = list(zip(against, answers, strict=True))
+        if as_json:
+            print_json(_plain(explained, compared, others))
+        else:
+            _print(console, explained, recording.choice_of(explained), compared, state_file, limit)
+            tables.print_others(console, others)
+    elif as_json:
+        print_json(tables.overview(recording))
+    else:
+        tables.print_overview(console, recording)
 
 
-def _explain(
+def _tell(console: Console, recording: Recording, kind: str, name: str, as_json: bool) -> None:
+    """Tell what was decided for an order or a pod."""
+    from rmfs_states import explain_tables as tables
+    from rmfs_states.stories import order_story, pod_story
+
+    _know(recording, kind, name)
+    told = _told(recording, order_story if kind == "order" else pod_story, name)
+    if as_json:
+        print_json({kind: name, "episodes": told})
+    else:
+        tables.print_story(console, f"{kind} {name}", told)
+
+
+def _print(
     console: Console,
     explained: Recorded,
     choice: RuleChoice,
-    against: tuple[str, ...],
+    compared: list[tuple[str, Answer]],
     state_file: Path | None,
     limit: int,
-    *,
-    allow_inline: bool,
 ) -> None:
-    from rmfs_core.results.files import to_json, write_text
     from rmfs_states import explain_tables as tables
-    from rmfs_states.deciding import outcome_of
 
-    state = explained.state()
-    answers = [_alternative(state, text, explained, allow_inline=allow_inline) for text in against]
-    if state_file is not None:
-        write_text(state_file, to_json(explained.content, indent=1) + "\n")
-    outcome = None
-    if explained.decision is not None:
-        outcome = outcome_of(state, explained.decides, explained.decision, explained.place)
-    tables.print_decision(console, explained, choice, state, limit)
-    if answers:
-        tables.print_comparison(console, explained, outcome, list(zip(against, answers, strict=True)))
+    tables.print_decision(console, explained, choice, explained.state(), limit)
+    if compared:
+        tables.print_comparison(console, explained, _outcome(explained), compared)
     if state_file is not None:
         click.echo(f"State written to {state_file}; `rmfs decide {state_file} --rule RULE` asks a rule again.")
 
 
-def _alternative(state: State, text: str, explained: Recorded, *, allow_inline: bool) -> Answer:
+def _outcome(explained: Recorded) -> Outcome | None:
+    from rmfs_states.deciding import outcome_of
+
+    if explained.decision is None:
+        return None
+    return outcome_of(explained.state(), explained.decides, explained.decision, explained.place)
+
+
+def _plain(explained: Recorded, compared: list[tuple[str, Answer]], others: list[Recorded]) -> dict[str, Any]:
+    """Return a decision, what other rules would have decided, and the pod selections after it, as plain values."""
+    return {
+        **_decided(explained),
+        "report": explained.report,
+        "outcome": _outcome(explained),
+        "against": [
+            {"rule": text, "decision": one.decision, "report": one.report, "outcome": one.outcome}
+            for text, one in compared
+        ],
+        "then": [_decided(one) for one in others],
+        "state": explained.content,
+    }
+
+
+def _decided(recorded: Recorded) -> dict[str, Any]:
+    return {
+        "number": recorded.number,
+        "period": recorded.period,
+        "time_s": recorded.time_s,
+        "decides": recorded.decides,
+        "rule": recorded.rule,
+        "decision": recorded.decision,
+    }
+
+
+def _alternative(text: str, explained: Recorded, *, allow_inline: bool) -> Answer:
     from rmfs_cli.choices import parse_choice
     from rmfs_states.deciding import decide_instead
 
@@ -120,7 +167,7 @@ def _alternative(state: State, text: str, explained: Recorded, *, allow_inline: 
     place = f"--against {text}"
     choices = [parse_choice(part.strip(), place) for part in parts]
     return decide_instead(
-        state, choices, explained.decides, allow_inline=allow_inline, source=explained.place, place=place
+        explained.state(), choices, explained.decides, allow_inline=allow_inline, source=explained.place, place=place
     )
 
 

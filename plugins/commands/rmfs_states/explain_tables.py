@@ -25,18 +25,26 @@ UNUSED_WEIGHT = 2
 """What a free place counts against a pod-station visit: W_u of the paper's objective (1)."""
 
 
-def print_overview(console: Console, recording: Recording) -> None:
+def overview(recording: Recording) -> dict[str, Any]:
     """Count the decisions of a run."""
     counts: Counter[tuple[str, str]] = Counter()
     periods = 0
     for recorded in recording:
         counts[recorded.decides, recorded.rule] += 1
         periods = max(periods, recorded.period)
+    by_rule = [{"decides": decides, "rule": rule, "decisions": count} for (decides, rule), count in counts.items()]
+    return {"periods": periods, "decisions": counts.total(), "by_rule": by_rule}
+
+
+def print_overview(console: Console, recording: Recording) -> None:
+    """Print the number of decisions of each rule."""
+    counted = overview(recording)
     table = _table("Decides", "Rule", right=("Decisions",))
-    for (decides, rule), count in counts.items():
-        table.add_row(decides, rule, f"{count:,}")
+    for row in counted["by_rule"]:
+        table.add_row(row["decides"], row["rule"], f"{row['decisions']:,}")
     console.print(table)
-    _say(console, f"Periods 1 to {periods}, decisions 1 to {counts.total()}: see --period, --decision, --order, --pod.")
+    ranges = f"Periods 1 to {counted['periods']}, decisions 1 to {counted['decisions']}"
+    _say(console, f"{ranges}: see --period, --decision, --order, --pod.")
 
 
 def print_story(console: Console, name: str, episodes: Sequence[Episode]) -> None:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rmfs_cli.screen import table_console
+from rmfs_cli.options import json_option
+from rmfs_cli.screen import print_json, table_console
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -26,7 +27,8 @@ PIPE_WIDTH = 200
     help="Check that no two robots hold a cell at once, or do not. Default: unless the PP rule ignores other robots.",
 )
 @click.option("--limit", type=click.IntRange(min=1), default=50, show_default=True, help="Faults to show at most.")
-def validate(folder: Path, collisions: bool | None, limit: int) -> None:
+@json_option
+def validate(folder: Path, collisions: bool | None, limit: int, as_json: bool) -> None:
     """Check the trace of a run in DIR: whether everything it tells can have happened.
 
     DIR is what `rmfs run --trace --out DIR` wrote, or a trace file. Read are the trace and, when it lies beside it, the
@@ -35,6 +37,9 @@ def validate(folder: Path, collisions: bool | None, limit: int) -> None:
     from rmfs_validation import check_trace
 
     report = check_trace(folder, collisions=collisions)
+    if as_json:
+        print_json(report)
+        raise click.exceptions.Exit(1 if report.faults else 0)
     console = table_console(PIPE_WIDTH)
     if report.faults:
         _print_faults(console, report.faults, limit)

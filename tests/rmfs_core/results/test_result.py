@@ -95,6 +95,7 @@ def test_a_complete_run(scenario_file: Path) -> None:
     assert result.metrics["picks"] == sum(row["picks"] for row in result.visits)
     assert result.metrics["pod_station_visits"] == len(result.visits)
     assert result.metrics["makespan_s"] == max(row["completed_s"] for row in result.orders)
+    assert result.metrics["simulated_s"] == result.metrics["makespan_s"]
     assert result.timing["wall_s"] > 0
     assert result.timing["hook_s"].keys() >= {"assign_orders", "select_pods"}
     assert {"rmfs", "python", "numpy"} <= result.versions.keys()
@@ -126,11 +127,11 @@ def test_overrides_need_a_file(scenario_file: Path) -> None:
 
 
 def test_a_run_that_ends_before_its_orders_do(scenario_file: Path) -> None:
-    """With run.until_s the result is partial, and the makespan is that time."""
+    """With run.until_s the result is partial: that time is what was simulated, and there is no makespan."""
     scenario = evolve(load_scenario(scenario_file), run=RunSection(until_s=60.0))
     result = rmfs_core.run(scenario)
     assert (result.status, result.interrupted) == ("partial", False)
-    assert result.metrics["makespan_s"] == 60.0
+    assert (result.metrics["makespan_s"], result.metrics["simulated_s"]) == (None, 60.0)
     assert result.metrics["orders_completed"] < 10
 
 
@@ -147,13 +148,16 @@ def test_an_interrupted_run_keeps_what_was_measured(scenario_file: Path, tmp_pat
     observer = Interrupting(after=60)
     result = rmfs_core.run(scenario_file, observers=[observer], out=tmp_path / "out", trace=True)
     assert (result.status, result.interrupted) == ("partial", True)
-    assert observer.ended == [(round(result.metrics["makespan_s"] * 1000), "partial")]
+    assert observer.ended == [(round(result.metrics["simulated_s"] * 1000), "partial")]
     assert load_result(tmp_path / "out").status == "partial"
     assert (tmp_path / "out" / "trace.jsonl.gz").exists()
 
 
-def test_a_failed_run_keeps_what_was_measured(scenario_file: Path, tmp_path: Path) -> None:
+def test_a_failed_run_keeps_what_was_measured(
+    scenario_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The error carries the result of what was done until then, and the same is saved."""
+    monkeypatch.chdir(scenario_file.parent)
     with pytest.raises(RuleError, match="out of ideas") as caught:
         rmfs_core.run(scenario_file, overrides=["rules.pp=./failing.py:Failing"], out=tmp_path / "out")
     result = caught.value.result
@@ -165,8 +169,31 @@ def test_a_failed_run_keeps_what_was_measured(scenario_file: Path, tmp_path: Pat
     assert saved.error == str(caught.value)
 
 
-def test_files_beside_the_scenario_are_told_apart_by_their_digest(scenario_file: Path) -> None:
+def test_a_rule_from_the_current_folder_can_be_found_again(
+    scenario_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A shipped scenario runs with it, and the saved result leads from everywhere to the same file and digest."""
+    monkeypatch.chdir(scenario_file.parent)
+    failing = f"{scenario_file.parent}/failing.py"
+    with pytest.raises(RuleError, match="out of ideas"):
+        rmfs_core.run("examples/small", overrides=["rules.pp=./failing.py:Failing"], out=tmp_path / "out")
+    saved = load_result(tmp_path / "out")
+    assert saved.scenario.rules.pp.rule == f"{failing}:Failing"
+    assert saved.versions[failing].startswith("sha256:")
+    monkeypatch.chdir(tmp_path / "out")
+    with pytest.raises(RuleError, match="out of ideas") as caught:
+        rmfs_core.run(saved.scenario)
+    assert caught.value.result is not None
+    assert caught.value.result.versions == saved.versions
+    with pytest.raises(InputError, match="--no-inline-rules refuses"):
+        rmfs_core.run(saved.scenario, allow_inline_rules=False)
+
+
+def test_files_beside_the_scenario_are_told_apart_by_their_digest(
+    scenario_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The versions of a run include the content of each file that a rule came from."""
+    monkeypatch.chdir(scenario_file.parent)
     with pytest.raises(RuleError) as caught:
         rmfs_core.run(scenario_file, overrides=["rules.pp=./failing.py:Failing"])
     assert caught.value.result is not None

@@ -79,10 +79,7 @@ def test_a_file_is_loaded_once_per_rule_set_and_anew_for_the_next(folder: Path) 
             "../outside.py:MyRule",
             'rule "../outside.py:MyRule" is outside the scenario\'s folder; move its file into the folder',
         ),
-        (
-            "/outside.py:MyRule",
-            'rule "/outside.py:MyRule" is outside the scenario\'s folder; move its file into the folder',
-        ),
+        ("/none.py:MyRule", 'rule "/none.py:MyRule": cannot read /none.py: No such file or directory'),
     ],
 )
 def test_refused_names(folder: Path, name: str, message: str) -> None:
@@ -90,6 +87,12 @@ def test_refused_names(folder: Path, name: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         load(folder, name)
     assert str(caught.value) == f"rules.poa: {message.format(folder=folder)}"
+
+
+def test_an_absolute_path_leads_out_of_the_folder(folder: Path) -> None:
+    """What a scenario that was changed on the command line names is that file, wherever the scenario is."""
+    loaded = load(folder, f"{folder.parent}/outside.py:MyRule")
+    assert loaded.inline_files == (str(folder.parent / "outside.py"),)
 
 
 def test_a_file_that_cannot_be_loaded(folder: Path) -> None:

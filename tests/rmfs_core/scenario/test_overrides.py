@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from rmfs_core.errors import InputError
@@ -30,7 +32,18 @@ WRONG = [
     # taking out a key that no scenario has
     (["robots.cuont="], "--set robots.cuont=: unknown key `cuont`; did you mean `count`?"),
     # values that do not go together
-    (["rules.pps="], "--set rules.pps=, rules: expected `poa` and `pps`, or `poa_pps`"),
+    (["rules.pps="], "--set rules.pps=, rules: expected `poa` and `pps`, or `poa_pps`, found `poa` alone"),
+    # a rule for orders takes the place of the joint one; then one for pods is wanted too
+    (
+        ["rules.poa_pps=integrated", "rules.poa=pod-match"],
+        "--set rules.poa=pod-match, rules: expected either `poa_pps` or `poa` and `pps`, found both",
+    ),
+    # something that only looks like a table
+    (
+        ["rules.poa={rule=pod-match}"],
+        "--set rules.poa={rule=pod-match}: this is no valid TOML value: "
+        "Invalid value (at line 1, column 15); texts in it need quotes",
+    ),
     # a line break does not smuggle a second key in
     (["seed=1\nx=2"], '--set seed=1\nx=2: expected a whole number, found "1\\nx=2"'),
 ]
@@ -68,6 +81,31 @@ def test_a_parameter_is_added_to_a_rule_given_by_name() -> None:
     assert scenario.rules.pps == RuleChoice("nearest-pod", {"y": 2})
 
 
+def test_one_kind_of_rules_takes_the_place_of_the_other() -> None:
+    """A joint rule needs nothing taken out, nor do the two rules that take its place; parameters choose nothing."""
+    joint = load_scenario("paper-250", ["rules.poa_pps=integrated"]).rules
+    assert (joint.poa, joint.pps, joint.poa_pps) == (None, None, RuleChoice("integrated"))
+    named = ["rules.poa.rule=first-come", "rules.pps=demand"]
+    two = load_scenario("paper-250-integrated", named).rules
+    assert (two.poa, two.pps, two.poa_pps) == (RuleChoice("first-come"), RuleChoice("demand"), None)
+    assert load_scenario("paper-250-integrated", ["rules.poa=", "rules.poa_pps.gap=0.1"]).rules.poa_pps is not None
+    with pytest.raises(InputError) as caught:
+        load_scenario("paper-250-integrated", ["rules.poa=pod-match"])
+    assert str(caught.value) == (
+        "--set rules.poa=pod-match, rules: expected `poa` and `pps`, or `poa_pps`, found `poa` alone"
+    )
+
+
+@pytest.mark.parametrize("nothing", ["", "None", "null"])
+def test_nothing_takes_a_key_out(nothing: str) -> None:
+    """TOML has no word for it; the words of Python and JSON are understood, and are texts in quotes."""
+    scenario = load_scenario(
+        "paper-250", [f"robots.count={nothing}", f"rules.poa.x={nothing}", f'rules.poa.y="{nothing}"']
+    )
+    assert scenario.robots.count == 8
+    assert scenario.rules.poa == RuleChoice("pod-match", {"y": nothing})
+
+
 def test_an_empty_value_takes_a_key_out() -> None:
     """Two rules make room for a joint one; a key that is not there may be taken out as well."""
     scenario = load_scenario("paper-250", ["rules.poa=", "rules.pps=", "rules.poa_pps=demand", "run.until_s="])
@@ -75,6 +113,46 @@ def test_an_empty_value_takes_a_key_out() -> None:
     assert scenario.rules.poa_pps == RuleChoice("demand")
     assert load_scenario("paper-250", ["robots.count="]).robots.count == 8
     assert load_scenario("examples/poisson", ["instance.arrivals="]).instance.arrivals.process == "start"
+
+
+RULE = "from attrs import define\n\n\n@define\nclass X:\n    pass\n"
+
+
+def test_rules_from_files_are_looked_up_where_the_command_is_called(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A shipped scenario gets them by their absolute path, one in the current folder as its own text names them."""
+    (tmp_path / "rules").mkdir()
+    (tmp_path / "rules" / "my.py").write_text(RULE, encoding="utf-8")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "own.toml").write_text('[rules]\npoa = "pod-match"\npps = "demand"\n', encoding="utf-8")
+    monkeypatch.chdir(tmp_path / "other")
+    named, absolute = "../rules/my.py:X", f"{tmp_path}/rules/my.py:X"
+    overrides = [
+        f"rules.poa={named}",
+        f"rules.pps.rule={absolute}",
+        f'rules.filters=[{{rule="{named}", file="{named}"}}]',
+        f"rules.ta.rule={named}",
+    ]
+    shipped = load_scenario("paper-250", overrides).rules
+    assert (shipped.poa, shipped.pps, shipped.ta) == (RuleChoice(absolute),) * 3
+    assert shipped.filters == (RuleChoice(absolute, {"file": named}),)  # a parameter is what the rule makes of it
+    own = load_scenario("../own.toml", overrides).rules
+    assert own.poa == own.pps == RuleChoice("./rules/my.py:X")
+    whole = load_scenario("../own.toml", [f'rules={{poa="{named}", pps="demand"}}']).rules
+    assert whole.poa == RuleChoice("./rules/my.py:X")
+
+
+def test_rules_in_a_scenario_file_stay_relative_to_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the command is called does not matter to them; an override that is not there is refused with its place."""
+    (tmp_path / "my.py").write_text(RULE, encoding="utf-8")
+    (tmp_path / "own.toml").write_text('[rules]\npoa = "./my.py:X"\npps = "demand"\n', encoding="utf-8")
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path / "other")
+    assert load_scenario("../own.toml").rules.poa == RuleChoice("./my.py:X")
+    with pytest.raises(InputError) as caught:
+        load_scenario("paper-250", ["rules.pps=./my.py:X"])
+    assert str(caught.value) == f"--set rules.pps=./my.py:X: there is no file `{tmp_path}/other/my.py`"
 
 
 def test_sections_that_the_file_lacks_are_made() -> None:

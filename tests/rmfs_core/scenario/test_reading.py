@@ -72,7 +72,7 @@ BAD_FILES = [
         ", line 1, instance: expected skus_per_pod <= skus, found 3 > 2",
     ),
     ("[stations]\nhandle_s = 2\n" + RULES, ", line 1, stations: expected handle_s >= pick_s, found 2.0 < 7.0"),
-    ('[rules]\npoa = "pod-match"\n', ", line 1, rules: expected `poa` and `pps`, or `poa_pps`"),
+    ('[rules]\npoa = "pod-match"\n', ", line 1, rules: expected `poa` and `pps`, or `poa_pps`, found `poa` alone"),
     (RULES + 'poa_pps = "demand"\n', ", line 1, rules: expected either `poa_pps` or `poa` and `pps`, found both"),
     # a table where none belongs, and the other way round
     ("robots = 3\n" + RULES, ", line 1, robots: expected a table, found 3"),

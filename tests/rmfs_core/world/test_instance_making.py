@@ -24,13 +24,18 @@ pps = "demand"
 
 WRONG = [
     # a SKU that nobody has
-    ("1,0,a,1\n2,0,a,1\n2,0,b,1\n", "p,a,\n", "{}", "{orders}, line 4: order 2 wants SKU b, which is on no pod"),
+    (
+        "1,0,a,1\n2,0,a,1\n2,0,b,1\n",
+        "p,a,\n",
+        "{}",
+        "{orders}, line 4: from order 2 on, the orders want more than all pods hold: SKU b (on no pod)",
+    ),
     # more than there is
     (
         "1,0,a,2\n2,0,a,2\n",
         "p,a,1\nq,a,2\n",
         "{}",
-        "{orders}, line 3: the orders up to 2 want 4 items of SKU a, but all pods together hold 3",
+        "{orders}, line 3: from order 2 on, the orders want more than all pods hold: SKU a (4 wanted, 3 there)",
     ),
     # too large for the largest station
     (

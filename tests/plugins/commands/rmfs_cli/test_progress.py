@@ -5,7 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
-from rmfs_cli.progress import LiveProgress, PlainProgress, duration, progress_for
+from rmfs_cli.progress import LiveProgress, PlainProgress, progress_for
 from rmfs_core.events import ItemPicked, OrderCompleted, VisitStarted
 from rmfs_core.info import RunInfo
 
@@ -15,12 +15,6 @@ EVENTS = (
     ItemPicked(21_000, 14_000, 27_000, visit=1, station=1, pod=0, order=0, sku=1),
     OrderCompleted(21_000, 0),
 )
-
-
-@pytest.mark.parametrize(("seconds", "text"), [(0, "0:00:00"), (3599.6, "1:00:00"), (36_061, "10:01:01")])
-def test_durations(seconds: float, text: str) -> None:
-    """Hours, minutes and seconds, rounded."""
-    assert duration(seconds) == text
 
 
 def test_plain_lines_tell_the_same_of_equal_runs(tiny: RunInfo) -> None:

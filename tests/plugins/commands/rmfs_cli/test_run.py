@@ -105,6 +105,8 @@ def test_a_run_with_orders_left_says_so(folder: Path, capsys: pytest.CaptureFixt
     printed = capsys.readouterr().out
     assert "partial" in printed
     assert "of 10 orders left" in printed
+    assert "Simulated time" in printed
+    assert "Makespan" not in printed
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,10 @@ from attrs import evolve
 
 from rmfs_core import RuleError, run
 from rmfs_core.errors import InputError
+from rmfs_core.results.running import versions_of
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, load_scenario
-from rmfs_experiments.keys import run_key, versions_of
+from rmfs_experiments.keys import run_key
 
 VERSIONS = {"rmfs": "0.1.0", "other": "2"}
 MAP = "........\n.##.##..\n.##.##..\n........\n.##.##.qqqO\n.##.##.@@@.\n...........\n"
@@ -79,7 +80,7 @@ def test_place_and_order_do_not_count(scenario: Scenario, tmp_path: Path) -> Non
 
 def test_the_versions_are_those_of_the_result(folder: Path) -> None:
     """A run's result.json has the versions that went into its key."""
-    scenario = load_scenario(folder / "tiny.toml", ["rules.pr=./bad.py:Raising"])
+    scenario = load_scenario(folder / "tiny.toml", [f"rules.pr={folder}/bad.py:Raising"])
     rules = RuleSet.load(scenario.rules, scenario.folder)
     with pytest.raises(RuleError) as caught:
         run(scenario)

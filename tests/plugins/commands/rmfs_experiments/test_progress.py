@@ -22,7 +22,7 @@ def test_plain_lines(experiment: Write) -> None:
         progress.run_repeated(jobs[0], "it died")
         progress.run_finished(jobs[0], {"status": "failed", "error": "no idea [of] it"})
         progress.run_started(jobs[1])
-        progress.run_finished(jobs[1], {"status": "complete", "makespan_s": 100.0})
+        progress.run_finished(jobs[1], {"status": "complete", "simulated_s": 100.0})
         progress.ended()
     lines = capture.get().splitlines()
     assert lines[:3] == [
@@ -46,7 +46,7 @@ def test_the_live_display(experiment: Write) -> None:
         progress.started(40, 10, 4)
         for job in jobs:
             progress.run_started(job)
-        progress.run_finished(jobs[0], {"status": "complete", "makespan_s": 100.0})
+        progress.run_finished(jobs[0], {"status": "complete", "simulated_s": 100.0})
         progress.run_finished(jobs[1], {"status": "failed", "error": "no idea"})
         console.print(progress.picture())
         progress.ended()

@@ -217,3 +217,16 @@ def test_inline_rules_can_be_refused(experiment: Write, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="--no-inline-rules"):
         run_experiment(one, store=tmp_path / "runs", allow_inline_rules=False)
     assert not (tmp_path / "runs").exists()
+
+
+def test_the_mean_makespan_is_of_runs_that_have_one(experiment: Write, tmp_path: Path) -> None:
+    """A run with orders left has none: its pair is left out of that mean and counted, but not out of other means."""
+    limited = '[[rule_sets]]\nname = "limited"\nrun.until_s = 30\n'
+    text = f'base = "tiny.toml"\nseeds = [1, 2]\nbaseline = "whole"\n[[rule_sets]]\nname = "whole"\n{limited}'
+    result = run_experiment(experiment(text), store=tmp_path / "runs", jobs=1)
+    compared = result.comparison()
+    name = compared.instance_sets[-1]
+    whole, limited_runs = compared.of(name, "makespan_s")
+    assert (whole.pairs, limited_runs.pairs, limited_runs.left_out, limited_runs.mean) == (2, 0, 2, None)
+    assert compared.of(name, "picker_utilisation")[1].pairs == 2
+    assert [one.partial for one in compared.counted if one.instances == name] == [0, 2]

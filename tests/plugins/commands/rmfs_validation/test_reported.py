@@ -22,6 +22,7 @@ METRICS = (
     "turnover_backlog_s",
     "turnover_station_s",
     "makespan_s",
+    "simulated_s",
     "picker_utilisation",
     "periods",
     "split_orders_open_max",

@@ -1,0 +1,271 @@
+"""All that is wrong with a scenario, where a run stops at the first.
+
+What is wrong is taken out, or something right is put in its place, and then the rest is looked at. What could be wrong
+only because of that is not reported.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from attrs import define, evolve, field
+
+from rmfs_core import entrypoints
+from rmfs_core.errors import InputError
+from rmfs_core.rules import BoundRule, RuleSet
+from rmfs_core.rules.single import load_rule
+from rmfs_core.scenario import Scenario
+from rmfs_core.scenario.model import RuleChoice, RulesSection
+from rmfs_core.scenario.reading import Given, read_tables
+from rmfs_core.scenario.rulenames import is_inline, rule_choices
+from rmfs_core.scenario.source import KeyPath, dotted, undotted
+from rmfs_core.scenario.structuring import KeyProblem, fields_of, section_class
+from rmfs_core.simulation.engine import Simulation
+from rmfs_core.simulation.needs import unmet_need
+from rmfs_core.simulation.setup import open_warehouse
+from rmfs_core.world import Instance, Layout, make_layout
+from rmfs_core.world.instance_making import instance_problems, unchecked_instance
+
+ROLES = {"filters": "filter", "observers": "observer"}
+"""Role of the rules below a key of ``rules``, where it is not the key."""
+
+
+@define
+class Checked:
+    """What a check has found.
+
+    Parameters
+    ----------
+    problems
+        Place and problem of each thing that is wrong.
+    sizes
+        How many of what the scenario has, when nothing is wrong.
+    inline_files
+        Files that code was loaded from.
+    """
+
+    problems: list[dict[str, str]] = field(factory=list)
+    sizes: dict[str, int] = field(factory=dict)
+    inline_files: list[str] = field(factory=list)
+
+
+def check_scenario(path: str, overrides: Sequence[str], seed: int | None, *, allow_inline: bool) -> Checked:
+    """Return all that is wrong with a scenario.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read at all.
+    """
+    check = _Check(read_tables(path, (), seed), allow_inline)
+    check.override(path, overrides, seed)
+    scenario = check.structured()
+    if scenario is None:
+        return check.found
+    bound = check.rules(scenario)
+    instance, layout = check.instance(scenario), check.layout(scenario)
+    if instance is not None:
+        check.needs(scenario, instance, bound)
+    if instance is not None and layout is not None:
+        check.opening(scenario, instance, layout)
+        if not check.found.problems:
+            check.whole(scenario, instance, layout)
+    return check.found
+
+
+class _Check:
+    """One check: what was found so far, and what was put in the place of what is wrong."""
+
+    def __init__(self, given: Given, allow_inline: bool) -> None:
+        self.given = given
+        self.allow_inline = allow_inline
+        self.found = Checked()
+        self.replaced: set[KeyPath] = set()
+        self.doubtful: set[str] = set()
+
+    def note(self, place: str, problem: str) -> bool:
+        """Add a problem, its place a key or what a message names; return whether it is new."""
+        path = undotted(place)
+        return self._add(self.given.source.place_of(path) if path[0] in fields_of(Scenario) else place, problem)
+
+    def _add(self, place: str, problem: str) -> bool:
+        entry = {"place": place, "problem": problem}
+        new = entry not in self.found.problems
+        if new:
+            self.found.problems.append(entry)
+        return new
+
+    def override(self, path: str, overrides: Sequence[str], seed: int | None) -> None:
+        """Apply the overrides that can be applied."""
+        good: list[str] = []
+        for one in overrides:
+            try:
+                self.given = read_tables(path, [*good, one], seed)
+                good.append(one)
+            except InputError as error:
+                self.note(error.place, error.problem)
+
+    def structured(self) -> Scenario | None:
+        """Return the scenario without what is wrong in it; None if nothing is left of it."""
+        while True:
+            try:
+                return self.given.scenario()
+            except KeyProblem as problem:
+                path = problem.path
+                # What does not go together in a section may do so once its wrong values are mended.
+                if not (len(path) == 1 and path[0] in self.doubtful):
+                    new = self._add(self.given.source.place_of(path), problem.problem)
+                    if not new:
+                        return None
+                self.given = evolve(self.given, data=self._mended(dict(self.given.data), path, problem.problem))
+
+    def _mended(self, data: dict[str, Any], path: KeyPath, problem: str) -> dict[str, Any]:
+        """Return the tables without what is wrong, or with a rule that stands in for a wrong one."""
+        section = str(path[0])
+        if section == "rules":
+            given = data.get("rules")
+            return {**data, "rules": self._mended_rules(dict(given) if isinstance(given, Mapping) else {}, path)}
+        names = [part for part in path if isinstance(part, str)]
+        cls = section_class(Scenario, section) if section in fields_of(Scenario) else None
+        if len(names) > 1 and cls is not None and names[1] in fields_of(cls):
+            self.doubtful.add(section)
+        if len(names) == 1 and cls is not None and isinstance(table := data.get(section), Mapping):
+            # Values that do not go together: those that the sentence names.
+            if left := {key: value for key, value in table.items() if not re.search(rf"\b{re.escape(key)}\b", problem)}:
+                return {**data, section: left}
+        return _without(data, names)
+
+    def _mended_rules(self, rules: dict[str, Any], path: KeyPath) -> dict[str, Any]:
+        stand_in = next(iter(entrypoints.available(entrypoints.RULES)))
+        if len(path) == 1:
+            rules.pop("poa_pps", None)
+            missing = [role for role in ("poa", "pps") if rules.get(role) is None]
+            self.replaced |= {(role,) for role in missing}
+            return {**rules, **dict.fromkeys(missing, stand_in)}
+        role = str(path[1])
+        if role not in fields_of(RulesSection) or (role in ROLES and len(path) == 2):
+            return _without(rules, [role])
+        if role not in ROLES:
+            self.replaced.add((role,))
+            return {**rules, role: stand_in}
+        number = path[2]
+        self.replaced.add((role, number))
+        return {**rules, role: [stand_in if i == number else one for i, one in enumerate(rules[role])]}
+
+    def rules(self, scenario: Scenario) -> dict[KeyPath, BoundRule]:
+        """Return the rules that can be made, by their path below `rules`."""
+        found = {}
+        for path, choice in rule_choices(scenario.rules):
+            if path not in self.replaced and (bound := self._rule(scenario.folder, path, choice)) is not None:
+                found[path] = bound
+        return found
+
+    def _rule(self, folder: str, path: KeyPath, choice: RuleChoice) -> BoundRule | None:
+        roles = (ROLES.get(str(path[0]), str(path[0])),)
+        if is_inline(choice.rule) and self.allow_inline:
+            file = str(Path(folder) / choice.rule.rpartition(":")[0])
+            self.found.inline_files += [file] if file not in self.found.inline_files else []
+        while True:
+            place = dotted(("rules", *path))
+            try:
+                return load_rule(choice, roles, folder=folder, allow_inline=self.allow_inline, place=place)
+            except InputError as error:
+                self.note(error.place, error.problem)
+                name = undotted(error.place)[-1]
+                if error.place == place or name not in choice.parameters:
+                    return None
+                rest = {key: value for key, value in choice.parameters.items() if key != name}
+                choice = evolve(choice, parameters=rest)
+
+    def instance(self, scenario: Scenario) -> Instance | None:
+        """Return the instance, if it can be made."""
+        if "instance" in self.doubtful:
+            return None
+        try:
+            instance = unchecked_instance(scenario)
+        except InputError as error:
+            self.note(error.place, error.problem)
+            return None
+        for problem in instance_problems(instance, scenario):
+            self.note(problem.place, problem.problem)
+        return instance
+
+    def layout(self, scenario: Scenario) -> Layout | None:
+        """Return the layout, if it can be made."""
+        if "layout" in self.doubtful:
+            return None
+        try:
+            return make_layout(scenario)
+        except InputError as error:
+            self.note(error.place, error.problem)
+            return None
+
+    def needs(self, scenario: Scenario, instance: Instance, bound: Mapping[KeyPath, BoundRule]) -> None:
+        """Look for what rules need and the scenario does not have."""
+        for path, rule in bound.items():
+            place = dotted(("rules", *path))
+            try:
+                lacks = unmet_need(type(rule.instance), scenario, instance, rule.describe())
+            except InputError as error:
+                self.note(place, f"{error.place} {error.problem}")
+                continue
+            if lacks is not None:
+                self.note(place, f"{rule.describe()} needs {lacks}")
+
+    def opening(self, scenario: Scenario, instance: Instance, layout: Layout) -> None:
+        """Hold pods, robots and stations against the layout."""
+        pods = {pod.name for pod in instance.pods}
+        there = {
+            station: names
+            for station, names in scenario.instance.pods_at_stations.items()
+            if pods.issuperset(names)  # the others are reported already
+        }
+        scenario = evolve(scenario, instance=evolve(scenario.instance, pods_at_stations=there))
+        while True:
+            try:
+                open_warehouse(scenario, instance, layout)
+            except InputError as error:
+                if not self.note(error.place, error.problem) or error.place == "instance.pods":
+                    return
+                scenario = _mended_opening(scenario, undotted(error.place), layout)
+            else:
+                return
+
+    def whole(self, scenario: Scenario, instance: Instance, layout: Layout) -> None:
+        """Make all that a run makes: nothing may be left that only this would find."""
+        try:
+            rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=self.allow_inline)
+            Simulation(scenario, instance, layout, rules)
+        except InputError as error:
+            self.note(error.place, error.problem)
+            return
+        self.found.sizes = {
+            "orders": len(instance.orders),
+            "items": sum(order.items for order in instance.orders),
+            "SKUs": len(instance.skus),
+            "pods": len(instance.pods),
+            "stations": len(layout.stations),
+            "robots": scenario.robots.count,
+        }
+
+
+def _mended_opening(scenario: Scenario, path: KeyPath, layout: Layout) -> Scenario:
+    """Return the scenario with something that fits the layout in the place of what does not."""
+    if path[0] == "robots":
+        return evolve(scenario, robots=evolve(scenario.robots, count=len(layout.storage_locations)))
+    if path[0] == "stations":
+        return evolve(scenario, stations=evolve(scenario.stations, item_capacity=1, order_capacity=None))
+    left = {station: names for station, names in scenario.instance.pods_at_stations.items() if station not in path[2:3]}
+    return evolve(scenario, instance=evolve(scenario.instance, pods_at_stations=left if len(path) > 2 else {}))
+
+
+def _without(table: Mapping[str, Any], path: Sequence[str]) -> dict[str, Any]:
+    """Return nested tables without the key at a path."""
+    key, *rest = path
+    inner = table.get(key)
+    if rest and isinstance(inner, Mapping):
+        return {**table, key: _without(inner, rest)}
+    return {name: value for name, value in table.items() if name != key}
