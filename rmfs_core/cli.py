@@ -42,6 +42,18 @@ class Commands(click.Group):
             raise click.UsageError(f'there is no command "{args[0]}"{hint}', ctx)
         return super().resolve_command(ctx, args)
 
+    def invoke(self, ctx: click.Context) -> object:
+        """Call the command; end quietly when whoever reads its output goes away."""
+        try:
+            result: object = super().invoke(ctx)
+            sys.stdout.flush()  # what is left would be written when nobody can catch an error any more
+        except (BrokenPipeError, SystemExit) as end:  # rich makes the one of the other
+            if not isinstance(end, BrokenPipeError) and not isinstance(end.__context__, BrokenPipeError):
+                raise
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            raise click.exceptions.Exit(CLOSED_PIPE) from None
+        return result
+
 
 class _Unusable(click.Command):
     """Stands for a command that cannot be had; takes any arguments."""
@@ -84,18 +96,6 @@ def main(arguments: list[str] | None = None) -> None:
 
     Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 interrupted, 141 whoever read the output went away.
     """
-    try:
-        _call(arguments)
-        sys.stdout.flush()  # or else what is left is written when nobody can catch an error any more
-    except (BrokenPipeError, SystemExit) as end:
-        # click and rich end on a closed pipe with code 1, which is a failed run's.
-        if not isinstance(end, BrokenPipeError) and not isinstance(end.__context__, BrokenPipeError):
-            raise
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(CLOSED_PIPE)
-
-
-def _call(arguments: list[str] | None) -> None:
     try:
         # Outside its standalone mode click returns the code of `ctx.exit` (and a command's value otherwise).
         code = rmfs.main(arguments, standalone_mode=False)

@@ -12,7 +12,6 @@ from rmfs_core.scenario.model import (
     StationsSection,
 )
 from rmfs_core.scenario.reading import load_scenario, located, scenario_from_dict, shipped_scenarios
-from rmfs_core.scenario.schema import scenario_schema
 from rmfs_core.scenario.writing import scenario_to_dict, to_toml
 
 __all__ = [
@@ -28,7 +27,6 @@ __all__ = [
     "load_scenario",
     "located",
     "scenario_from_dict",
-    "scenario_schema",
     "scenario_to_dict",
     "shipped_scenarios",
     "to_toml",

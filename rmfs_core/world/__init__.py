@@ -1,7 +1,7 @@
 """What is there when a run begins: the grid, its travel times, and the instance of orders, pods and SKUs."""
 
 from rmfs_core.world.block import block_map
-from rmfs_core.world.csv_files import orders_csv, pods_csv, read_instance
+from rmfs_core.world.csv_files import read_instance
 from rmfs_core.world.generator import generate_instance
 from rmfs_core.world.grid import EAST, NORTH, SOUTH, STEPS, WEST, CellKind, Layout, StationCells
 from rmfs_core.world.instance import Instance, OrderData, PodData
@@ -27,8 +27,6 @@ __all__ = [
     "generate_instance",
     "make_instance",
     "make_layout",
-    "orders_csv",
     "parse_map",
-    "pods_csv",
     "read_instance",
 ]

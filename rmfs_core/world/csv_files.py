@@ -1,16 +1,15 @@
-"""Orders and pods as CSV files: reading them, with the line of whatever is wrong, and writing them."""
+"""Orders and pods from CSV files, with the line of whatever is wrong."""
 
 from __future__ import annotations
 
 import csv
-import io
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rmfs_core.clock import TICKS_PER_S, to_seconds, to_ticks
+from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.world.instance import Instance, OrderData, PodData
 
@@ -153,39 +152,3 @@ def _natural(name: str) -> tuple[list[tuple[int, int | str]], str]:
     """Return a sort key by which numbers within a name count as numbers."""
     parts = re.split(r"([0-9]+)", name)
     return [(0, int(part)) if i % 2 else (1, part) for i, part in enumerate(parts) if part], name
-
-
-def orders_csv(instance: Instance) -> str:
-    """Return the orders as CSV text, a row for each order line."""
-    return _csv(
-        ORDER_COLUMNS,
-        (
-            (order.name, _seconds(order.arrival_tick), instance.skus[sku], quantity)
-            for order in instance.orders
-            for sku, quantity in order.lines
-        ),
-    )
-
-
-def pods_csv(instance: Instance) -> str:
-    """Return the pods as CSV text, a row for each SKU on a pod; no quantity where it is unlimited."""
-    return _csv(
-        POD_COLUMNS,
-        (
-            (pod.name, instance.skus[sku], "" if quantity is None else quantity)
-            for pod in instance.pods
-            for sku, quantity in pod.contents
-        ),
-    )
-
-
-def _seconds(tick: int) -> str:
-    return str(tick // TICKS_PER_S) if tick % TICKS_PER_S == 0 else str(to_seconds(tick))
-
-
-def _csv(header: tuple[str, ...], rows: Iterable[tuple[object, ...]]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(rows)
-    return text.getvalue()

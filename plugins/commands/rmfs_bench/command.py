@@ -10,7 +10,7 @@ import click
 
 from rmfs_cli import completion
 from rmfs_cli.options import json_option
-from rmfs_cli.screen import print_json, table_console
+from rmfs_cli.screen import print_json, print_named, table_console
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -111,7 +111,7 @@ def _print(
                 if one.field == field
             }
             console.print(Rule(Text(f"{field} in world {world}, {named}", style="bold"), align="left", style="dim"))
-            console.print(_table(rows))
+            print_named(console, _table(rows))
     if any(one.role == "poa_pps" for one in contestants):
         console.print(
             Text("Calls and times (of a run) are the rule's own: a POA rule's are without the PPS rule beside it.")
@@ -126,7 +126,7 @@ def _table(rows: Mapping[str, Sequence[Measured]]) -> Table:
     from rmfs_bench.bench import QUALITY
 
     table = Table(box=box.SIMPLE_HEAD, header_style="bold cyan", pad_edge=False, collapse_padding=True)
-    table.add_column("Rule", overflow="fold", min_width=14)
+    table.add_column("Rule")
     for heading in QUALITY.values():
         table.add_column(heading, justify="right", no_wrap=True)
     for heading in ("Calls", "ms\n/call", "s\n/run"):

@@ -132,10 +132,11 @@ class _Check:
         cls = section_class(Scenario, section) if section in fields_of(Scenario) else None
         if len(names) > 1 and cls is not None and names[1] in fields_of(cls):
             self.doubtful.add(section)
-        if len(names) == 1 and cls is not None and isinstance(table := data.get(section), Mapping):
+        table = data.get(section)
+        if len(names) == 1 and cls is not None and isinstance(table, Mapping):
             # Values that do not go together: those that the sentence names.
-            if left := {key: value for key, value in table.items() if not re.search(rf"\b{re.escape(key)}\b", problem)}:
-                return {**data, section: left}
+            named = {key for key in table if re.search(rf"\b{re.escape(key)}\b", problem)}
+            return {**data, section: {key: value for key, value in table.items() if key not in (named or table)}}
         return _without(data, names)
 
     def _mended_rules(self, rules: dict[str, Any], path: KeyPath) -> dict[str, Any]:
@@ -228,9 +229,13 @@ class _Check:
             try:
                 open_warehouse(scenario, instance, layout)
             except InputError as error:
-                if not self.note(error.place, error.problem) or error.place == "instance.pods":
+                if not self.note(error.place, error.problem):
                     return
-                scenario = _mended_opening(scenario, undotted(error.place), layout)
+                if error.place == "instance.pods":
+                    instance = evolve(instance, pods=instance.pods[: len(layout.storage_locations)])
+                    scenario = _mended_opening(scenario, ("instance", "pods_at_stations"), layout)
+                else:
+                    scenario = _mended_opening(scenario, undotted(error.place), layout)
             else:
                 return
 

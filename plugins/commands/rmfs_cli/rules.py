@@ -11,10 +11,12 @@ from rmfs_cli.options import json_option
 from rmfs_cli.screen import print_json, table_console
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from rmfs_cli.description import RuleDescription
 
 WIDE = 120
-"""From this many columns on the table has the references too."""
+"""From this many columns on there is room for a table."""
 
 PIPE_WIDTH = 200
 """Columns of the table where the output is no terminal."""
@@ -40,7 +42,8 @@ def rules(name: str | None, as_json: bool) -> None:
         for rule in found:
             _print_details(rule)
     else:
-        _print_table(found)
+        console = table_console(PIPE_WIDTH)
+        (_print_table if console.width >= WIDE else _print_list)(console, found)
     for rule in found:
         if rule.error is not None:
             click.echo(f"Rule {rule.name} ({rule.distribution} {rule.version}) cannot be used: {rule.error}", err=True)
@@ -57,7 +60,7 @@ def _only(name: str, found: list[RuleDescription]) -> list[RuleDescription]:
     return chosen
 
 
-def _print_table(found: list[RuleDescription]) -> None:
+def _print_table(console: Console, found: list[RuleDescription]) -> None:
     from rich import box
     from rich.table import Table
     from rich.text import Text
@@ -68,23 +71,32 @@ def _print_table(found: list[RuleDescription]) -> None:
     table.add_column("From", no_wrap=True, style="dim")
     table.add_column("Parameters", overflow="fold", min_width=12)
     table.add_column("What it does", min_width=20)
-    console = table_console(PIPE_WIDTH)
-    wide = console.width >= WIDE
-    if wide:
-        table.add_column("Reference", style="dim", no_wrap=True)
+    table.add_column("Reference", style="dim", no_wrap=True)
     for rule in found:
         what = Text(rule.summary) if rule.error is None else Text(rule.error, style="red")
-        cells = [
+        table.add_row(
             Text(rule.name),
             Text("\n".join(rule.decides)),
             Text(f"{rule.distribution} {rule.version}"),
             Text("\n".join(parameter.shown() for parameter in rule.parameters)),
             what,
-        ]
-        table.add_row(*cells, *([Text(rule.short_references())] if wide else []))
+            Text(rule.short_references()),
+        )
     console.print(table)
-    if not wide:
-        console.print(Text("`rmfs rules NAME` shows parameters, formula and reference of a rule.", style="dim"))
+
+
+def _print_list(console: Console, found: list[RuleDescription]) -> None:
+    """Print what the table has, but the references: each rule's name on a line of its own, the rest below it."""
+    from rich.padding import Padding
+    from rich.text import Text
+
+    for rule in found:
+        head = Text.assemble((rule.name, "bold"), f"  {', '.join(rule.decides)}")
+        console.print(head.append(f"  {rule.distribution} {rule.version}", style="dim"))
+        what = Text(rule.summary) if rule.error is None else Text(rule.error, style="red")
+        for text in (what, *(Text(parameter.shown()) for parameter in rule.parameters)):
+            console.print(Padding(text, (0, 0, 0, 4)))
+    console.print(Text("`rmfs rules NAME` shows parameters, formula and reference of a rule.", style="dim"))
 
 
 def _print_details(rule: RuleDescription) -> None:

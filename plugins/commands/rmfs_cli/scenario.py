@@ -76,7 +76,7 @@ def schema() -> None:
     """Print the JSON Schema of scenario files, for editors."""
     import json
 
-    from rmfs_core.scenario import scenario_schema
+    from rmfs_cli.schema import scenario_schema
 
     click.echo(json.dumps(scenario_schema(), indent=2))
 

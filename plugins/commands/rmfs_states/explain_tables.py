@@ -7,11 +7,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from rich import box
-from rich.console import Console
+from rich.console import Console, JustifyMethod
+from rich.padding import Padding
 from rich.rule import Rule
 from rich.table import Table
 from rich.text import Text
 
+from rmfs_cli.screen import print_named
 from rmfs_core.clock import to_seconds
 from rmfs_core.rule_helpers import ticks_to_station
 from rmfs_core.scenario import RuleChoice
@@ -20,6 +22,9 @@ from rmfs_core.warehouse import Order, Pod
 from rmfs_states import Answer, Outcome, Recorded, Recording, State
 from rmfs_states.rebuilding import Scene, open_state
 from rmfs_states.stories import Episode, where_in
+
+ROOM_FOR_WORDS = 36
+"""Columns that sentences want, at least, beside the name of a rule."""
 
 UNUSED_WEIGHT = 2
 """What a free place counts against a pod-station visit: W_u of the paper's objective (1)."""
@@ -39,7 +44,7 @@ def overview(recording: Recording) -> dict[str, Any]:
 def print_overview(console: Console, recording: Recording) -> None:
     """Print the number of decisions of each rule."""
     counted = overview(recording)
-    table = _table("Decides", "Rule", right=("Decisions",))
+    table = _table("Decides", "Rule", right=("Decisions",), whole=("Rule",))
     for row in counted["by_rule"]:
         table.add_row(row["decides"], row["rule"], f"{row['decisions']:,}")
     console.print(table)
@@ -53,14 +58,19 @@ def print_story(console: Console, name: str, episodes: Sequence[Episode]) -> Non
     if not episodes:
         _say(console, "Nothing: no decision concerned it.")
         return
-    table = _table("Time", "Period", "Decision", "By", "What", right=("Time", "Period", "Decision"))
-    for episode in episodes:
+    figures = ("Time", "Period", "Decision")
+    by = [f"{episode.rule} ({episode.decides})" for episode in episodes]
+    apart = max(map(len, by)) + 2 * ROOM_FOR_WORDS <= console.width
+    table = _table(
+        *figures, *(("By", "What") if apart else ("By whom, and what",)), right=figures, whole=(*figures, "By")
+    )
+    for episode, who in zip(episodes, by, strict=True):
+        words = (who, episode.what) if apart else (f"{who}\n{episode.what}",)
         table.add_row(
             _span(*(f"{time_s:,.0f} s" for time_s in episode.times_s)),
             _span(*map(str, episode.periods)),
             str(episode.number),
-            f"{episode.rule} ({episode.decides})",
-            Text(episode.what),
+            *map(Text, words),
         )
     console.print(table)
 
@@ -94,7 +104,7 @@ def print_others(console: Console, others: Sequence[Recorded]) -> None:
     if not others:
         return
     _heading(console, "Pods selected in this period")
-    table = _table("Decision", "Time", "By", "Pods sent", right=("Decision", "Time"))
+    table = _table("Decision", "Time", "By", "Pods sent", right=("Decision", "Time"), whole=("By",))
     for recorded in others:
         trips = (recorded.decision or {}).get("trips", ())
         table.add_row(str(recorded.number), f"{recorded.time_s:,.3f} s", recorded.rule, Text(_pairs(trips, "pod")))
@@ -109,7 +119,7 @@ def print_comparison(
     rows = [(f"{recorded.rule} (decided)", recorded.decision or {}, recorded.report, outcome)]
     rows += [(text, answer.decision, answer.report, answer.outcome) for text, answer in answers]
     if outcome is not None:
-        console.print(_outcomes(rows))
+        print_named(console, _outcomes(rows))
         if any(row is not None and row.uncovered for *_, row in rows):
             _say(console, "Not covered: open requests that no pod at the station or bound for it can serve yet.")
         if any(report is not None for _, _, report, _ in rows):
@@ -117,15 +127,21 @@ def print_comparison(
                 console,
                 "Objective and bound are the rule's own; the paper's models count pods that are there already, too.",
             )
-    table = _table("Rule", "Decision")
-    for name, decision, _, _ in rows:
-        table.add_row(Text(name), Text(_in_words(recorded.content, decision)))
-    console.print(table)
+    decisions = [(name, _in_words(recorded.content, decision)) for name, decision, _, _ in rows]
+    if max(len(name) for name, _ in decisions) + ROOM_FOR_WORDS <= console.width:
+        table = _table("Rule", "Decision", whole=("Rule",))
+        for name, words in decisions:
+            table.add_row(Text(name), Text(words))
+        console.print(table)
+    else:
+        for name, words in decisions:
+            _say(console, f"{name}:")
+            console.print(Padding(Text(words), (0, 0, 0, 2)))
 
 
 def _outcomes(rows: Sequence[tuple[str, Mapping[str, Any], Mapping[str, Any] | None, Outcome | None]]) -> Table:
     table = Table(box=box.SIMPLE_HEAD, header_style="bold cyan", pad_edge=False, collapse_padding=True)
-    table.add_column("Rule", overflow="fold", min_width=16)
+    table.add_column("Rule")
     weighted = f"Visits +\n{UNUSED_WEIGHT} unused"
     for heading in ("Orders", "Items", "New\nvisits", "Unused", weighted, "Not\ncovered", "Objective\n/ bound"):
         table.add_column(heading, justify="right", no_wrap=True)
@@ -279,15 +295,17 @@ def _span(first: str, last: str) -> str:
     return first if first == last else f"{first} - {last}"
 
 
-def _table(*columns: str, right: Sequence[str] = ()) -> Table:
+def _table(*columns: str, right: Sequence[str] = (), whole: Sequence[str] = ()) -> Table:
     table = Table(box=box.SIMPLE_HEAD, header_style="bold cyan", pad_edge=False)
     for column in (*columns, *(name for name in right if name not in columns)):
-        table.add_column(column, justify="right" if column in right else "left", overflow="fold")
+        justify: JustifyMethod = "right" if column in right else "left"
+        table.add_column(column, justify=justify, overflow="fold", no_wrap=column in whole)
     return table
 
 
 def _heading(console: Console, text: str) -> None:
-    console.print(Rule(Text(text, style="bold"), align="left", style="dim"))
+    title = Text(text, style="bold")
+    console.print(Rule(title, align="left", style="dim") if len(text) + 4 <= console.width else title)
 
 
 def _say(console: Console, text: str, style: str = "") -> None:

@@ -14,10 +14,10 @@ from typing import Any
 
 from attrs import frozen
 
+from rmfs_cli.schema import schema_of
 from rmfs_core.motion import Motion
 from rmfs_core.scenario.checks import DURATION, MAYBE_NO_TIME, MOVING, Check
 from rmfs_core.scenario.model import LayoutSection, key
-from rmfs_core.scenario.schema import schema_of
 from rmfs_core.wording import listed
 
 FORMAT = "rmfs-state"

@@ -6,6 +6,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from rmfs_cli.screen import print_named
 from rmfs_experiments.compare import Comparison
 from rmfs_experiments.report import numbers
 from rmfs_experiments.running import ExperimentResult
@@ -21,7 +22,7 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
     """Print how the runs ended, then one table for each metric."""
     shown = comparison.instance_sets if len(comparison.instance_sets) <= MOST_SETS else comparison.instance_sets[-1:]
     console.print()
-    console.print(_counts(comparison))
+    print_named(console, _counts(comparison))
     for row in result.failed[:MOST_ERRORS]:
         text = f"{row['instance']}, {row['rule_set']}, seed {row['seed']}: {row['error']}"
         console.print(Text.assemble(("Failed: ", "red"), text), soft_wrap=True)
@@ -29,7 +30,7 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
         console.print(f"and {len(result.failed) - MOST_ERRORS} more failed runs.", highlight=False)
     for metric in comparison.metrics:
         console.print()
-        console.print(_metric(comparison, metric, shown, console.width >= WIDE))
+        print_named(console, _metric(comparison, metric, shown, console.width >= WIDE))
     console.print()
     console.print(
         f'Differences from "{comparison.baseline}", means of pairs of runs of the same instance and seed, with 95 % '
@@ -41,7 +42,7 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
 
 def _counts(comparison: Comparison) -> Table:
     table = Table(title="Runs", title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0))
-    table.add_column("Rule set", overflow="fold")
+    table.add_column("Rule set")
     for name in ("Runs", "Complete", "Partial", "Failed", "Stood still", "Stopped early"):
         table.add_column(name, justify="right")
     for one in comparison.counted:
@@ -49,7 +50,7 @@ def _counts(comparison: Comparison) -> Table:
             continue
         bad = (one.failed, one.stood_still, one.stopped_early)
         table.add_row(
-            one.rule_set,
+            Text(one.rule_set),
             str(one.runs),
             str(one.complete),
             Text(str(one.partial), "yellow" if one.partial else ""),
@@ -60,7 +61,7 @@ def _counts(comparison: Comparison) -> Table:
 
 def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: bool) -> Table:
     table = Table(title=numbers.title(metric), title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0))
-    table.add_column("Rule set", overflow="fold")
+    table.add_column("Rule set")
     for name in ("Pairs", "Mean", *(["Difference"] if wide else []), "Relative", "p (Holm)"):
         table.add_column(name, justify="right")
     for instances in shown:
@@ -70,11 +71,11 @@ def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: b
             name = f"  {one.rule_set}" if len(shown) > 1 else one.rule_set
             mean = numbers.value(metric, one.mean)
             if one.rule_set == comparison.baseline:
-                table.add_row(name, "", mean, Text("baseline", "dim"))
+                table.add_row(Text(name), "", mean, Text("baseline", "dim"))
                 continue
             differences = [numbers.difference(metric, one.difference)] if wide else []
             table.add_row(
-                name,
+                Text(name),
                 numbers.pairs(one),
                 mean,
                 *differences,

@@ -7,7 +7,8 @@ import tomllib
 import pytest
 from jsonschema import Draft202012Validator
 
-from rmfs_core.scenario import load_scenario, scenario_schema, scenario_to_dict, shipped_scenarios
+from rmfs_cli.schema import scenario_schema
+from rmfs_core.scenario import load_scenario, scenario_to_dict, shipped_scenarios
 
 WRONG = [
     {"robots": {"cuont": 1}},  # unknown key
