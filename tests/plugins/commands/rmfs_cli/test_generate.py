@@ -61,3 +61,19 @@ def test_maps_and_rules_in_files_come_along(tmp_path: Path) -> None:
     assert scenario.layout.map_file == "hall.txt"
     assert make_layout(scenario).storage_locations == make_layout(small).storage_locations
     assert (tmp_path / "new" / "mine.py").read_text(encoding="utf-8") == "class Mine: ...\n"
+
+
+def test_rules_from_elsewhere_come_along(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files of rules that the command line names lie in the new folder, each under a name of its own."""
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "mine.py").write_text(f"class Mine: {name!r}\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path / "one")
+    chosen = ["rules.poa=./mine.py:Mine", "rules.pps=../two/mine.py:Mine", 'rules.filters=["./mine.py:Mine"]']
+    main(["generate", "examples/small", "--out", "../new", *(word for one in chosen for word in ("--set", one))])
+    rules = load_scenario(tmp_path / "new" / "scenario.toml").rules
+    assert rules.poa is not None
+    assert rules.pps is not None
+    assert (rules.poa.rule, rules.pps.rule) == ("./mine.py:Mine", "./mine_2.py:Mine")
+    assert [choice.rule for choice in rules.filters] == ["./mine.py:Mine"]
+    assert "two" in (tmp_path / "new" / "mine_2.py").read_text(encoding="utf-8")

@@ -151,3 +151,25 @@ def test_an_unknown_name_is_a_wrong_input(capsys: pytest.CaptureFixture[str]) ->
     assert capsys.readouterr().err == (
         'Error: rmfs rules: unknown rule "balancd" (did you mean "balanced"?); `rmfs rules` lists all\n'
     )
+
+
+def test_nothing_set_is_said_in_words(install: Install) -> None:
+    """A default is printed as TOML has it; where it is none, that the key is not set."""
+    shown = invoke("integrated").stdout
+    assert "  max_seconds = (not set) s  # " in shown or "  max_seconds = (not set)  # " in shown
+    assert "None" not in invoke().stdout
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=DOCUMENTED)
+    assert "  names = []  # " in invoke("mine").stdout
+
+
+@pytest.mark.parametrize("width", [80, 140])
+def test_long_names_are_whole(install: Install, monkeypatch: pytest.MonkeyPatch, width: int) -> None:
+    """A rule's and its parameters' names are not broken; no line is wider than the screen."""
+    monkeypatch.setattr("rmfs_cli.rules.PIPE_WIDTH", width)
+    name = "a-rule-with-a-long-name-of-somebody"
+    install("acme", {name: "acme_rules:Mine"}, acme_rules=DOCUMENTED)
+    lines = invoke().stdout.splitlines()
+    assert max(map(len, lines)) <= width
+    assert any(name in line for line in lines)
+    assert any("split-among-stations" in line for line in lines)
+    assert width == 140 or any(line.strip() == "unused_capacity_weight = 2.0" for line in lines)

@@ -1,5 +1,6 @@
 """`rmfs run` as a person uses it."""
 
+import json
 import signal
 import subprocess
 import sys
@@ -182,3 +183,24 @@ def test_what_was_set_is_in_the_name_of_the_folder() -> None:
     long = [default_folder("s", 1, (f"rules.poa={'x' * 80}{i}",)).name for i in range(2)]
     assert long[0] != long[1]
     assert max(map(len, long)) < 80
+
+
+def test_json_is_all_that_is_printed(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What result.json has, and where it is."""
+    assert exit_code("run", "small.toml", "--json", "--out", "out") == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed.pop("folder") == "out"
+    assert printed == json.loads(Path("out/result.json").read_text(encoding="utf-8"))
+
+
+def test_a_rule_from_the_current_folder_with_a_shipped_scenario(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The file is looked up where the command is called, said to be loaded, and refused on request."""
+    few = ("examples/small", "--set", "instance.orders=5", "--set", "rules.pr=./failing.py:Failing")
+    assert exit_code("run", *few, "--out", "out") == 1
+    err = capsys.readouterr().err
+    assert f"Loading code from {folder}/failing.py." in err
+    assert "out of ideas" in err
+    assert exit_code("run", *few, "--no-inline-rules") == 2
+    assert "--no-inline-rules refuses" in capsys.readouterr().err

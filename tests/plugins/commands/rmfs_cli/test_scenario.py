@@ -8,8 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from rmfs_core import run as simulate
 from rmfs_core.cli import main
 from rmfs_core.scenario import load_scenario, shipped_scenarios
+from rmfs_core.scenario.reading import shipped_folder
+from rmfs_core.world import make_layout, parse_map
 
 RULES = '[rules]\npoa = "pod-match"\npps = "demand"\n'
 
@@ -121,3 +124,41 @@ def test_a_negative_seed_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     code, _, err = run(capsys, "scenario", "show", "paper-250", "--seed", "-1")
     assert code == 2
     assert "Traceback" not in err
+
+
+def test_check_and_list_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    """What is wrong and where; the sizes when nothing is; names and files of what is shipped."""
+    code, out, err = run(capsys, "scenario", "check", "examples/small", "--json")
+    assert (code, err) == (0, "")
+    assert json.loads(out)["valid"]
+    assert json.loads(out)["sizes"]["orders"] == 50
+    code, out, err = run(capsys, "scenario", "check", "examples/small", "--json", "--set", "robots.count=0")
+    assert (code, err) == (2, "")
+    problem = "expected a whole number >= 1, found 0"
+    assert json.loads(out)["problems"] == [{"place": "--set robots.count=0", "problem": problem}]
+    _, out, _ = run(capsys, "scenario", "list", "--json")
+    assert [(one["name"], Path(one["file"])) for one in json.loads(out)] == list(shipped_scenarios().items())
+
+
+@pytest.mark.parametrize("name", ["examples/small", "examples/text-map", "examples/example-appendix", "paper-250"])
+def test_a_map_reads_back_as_the_same_layout(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Any scenario's layout can be drawn, changed in an editor and used as a text map."""
+    code, out, err = run(capsys, "scenario", "map", name)
+    assert (code, err) == (0, "")
+    layout, again = make_layout(load_scenario(name)), parse_map(out, "map")
+    assert (again.width, again.height, again.stations) == (layout.width, layout.height, layout.stations)
+    assert (again.kind == layout.kind).all()
+    assert (again.moves == layout.moves).all()
+
+
+def test_a_map_follows_overrides(capsys: pytest.CaptureFixture[str]) -> None:
+    """`--set` changes what is drawn."""
+    _, out, _ = run(capsys, "scenario", "map", "examples/small", "--set", "layout.stations_east=1")
+    assert out.count("O") == 1
+
+
+def test_the_shipped_text_map_is_used() -> None:
+    """It has a pillar among the blocks, and all of its orders are picked."""
+    assert "####.@@@@.####" in (shipped_folder() / "examples" / "text-map-hall.txt").read_text(encoding="utf-8")
+    result = simulate("examples/text-map")
+    assert (result.status, result.metrics["orders_completed"]) == ("complete", 40)

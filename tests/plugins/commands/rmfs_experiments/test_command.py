@@ -1,5 +1,6 @@
 """`rmfs compare` as a person uses it."""
 
+import json
 import os
 import signal
 import subprocess
@@ -225,3 +226,29 @@ def test_a_killed_comparison_goes_on_where_it_stopped(folder: Path) -> None:
     tables = [pandas.read_parquet(folder / name / "runs.parquet") for name in ("out", "undisturbed")]
     same = ["instance", "rule_set", "seed", "status", "error", "key", *Metrics().values()]
     assert tables[0][same].equals(tables[1][same])
+
+
+def test_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The comparison as JSON, and the list of experiments; nothing else on the output."""
+    assert exit_code("trial.toml", "--jobs", "1", "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["experiment"], found["runs"], found["failed"]) == ("trial", 4, 0)
+    assert {one["rule_set"] for one in found["paired"]} == set(found["rule_sets"])
+    assert exit_code("--list", "--json") == 0
+    assert [one["name"] for one in json.loads(capsys.readouterr().out)] == list(shipped_experiments())
+
+
+@pytest.mark.parametrize("width", [80, 140])
+def test_long_names_of_rule_sets_are_whole(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, width: int
+) -> None:
+    """At 80 columns they stand above their figures where there is no room beside them."""
+    monkeypatch.setenv("COLUMNS", str(width))
+    name = "a rule set with a name that is as long as somebody wants it to be"
+    text = TRIAL.replace('"first-come"', f'"{name}"', 1)
+    (folder / "long.toml").write_text(text, encoding="utf-8")
+    assert exit_code("long.toml", "--jobs", "1") == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert any(name in line for line in lines)
+    assert max(map(len, lines)) <= width
+    assert not any("…" in line for line in lines)

@@ -261,3 +261,14 @@ def read_map_text(text: str):  # type: ignore[no-untyped-def]
     from rmfs_core.world import parse_map
 
     return parse_map(text, "drawn")
+
+
+def test_json(room: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What plan.json has, and every robot's trip; nothing else on the output."""
+    code, text, _ = ask([str(room), "--agents", "3", "--pp", "free-flow", "--out", str(tmp_path), "--json"], capsys)
+    assert code == 0
+    document = json.loads(text)
+    trips = document.pop("trips")
+    assert document == json.loads((tmp_path / "plan.json").read_text(encoding="utf-8"))
+    assert [trip["robot"] for trip in trips] == [1, 2, 3]
+    assert sum(trip["arrives_s"] for trip in trips) == pytest.approx(document["costs"]["sum_of_costs_s"])

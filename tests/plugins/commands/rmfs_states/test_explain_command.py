@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
+from rich.console import Console
 
 import rmfs_core
 from rmfs_core.cli import main
+from rmfs_states import Recorded
 
 SETTINGS = ("instance.orders=14", "instance.max_lines=5", "stations.item_capacity=6", "rules.pp=free-flow")
 JOINT = ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time")
@@ -174,3 +178,43 @@ def test_run_records(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     main(["run", "examples/small", "--record-decisions", "--out", str(tmp_path), *settings])
     assert "decisions.jsonl.gz" in capsys.readouterr().out
     assert explain(capsys, str(tmp_path))[0] == 0
+
+
+def test_json(sequential: str, joint: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Counts, a decision with what other rules would have decided, and stories: all that the tables tell."""
+    counted = plain(capsys, sequential)
+    assert sum(row["decisions"] for row in counted["by_rule"]) == counted["decisions"]
+    decision = plain(capsys, joint, "--period", "1", "--against", "integrated")
+    assert (decision["number"], decision["decides"], decision["rule"]) == (1, "POA+PPS", "split-over-time")
+    assert decision["outcome"]["orders"] > 0
+    assert [(one["rule"], one["report"]["status"]) for one in decision["against"]] == [("integrated", "optimal")]
+    assert all(one["decides"] == "PPS" for one in plain(capsys, sequential, "--period", "1")["then"])
+    story = plain(capsys, sequential, "--order", "14")
+    assert story["order"] == "14"
+    assert any("assigned to station" in episode["what"] for episode in story["episodes"])
+
+
+def plain(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
+    """Return what the command prints for machines."""
+    main(["explain", *arguments, "--json"])
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("width", [80, 140])
+def test_long_names_of_rules_are_whole(width: int) -> None:
+    """In stories and comparisons no name is broken, and no line is wider than the console."""
+    from rmfs_states import Answer
+    from rmfs_states.explain_tables import print_comparison, print_story
+    from rmfs_states.stories import Episode
+
+    name = "a-rule-with-a-long-name-of-somebody"
+    stream = io.StringIO()
+    console = Console(file=stream, width=width)
+    print_story(console, "order 1", [Episode(1, (1, 20), (0.0, 123_456.0), "POA+PPS", name, "waited, " * 9)])
+    recorded = Recorded(
+        1, "TA", name, {"ask": {}}, {"tasks": [{"robot": str(n), "pod": "p"} for n in range(9)]}, None, "x"
+    )
+    print_comparison(console, recorded, None, [(name, Answer(name, "d", "1", "TA", {"tasks": []}, None, None))])
+    lines = stream.getvalue().splitlines()
+    assert max(map(len, lines)) <= width
+    assert sum(name in line for line in lines) == 3

@@ -105,3 +105,14 @@ def test_a_header_that_makes_no_sense_is_refused(folder: Path, key: str, value: 
     file.write_bytes(gzip.compress("".join([json.dumps(header) + "\n", *lines[1:]]).encode()))
     with pytest.raises(InputError):
         validate_trace(folder)
+
+
+def test_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The report as JSON, with the same exit code."""
+    assert code_of(str(folder), "--json") == 0
+    report = json.loads(capsys.readouterr().out)
+    assert (report["faults"], report["collisions_checked"], report["metrics_checked"]) == ([], False, True)
+    alter_metric(folder)
+    assert code_of(str(folder), "--json") == 1
+    (fault,) = json.loads(capsys.readouterr().out)["faults"]
+    assert fault["kind"] == "metric"

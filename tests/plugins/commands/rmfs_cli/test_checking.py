@@ -1,0 +1,159 @@
+"""`scenario check` names all that is wrong at once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rmfs_cli.checking import check_scenario
+from rmfs_core.errors import InputError
+
+RULE = """
+from attrs import define
+from rmfs_core import hookimpl
+
+
+@define
+class Mine:
+    size: int = 1
+    needs = ("item capacity",)
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return []
+"""
+
+WRONG = """\
+sed = 3
+[instance]
+orders = 50
+pods = 600
+[layout]
+stations_east = 2
+[stations]
+item_capacity = [20, 20, 20]
+handle_s = 2.0
+pick_s = 7.0
+[robots]
+count = "many"
+cuont = 7
+lift_s = -1
+[rules]
+poa = { rule = "pod-mach" }
+pr = { rule = "nearest", x = 1, y = 2 }
+ta = "demand"
+filters = ["most-covered", { rule = "most-covred" }]
+"""
+
+
+def problems(path: Path | str, *overrides: str, allow_inline: bool = True) -> list[str]:
+    """Return place and problem of all that is wrong."""
+    checked = check_scenario(str(path), overrides, None, allow_inline=allow_inline)
+    return [f"{one['place']}: {one['problem']}" for one in checked.problems]
+
+
+def test_everything_that_is_wrong_is_named_with_its_place(tmp_path: Path) -> None:
+    """Overrides, unknown keys, wrong values, what does not go together, rules, parameters, and the layout's room."""
+    file = tmp_path / "wrong.toml"
+    file.write_text(WRONG, encoding="utf-8")
+    assert problems(file, "rules.pps=demnd", "robots", "stations.foo=") == [
+        "--set robots: expected key=value, such as instance.orders=50",
+        "--set stations.foo=: unknown key `foo`; expected one of `handle_s`, `item_capacity`, `order_capacity`, "
+        "`pick_s`, `queue_length`",
+        f"{file}, line 1, sed: unknown key; did you mean `seed`?",
+        f"{file}, line 7, stations: expected handle_s >= pick_s, found 2.0 < 7.0",
+        f'{file}, line 12, robots.count: expected a whole number, found "many"',
+        f"{file}, line 13, robots.cuont: unknown key; did you mean `count`?",
+        f"{file}, line 14, robots.lift_s: expected a number from 0 to 3600, found -1.0",
+        f"{file}, line 16, rules.poa: there is no rule `pod-mach`; did you mean `pod-match`?",
+        "--set rules.pps=demnd: there is no rule `demnd`; did you mean `demand`?",
+        f"{file}, line 19, rules.filters[1]: there is no rule `most-covred`; did you mean `most-covered`?",
+        f'{file}, line 17, rules.pr.x: rule "nearest" (rmfs 0.1.0) has no parameter `x`; it has no parameters',
+        f'{file}, line 17, rules.pr.y: rule "nearest" (rmfs 0.1.0) has no parameter `y`; it has no parameters',
+        f'{file}, line 18, rules.ta: rule "demand" (rmfs 0.1.0) decides PPS; expected a rule for TA',
+        f'{file}, line 19, rules.filters[0].n: rule "most-covered" (rmfs 0.1.0) needs the parameter `n`, '
+        "which is missing",
+        f"{file}, line 4, instance.pods: found 600 pods, but the layout has 504 storage locations",
+        f"{file}, line 8, stations.item_capacity: found 3 capacities, but the layout has 2 picking stations",
+    ]
+
+
+def test_short_skus_and_large_orders_are_named_together(tmp_path: Path) -> None:
+    """All short SKUs are one sentence, all orders that are too large another; pods at stations come after them."""
+    orders = [(1, "a", 2), (1, "b", 3), (2, "c", 9), *((number, f"s{number}", 8) for number in range(3, 10))]
+    rows = "".join(f"{number},0,{sku},{quantity}\n" for number, sku, quantity in orders)
+    (tmp_path / "orders.csv").write_text(f"order,arrival_s,sku,quantity\n{rows}", encoding="utf-8")
+    (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,a,1\np,b,\n", encoding="utf-8")
+    file = tmp_path / "short.toml"
+    file.write_text(
+        '[instance]\norders_file = "orders.csv"\npods_file = "pods.csv"\n'
+        'pods_at_stations = { 1 = ["q"], 9 = ["p"] }\n[stations]\nitem_capacity = 7\n'
+        '[rules]\npoa = "pod-match"\npps = "demand"\n',
+        encoding="utf-8",
+    )
+    assert problems(file) == [
+        f"{tmp_path}/orders.csv, line 2: from order 1 on, the orders want more than all pods hold: "
+        "SKU a (2 wanted, 1 there), SKU c (on no pod), SKU s3 (on no pod), SKU s4 (on no pod), SKU s5 (on no pod) "
+        "and 4 more",
+        f"{tmp_path}/orders.csv, line 4: order 2 has 9 items, order 3 has 8 items, order 4 has 8 items, "
+        "order 5 has 8 items, order 6 has 8 items and 3 more, more than any station takes at a time (7)",
+        f"{file}, line 4, instance.pods_at_stations.1: there is no pod q with contents",
+        f"{file}, line 4, instance.pods_at_stations.9: no station 9; expected 1 to 4",
+    ]
+
+
+def test_what_only_follows_is_not_reported(tmp_path: Path) -> None:
+    """Values that were put in the place of wrong ones are not held against the others."""
+    file = tmp_path / "one.toml"
+    file.write_text(
+        '[instance]\nskus = "x"\nskus_per_pod = 500\n[layout]\nstations_east = "x"\n[stations]\n'
+        'item_capacity = [15, 15]\n[rules]\npoa = "pod-match"\n',
+        encoding="utf-8",
+    )
+    assert problems(file) == [
+        f'{file}, line 2, instance.skus: expected a whole number, found "x"',
+        f'{file}, line 5, layout.stations_east: expected a whole number, found "x"',
+        f"{file}, line 8, rules: expected `poa` and `pps`, or `poa_pps`, found `poa` alone",
+    ]
+
+
+def test_rules_are_a_part_that_may_be_missing_or_anything(tmp_path: Path) -> None:
+    """Whatever stands in the place of the rules, the check comes to an end, and the rest is checked as well."""
+    file = tmp_path / "rules.toml"
+    file.write_text("[robots]\ncount = 0\n", encoding="utf-8")
+    count = f"{file}, line 2, robots.count: expected a whole number >= 1, found 0"
+    assert problems(file) == [count, f"{file}, rules: this part is missing"]
+    assert problems(file, "rules=3") == [count, "--set rules=3: expected a table, found 3"]
+    both = ["rules.poa=pod-match", "rules.pps=demand", "rules.poa_pps=integrated"]
+    assert problems(file, *both)[1:] == [
+        "--set rules.poa_pps=integrated, rules: expected either `poa_pps` or `poa` and `pps`, found both"
+    ]
+    filters = ["rules.poa=pod-match", "rules.pps=demand", "rules.filters=3", "rules.observers=[3]"]
+    assert problems(file, *filters)[1:] == [
+        "--set rules.filters=3: expected a list, found 3",
+        "--set rules.observers=[3], rules.observers[0]: expected the name of a rule or a table "
+        '{ rule = "...", parameter = ... }, found 3',
+    ]
+
+
+def test_needs_and_parameters_of_rules_from_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rule from the current folder is loaded and checked like any other; on request it is refused."""
+    monkeypatch.chdir(tmp_path)
+    Path("mine.py").write_text(RULE, encoding="utf-8")
+    chosen = ["rules.poa.rule=./mine.py:Mine", "rules.poa.size=big", "stations.order_capacity=3"]
+    size, needs = problems("paper-250", *chosen[:2]), problems("paper-250", *chosen[:1], *chosen[2:])
+    assert size == ['--set rules.poa.size=big: expected a whole number, found "big"']
+    assert len(needs) == 1
+    assert needs[0].startswith("--set rules.poa.rule=./mine.py:Mine, rules.poa: rule ")
+    assert "needs stations that count items" in needs[0]
+    checked = check_scenario("paper-250", chosen[:1], None, allow_inline=True)
+    assert (checked.problems, checked.inline_files) == ([], [f"{tmp_path}/mine.py"])
+    assert checked.sizes["orders"] == 250
+    assert "--no-inline-rules refuses" in problems("paper-250", *chosen[:1], allow_inline=False)[0]
+
+
+def test_a_file_that_cannot_be_read_is_the_only_problem(tmp_path: Path) -> None:
+    """Then there is nothing to check."""
+    with pytest.raises(InputError, match="there is no such file"):
+        check_scenario(str(tmp_path / "none.toml"), (), None, allow_inline=True)

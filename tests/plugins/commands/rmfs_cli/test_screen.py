@@ -1,0 +1,71 @@
+"""Tables whose names are long, and JSON."""
+
+from __future__ import annotations
+
+import io
+import json
+
+import pytest
+from attrs import frozen
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from rmfs_cli.screen import print_json, print_named, say
+
+NAMES = ("short", "a-rule-with-a-very-long-name-of-someone-else", '{ rule = "split-among-stations", max_seconds = 10 }')
+FIGURES = 6
+
+
+def printed(width: int, *, boxed: bool, names: tuple[str, ...] = NAMES) -> list[str]:
+    """Return the lines of a table with these names."""
+    table = Table(box=box.SIMPLE_HEAD if boxed else None, title="Runs")
+    table.add_column("Rule")
+    for number in range(FIGURES):
+        table.add_column(f"figure\n{number}", justify="right")
+    for name in names:
+        table.add_row(name, *(f"{1000.25 + number}" for number in range(FIGURES)))
+    stream = io.StringIO()
+    print_named(Console(file=stream, width=width), table)
+    return stream.getvalue().splitlines()
+
+
+@pytest.mark.parametrize("boxed", [True, False])
+@pytest.mark.parametrize("width", [80, 140])
+def test_names_and_figures_are_whole(width: int, boxed: bool) -> None:
+    """Beside their row where there is room, above it where there is none; no line is wider than the console."""
+    lines = printed(width, boxed=boxed)
+    assert max(map(len, lines)) <= width
+    assert not any("…" in line for line in lines)
+    for name in NAMES:
+        (at,) = [number for number, line in enumerate(lines) if name in line]
+        row = lines[at] if width == 140 else lines[at + 1]
+        assert row.split()[-FIGURES:] == [f"{1000.25 + number}" for number in range(FIGURES)]
+        assert width == 140 or lines[at] == name
+
+
+def test_short_names_stay_in_their_row() -> None:
+    """Nothing changes for a table that fits."""
+    assert any(
+        line.split() == ["short", *(f"{1000.25 + n}" for n in range(FIGURES))]
+        for line in printed(80, boxed=True, names=NAMES[:1])
+    )
+
+
+def test_a_line_is_printed_as_it_is() -> None:
+    """What looks like markup is none, and a long line is not wrapped."""
+    stream = io.StringIO()
+    say(Console(file=stream, width=20), "a [run] of " + 30 * "x")
+    assert stream.getvalue() == "a [run] of " + 30 * "x" + "\n"
+
+
+def test_json_of_objects(capsys: pytest.CaptureFixture[str]) -> None:
+    """attrs objects become tables, numbers that JSON does not know become texts."""
+
+    @frozen
+    class Thing:
+        name: str
+        parts: tuple[float, ...]
+
+    print_json({"things": [Thing("a", (1.5, float("inf")))], "none": None})
+    assert json.loads(capsys.readouterr().out) == {"things": [{"name": "a", "parts": [1.5, "inf"]}], "none": None}
