@@ -14,6 +14,7 @@ from attrs import evolve, frozen
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError, RunError
+from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.files import output_folder
 from rmfs_core.results.metrics import Metrics
 from rmfs_core.results.result import RESULT_FILE, TABLE_FILES, Result
@@ -21,7 +22,7 @@ from rmfs_core.results.tables import Tables
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, load_scenario, located
 from rmfs_core.simulation.engine import Simulation
-from rmfs_core.wording import did_you_mean, listed
+from rmfs_core.wording import did_you_mean, listed, one_line
 from rmfs_core.world import make_instance, make_layout
 
 _OWN_FILES = (RESULT_FILE, *(file for file, _ in TABLE_FILES.values()))
@@ -81,12 +82,13 @@ def run(
     if wanted and out is None:
         raise InputError(next(iter(wanted)), "what is recorded needs a folder to be written to; expected `out` with it")
     resolved = _resolve(scenario, seed, overrides)
-    recorders = [load_recorder(name) for name in wanted]
-    measured = _prepare(resolved, (*observers, *(kind() for kind in recorders)), allow_inline_rules, out)
+    recorders = [_make_recorder(name) for name in wanted]
+    told = [*((observer, None) for observer in observers), *recorders]
+    measured = _prepare(resolved, told, allow_inline_rules, out)
     outcome = _simulate(measured.simulation)
     result, outcome = _conclude(measured, outcome)
     if measured.folder is not None:
-        for file in _files_of_recorders() - {kind.file for kind in recorders}:
+        for file in _files_of_recorders() - {recorder.file for recorder, _ in recorders}:
             (measured.folder / file).unlink(missing_ok=True)
     if isinstance(outcome.error, RunError):
         outcome.error.result = result
@@ -118,15 +120,23 @@ def load_recorder(name: str) -> type[Recorder]:
     place, known = f"record {name}", entrypoints.offers(entrypoints.RECORDERS)
     if name not in known:
         raise InputError(place, f'there is no recorder "{name}"{did_you_mean(name, known)}; known are {listed(known)}')
-    if len(known[name]) > 1:
-        clash = listed(" ".join(entrypoints.origin(entry)) for entry in known[name])
-        raise InputError(place, f"more than one installed distribution offers it: {clash}; uninstall all but one")
-    kind = entrypoints.load(known[name][0], place, "recorder")
+    kind = entrypoints.load(known[name], place, "recorder")
     file = getattr(kind, "file", None)
     if not isinstance(kind, type) or not isinstance(file, str) or Path(file).name != file or file in _OWN_FILES:
         described = entrypoints.describe("recorder", name, *entrypoints.origin(known[name][0]))
         raise InputError(place, f"{described} is no recorder: expected a class with the name of its file as `file`")
     return kind
+
+
+def _make_recorder(name: str) -> tuple[Recorder, str]:
+    """Return a recorder, and what messages call it."""
+    kind = load_recorder(name)
+    (entry,) = entrypoints.offers(entrypoints.RECORDERS)[name]
+    described = entrypoints.describe("recorder", name, *entrypoints.origin(entry))
+    try:
+        return kind(), described
+    except Exception as error:
+        raise InputError(f"record {name}", f"{described} cannot be made: {one_line(error)}") from error
 
 
 def _files_of_recorders() -> set[str]:
@@ -146,6 +156,7 @@ class _Measured:
     metrics: Metrics
     tables: Tables
     versions: dict[str, str]
+    described: dict[str, Metric]
     folder: Path | None
 
 
@@ -185,19 +196,20 @@ def _resolve(scenario: Scenario | str | Path, seed: int | None, overrides: Seque
 
 
 def _prepare(
-    scenario: Scenario, observers: Sequence[object], allow_inline_rules: bool, out: str | Path | None
+    scenario: Scenario, told: Sequence[tuple[object, str | None]], allow_inline_rules: bool, out: str | Path | None
 ) -> _Measured:
     with located(scenario):
         rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
         instance, layout = make_instance(scenario), make_layout(scenario)
     metrics, tables = Metrics(), Tables()
     # Who is registered last is told first: whatever another observer does wrong, metrics and tables have it already.
-    for observer in (*observers, tables, metrics):
-        rules.register_observer(observer)
+    for observer, name in (*told, (tables, None), (metrics, None)):
+        rules.register_observer(observer, name)
     rules.check()
+    described = described_by(rules.instances)
     folder = None if out is None else _folder_for_results(out, scenario)
     simulation = Simulation(scenario, instance, layout, rules, folder)
-    return _Measured(simulation, metrics, tables, _versions(rules, scenario.folder), folder)
+    return _Measured(simulation, metrics, tables, _versions(rules, scenario.folder), described, folder)
 
 
 def _versions(rules: RuleSet, folder: str) -> dict[str, str]:
@@ -244,6 +256,7 @@ def _result(measured: _Measured, outcome: _Outcome, found: Mapping[str, float | 
         versions=measured.versions,
         status=outcome.status,
         metrics=dict(found),
+        described=measured.described,
         timing={
             **metrics.timing(outcome.wall_s),
             "hook_s": simulation.hook_seconds,
