@@ -24,7 +24,7 @@ class Commands(click.Group):
         if cmd_name not in (known := entrypoints.offers(entrypoints.COMMANDS)):
             return None
         try:
-            return _load(known[cmd_name])
+            return _load(cmd_name, known)
         except InputError as error:
             return _Unusable(cmd_name, error)
 
@@ -56,11 +56,15 @@ class _Unusable(click.Command):
         raise self._error
 
 
-def _load(entries: tuple[EntryPoint, ...]) -> click.Command:
-    place = f"rmfs {entries[0].name}"
-    command = entrypoints.load(entries, place, "command")
+def _load(name: str, known: dict[str, tuple[EntryPoint, ...]]) -> click.Command:
+    place = f"rmfs {name}"
+    if len(known[name]) > 1:
+        clash = listed(" ".join(entrypoints.origin(entry)) for entry in known[name])
+        raise InputError(place, f"more than one installed distribution offers it: {clash}; uninstall all but one")
+    (entry,) = known[name]
+    command = entrypoints.load(entry, place, "command")
     if not isinstance(command, click.Command):
-        described = entrypoints.describe("command", entries[0].name, *entrypoints.origin(entries[0]))
+        described = entrypoints.describe("command", name, *entrypoints.origin(entry))
         raise InputError(place, f"{described} is {type(command).__name__}; expected a click.Command")
     return command
 

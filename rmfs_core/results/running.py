@@ -120,7 +120,10 @@ def load_recorder(name: str) -> type[Recorder]:
     place, known = f"record {name}", entrypoints.offers(entrypoints.RECORDERS)
     if name not in known:
         raise InputError(place, f'there is no recorder "{name}"{did_you_mean(name, known)}; known are {listed(known)}')
-    kind = entrypoints.load(known[name], place, "recorder")
+    if len(known[name]) > 1:
+        clash = listed(" ".join(entrypoints.origin(entry)) for entry in known[name])
+        raise InputError(place, f"more than one installed distribution offers it: {clash}; uninstall all but one")
+    kind = entrypoints.load(known[name][0], place, "recorder")
     file = getattr(kind, "file", None)
     if not isinstance(kind, type) or not isinstance(file, str) or Path(file).name != file or file in _OWN_FILES:
         described = entrypoints.describe("recorder", name, *entrypoints.origin(known[name][0]))
@@ -230,9 +233,7 @@ def _simulate(simulation: Simulation) -> _Outcome:
         status = simulation.status
     except KeyboardInterrupt:
         status, interrupted = "partial", True
-    except (
-        Exception
-    ) as problem:  # not a rule's fault, or it would be a RunError; what was measured is kept all the same
+    except Exception as problem:  # no rule's fault, or it would be a RunError; what was measured is kept all the same
         status, error = "failed", problem
     return _Outcome(status, time.perf_counter() - started, error, interrupted)
 

@@ -14,7 +14,7 @@ from attrs import frozen
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.rulenames import is_inline
-from rmfs_core.wording import did_you_mean, one_line
+from rmfs_core.wording import did_you_mean, listed, one_line
 
 INLINE = "inline"
 """What stands in place of a version for a rule loaded from a file."""
@@ -52,9 +52,9 @@ def describe(name: str, distribution: str, version: str) -> str:
     return entrypoints.describe("rule", name, distribution, version)
 
 
-def load_entry(entries: tuple[EntryPoint, ...], place: str) -> RuleSource:
-    """Import the rule that a name's entry point leads to; raise `InputError` with the cause if that fails."""
-    return RuleSource(entries[0].name, entrypoints.load(entries, place, "rule"), *entrypoints.origin(entries[0]))
+def load_entry(entry: EntryPoint, place: str) -> RuleSource:
+    """Import an entry point's rule; raise `InputError` with the cause if that fails."""
+    return RuleSource(entry.name, entrypoints.load(entry, place, "rule"), *entrypoints.origin(entry))
 
 
 class RuleSources:
@@ -84,7 +84,13 @@ class RuleSources:
                 place,
                 f'unknown rule "{name}"{did_you_mean(name, self._offers)}; `rmfs rules` lists the installed ones',
             )
-        return load_entry(entries, place)
+        if len(entries) > 1:
+            clash = listed(" ".join(entrypoints.origin(entry)) for entry in entries)
+            raise InputError(
+                place,
+                f'rule "{name}" is offered by more than one installed distribution: {clash}; uninstall all but one',
+            )
+        return load_entry(entries[0], place)
 
     def _from_file(self, name: str, place: str) -> RuleSource:
         relative, colon, class_name = name.rpartition(":")

@@ -85,7 +85,7 @@ def installed_rules() -> list[RuleDescription]:
 def _describe(entry: EntryPoint, clash: bool) -> RuleDescription:
     distribution, version = entrypoints.origin(entry)
     try:
-        source = load_entry((entry,), entry.name)
+        source = load_entry(entry, entry.name)
         rule = require_attrs_class(entry.name, source.target, source.describe())
         check_hooks(entry.name, rule, rule.__name__)
         parameters = tuple(_parameters(rule))

@@ -12,7 +12,7 @@ import pytest
 from attrs import define
 
 from rmfs_core import InputError, hookimpl
-from rmfs_core.entrypoints import RULES, offers
+from rmfs_core.entrypoints import RULES, available
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.warehouse import WarehouseView
@@ -43,8 +43,8 @@ def load(**choices: Any) -> RuleSet:
 def test_installed_rules_are_listed_without_importing_them(install: Install) -> None:
     """A rule whose module does not exist is listed like any other."""
     install("acme", {"broken": "acme_missing:Broken"})
-    assert offers(RULES).keys() >= {"broken", *RULE_NAMES}
-    assert offers(RULES)["pod-match"][0].value == "rmfs_pod_match:PodMatch"
+    assert set(available(RULES)) >= {"broken", *RULE_NAMES}
+    assert available(RULES)["pod-match"].value == "rmfs_pod_match:PodMatch"
     assert "acme_missing" not in sys.modules
 
 
