@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import tomllib
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
@@ -227,3 +228,16 @@ def test_nobody_reaches_into_private_attributes() -> None:
                     continue
             found.append(f"{module.file.relative_to(ROOT)}, line {node.lineno}: {ast.unparse(node)}")
     assert found == []
+
+
+def test_import_linter_knows_every_package() -> None:
+    """Its contracts in pyproject.toml name all rules and all commands, so that none is left out."""
+    linter = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]
+    contracts = {contract["id"]: contract for contract in linter["contracts"]}
+    assert sorted(linter["root_packages"]) == sorted(["rmfs_core", *RULE_PACKAGES, *COMMAND_PACKAGES])
+    assert sorted(contracts["plugins"]["forbidden_modules"]) == sorted([*RULE_PACKAGES, *COMMAND_PACKAGES])
+    assert contracts["rules"]["modules"] == RULE_PACKAGES
+    for one, other in (("rules-and-commands", "commands-and-rules"), ("commands-and-rules", "rules-and-commands")):
+        assert contracts[one]["source_modules"] == contracts[other]["forbidden_modules"]
+    assert contracts["commands-and-rules"]["source_modules"] == RULE_PACKAGES
+    assert contracts["rules-and-commands"]["source_modules"] == COMMAND_PACKAGES
