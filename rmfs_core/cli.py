@@ -19,18 +19,25 @@ CLOSED_PIPE = 141
 class Commands(click.Group):
     """A group that imports a command when it is looked up; one that cannot be imported costs the others nothing."""
 
-    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
+    def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of all commands; nothing is imported."""
-        return list(entrypoints.offers(entrypoints.COMMANDS))
+        return list(self._offers(ctx))
 
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import and return a command; in place of one that cannot be had, one that says why when it is called."""
-        if cmd_name not in (known := entrypoints.offers(entrypoints.COMMANDS)):
+        if cmd_name not in (known := self._offers(ctx)):
             return None
         try:
             return _load(cmd_name, known)
         except InputError as error:
             return _Unusable(cmd_name, error)
+
+    def _offers(self, ctx: click.Context) -> dict[str, tuple[EntryPoint, ...]]:
+        """Return the entry points; what is installed is looked through once a call, for it takes its time."""
+        found: dict[str, tuple[EntryPoint, ...]] | None = ctx.meta.get(__name__)
+        if found is None:
+            found = ctx.meta[__name__] = entrypoints.offers(entrypoints.COMMANDS)
+        return found
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

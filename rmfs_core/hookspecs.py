@@ -36,6 +36,9 @@ What else the kernel has to know of a rule, the class declares as attributes:
 ``searches``, ``prepare``
     For a rule with compiled searches: a static method that returns the numba functions (a run says when they have to be
     compiled first), and a method called with the `rmfs_core.traffic.Roads` before the run starts, to load them.
+``measures``
+    Tuple of `rmfs_core.results.catalogue.Metric`: label, unit, digits and meaning of what the rule or observer hands
+    over in `measured`. A metric without one is shown under its name.
 ``packing_capacity``
     Number of split orders that may be open at once, or None: a decision that exceeds it is refused.
 """

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import shlex
+import subprocess
 import sys
-from collections.abc import Callable, Iterator
+import venv
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 
 import pytest
+from attrs import frozen
 
 from rmfs_core.info import RunInfo
 from rmfs_core.motion import Motion
@@ -14,6 +19,7 @@ from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario
 from rmfs_core.warehouse import WarehouseView
 from rmfs_testing import small_instance, small_layout, small_world
 
+ROOT = Path(__file__).resolve().parent.parent
 Install = Callable[..., None]
 HEADER = "from attrs import define, field, validators\nfrom rmfs_core import hookimpl\n"
 
@@ -24,13 +30,13 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install
     before = set(sys.modules)
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
 
-    def install(distribution: str, entry_points: dict[str, str], **modules: str) -> None:
+    def install(distribution: str, entry_points: dict[str, str], group: str = "rmfs", **modules: str) -> None:
         folder = tmp_path / distribution
         metadata = folder / f"{distribution}-1.0.dist-info"
         metadata.mkdir(parents=True)
         (metadata / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 1.0\n")
         lines = [f"{name} = {target}\n" for name, target in entry_points.items()]
-        (metadata / "entry_points.txt").write_text("[rmfs]\n" + "".join(lines))
+        (metadata / "entry_points.txt").write_text(f"[{group}]\n" + "".join(lines))
         for name, source in modules.items():
             (folder / f"{name}.py").write_text(HEADER + source)
         monkeypatch.syspath_prepend(folder)
@@ -53,3 +59,76 @@ def tiny() -> RunInfo:
         motion=Motion(),
         warehouse=WarehouseView(small_world(orders, pods, capacities=(4, 4))),
     )
+
+
+@frozen
+class Environment:
+    """A folder, and beside it an environment whose programs are called there.
+
+    Parameters
+    ----------
+    folder
+        Where they are called.
+    programs
+        The environment's programs.
+    """
+
+    folder: Path
+    programs: Path
+
+    def run(self, *command: str, within: str = ".") -> subprocess.CompletedProcess[str]:
+        """Call a program of the environment; return how it ended and what it printed."""
+        program = str(self.programs / command[0])
+        variables = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
+        folder = self.folder / within
+        return subprocess.run(
+            [program, *command[1:]], cwd=folder, env=variables, capture_output=True, text=True, check=False
+        )
+
+    def call(self, *command: str, within: str = ".") -> str:
+        """Call a program that must succeed; return what it printed."""
+        done = self.run(*command, within=within)
+        assert done.returncode == 0, f"{shlex.join(command)}\n{done.stdout}\n{done.stderr}"
+        return done.stdout
+
+    def install(self, *wheels: Path) -> None:
+        """Install wheels, whatever the environment has already, and nothing else."""
+        python = str(self.programs / "python")
+        arguments = ("--no-deps", "--no-index", "--ignore-installed", "--quiet", *map(str, wheels))
+        subprocess.run([sys.executable, "-m", "pip", "--python", python, "install", *arguments], check=True)
+
+
+@pytest.fixture(scope="session")
+def environment(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Environment]:
+    """Return the function that makes an environment, with pip, or with what the running one has ``borrowed``.
+
+    What is borrowed is there in no time: nothing is installed. ``without`` are entries of the module search path.
+    """
+
+    def make(*, borrowed: bool, without: Collection[Path] = ()) -> Environment:
+        folder = tmp_path_factory.mktemp("stranger")
+        venv.create(folder / "venv", with_pip=not borrowed)
+        programs = folder / "venv" / ("Scripts" if os.name == "nt" else "bin")
+        if borrowed:
+            packages = next((folder / "venv").rglob("site-packages"))
+            paths = [path for path in map(Path, sys.path) if path.is_dir() and path.resolve() not in without]
+            (packages / "borrowed.pth").write_text("".join(f"{path.resolve()}\n" for path in paths), encoding="utf-8")
+        return Environment(folder, programs)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Path], tuple[Path, Path]]:
+    """Return the function that builds a project's sdist, and from that its wheel, each project once."""
+    found: dict[Path, tuple[Path, Path]] = {}
+
+    def build(project: Path = ROOT) -> tuple[Path, Path]:
+        if project not in found:
+            folder = tmp_path_factory.mktemp("dist")
+            subprocess.run([sys.executable, "-m", "build", "--outdir", str(folder), str(project)], check=True)
+            (sdist,), (wheel,) = folder.glob("*.tar.gz"), folder.glob("*.whl")
+            found[project] = sdist, wheel
+        return found[project]
+
+    return build

@@ -1,60 +1,61 @@
-"""The distribution: what it holds, and what the kernel keeps away from."""
+"""The distribution as it is released: what wheel and sdist hold, and whether an index would take them."""
 
-import ast
+from __future__ import annotations
+
 import subprocess
 import sys
+import tarfile
 import zipfile
+from collections.abc import Callable
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
+Built = Callable[..., tuple[Path, Path]]
 
 
-def imported(file: Path) -> set[str]:
-    """Top-level packages that a module imports, anywhere in it."""
-    found = set()
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            found |= {alias.name.split(".")[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            found.add(node.module.split(".")[0])
-    return found
-
-
-def test_the_kernel_imports_no_rule() -> None:
-    """No module of rmfs_core imports a package of plugins/."""
-    rules = {folder.name for folder in (ROOT / "plugins" / "rules").iterdir() if folder.is_dir()}
-    for file in (ROOT / "rmfs_core").rglob("*.py"):
-        assert not imported(file) & rules, file
-
-
-def test_rules_import_no_other_rule() -> None:
-    """A rule's package depends on the kernel, never on another rule's."""
-    rules = {folder.name for folder in (ROOT / "plugins" / "rules").iterdir() if folder.is_dir()}
-    for name in rules:
-        for file in (ROOT / "plugins" / "rules" / name).rglob("*.py"):
-            assert not imported(file) & (rules - {name}), file
-
-
-def test_importing_the_package_is_cheap() -> None:
-    """`import rmfs_core` and the command line's help load neither numpy nor numba nor simpy."""
-    code = "import sys, rmfs_core.cli; print([m for m in ('numpy', 'numba', 'simpy', 'mip') if m in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+def packages(folder: str) -> list[str]:
+    """Return the import packages below a folder of plugins."""
+    return sorted(path.parent.name for path in (ROOT / "plugins" / folder).glob("*/__init__.py"))
 
 
 @pytest.mark.slow
-def test_the_wheel_holds_kernel_rules_and_scenarios(tmp_path: Path) -> None:
-    """A wheel built from the checkout has every rule's package, every scenario, and the entry points."""
-    command = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--quiet", "--wheel-dir", str(tmp_path), str(ROOT)]
-    subprocess.run(command, check=True)
-    (wheel,) = tmp_path.glob("*.whl")
-    names = set(zipfile.ZipFile(wheel).namelist())
-    for folder in (ROOT / "plugins" / "rules").iterdir():
-        if (folder / "__init__.py").exists():
-            assert f"{folder.name}/__init__.py" in names
+def test_the_wheel_holds_kernel_plugins_and_scenarios(built: Built) -> None:
+    """The wheel that the sdist makes has every package, scenario and entry point, and nothing of the tests."""
+    names = set(zipfile.ZipFile(built()[1]).namelist())
+    for package in ("rmfs_core", *packages("rules"), *packages("commands")):
+        assert f"{package}/__init__.py" in names
     for scenario in (ROOT / "scenarios").rglob("*.toml"):
         assert f"rmfs_scenarios/{scenario.relative_to(ROOT / 'scenarios').as_posix()}" in names
-    assert "rmfs_core/hookspecs.py" in names
-    assert not any(name.startswith(("tests/", "tools/")) for name in names)
+    data = {"rmfs_core/py.typed", "rmfs_kit/templates/pyproject.toml", "rmfs_experiments/report/report.html.j2"}
+    assert data <= names
+    assert not {name.split("/")[0] for name in names} & {"tests", "tools", "plugins", "scenarios"}
+    (text,) = (name for name in names if name.endswith(".dist-info/entry_points.txt"))
+    described = zipfile.ZipFile(built()[1]).read(text).decode()
+    for group in ("rmfs", "rmfs.commands", "rmfs.recorders"):
+        ours = [entry for entry in entry_points(group=group) if entry.dist is not None and entry.dist.name == "rmfs"]
+        assert ours
+        assert all(f"{entry.name} = {entry.value}\n" in described for entry in ours)
+
+
+@pytest.mark.slow
+def test_the_sdist_holds_what_it_takes_to_build_and_test(built: Built) -> None:
+    """Every file of code, tests, tools and scenarios, and what builds, describes and tests them."""
+    with tarfile.open(built()[0]) as sdist:
+        names = {name.partition("/")[2] for name in sdist.getnames()}
+    found = {"pyproject.toml", "Makefile", "README.md", "CHANGELOG.md", "LICENSE", ".ci/run"}
+    for folder in ("rmfs_core", "plugins", "scenarios", "tests", "tools"):
+        files = (file for file in (ROOT / folder).rglob("*") if file.is_file() and "__pycache__" not in file.parts)
+        found |= {file.relative_to(ROOT).as_posix() for file in files}
+    assert found <= names
+
+
+@pytest.mark.slow
+def test_an_index_would_take_it(built: Built) -> None:
+    """`twine check` finds nothing wrong with the metadata of wheel and sdist, README included."""
+    command = [sys.executable, "-m", "twine", "check", "--strict", *map(str, built())]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.count("PASSED") == 2

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from attrs import frozen
+from collections.abc import Iterable
+
+from attrs import Factory, field, frozen, validators
+
+from rmfs_core.errors import InputError
 
 
 @frozen
@@ -14,16 +18,16 @@ class Metric:
     name
         Its key in ``metrics`` or ``timing`` of result.json.
     label, unit, digits
-        How a table shows it; the unit is empty for a plain number.
+        How a table shows it: the name where there is no label; no unit for a plain number; integers without digits.
     meaning
         One sentence.
     """
 
     name: str
-    label: str
-    unit: str
-    digits: int
-    meaning: str
+    label: str = Factory(lambda self: self.name, takes_self=True)
+    unit: str = ""
+    digits: int = field(default=2, validator=[validators.instance_of(int), validators.ge(0)])
+    meaning: str = ""
 
 
 METRICS: dict[str, tuple[Metric, ...]] = {
@@ -82,4 +86,22 @@ def show(metric: Metric, value: float | None) -> str:
         return "-"
     if metric.name == "picker_utilisation":
         value *= 100
-    return f"{value:,.{metric.digits}f}"
+    return f"{value:,}" if isinstance(value, int) else f"{value:,.{metric.digits}f}"
+
+
+def described_by(observers: Iterable[object]) -> dict[str, Metric]:
+    """Return the metrics that observers describe in their attribute ``measures``, by name.
+
+    Raises
+    ------
+    InputError
+        When it is no tuple or list of `Metric`.
+    """
+    found: dict[str, Metric] = {}
+    for observer in observers:
+        measures = getattr(observer, "measures", ())
+        if not isinstance(measures, tuple | list) or not all(isinstance(one, Metric) for one in measures):
+            place, expected = f"class {type(observer).__name__}", "a tuple of rmfs_core.results.catalogue.Metric"
+            raise InputError(place, f"expected `measures` to be {expected}, found {measures!r:.80}")
+        found |= {metric.name: metric for metric in measures}
+    return found

@@ -11,6 +11,7 @@ from typing import Any
 from attrs import define, field
 
 from rmfs_core.errors import InputError
+from rmfs_core.results.catalogue import Metric
 from rmfs_core.results.files import json_ready, output_folder, to_csv, to_json, write_text
 from rmfs_core.results.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Row
 from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
@@ -49,6 +50,8 @@ class Result:
         Message of the error that ended a failed run.
     interrupted
         Whether a keyboard interrupt ended the run. (Not in the files.)
+    described
+        The metrics that observers describe, by name. (Not in the files.)
     hook_calls
         How often the rules of each hook were asked. (Not in the files.)
     """
@@ -64,6 +67,7 @@ class Result:
     periods: list[Row] = field(factory=list, repr=False)
     error: str | None = None
     interrupted: bool = False
+    described: dict[str, Metric] = field(factory=dict, repr=False)
     hook_calls: dict[str, int] = field(factory=dict, repr=False)
 
     def to_dict(self) -> dict[str, Any]:

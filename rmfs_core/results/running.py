@@ -13,6 +13,7 @@ from attrs import evolve, frozen
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError, RunError
+from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.files import output_folder
 from rmfs_core.results.metrics import Metrics
 from rmfs_core.results.result import RESULT_FILE, TABLE_FILES, Result
@@ -20,7 +21,7 @@ from rmfs_core.results.tables import Tables
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, load_scenario, located
 from rmfs_core.simulation.engine import Simulation
-from rmfs_core.wording import did_you_mean, listed
+from rmfs_core.wording import did_you_mean, listed, one_line
 from rmfs_core.world import make_instance, make_layout
 
 _OWN_FILES = (RESULT_FILE, *(file for file, _ in TABLE_FILES.values()))
@@ -81,12 +82,13 @@ def run(
     if wanted and out is None:
         raise InputError(next(iter(wanted)), "what is recorded needs a folder to be written to; expected `out` with it")
     resolved = _resolve(scenario, seed, overrides)
-    recorders = [load_recorder(name) for name in wanted]
-    measured = _prepare(resolved, (*observers, *(kind() for kind in recorders)), allow_inline_rules, out)
+    recorders = [_make_recorder(name) for name in wanted]
+    told = [*((observer, None) for observer in observers), *recorders]
+    measured = _prepare(resolved, told, allow_inline_rules, out)
     outcome = _simulate(measured.simulation)
     result, outcome = _conclude(measured, outcome)
     if measured.folder is not None:
-        for file in _files_of_recorders() - {kind.file for kind in recorders}:
+        for file in _files_of_recorders() - {recorder.file for recorder, _ in recorders}:
             (measured.folder / file).unlink(missing_ok=True)
     if isinstance(outcome.error, RunError):
         outcome.error.result = result
@@ -129,6 +131,17 @@ def load_recorder(name: str) -> type[Recorder]:
     return kind
 
 
+def _make_recorder(name: str) -> tuple[Recorder, str]:
+    """Return a recorder, and what messages call it."""
+    kind = load_recorder(name)
+    (entry,) = entrypoints.offers(entrypoints.RECORDERS)[name]
+    described = entrypoints.describe("recorder", name, *entrypoints.origin(entry))
+    try:
+        return kind(), described
+    except Exception as error:
+        raise InputError(f"record {name}", f"{described} cannot be made: {one_line(error)}") from error
+
+
 def _files_of_recorders() -> set[str]:
     """Return the files that installed recorders write; a recorder that cannot be had writes none."""
     found = set()
@@ -146,6 +159,7 @@ class _Measured:
     metrics: Metrics
     tables: Tables
     versions: dict[str, str]
+    described: dict[str, Metric]
     folder: Path | None
 
 
@@ -185,19 +199,20 @@ def _resolve(scenario: Scenario | str | Path, seed: int | None, overrides: Seque
 
 
 def _prepare(
-    scenario: Scenario, observers: Sequence[object], allow_inline_rules: bool, out: str | Path | None
+    scenario: Scenario, told: Sequence[tuple[object, str | None]], allow_inline_rules: bool, out: str | Path | None
 ) -> _Measured:
     with located(scenario):
         rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
         instance, layout = make_instance(scenario), make_layout(scenario)
     metrics, tables = Metrics(), Tables()
     # Who is registered last is told first: whatever another observer does wrong, metrics and tables have it already.
-    for observer in (*observers, tables, metrics):
-        rules.register_observer(observer)
+    for observer, name in (*told, (tables, None), (metrics, None)):
+        rules.register_observer(observer, name)
     rules.check()
+    described = described_by(rules.instances)
     folder = None if out is None else _folder_for_results(out, scenario)
     simulation = Simulation(scenario, instance, layout, rules, folder)
-    return _Measured(simulation, metrics, tables, versions_of(rules, scenario.folder), folder)
+    return _Measured(simulation, metrics, tables, versions_of(rules, scenario.folder), described, folder)
 
 
 def versions_of(rules: RuleSet, folder: str) -> dict[str, str]:
@@ -221,9 +236,7 @@ def _simulate(simulation: Simulation) -> _Outcome:
         status = simulation.status
     except KeyboardInterrupt:
         status, interrupted = "partial", True
-    except (
-        Exception
-    ) as problem:  # not a rule's fault, or it would be a RunError; what was measured is kept all the same
+    except Exception as problem:  # no rule's fault, or it would be a RunError; what was measured is kept all the same
         status, error = "failed", problem
     return _Outcome(status, time.perf_counter() - started, error, interrupted)
 
@@ -247,6 +260,7 @@ def _result(measured: _Measured, outcome: _Outcome, found: Mapping[str, float | 
         versions=measured.versions,
         status=outcome.status,
         metrics=dict(found),
+        described=measured.described,
         timing={
             **metrics.timing(outcome.wall_s),
             "hook_s": simulation.hook_seconds,

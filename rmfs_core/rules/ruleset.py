@@ -70,7 +70,7 @@ class _Registered:
     """
 
     def __init__(self, instance: object, hooks: frozenset[str], described: str | None = None) -> None:
-        self.kind = type(instance).__name__
+        self.instance = instance
         self.described = described
         for hook, method in marked_methods(instance).items():
             if hook in hooks or hook not in ARGUMENTS:
@@ -106,6 +106,8 @@ def _named(method: Callable[..., Any], name: str, hook: str) -> Callable[..., An
     def call(*arguments: Any) -> Any:
         try:
             return method(*arguments)
+        except InputError:  # a sentence for a person: of a file that cannot be written, say
+            raise
         except (Exception, SystemExit, GeneratorExit) as error:  # whatever an observer does, the run ends in order
             raise ObserverError(name, hook) from error
 
@@ -199,6 +201,12 @@ class RuleSet:
             raise InputError(f"observer {name}", "it implements no observer hook")
         _register(self.pm, observer, OBSERVER_HOOKS, f"observer {len(self.pm.get_plugins())}: {name}", described)
 
+    @property
+    def instances(self) -> list[object]:
+        """Every rule and observer that takes part, in the order of registration."""
+        registered: list[tuple[str, Any]] = self.pm.list_name_plugin()
+        return [plugin.instance for _, plugin in registered]
+
     def told(self, hook: str) -> Iterator[tuple[str, Callable[..., Any]]]:
         """Yield every observer's name and method of a hook, so that one that fails keeps nothing from the others.
 
@@ -209,7 +217,7 @@ class RuleSet:
                 continue
             names, function = implementation.argnames, implementation.function
             call = partial(_called_by_name, function, names)
-            yield implementation.plugin.described or f"observer {implementation.plugin.kind}", call
+            yield implementation.plugin.described or f"observer {type(implementation.plugin.instance).__name__}", call
 
     def check(self) -> None:
         """Raise `InputError` if anything registered implements a hook that does not exist."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console, Group, RenderableType
@@ -27,6 +27,10 @@ def print_summary(console: Console, name: str, result: Result) -> None:
     metrics = {name: tuple(one for one in group if one.name != unsaid) for name, group in METRICS.items()}
     left = [_group(group, metrics[group], result.metrics) for group in LEFT]
     right = [_group(group, metrics[group], result.metrics) for group in RIGHT]
+    catalogue = {metric.name for group in METRICS.values() for metric in group}
+    others = [result.described.get(name) or Metric(name) for name in result.metrics if name not in catalogue]
+    if others:
+        right.append(_group("Observers", others, result.metrics))
     right.append(_group("Wall clock", TIMING, result.timing))
     console.print()
     console.print(Rule(title, align="left", style="dim"))
@@ -73,11 +77,11 @@ def _stack(groups: list[Table]) -> RenderableType:
     return Group(*spaced[1:])
 
 
-def _group(name: str, metrics: tuple[Metric, ...], values: Mapping[str, Any]) -> Table:
+def _group(name: str, metrics: Sequence[Metric], values: Mapping[str, Any]) -> Table:
     table = Table(box=None, expand=True, show_header=True, padding=(0, 1, 0, 0), pad_edge=False)
-    table.add_column(name, header_style="bold cyan", no_wrap=True, ratio=1)
+    table.add_column(name, header_style="bold cyan", overflow="fold", ratio=1)
     table.add_column(justify="right", no_wrap=True)
-    table.add_column(style="dim", no_wrap=True, width=1)
+    table.add_column(style="dim", no_wrap=True, min_width=1)
     for metric in metrics:
         value = values.get(metric.name)
         table.add_row(metric.label, show(metric, value), metric.unit if value is not None else "")

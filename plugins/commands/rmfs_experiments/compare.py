@@ -13,12 +13,16 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from statistics import fmean, stdev
 from typing import Any
 
-from attrs import evolve, frozen
+from attrs import evolve, field, frozen
 
 from rmfs_core.errors import InputError
+from rmfs_core.results.catalogue import METRICS, TIMING, Metric
 from rmfs_core.scenario.checks import nearest
 
 Rows = Sequence[Mapping[str, Any]]
+
+CATALOGUE = {metric.name: metric for group in (*METRICS.values(), TIMING) for metric in group}
+"""Every figure that the kernel measures."""
 
 OVERALL = "overall"
 CONFIDENCE = 0.95
@@ -125,6 +129,8 @@ class Comparison:
         By instance set and rule set.
     by
         Columns whose values tell the instance sets apart.
+    measures
+        Metrics that observers describe, by name.
     """
 
     baseline: str
@@ -134,6 +140,11 @@ class Comparison:
     paired: tuple[Paired, ...]
     counted: tuple[Counted, ...]
     by: tuple[str, ...] = ("instance",)
+    measures: Mapping[str, Metric] = field(factory=dict)
+
+    def described(self, metric: str) -> Metric:
+        """Return how a metric is shown: under its name when nobody describes it."""
+        return CATALOGUE.get(metric) or self.measures.get(metric) or Metric(metric)
 
     def holds(self, instances: str, row: Mapping[str, Any]) -> bool:
         """Whether a run belongs to an instance set."""
@@ -144,7 +155,14 @@ class Comparison:
         return [one for one in self.paired if (one.instances, one.metric) == (instances, metric)]
 
 
-def summary(rows: Rows, baseline: str, metrics: Sequence[str], *, by: Sequence[str] = ("instance",)) -> Comparison:
+def summary(
+    rows: Rows,
+    baseline: str,
+    metrics: Sequence[str],
+    *,
+    by: Sequence[str] = ("instance",),
+    measures: Mapping[str, Metric] | None = None,
+) -> Comparison:
     """Compare every rule set with the baseline.
 
     Parameters
@@ -157,6 +175,8 @@ def summary(rows: Rows, baseline: str, metrics: Sequence[str], *, by: Sequence[s
         Which figures.
     by
         Columns whose values tell the instance sets apart.
+    measures
+        Metrics that observers describe, by name.
 
     Raises
     ------
@@ -176,7 +196,9 @@ def summary(rows: Rows, baseline: str, metrics: Sequence[str], *, by: Sequence[s
         for metric in metrics:
             paired += _with_holm([_pair(name, members, metric, rule_set, baseline) for rule_set in rule_sets])
     counted = tuple(_count(name, members, rule_set) for name, members in sets.items() for rule_set in rule_sets)
-    return Comparison(baseline, tuple(sets), rule_sets, tuple(metrics), tuple(paired), counted, tuple(by))
+    return Comparison(
+        baseline, tuple(sets), rule_sets, tuple(metrics), tuple(paired), counted, tuple(by), measures or {}
+    )
 
 
 def _label(row: Mapping[str, Any], by: Sequence[str]) -> str:

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from attrs import field, frozen
 
 from rmfs_core.errors import InputError
-from rmfs_core.results.catalogue import METRICS, TIMING
+from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.running import versions_of
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario
 from rmfs_core.scenario.checks import nearest
 from rmfs_core.scenario.rulenames import is_inline, rule_choices
+from rmfs_experiments.compare import CATALOGUE
 from rmfs_experiments.keys import run_key
 from rmfs_experiments.resolving import Changes, located_in, resolve
-
-MEASURES = tuple(metric.name for group in (*METRICS.values(), TIMING) for metric in group)
-"""Every figure of a run that can be compared."""
 
 DEFAULT_METRICS = ("psv_per_order", "pile_on", "distance_per_order_m", "turnover_s", "makespan_s", "picker_utilisation")
 LABELS = ("instance", "scenario", "rule_set", "seed", "status", "error", "error_kind", "key", "run_s")
@@ -113,6 +111,8 @@ class Job:
         Versions of everything that takes part, as in result.json.
     key
         Hash of resolved scenario (with the contents of the files it names), seed and versions.
+    measures
+        Metrics that its observers describe, by name.
     """
 
     instance: str
@@ -122,6 +122,7 @@ class Job:
     scenario: Scenario
     versions: Mapping[str, str]
     key: str
+    measures: Mapping[str, Metric] = field(factory=dict)
 
     def __str__(self) -> str:
         return f"{self.instance}, {self.rule_set}, seed {self.seed}"
@@ -183,9 +184,6 @@ class Experiment:
             _check_distinct(f"axes.{axis.name}", [point.label for point in axis.points])
         if self.baseline not in names:
             raise InputError("baseline", f'there is no rule set "{self.baseline}"{nearest(self.baseline, names)}')
-        for metric in self.metrics:
-            if metric not in MEASURES:
-                raise InputError("metrics", f'there is no metric "{metric}"{nearest(metric, MEASURES)}')
         axes = ["scenario", *(axis.name for axis in self.axes)]
         for name in self.by:
             if name not in axes:
@@ -196,7 +194,7 @@ class Experiment:
         """Refuse an axis called like a column of the table, and a key that is set twice."""
         setters: dict[str, str] = {}
         for axis in self.axes:
-            if axis.name in (*LABELS, *MEASURES):
+            if axis.name in (*LABELS, *CATALOGUE, *self.metrics):
                 raise InputError(f"axes.{axis.name}", "the table has another column of that name; expected another one")
             for key in dict.fromkeys(key for point in axis.points for key in point.changes):
                 if key in setters:
@@ -220,10 +218,12 @@ class Experiment:
         Raises
         ------
         InputError
-            When a rule set or an axis makes a scenario wrong; base, axis values and rule set are named.
+            When a rule set or an axis makes a scenario wrong; base, axis values and rule set are named. When a metric
+            is unknown, and there is no rule or observer that measures something.
         """
         found: list[Job] = []
-        loaded: dict[tuple[str, str], dict[str, str]] = {}  # most instances have the same rules
+        loaded: dict[tuple[str, str], tuple[dict[str, str], dict[str, Metric]]] = {}  # most have the same rules
+        somebody_measures = False
         for instance, base, points in self._instances():
             values = {"scenario": base.name} | {a.name: p.value for a, p in zip(self.axes, points, strict=True)}
             for rule_set in self.rule_sets:
@@ -237,14 +237,24 @@ class Experiment:
                 with located_in(place):
                     if chosen not in loaded:
                         rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
-                        loaded[chosen] = versions_of(rules, scenario.folder)
-                    versions = loaded[chosen]
+                        loaded[chosen] = versions_of(rules, scenario.folder), described_by(rules.instances)
+                        somebody_measures |= bool(rules.pm.hook.measured.get_hookimpls())
+                    versions, measures = loaded[chosen]
                     key = run_key(scenario, versions)
                 found += [
-                    Job(instance, rule_set.name, seed, values, scenario.with_seed(seed), versions, key(seed))
+                    Job(instance, rule_set.name, seed, values, scenario.with_seed(seed), versions, key(seed), measures)
                     for seed in self.seeds
                 ]
+        if not somebody_measures:
+            self.check_metrics(CATALOGUE)
         return found
+
+    def check_metrics(self, known: Collection[str]) -> None:
+        """Raise `InputError` when a metric is not among those that are known."""
+        for metric in self.metrics:
+            if metric not in known or metric in LABELS:
+                problem = f'there is no metric "{metric}"{nearest(metric, known)}'
+                raise InputError(f"{self.place}, metrics", problem)
 
     def rule_files(self) -> list[str]:
         """Return the files that code will be loaded from: those of rules beside scenarios or the experiment."""

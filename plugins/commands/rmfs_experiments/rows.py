@@ -22,16 +22,17 @@ def row_of(job: Job, content: Mapping[str, Any], note: Mapping[str, Any]) -> Row
     note
         What is known besides: ``error_kind``, and ``run_s``, the seconds of the whole run with its preparation.
     """
-    return {
+    row = {
         **labels(job),
         "status": content["status"],
         "error": content.get("error"),
         "error_kind": note["error_kind"],
-        **content["metrics"],
-        "run_s": note["run_s"],
-        **dict(_flat(content["timing"])),
-        "key": job.key,
     }
+    figures = {"run_s": note["run_s"], **dict(_flat(content["timing"])), "key": job.key}
+    # What an observer measures under a name that something else has is no less there, and hides nothing.
+    taken = row.keys() | figures.keys()
+    metrics = {f"metrics.{name}" if name in taken else name: value for name, value in content["metrics"].items()}
+    return row | metrics | figures
 
 
 def _flat(tables: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:

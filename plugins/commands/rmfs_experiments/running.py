@@ -9,7 +9,8 @@ from pathlib import Path
 
 from attrs import field, frozen
 
-from rmfs_experiments.compare import Comparison, summary
+from rmfs_core.results.catalogue import Metric
+from rmfs_experiments.compare import CATALOGUE, Comparison, summary
 from rmfs_experiments.experiment import Experiment, Job
 from rmfs_experiments.outcome import Outcome
 from rmfs_experiments.rows import Row, row_without_result
@@ -33,12 +34,15 @@ class ExperimentResult:
         Versions of everything that took part in some run, by name.
     computed
         How many runs were computed now; the others were stored already.
+    measures
+        Metrics that observers describe, by name.
     """
 
     experiment: Experiment
     rows: list[Row] = field(repr=False)
     versions: dict[str, str] = field(factory=dict, repr=False)
     computed: int = 0
+    measures: dict[str, Metric] = field(factory=dict, repr=False)
 
     @property
     def failed(self) -> list[Row]:
@@ -51,9 +55,17 @@ class ExperimentResult:
         return {name: [row.get(name) for row in self.rows] for name in names}
 
     def comparison(self) -> Comparison:
-        """Return the rule sets compared with the baseline, as the experiment asks."""
+        """Return the rule sets compared with the baseline, as the experiment asks.
+
+        Raises
+        ------
+        InputError
+            When it asks for a metric that no run has measured, though not all of them failed.
+        """
         one = self.experiment
-        return summary(self.rows, one.baseline, one.metrics, by=one.by or ("instance",))
+        if len(self.failed) < len(self.rows):
+            one.check_metrics({*CATALOGUE, *(name for row in self.rows for name in row if name.isidentifier())})
+        return summary(self.rows, one.baseline, one.metrics, by=one.by or ("instance",), measures=self.measures)
 
 
 def run_experiment(
@@ -119,7 +131,8 @@ def run_experiment(
                 watcher.ended()
     rows = [_row(job, runs, not_stored) for job in all_jobs]
     versions = {name: version for job in all_jobs for name, version in job.versions.items()}
-    return ExperimentResult(experiment, rows, dict(sorted(versions.items())), len(todo))
+    measures = {name: metric for job in all_jobs for name, metric in job.measures.items()}
+    return ExperimentResult(experiment, rows, dict(sorted(versions.items())), len(todo), measures)
 
 
 def _workers(runs: int, jobs: int | None, dask: str | None) -> Workers:

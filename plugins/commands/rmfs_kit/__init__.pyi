@@ -1,4 +1,4 @@
 from .names import NewRule
-from .project import project_files, selecting, write_project
+from .project import project_files, selecting, trying, write_project
 
-__all__ = ["NewRule", "project_files", "selecting", "write_project"]
+__all__ = ["NewRule", "project_files", "selecting", "trying", "write_project"]

@@ -1,4 +1,4 @@
-"""`rmfs new-rule`: a distribution of one's own, to start a rule from."""
+"""`rmfs new-rule`: a distribution of one's own, to start a rule, an observer or a command from."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ DECISIONS = {
     "PP": "pp",
     "filter": "filter",
     "observer": "observer",
+    "command": "command",
 }
-"""What the rule can decide -> its role in a scenario. (Held against the hooks by a test: they are slow to import.)"""
+"""What it can be -> its role in a scenario, or a command. (Held against the hooks by a test: they import slowly.)"""
 
 
 @click.command(name="new-rule")
@@ -26,16 +27,17 @@ DECISIONS = {
     required=True,
     type=click.Choice(list(DECISIONS)),
     help="What the rule decides: POA orders to stations, PPS pods to stations, POA+PPS both together, PR where pods go "
-    "back to, TA pods to robots, PP paths; a filter chooses the orders that POA sees, an observer decides nothing.",
+    "back to, TA pods to robots, PP paths; a filter chooses the orders that POA sees, an observer decides nothing, it "
+    "measures; a command is none of these, but called as `rmfs NAME`.",
 )
 @click.option("--into", default=".", metavar="DIR", help="Folder in which the folder NAME is made. [default: this one]")
 def new_rule(name: str, decides: str, into: str) -> None:
     """Write a distribution with a rule of your own to the new folder NAME.
 
-    It has a working rule of the kind you name, to be changed, with its tests and a README. NAME is what scenarios
-    call the rule: small letters, digits and hyphens.
+    It has a working rule, observer or command of the kind you name, to be changed, with its tests and a README. NAME is
+    what scenarios call the rule: small letters, digits and hyphens.
     """
-    from rmfs_kit import NewRule, project_files, selecting, write_project
+    from rmfs_kit import NewRule, project_files, trying, write_project
 
     rule = NewRule(name, DECISIONS[decides])
     folder = write_project(rule, into)
@@ -43,5 +45,5 @@ def new_rule(name: str, decides: str, into: str) -> None:
     click.echo("Next:")
     path = shlex.quote(str(folder if folder.is_absolute() else f"./{folder}"))
     click.echo(f"  pip install -e {path}")
-    click.echo(f"  rmfs run examples/small {selecting(rule)}")
+    click.echo(f"  {trying(rule)}")
     click.echo(f"Its README says how to test it: {folder / 'README.md'}")

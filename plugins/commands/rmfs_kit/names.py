@@ -1,4 +1,4 @@
-"""The name of a new rule, and what is called after it."""
+"""The name of a new rule, observer or command, and what is called after it."""
 
 from __future__ import annotations
 
@@ -12,19 +12,23 @@ from attrs import field, frozen
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 
+COMMAND = "command"
+"""Stands in place of a role for a command of `rmfs`."""
+
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 
 
 @frozen
 class NewRule:
-    """A rule that is yet to be written.
+    """A rule, observer or command that is yet to be written.
 
     Parameters
     ----------
     name
-        The rule's name in scenarios, its distribution's and its folder's: small letters, digits and hyphens.
+        Its name in scenarios or on the command line, its distribution's and its folder's: small letters, digits and
+        hyphens.
     role
-        What it decides, a key of `rmfs_core.rules.hooks.HOOK_OF_ROLE`.
+        What it decides, a key of `rmfs_core.rules.hooks.HOOK_OF_ROLE`; or `COMMAND`.
     """
 
     name: str = field()
@@ -36,9 +40,19 @@ class NewRule:
             likely = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
             such_as = likely if _NAME.fullmatch(likely) else "my-rule"
             raise InputError(
-                f'rule name "{name}"',
+                self.place,
                 f'expected small letters, digits and single hyphens, beginning with a letter, such as "{such_as}"',
             )
+
+    @property
+    def kind(self) -> str:
+        """What it is for people."""
+        return COMMAND if self.role == COMMAND else "rule"
+
+    @property
+    def place(self) -> str:
+        """What messages call its name."""
+        return f'{self.kind} name "{self.name}"'
 
     @property
     def module(self) -> str:
@@ -46,16 +60,19 @@ class NewRule:
         return self.name.replace("-", "_")
 
     @property
-    def class_name(self) -> str:
-        """Name of its class."""
+    def target(self) -> str:
+        """Name of its class, or of a command's function."""
+        if self.role == COMMAND:
+            return self.module
         return "".join(part.capitalize() for part in self.name.split("-"))
 
     def check_free(self) -> None:
-        """Raise `InputError` when a rule, a distribution or a module has the name already."""
-        place = f'rule name "{self.name}"'
-        if self.name in entrypoints.offers(entrypoints.RULES):
-            distribution, found = entrypoints.origin(entrypoints.offers(entrypoints.RULES)[self.name][0])
-            raise InputError(place, f"a rule of that name is installed ({distribution} {found}); choose another name")
+        """Raise `InputError` when a rule or command, a distribution or a module has the name already."""
+        place = self.place
+        offers = entrypoints.offers(entrypoints.COMMANDS if self.role == COMMAND else entrypoints.RULES)
+        if self.name in offers:
+            by = " ".join(entrypoints.origin(offers[self.name][0]))
+            raise InputError(place, f"a {self.kind} of that name is installed ({by}); choose another name")
         try:
             installed = version(self.name)
         except PackageNotFoundError:
@@ -64,7 +81,7 @@ class NewRule:
             raise InputError(
                 place, f"a distribution of that name is installed ({self.name} {installed}); choose another name"
             )
-        for name in (self.module, self.class_name):
+        for name in (self.module, self.target):
             if keyword.iskeyword(name):
                 raise InputError(place, f"`{name}` is a word of the Python language; choose another name")
         if find_spec(self.module) is not None:

@@ -1,6 +1,7 @@
-"""A distribution with one rule, filled in from the templates beside this file and written whole or not at all.
+"""A distribution with a rule or command, filled in from the templates beside this file and written whole or not at all.
 
-The templates are working files of a rule called ``the-rule``; only that name and the words in capitals are replaced.
+The templates are working files of something called ``the-rule``; only that name and the words in capitals are
+replaced.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from tempfile import TemporaryDirectory
 from rmfs_core.errors import InputError
 from rmfs_core.results.files import output_folder
 from rmfs_core.rules.hooks import LABEL_OF_ROLE
-from rmfs_kit.names import NewRule
+from rmfs_kit.names import COMMAND, NewRule
 
 _LISTS = {"filter": "filters", "observer": "observers"}
 """Roles that any number of rules can play, with their scenario keys."""
@@ -28,6 +29,11 @@ def selecting(rule: NewRule) -> str:
         return f"""--set 'rules.{_LISTS[rule.role]}=["{rule.name}"]'"""
     chosen = f"--set rules.{rule.role}={rule.name}"
     return f"--set rules.poa= --set rules.pps= {chosen}" if rule.role == "poa_pps" else chosen
+
+
+def trying(rule: NewRule) -> str:
+    """Return the command that tries it."""
+    return f"rmfs {rule.name} examples/small" if rule.role == COMMAND else f"rmfs run examples/small {selecting(rule)}"
 
 
 def _scenario_line(rule: NewRule) -> str:
@@ -42,26 +48,31 @@ def project_files(rule: NewRule) -> Mapping[str, str]:
     Raises
     ------
     InputError
-        When the class's name is one that its code needs for something else.
+        When the name of the class or function is one that its code needs for something else.
     """
     code, tests = _template(f"{rule.role}/rule.py"), _template(f"{rule.role}/test_rule.py")
-    if re.search(rf"\b{rule.class_name}\b", code + tests):
-        raise InputError(
-            f'rule name "{rule.name}"', f"its class would hide the `{rule.class_name}` it uses; choose another name"
-        )
-    label = LABEL_OF_ROLE[rule.role]
+    is_command = rule.role == COMMAND
+    found = "the name after `rmfs`, and the command." if is_command else "the name that scenarios use, and the class."
+    if re.search(rf"\b{rule.target}\b", code + tests):
+        what = "function" if is_command else "class"
+        raise InputError(rule.place, f"its {what} would hide the `{rule.target}` it uses; choose another name")
+    label = COMMAND if is_command else LABEL_OF_ROLE[rule.role]
     words = {
         "the-rule": rule.name,
         "the_rule": rule.module,
-        "TheRule": rule.class_name,
-        "DECIDES": label.capitalize() if rule.role in _LISTS else f"{label} rule",
+        "TheRule": rule.target,
+        "TARGET": rule.target,
+        "DECIDES": label.capitalize() if rule.role in (*_LISTS, COMMAND) else f"{label} rule",
         "SUMMARY": _summary(code),
-        "SELECTION": selecting(rule),
-        "SCENARIO_LINE": _scenario_line(rule),
+        "GROUP": '"rmfs.commands"' if is_command else "rmfs",
+        "LIBRARY": "click>=8.1" if is_command else "attrs>=24.2",
+        "FOUND": found,
+        "TRYING": trying(rule),
+        "SCENARIO_LINE": "" if is_command else _scenario_line(rule),
     }
     templates = {
         "pyproject.toml": _template("pyproject.toml"),
-        "README.md": _template("README.md"),
+        "README.md": _template("command/README.md" if is_command else "README.md"),
         f"src/{rule.module}/__init__.py": code,
         f"tests/test_{rule.module}.py": tests,
     }
@@ -107,6 +118,6 @@ def _template(path: str) -> str:
 
 
 def _summary(code: str) -> str:
-    """Return the first line of the class's docstring."""
-    (rule,) = (node for node in ast.parse(code).body if isinstance(node, ast.ClassDef))
+    """Return the first line of the docstring of the class, or of a command's function."""
+    (rule,) = (node for node in ast.parse(code).body if isinstance(node, ast.ClassDef | ast.FunctionDef))
     return (ast.get_docstring(rule) or "").partition("\n")[0]

@@ -9,13 +9,13 @@ from typing import Any
 from attrs import frozen
 
 from rmfs_core.errors import InputError
-from rmfs_core.results.files import read_json_lines
 from rmfs_core.rules.hooks import ROLE_OF_LABEL
 from rmfs_core.scenario import RuleChoice, Scenario, scenario_from_dict
 from rmfs_states.patches import patched
 from rmfs_states.recording import RECORDING_FILE, RECORDING_FORMAT, RECORDING_VERSION
 from rmfs_states.state import DECIDES, State
 from rmfs_states.state_json import check_format, state_from_dict
+from rmfs_trace.json_lines import read_json_lines
 
 
 @frozen(eq=False)

@@ -27,11 +27,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from rmfs_core.events import Event
 from rmfs_core.hookspecs import hookimpl
-from rmfs_core.results.files import JsonLinesFile, beside_results, json_ready
+from rmfs_core.results.files import json_ready
 from rmfs_core.scenario import scenario_to_dict
 from rmfs_states.answers import answer_to_dict
 from rmfs_states.snapshots import Snapshots
 from rmfs_states.state import DECIDES
+from rmfs_trace.json_lines import JsonLinesFile, beside_results
 
 if TYPE_CHECKING:
     from rmfs_core.info import Question, RunInfo

@@ -13,8 +13,8 @@ from attrs import frozen
 from rmfs_core.errors import InputError
 from rmfs_core.events import Event
 from rmfs_core.motion import Motion
-from rmfs_core.results.files import read_json_lines
 from rmfs_core.world import Instance, Layout, OrderData, PodData, StationCells
+from rmfs_trace.json_lines import read_json_lines
 from rmfs_trace.writer import EVENTS, FORMAT, NOT_TRACED, VERSION
 
 STATUSES = ("complete", "partial", "failed")

@@ -50,9 +50,10 @@ from rmfs_core import events
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.events import DecisionMade, Event
 from rmfs_core.hookspecs import hookimpl
-from rmfs_core.results.files import JsonLinesFile, beside_results, json_ready
+from rmfs_core.results.files import json_ready
 from rmfs_core.results.tables import finite
 from rmfs_core.scenario import scenario_to_dict
+from rmfs_trace.json_lines import JsonLinesFile, beside_results
 
 if TYPE_CHECKING:
     from rmfs_core.info import RunInfo

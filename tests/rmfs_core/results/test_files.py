@@ -9,10 +9,8 @@ import pytest
 from rmfs_core import InputError
 from rmfs_core.results.files import (
     AtomicFile,
-    JsonLinesFile,
     json_ready,
     output_folder,
-    read_json_lines,
     to_csv,
     to_json,
     write_text,
@@ -52,20 +50,6 @@ def test_the_new_file_is_not_there_before_it_is_whole(tmp_path: Path) -> None:
         stream.flush()
         assert path.read_text() == "old"
     assert path.read_text() == "new"
-
-
-def test_lines_are_read_as_written(tmp_path: Path) -> None:
-    """Equal lines are equal bytes, whatever the name; what is discarded leaves nothing, what is committed stays."""
-    for name in ("a.gz", "b.gz"):
-        file = JsonLinesFile(tmp_path / name)
-        file.write({"x": 1})
-        file.write({"y": "ä"})
-        file.commit()
-        file.discard()
-    JsonLinesFile(tmp_path / "c.gz").discard()
-    assert [line for _, line in read_json_lines(tmp_path / "a.gz")] == [{"x": 1}, {"y": "ä"}]
-    assert (tmp_path / "a.gz").read_bytes() == (tmp_path / "b.gz").read_bytes()
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.gz", "b.gz"]
 
 
 def test_a_name_that_a_folder_has(tmp_path: Path) -> None:

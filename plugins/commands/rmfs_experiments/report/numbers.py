@@ -2,31 +2,31 @@
 
 from __future__ import annotations
 
-from rmfs_core.results.catalogue import METRICS, TIMING, Metric, show
+from attrs import evolve
+
+from rmfs_core.results.catalogue import Metric, show
 from rmfs_experiments.compare import Interval, Paired
 
-METRIC_BY_NAME = {metric.name: metric for group in (*METRICS.values(), TIMING) for metric in group}
 NONE = "-"
 MINUS = "\N{MINUS SIGN}"
 
 
-def title(metric: str) -> str:
+def title(metric: Metric) -> str:
     """Return a metric's label with its unit: ``Makespan (s)``."""
-    known = METRIC_BY_NAME[metric]
-    label = known.label.strip()
-    if known.label.startswith(" "):  # a part of the figure above it in a table of all metrics
-        label = known.meaning.rstrip(".")
-    return f"{label} ({known.unit})" if known.unit else label
+    label = metric.label.strip()
+    if metric.label.startswith(" "):  # a part of the figure above it in a table of all metrics
+        label = metric.meaning.rstrip(".")
+    return f"{label} ({metric.unit})" if metric.unit else label
 
 
-def value(metric: str, number: float | None) -> str:
+def value(metric: Metric, number: float | None) -> str:
     """Return a metric's value, one digit finer than a single run's: it is a mean."""
-    return show(_finer(METRIC_BY_NAME[metric]), number)
+    return show(_finer(metric), number)
 
 
-def difference(metric: str, found: Interval) -> str:
+def difference(metric: Metric, found: Interval) -> str:
     """Return a difference with its interval: ``-0.17 [-0.21, -0.13]``."""
-    finer = _finer(METRIC_BY_NAME[metric])
+    finer = _finer(metric)
     return _with_bounds(found, lambda number: _signed(show(finer, number)))
 
 
@@ -48,7 +48,7 @@ def pairs(one: Paired) -> str:
 
 
 def _finer(metric: Metric) -> Metric:
-    return Metric(metric.name, metric.label, metric.unit, metric.digits + 1, metric.meaning)
+    return evolve(metric, digits=metric.digits + 1)
 
 
 def _signed(text: str) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from attrs import frozen
 
 from rmfs_experiments.compare import Comparison, Interval
-from rmfs_experiments.report.numbers import METRIC_BY_NAME, title
+from rmfs_experiments.report.numbers import title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,11 +58,17 @@ def make_plots(rows: Sequence[Mapping[str, Any]], comparison: Comparison) -> lis
     import matplotlib as mpl
 
     with mpl.rc_context(STYLE):
-        plots = [_drawn(metric, title(metric), _runs(rows, comparison, metric)) for metric in comparison.metrics]
+        plots = [
+            _drawn(metric, _title(comparison, metric), _runs(rows, comparison, metric)) for metric in comparison.metrics
+        ]
         if len(comparison.rule_sets) > 1:
             heading = f"Differences from {comparison.baseline}"
             plots.insert(0, _drawn(DIFFERENCES, heading, _differences(comparison)))
     return plots
+
+
+def _title(comparison: Comparison, metric: str) -> str:
+    return title(comparison.described(metric))
 
 
 def _drawn(name: str, heading: str, figure: Figure) -> Plot:
@@ -118,10 +124,10 @@ def _forest(panel: Axes, comparison: Comparison, metric: str, others: Sequence[s
         panel.plot([], [], "o", color=colour, label=name)
     panel.set_yticks(range(len(others)), others)
     panel.set_ylim(len(others) - 0.5, -0.5)
-    panel.set_title(title(metric).partition(" (")[0])
-    panel.set_xlabel(
-        f"difference, % of {comparison.baseline}" if in_percent else f"difference ({METRIC_BY_NAME[metric].unit})"
-    )
+    panel.set_title(_title(comparison, metric).partition(" (")[0])
+    unit = comparison.described(metric).unit
+    absolute = f"difference ({unit})" if unit else "difference"
+    panel.set_xlabel(f"difference, % of {comparison.baseline}" if in_percent else absolute)
 
 
 def _whisker(panel: Axes, interval: Interval, y: float, colour: str, scale: float) -> None:
@@ -143,6 +149,7 @@ def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str
     figure = _figure(max(4.0, 1.2 + 0.45 * len(comparison.rule_sets) * len(sets)), 3.0)
     panel = figure.subplots()
     width = 0.8 / len(comparison.rule_sets)
+    lowest = 0.0
     for place, rule_set in enumerate(comparison.rule_sets):
         colour = COLOURS[place % len(COLOURS)]
         for column, name in enumerate(sets):
@@ -152,13 +159,15 @@ def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str
                 continue
             offsets = [(0.5 - (i + 0.5) / len(values)) * width * 0.7 for i in range(len(values))]
             panel.plot([x + offset for offset in offsets], values, "o", color=colour, markersize=3, alpha=0.5)
+            lowest = min(lowest, *values)
             mean = sum(values) / len(values)
             panel.plot([x - width * 0.42, x + width * 0.42], [mean, mean], color=colour, linewidth=2.2)
         panel.plot([], [], "o", color=colour, label=rule_set)
     panel.set_xticks(range(len(sets)), [name.replace(", ", "\n") for name in sets])
     panel.set_xlim(-0.5, len(sets) - 0.5)
-    panel.set_ylim(bottom=0)
-    panel.set_ylabel(title(metric))
+    if lowest == 0:
+        panel.set_ylim(bottom=0)
+    panel.set_ylabel(_title(comparison, metric))
     figure.legend(loc="outside upper left", ncols=min(4, len(comparison.rule_sets)))
     return figure
 

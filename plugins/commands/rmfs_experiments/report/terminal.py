@@ -60,7 +60,9 @@ def _counts(comparison: Comparison) -> Table:
 
 
 def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: bool) -> Table:
-    table = Table(title=numbers.title(metric), title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0))
+    shown_as = comparison.described(metric)
+    title = numbers.title(shown_as)
+    table = Table(title=title, title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0))
     table.add_column("Rule set")
     for name in ("Pairs", "Mean", *(["Difference"] if wide else []), "Relative", "p (Holm)"):
         table.add_column(name, justify="right")
@@ -69,11 +71,11 @@ def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: b
             table.add_row(Text(instances, "cyan"))
         for one in comparison.of(instances, metric):
             name = f"  {one.rule_set}" if len(shown) > 1 else one.rule_set
-            mean = numbers.value(metric, one.mean)
+            mean = numbers.value(shown_as, one.mean)
             if one.rule_set == comparison.baseline:
                 table.add_row(Text(name), "", mean, Text("baseline", "dim"))
                 continue
-            differences = [numbers.difference(metric, one.difference)] if wide else []
+            differences = [numbers.difference(shown_as, one.difference)] if wide else []
             table.add_row(
                 Text(name),
                 numbers.pairs(one),

@@ -99,7 +99,6 @@ def test_the_name_is_the_files_unless_it_says_otherwise(experiment: Write) -> No
         ('base = "tiny.toml"', "scenarios = []", "scenarios: expected at least one"),
         ('base = "tiny.toml"', 'base = "papr-250"', "did you mean `paper-250`?"),
         ('base = "tiny.toml"', "base = 3", "base: expected a text in quotes, found 3"),
-        ("seeds =", 'metrics = ["pileon"]\nseeds =', 'there is no metric "pileon"; did you mean `pile_on`?'),
         ("seeds =", 'by = ["orders"]\nseeds =', 'there is no axis "orders"'),
         ("seeds =", 'name = "a/b"\nseeds =', "name: expected letters, digits"),
         ("[[rule_sets]]", "[axes]\ninstance.orders = []\n[[rule_sets]]", "axes.instance.orders: expected at least one"),

@@ -7,8 +7,10 @@ from typing import Any
 
 import pandas
 import pytest
+from attrs import evolve
 from rich.console import Console
 
+from rmfs_core.results.catalogue import Metric
 from rmfs_core.scenario import load_scenario
 from rmfs_experiments import Axis, AxisPoint, Base, Experiment, ExperimentResult, RuleSetChoice
 from rmfs_experiments.report import print_comparison, write_report
@@ -137,3 +139,25 @@ def test_a_narrow_terminal_has_relative_differences_alone(result: ExperimentResu
     text = printed(result, 80)
     assert re.search(r"good +6 +3\.200 +\+45\.5 % \[\+43\.6, \+47\.5\] +< 0\.001", text)
     assert max(map(len, text.splitlines())) <= 80
+
+
+def test_metrics_of_observers_are_shown_as_they_describe_them(result: ExperimentResult, tmp_path: Path) -> None:
+    """Label, unit, digits and meaning where there are some, else the name; a dash where no run has the figure."""
+    for row in result.rows:
+        if row["status"] != "failed" and row["rule_set"] != "good":
+            row |= {"balance": -row["pile_on"], "bare": 0.5}
+    described = {"balance": Metric("balance", "Balance of work", "kJ", 1, "What it costs.")}
+    shown = evolve(result, experiment=evolve(result.experiment, metrics=("balance", "bare")), measures=described)
+    comparison = shown.comparison()
+    write_report(shown, comparison, tmp_path)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert ">Balance of work (kJ)</h2>" in page
+    assert "What it costs." in page
+    assert ">bare</h2>" in page
+    text = printed(shown, 100)
+    block = text.partition("Balance of work (kJ)")[2]
+    assert re.search(r"orders=50 *\n +base +-2\.20 +baseline *\n +good +0 \(3 left out\) +- +-", block)
+    with (tmp_path / "summary.csv").open(encoding="utf-8", newline="") as stream:
+        rows = [row for row in csv.DictReader(stream) if row["metric"] == "balance" and row["rule_set"] == "good"]
+    assert [row["mean"] for row in rows] == ["", "", ""]
+    assert pandas.read_parquet(tmp_path / "runs.parquet")["balance"].isna().sum() == 7

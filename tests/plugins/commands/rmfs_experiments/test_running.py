@@ -10,6 +10,7 @@ from attrs import evolve
 import rmfs_core
 from rmfs_core.errors import InputError
 from rmfs_core.results import Metrics
+from rmfs_core.results.catalogue import Metric
 from rmfs_experiments import Experiment, Job, RuleSetChoice, Watcher, run_experiment
 from rmfs_experiments.outcome import simulate
 from rmfs_experiments.store import RunStore
@@ -36,6 +37,45 @@ class Recorder(Watcher):
 
     def ended(self) -> None:
         self.told.append("ended")
+
+
+MEASURING = '''
+from attrs import define
+from rmfs_core import hookimpl
+from rmfs_core.events import RobotMoved
+from rmfs_core.results.catalogue import Metric
+
+
+@define
+class Legs:
+    """Counts the legs that robots drive; ``seed`` is called like a column of the table."""
+
+    measures = (Metric("legs_driven", "Legs driven", "legs", 1, "Legs of all robots."),)
+    driven: int = 0
+
+    @hookimpl
+    def on_event(self, event):
+        self.driven += isinstance(event, RobotMoved)
+
+    @hookimpl
+    def measured(self):
+        return {"legs_driven": self.driven, "half": self.driven / 2, "seed": -5.5}
+'''
+MEASURED = """
+base = "tiny.toml"
+seeds = [1, 2]
+baseline = "watched"
+metrics = ["legs_driven", "half"]
+[[rule_sets]]
+name = "watched"
+rules.observers = ["./legs.py:Legs"]
+[[rule_sets]]
+name = "first-come"
+rules.poa = "first-come"
+rules.observers = ["./legs.py:Legs"]
+[[rule_sets]]
+name = "unwatched"
+"""
 
 
 def without_timing(rows: Rows) -> Rows:
@@ -230,3 +270,59 @@ def test_the_mean_makespan_is_of_runs_that_have_one(experiment: Write, tmp_path:
     assert (whole.pairs, limited_runs.pairs, limited_runs.left_out, limited_runs.mean) == (2, 0, 2, None)
     assert compared.of(name, "picker_utilisation")[1].pairs == 2
     assert [one.partial for one in compared.counted if one.instances == name] == [0, 2]
+
+
+def test_what_an_observer_measures_is_compared(experiment: Write, folder: Path, tmp_path: Path) -> None:
+    """Its figures stand in the rows and are compared, described or not; where a run has none, there is none."""
+    (folder / "legs.py").write_text(MEASURING, encoding="utf-8")
+    one = experiment(MEASURED)
+    for computed in (6, 0):  # the second time from the store
+        result = run_experiment(one, store=tmp_path / "runs", jobs=1)
+        assert result.computed == computed
+        first = result.rows[0]
+        assert first["legs_driven"] == 2 * first["half"] > 0
+        assert (first["seed"], first["metrics.seed"]) == (1, -5.5)
+        assert "legs_driven" not in result.rows[-1]
+        comparison = result.comparison()
+        assert comparison.described("legs_driven").label == "Legs driven"
+        assert comparison.described("half") == Metric("half")
+        watched, other, unwatched = comparison.of("tiny", "half")
+        assert (watched.pairs, other.pairs, unwatched.pairs, unwatched.left_out) == (2, 2, 0, 2)
+        assert watched.mean == (result.rows[0]["half"] + result.rows[1]["half"]) / 2
+        assert unwatched.mean is None
+
+
+@pytest.mark.parametrize("metric", ["legs_drivn", "seed", "hook_s.plan_path"])
+def test_a_metric_that_nobody_measured_is_named(metric: str, experiment: Write, folder: Path, tmp_path: Path) -> None:
+    """Where an observer measures, what there is is known after the runs; they are kept."""
+    (folder / "legs.py").write_text(MEASURING, encoding="utf-8")
+    one = experiment(MEASURED.replace("half", metric))
+    result = run_experiment(one, store=tmp_path / "runs", jobs=1)
+    with pytest.raises(InputError, match=f'experiment.toml, metrics: there is no metric "{metric}"'):
+        result.comparison()
+    fixed = run_experiment(evolve(one, metrics=("legs_driven",)), store=tmp_path / "runs", jobs=1)
+    assert fixed.computed == 0
+    assert fixed.comparison().metrics == ("legs_driven",)
+
+
+def test_a_metric_that_nobody_can_measure_is_named_before_anything_is_run(experiment: Write, tmp_path: Path) -> None:
+    """No rule or observer measures: what there is is the kernel's."""
+    one = evolve(experiment(), metrics=("pileon",))
+    with pytest.raises(InputError, match=r'toml, metrics: there is no metric "pileon"; did you mean `pile_on`\?'):
+        run_experiment(one, store=tmp_path / "runs", jobs=1)
+    assert not (tmp_path / "runs").exists()
+
+
+def test_where_every_run_failed_there_is_nothing_to_say_of_metrics(
+    experiment: Write, folder: Path, tmp_path: Path
+) -> None:
+    """The failures are what matters: the comparison has no figures, and complains of none."""
+    (folder / "legs.py").write_text(MEASURING, encoding="utf-8")
+    text = MEASURED.replace("rules.observers", 'rules.pr = "./bad.py:Raising"\nrules.observers')
+    result = run_experiment(
+        experiment(text.rpartition("[[rule_sets]]")[0].replace("half", "unheard_of")),
+        store=tmp_path / "runs",
+        jobs=1,
+    )
+    assert len(result.failed) == 4
+    assert all(one.mean is None for one in result.comparison().paired)

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import json
-import os
 import shlex
-import subprocess
-import sys
-import venv
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
-from attrs import frozen
 
-from rmfs_kit import NewRule, selecting
+from rmfs_kit import NewRule, selecting, trying
 from rmfs_kit.command import DECISIONS
+from rmfs_kit.names import COMMAND
 
-ROOT = Path(__file__).resolve().parents[4]
+RULES = [label for label in DECISIONS if label != COMMAND]
 
 
 def rule_of(label: str) -> NewRule:
@@ -24,39 +22,11 @@ def rule_of(label: str) -> NewRule:
     return NewRule(f"try-{label.lower().replace('+', '-')}", DECISIONS[label])
 
 
-@frozen
-class Place:
-    """A folder and an environment that know nothing of the checkout."""
-
-    folder: Path
-    programs: Path
-
-    def call(self, *command: str, within: str = ".") -> str:
-        """Run a program of the environment in a folder; return what it printed."""
-        program = str(self.programs / command[0])
-        environment = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
-        done = subprocess.run(
-            [program, *command[1:]],
-            cwd=self.folder / within,
-            env=environment,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.returncode == 0, f"{shlex.join(command)}\n{done.stdout}\n{done.stderr}"
-        return done.stdout
-
-
 @pytest.fixture(scope="session")
-def place(tmp_path_factory: pytest.TempPathFactory) -> Place:
+def place(environment: Callable[..., Any], built: Callable[..., tuple[Path, Path]]) -> Any:
     """Return an environment with the built wheel of rmfs and one new rule of each kind installed beside it."""
-    folder = tmp_path_factory.mktemp("stranger")
-    build = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--quiet", "--wheel-dir", str(folder), str(ROOT)]
-    subprocess.run(build, check=True)
-    (wheel,) = folder.glob("*.whl")
-    venv.create(folder / "venv", with_pip=True)
-    place = Place(folder, folder / "venv" / ("Scripts" if os.name == "nt" else "bin"))
-    place.call("pip", "install", "--quiet", str(wheel), "pytest", "hatchling")
+    place = environment(borrowed=False)
+    place.call("pip", "install", "--quiet", str(built()[1]), "pytest", "hatchling")
     for label in DECISIONS:
         place.call("rmfs", "new-rule", rule_of(label).name, "--decides", label)
     # The new rules need nothing that is not there; their build tool is installed already: no downloads.
@@ -66,7 +36,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Place:
 
 
 @pytest.mark.slow
-def test_it_is_the_wheel_that_is_tried(place: Place) -> None:
+def test_it_is_the_wheel_that_is_tried(place: Any) -> None:
     """The package comes from the environment, not from the checkout, and the new rules' needs are met."""
     found = place.call("python", "-c", "import rmfs_core; print(rmfs_core.__file__)")
     assert Path(found.strip()).is_relative_to(place.folder / "venv")
@@ -74,8 +44,36 @@ def test_it_is_the_wheel_that_is_tried(place: Place) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("label", DECISIONS)
-def test_a_new_rule_passes_its_tests_and_runs(place: Place, label: str) -> None:
+def test_the_wheel_alone_runs_the_tour(place: Any) -> None:
+    """Every command of rmfs does its work with what the wheel holds."""
+    place.call("rmfs", "run", "examples/small", "--trace", "--record-decisions", "--out", "day")
+    assert "no fault" in place.call("rmfs", "validate", "day")
+    place.call("rmfs", "explain", "day", "--decision", "1", "--against", "first-come", "--state", "state.json")
+    decided = json.loads(place.call("rmfs", "decide", "state.json", "--rule", "first-come"))
+    assert decided["outcome"]
+    assert "pod-match" in place.call("rmfs", "rules")
+    assert "paper-250" in place.call("rmfs", "scenario", "list")
+    place.call("rmfs", "scenario", "check", "paper-250")
+    place.call("rmfs", "generate", "examples/small", "--out", "data")
+    place.call("rmfs", "run", "data/scenario.toml", "--quiet", "--out", "same")
+    assert (place.folder / "same" / "orders.csv").read_bytes() == (place.folder / "day" / "orders.csv").read_bytes()
+    (place.folder / "trial.toml").write_text(
+        'base = "examples/small"\nseeds = [1, 2]\nbaseline = "as it is"\n[[rule_sets]]\nname = "as it is"\n'
+        '[[rule_sets]]\nname = "first-come"\nrules.poa = "first-come"\n',
+        encoding="utf-8",
+    )
+    place.call("rmfs", "compare", "trial.toml", "--out", "compared", "--jobs", "1")
+    assert (place.folder / "compared" / "report.html").exists()
+    assert "small-rules" in place.call("rmfs", "compare", "--list")
+    (place.folder / "empty.map").write_text("type octile\nheight 4\nwidth 4\nmap\n" + "....\n" * 4, encoding="utf-8")
+    place.call("rmfs", "plan", "empty.map", "--agents", "2")
+    for command in ("bench", "reproduce", "new-rule", "compare"):
+        assert "Usage: " in place.call("rmfs", command, "--help")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("label", RULES)
+def test_a_new_rule_passes_its_tests_and_runs(place: Any, label: str) -> None:
     """Its own tests pass, `rmfs rules` describes it, and a run that selects it completes every order with it."""
     rule = rule_of(label)
     assert " passed" in place.call("python", "-m", "pytest", "-q", within=rule.name)
@@ -89,3 +87,23 @@ def test_a_new_rule_passes_its_tests_and_runs(place: Place, label: str) -> None:
     result = json.loads((place.folder / out / "result.json").read_text(encoding="utf-8"))
     assert result["status"] == "complete"
     assert result["versions"][rule.name] == "0.1.0"
+
+
+@pytest.mark.slow
+def test_a_new_observers_metric_is_a_metric(place: Any) -> None:
+    """It is in the results of a run that names the observer, and what it writes lies beside them."""
+    rule = rule_of("observer")
+    printed = place.call("rmfs", "run", "examples/small", "--out", "observed", *shlex.split(selecting(rule)))
+    assert "Picks at the busiest station" in printed
+    metrics = json.loads((place.folder / "observed" / "result.json").read_text(encoding="utf-8"))["metrics"]
+    assert 50 <= metrics["busiest_station_percent"] <= 100
+    assert (place.folder / "observed" / f"{rule.module}.csv").exists()
+
+
+@pytest.mark.slow
+def test_a_new_command_passes_its_tests_and_runs(place: Any) -> None:
+    """It is a command of `rmfs`, and does what its README says."""
+    rule = rule_of(COMMAND)
+    assert " passed" in place.call("python", "-m", "pytest", "-q", within=rule.name)
+    assert f"  {rule.name} " in place.call("rmfs", "--help")
+    assert place.call(*shlex.split(trying(rule))).startswith("seed 1: makespan_s ")

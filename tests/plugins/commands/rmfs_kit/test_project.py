@@ -12,6 +12,12 @@ import pytest
 from rmfs_core import InputError
 from rmfs_core.rules.hooks import HOOK_OF_ROLE
 from rmfs_kit import NewRule, project_files, selecting, write_project
+from rmfs_kit.names import COMMAND
+
+WORDS = (
+    *("the-rule", "the_rule", "TheRule", "TARGET", "DECIDES", "SUMMARY", "GROUP", "LIBRARY", "FOUND", "TRYING"),
+    "SCENARIO_LINE",
+)
 
 
 @pytest.mark.parametrize("role", HOOK_OF_ROLE)
@@ -36,9 +42,39 @@ def test_no_word_of_the_templates_is_left(role: str) -> None:
     rule = NewRule("fine-rule", role)
     texts = project_files(rule)
     for text in texts.values():
-        for word in ("the-rule", "the_rule", "TheRule", "DECIDES", "SUMMARY", "SELECTION", "SCENARIO_LINE"):
+        for word in WORDS:
             assert word not in text
     assert f"rmfs run examples/small {selecting(rule)}" in texts["README.md"]
+
+
+def test_a_command_has_its_templates(tmp_path: Path) -> None:
+    """Its function is named after it, and the entry point of `rmfs.commands` leads to it."""
+    rule = NewRule("fine-tool", COMMAND)
+    folder = write_project(rule, tmp_path)
+    project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert project["entry-points"] == {"rmfs.commands": {"fine-tool": "fine_tool:fine_tool"}}
+    assert project["dependencies"][1].startswith("click")
+    assert project["description"].startswith("Command for rmfs: Run SCENARIO")
+    code = ast.parse((folder / "src/fine_tool/__init__.py").read_text(encoding="utf-8"))
+    assert [node.name for node in code.body if isinstance(node, ast.FunctionDef)] == ["fine_tool"]
+    texts = project_files(rule)
+    assert "rmfs fine-tool examples/small\n" in texts["README.md"]
+    assert not any(word in text for text in texts.values() for word in WORDS)
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("compare", r'command name "compare": a command of that name is installed \(rmfs '),
+        ("seeds", "its function would hide the `seeds` it uses"),
+        ("No", 'command name "No": expected small letters'),
+    ],
+)
+def test_a_commands_bad_name_is_refused(name: str, problem: str, tmp_path: Path) -> None:
+    """Names of commands are apart from those of rules."""
+    with pytest.raises(InputError, match=problem):
+        write_project(NewRule(name, COMMAND), tmp_path)
+    assert (write_project(NewRule("demand", COMMAND), tmp_path) / "README.md").exists()
 
 
 def test_rules_are_selected_by_their_role() -> None:

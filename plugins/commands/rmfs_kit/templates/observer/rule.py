@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from attrs import define, field
 
 from rmfs_core import hookimpl
 from rmfs_core.events import ItemPicked
+from rmfs_core.results.catalogue import Metric
 
 if TYPE_CHECKING:
     from rmfs_core.events import Event
@@ -17,13 +19,23 @@ if TYPE_CHECKING:
 
 @define
 class TheRule:
-    """Count the picks of each station, and print them when the run is over."""
+    """Measure what share of the picks the busiest station has, and write the picks of each station to a file.
+
+    The file is ``the_rule.csv`` beside the results, where a run keeps some.
+    """
+
+    # How tables show what it measures: name, label, unit, digits, meaning.
+    measures = (
+        Metric("busiest_station_percent", "Picks at the busiest station", "%", 1, "Its share of all items picked."),
+    )
 
     picks: Counter[str] = field(init=False, factory=Counter)
+    out: Path | None = field(init=False, default=None)
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
         """Forget the run before, and write down the stations: one without picks counts, too."""
+        self.out = run.out
         self.picks = Counter({station.name: 0 for station in run.warehouse.stations})
 
     @hookimpl
@@ -34,5 +46,13 @@ class TheRule:
 
     @hookimpl
     def run_ended(self) -> None:
-        """Print the counts."""
-        print("Picks by station:", ", ".join(f"{name}: {picks}" for name, picks in self.picks.items()))
+        """Write the counts."""
+        if self.out is not None:
+            lines = ["station,picks", *(f"{name},{picks}" for name, picks in self.picks.items())]
+            (self.out / "the_rule.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+    @hookimpl
+    def measured(self) -> dict[str, float | None]:
+        """Hand over the metric: it stands with the others in result.json. A share of nothing is None."""
+        total = self.picks.total()
+        return {"busiest_station_percent": 100 * max(self.picks.values()) / total if total else None}

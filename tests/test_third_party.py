@@ -1,0 +1,116 @@
+"""What rmfs's own tools do, a third party's do: a distribution of one's own, built, installed and used beside rmfs."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pandas
+import pytest
+
+ACME = Path(__file__).resolve().parent / "third_party" / "acme"
+SCENARIO = """
+[instance]
+orders = 20
+[rules]
+poa = "pod-match"
+pps = "demand"
+pp = "free-flow"
+observers = ["acme-first-picks"]
+"""
+EXPERIMENT = """
+base = "watched.toml"
+seeds = [1, 2]
+baseline = "pod-match"
+metrics = ["makespan_s", "acme_all_busy_s", "acme_busy_stations"]
+[[rule_sets]]
+name = "pod-match"
+[[rule_sets]]
+name = "first-come"
+rules.poa = "first-come"
+[[rule_sets]]
+name = "unwatched"
+rules.observers = []
+"""
+RMFS = ("python", "-c", "from rmfs_core.cli import main; main()")
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def place(environment: Callable[..., Any], built: Callable[[Path], tuple[Path, Path]]) -> Any:
+    """Return an environment with acme beside rmfs, and the results of a run that its observer and recorder watched."""
+    place = environment(borrowed=True)
+    place.install(built(ACME)[1])
+    (place.folder / "watched.toml").write_text(SCENARIO, encoding="utf-8")
+    printed = place.call(*RMFS, "run", "watched.toml", "--out", "day", "--record", "acme-log", "--trace")
+    (place.folder / "printed.txt").write_text(printed, encoding="utf-8")
+    return place
+
+
+def test_its_command_is_one_of_ours(place: Any) -> None:
+    """It is listed and runs; what it refuses is one sentence; another that is broken costs nothing."""
+    listed = place.call(*RMFS, "--help")
+    assert "  acme-first   Print when each station had its first pick" in listed
+    assert "  acme-broken  (not usable: " in listed
+    assert "  validate     " in listed
+    lines = place.call(*RMFS, "acme-first", "day").splitlines()
+    assert len(lines) == 4
+    assert lines[0].startswith("station 1: ")
+    for arguments, problem in (
+        (("acme-first", "nowhere"), "Error: nowhere/result.json: cannot be read"),
+        (("acme-broken", "x"), 'Error: rmfs acme-broken: command "acme-broken" (acme 2.0) cannot be imported'),
+    ):
+        done = place.run(*RMFS, *arguments)
+        assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+        assert done.stderr.startswith(problem)
+
+
+def test_its_observer_and_recorder_write_beside_the_results(place: Any) -> None:
+    """Their files lie beside ours, and the recorder's is named with them."""
+    files = {path.name for path in (place.folder / "day").iterdir()}
+    assert files == {
+        *("result.json", "orders.csv", "visits.csv", "periods.csv", "trace.jsonl.gz"),
+        *("first-picks.csv", "acme-log.txt"),
+    }
+    assert "acme-log.txt" in (place.folder / "printed.txt").read_text("utf-8")
+    asked = dict(line.split() for line in (place.folder / "day" / "acme-log.txt").read_text("utf-8").splitlines())
+    assert int(asked["free-flow"]) > int(asked["pod-match"]) > 0
+
+
+def test_its_metrics_are_metrics(place: Any) -> None:
+    """They are in result.json and in the run's summary, with label and unit where it says some; the trace is valid."""
+    content = json.loads((place.folder / "day" / "result.json").read_text("utf-8"))
+    assert content["versions"]["acme"] == "2.0"
+    assert content["metrics"]["acme_busy_stations"] == 4
+    shown = [" ".join(line.split()) for line in (place.folder / "printed.txt").read_text("utf-8").splitlines()]
+    assert any(line.endswith(f"All stations busy {content['metrics']['acme_all_busy_s']:.1f} s") for line in shown)
+    assert any(line.endswith("acme_busy_stations 4") for line in shown)
+    assert "no fault" in place.call(*RMFS, "validate", "day")
+
+
+def test_its_metrics_are_compared(place: Any) -> None:
+    """Table, summary.csv, runs.parquet and report.html have them; runs without the observer have a dash."""
+    (place.folder / "trial.toml").write_text(EXPERIMENT, encoding="utf-8")
+    printed = place.call(*RMFS, "compare", "trial.toml", "--out", "compared", "--jobs", "1")
+    assert "All stations busy (s)" in printed
+    assert "\nacme_busy_stations" in printed
+    with (place.folder / "compared" / "summary.csv").open(encoding="utf-8", newline="") as stream:
+        rows = {(row["metric"], row["rule_set"]): row for row in csv.DictReader(stream)}
+    assert float(rows["acme_all_busy_s", "first-come"]["mean"]) > 0
+    assert rows["acme_all_busy_s", "unwatched"]["mean"] == ""
+    runs = pandas.read_parquet(place.folder / "compared" / "runs.parquet")
+    assert list(runs["acme_busy_stations"].dropna()) == [4] * 4
+    assert runs["acme_all_busy_s"].isna().sum() == 2
+    page = (place.folder / "compared" / "report.html").read_text(encoding="utf-8")
+    assert ">All stations busy (s)</h2>" in page
+    assert "When the last station had its first pick." in page
+    assert ">acme_busy_stations</h2>" in page
+    (place.folder / "typo.toml").write_text(EXPERIMENT.replace("acme_busy_", "acme_buzy_"), encoding="utf-8")
+    done = place.run(*RMFS, "compare", "typo.toml", "--out", "compared", "--quiet")
+    assert done.returncode == 2
+    assert done.stderr.startswith('Error: typo.toml, metrics: there is no metric "acme_buzy_stations"')
+    assert "`acme_busy_stations`" in done.stderr

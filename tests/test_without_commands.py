@@ -1,0 +1,64 @@
+"""The kernel needs no tools: where every command but `rmfs run` and its neighbours is gone, a run is the same."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import rmfs_core
+
+ROOT = Path(__file__).resolve().parent.parent
+KEPT = "rmfs_cli"
+RMFS = ("python", "-c", "from rmfs_core.cli import main; main()")
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def place(
+    environment: Callable[..., Any],
+    built: Callable[[Path], tuple[Path, Path]],
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Any:
+    """Return an environment that has rmfs from a copy of the checkout without the other commands' folders."""
+    copy = tmp_path_factory.mktemp("checkout")
+    for name in ("rmfs_core", "plugins", "scenarios"):
+        shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, copy)
+    for folder in (copy / "plugins" / "commands").iterdir():
+        if folder.name != KEPT:
+            shutil.rmtree(folder)
+    place = environment(borrowed=True, without=[ROOT, ROOT / "plugins" / "rules", ROOT / "plugins" / "commands"])
+    place.install(built(copy)[1])
+    return place
+
+
+def test_the_other_commands_are_gone(place: Any) -> None:
+    """What is tried is not the checkout: the help says of every other command that it is not there."""
+    places = place.call("python", "-c", "import rmfs_core, rmfs_cli; print(rmfs_core.__file__, rmfs_cli.__file__)")
+    assert all(Path(found).is_relative_to(place.folder) for found in places.split())
+    listed = place.call(*RMFS, "--help")
+    for name in ("compare", "explain", "validate", "new-rule", "bench", "plan", "reproduce"):
+        assert f"  {name:9}  (not usable: " in listed
+
+
+def test_a_run_is_the_same(place: Any, tmp_path: Path) -> None:
+    """`rmfs run` works, and every order is completed at the same time as here."""
+    place.call(*RMFS, "run", "examples/small", "--out", "day")
+    rmfs_core.run("examples/small", out=tmp_path)
+    for file in ("orders.csv", "visits.csv"):
+        assert (place.folder / "day" / file).read_bytes() == (tmp_path / file).read_bytes()
+
+
+def test_a_recorder_that_is_not_there_is_named(place: Any) -> None:
+    """One sentence, before anything is run."""
+    done = place.run(*RMFS, "run", "examples/small", "--out", "traced", "--trace")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.splitlines()[-1].startswith('Error: record trace: recorder "trace" (rmfs ')
+    assert "No module named 'rmfs_trace'" in done.stderr
+    assert not (place.folder / "traced").exists()

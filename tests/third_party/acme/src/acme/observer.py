@@ -1,0 +1,55 @@
+"""Observer ``acme-first-picks``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from attrs import define, field
+
+from rmfs_core import hookimpl
+from rmfs_core.events import Event, ItemPicked
+from rmfs_core.info import RunInfo
+from rmfs_core.results.catalogue import Metric
+
+FILE = "first-picks.csv"
+
+
+@define
+class FirstPicks:
+    """Measure when the last station had its first pick, and write each station's first pick to a file.
+
+    Parameters
+    ----------
+    header
+        First line of the file.
+    """
+
+    measures = (Metric("acme_all_busy_s", "All stations busy", "s", 1, "When the last station had its first pick."),)
+
+    header: str = "station,first_s"
+    first_s: dict[int, float] = field(init=False, factory=dict)
+    out: Path | None = field(init=False, default=None)
+
+    @hookimpl
+    def run_started(self, run: RunInfo) -> None:
+        """Forget the run before."""
+        self.first_s = {}
+        self.out = run.out
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        """Take down a station's first pick."""
+        if isinstance(event, ItemPicked):
+            self.first_s.setdefault(event.station, event.time_s)
+
+    @hookimpl
+    def run_ended(self) -> None:
+        """Write the file."""
+        if self.out is not None:
+            rows = [f"{station + 1},{first_s}" for station, first_s in sorted(self.first_s.items())]
+            (self.out / FILE).write_text("\n".join([self.header, *rows]) + "\n", encoding="utf-8")
+
+    @hookimpl
+    def measured(self) -> dict[str, float | None]:
+        """One metric that `measures` describes, and one that it does not."""
+        return {"acme_all_busy_s": max(self.first_s.values(), default=None), "acme_busy_stations": len(self.first_s)}
