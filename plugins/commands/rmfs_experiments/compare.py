@@ -16,7 +16,7 @@ from typing import Any
 from attrs import evolve, frozen
 
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.checks import nearest
+from rmfs_core.wording import nearest
 
 Rows = Sequence[Mapping[str, Any]]
 

@@ -6,17 +6,7 @@ import shlex
 
 import click
 
-DECISIONS = {
-    "POA": "poa",
-    "PPS": "pps",
-    "POA+PPS": "poa_pps",
-    "PR": "pr",
-    "TA": "ta",
-    "PP": "pp",
-    "filter": "filter",
-    "observer": "observer",
-}
-"""What the rule can decide -> its role in a scenario. (Held against the hooks by a test: they are slow to import.)"""
+from rmfs_core.roles import Role
 
 
 @click.command(name="new-rule")
@@ -24,7 +14,7 @@ DECISIONS = {
 @click.option(
     "--decides",
     required=True,
-    type=click.Choice(list(DECISIONS)),
+    type=click.Choice([role.label for role in Role]),
     help="What the rule decides: POA orders to stations, PPS pods to stations, POA+PPS both together, PR where pods go "
     "back to, TA pods to robots, PP paths; a filter chooses the orders that POA sees, an observer decides nothing.",
 )
@@ -37,7 +27,7 @@ def new_rule(name: str, decides: str, into: str) -> None:
     """
     from rmfs_kit import NewRule, project_files, selecting, write_project
 
-    rule = NewRule(name, DECISIONS[decides])
+    rule = NewRule(name, Role.labelled(decides))
     folder = write_project(rule, into)
     click.echo(f"Wrote {folder}: {', '.join(project_files(rule))}.")
     click.echo("Next:")

@@ -11,6 +11,7 @@ from attrs import field, frozen
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
+from rmfs_core.roles import Role
 
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 
@@ -24,11 +25,11 @@ class NewRule:
     name
         The rule's name in scenarios, its distribution's and its folder's: small letters, digits and hyphens.
     role
-        What it decides, a key of `rmfs_core.rules.hooks.HOOK_OF_ROLE`.
+        What it decides.
     """
 
     name: str = field()
-    role: str
+    role: Role = field(converter=Role)
 
     @name.validator
     def _spelling(self, _attribute: object, name: str) -> None:

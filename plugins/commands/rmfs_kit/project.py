@@ -15,24 +15,24 @@ from tempfile import TemporaryDirectory
 
 from rmfs_core.errors import InputError
 from rmfs_core.results.files import output_folder
-from rmfs_core.rules.hooks import LABEL_OF_ROLE
+from rmfs_core.roles import Role
 from rmfs_kit.names import NewRule
 
-_LISTS = {"filter": "filters", "observer": "observers"}
-"""Roles that any number of rules can play, with their scenario keys."""
+_LISTS = (Role.FILTER, Role.OBSERVER)
+"""Roles that any number of rules can play."""
 
 
 def selecting(rule: NewRule) -> str:
     """Return the arguments of `rmfs run` that select the rule in place of the scenario's."""
     if rule.role in _LISTS:
-        return f"""--set 'rules.{_LISTS[rule.role]}=["{rule.name}"]'"""
+        return f"""--set 'rules.{rule.role.key}=["{rule.name}"]'"""
     chosen = f"--set rules.{rule.role}={rule.name}"
-    return f"--set rules.poa= --set rules.pps= {chosen}" if rule.role == "poa_pps" else chosen
+    return " ".join([*(f"--set rules.{other}=" for other in rule.role.excludes if rule.role is Role.POA_PPS), chosen])
 
 
 def _scenario_line(rule: NewRule) -> str:
     if rule.role in _LISTS:
-        return f'{_LISTS[rule.role]} = ["{rule.name}"]'
+        return f'{rule.role.key} = ["{rule.name}"]'
     return f'{rule.role} = "{rule.name}"'
 
 
@@ -49,7 +49,7 @@ def project_files(rule: NewRule) -> Mapping[str, str]:
         raise InputError(
             f'rule name "{rule.name}"', f"its class would hide the `{rule.class_name}` it uses; choose another name"
         )
-    label = LABEL_OF_ROLE[rule.role]
+    label = rule.role.label
     words = {
         "the-rule": rule.name,
         "the_rule": rule.module,

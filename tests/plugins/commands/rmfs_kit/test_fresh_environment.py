@@ -13,15 +13,17 @@ from pathlib import Path
 import pytest
 from attrs import frozen
 
+from rmfs_core.roles import Role
 from rmfs_kit import NewRule, selecting
-from rmfs_kit.command import DECISIONS
+
+LABELS = [role.label for role in Role]
 
 ROOT = Path(__file__).resolve().parents[4]
 
 
 def rule_of(label: str) -> NewRule:
     """Return the rule that is written for a kind of decision."""
-    return NewRule(f"try-{label.lower().replace('+', '-')}", DECISIONS[label])
+    return NewRule(f"try-{label.lower().replace('+', '-')}", Role.labelled(label))
 
 
 @frozen
@@ -57,10 +59,10 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Place:
     venv.create(folder / "venv", with_pip=True)
     place = Place(folder, folder / "venv" / ("Scripts" if os.name == "nt" else "bin"))
     place.call("pip", "install", "--quiet", str(wheel), "pytest", "hatchling")
-    for label in DECISIONS:
+    for label in LABELS:
         place.call("rmfs", "new-rule", rule_of(label).name, "--decides", label)
     # The new rules need nothing that is not there; their build tool is installed already: no downloads.
-    folders = [f"./{rule_of(label).name}" for label in DECISIONS]
+    folders = [f"./{rule_of(label).name}" for label in LABELS]
     place.call("pip", "install", "--quiet", "--no-deps", "--no-build-isolation", *folders)
     return place
 
@@ -74,7 +76,7 @@ def test_it_is_the_wheel_that_is_tried(place: Place) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("label", DECISIONS)
+@pytest.mark.parametrize("label", LABELS)
 def test_a_new_rule_passes_its_tests_and_runs(place: Place, label: str) -> None:
     """Its own tests pass, `rmfs rules` describes it, and a run that selects it completes every order with it."""
     rule = rule_of(label)
