@@ -41,6 +41,8 @@ $(VENV)/installed-docs: pyproject.toml $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet -e ".[docs]"
 	touch $@ $(VENV)/installed
 
+# A folder that is moved with its __pycache__ takes numba's caches along, which name its old modules and fail.
 clean:
 	rm -rf $(VENV) build dist docs/_build docs/reference/_generated .pytest_cache .mypy_cache .ruff_cache \
 	  .import_linter_cache
+	find rmfs_core plugins tests tools -name __pycache__ -prune -exec rm -rf {} +

@@ -16,8 +16,8 @@ import attrs
 from rmfs_cli.description import Parameter, RuleDescription, installed_rules
 from rmfs_core import entrypoints
 from rmfs_core.results.catalogue import METRICS, TIMING, Metric
+from rmfs_core.rules.traits import NEEDS
 from rmfs_core.scenario.model import RuleChoice, Scenario
-from rmfs_core.simulation.needs import NEEDS
 
 DECISIONS = {
     "POA": "Pick order assignment (POA): which order goes to which station",

@@ -10,7 +10,7 @@ import click
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError, RmfsError
-from rmfs_core.wording import did_you_mean, listed
+from rmfs_core.wording import nearest
 
 CLOSED_PIPE = 141
 """Exit code where the reader of the output has closed it (`rmfs run ... | head`): a shell's for SIGPIPE."""
@@ -28,7 +28,7 @@ class Commands(click.Group):
         if cmd_name not in (known := self._offers(ctx)):
             return None
         try:
-            return _load(cmd_name, known)
+            return _load(known[cmd_name])
         except InputError as error:
             return _Unusable(cmd_name, error)
 
@@ -45,8 +45,7 @@ class Commands(click.Group):
         """Find the command that the first word names."""
         names = self.list_commands(ctx)
         if args and not args[0].startswith("-") and args[0] not in names:
-            hint = did_you_mean(args[0], names) or f"; the commands are {listed(names)}"
-            raise click.UsageError(f'there is no command "{args[0]}"{hint}', ctx)
+            raise click.UsageError(f'there is no command "{args[0]}"{nearest(args[0], names)}', ctx)
         return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: click.Context) -> object:
@@ -79,15 +78,11 @@ class _Unusable(click.Command):
         raise self._error
 
 
-def _load(name: str, known: dict[str, tuple[EntryPoint, ...]]) -> click.Command:
-    place = f"rmfs {name}"
-    if len(known[name]) > 1:
-        clash = listed(" ".join(entrypoints.origin(entry)) for entry in known[name])
-        raise InputError(place, f"more than one installed distribution offers it: {clash}; uninstall all but one")
-    (entry,) = known[name]
-    command = entrypoints.load(entry, place, "command")
+def _load(entries: tuple[EntryPoint, ...]) -> click.Command:
+    place = f"rmfs {entries[0].name}"
+    command = entrypoints.load(entries, place, "command")
     if not isinstance(command, click.Command):
-        described = entrypoints.describe("command", name, *entrypoints.origin(entry))
+        described = entrypoints.describe("command", entries[0].name, *entrypoints.origin(entries[0]))
         raise InputError(place, f"{described} is {type(command).__name__}; expected a click.Command")
     return command
 

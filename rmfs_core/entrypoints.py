@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from importlib.metadata import EntryPoint, entry_points
 
 from rmfs_core.errors import InputError
-from rmfs_core.wording import one_line
+from rmfs_core.wording import listed, one_line
 
 RULES = "rmfs"
 COMMANDS = "rmfs.commands"
@@ -32,18 +31,13 @@ def offers(group: str) -> dict[str, tuple[EntryPoint, ...]]:
     return {name: tuple(sorted(same, key=origin) if len(same) > 1 else same) for name, same in found.items()}
 
 
-def available(group: str) -> Mapping[str, EntryPoint]:
-    """Return a group's entry points by name, without importing any of them."""
-    return {name: entries[0] for name, entries in offers(group).items()}
-
-
-def load(entry: EntryPoint, place: str, kind: str) -> object:
-    """Import what an entry point names.
+def load(entries: tuple[EntryPoint, ...], place: str, kind: str) -> object:
+    """Import what the entry point of a name leads to.
 
     Parameters
     ----------
-    entry
-        The entry point.
+    entries
+        All of that name in its group; more than one is an error.
     place
         What a message calls the place that asks for it.
     kind
@@ -52,8 +46,12 @@ def load(entry: EntryPoint, place: str, kind: str) -> object:
     Raises
     ------
     InputError
-        When it cannot be imported, whatever its module raises.
+        When several distributions offer it, or it cannot be imported, whatever its module raises.
     """
+    entry = entries[0]
+    if len(entries) > 1:
+        clash = f"more than one installed distribution: {listed(' '.join(origin(entry)) for entry in entries)}"
+        raise InputError(place, f'{kind} "{entry.name}" is offered by {clash}; uninstall all but one')
     try:
         target: object = entry.load()
     except (Exception, SystemExit) as error:

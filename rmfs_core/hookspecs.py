@@ -1,13 +1,18 @@
 """The hooks: everything a rule or an observer can implement, top to bottom.
 
-A rule is an attrs class; its fields are its parameters, its `@hookimpl` methods decide. A method may leave out the
-arguments it does not need. The classes named here are documented in `rmfs_core.warehouse` (what a rule sees) and
-`rmfs_core.decisions` (what it returns).
+A rule is an attrs class: its fields are its parameters, its `@hookimpl` methods decide. A method may leave out
+arguments that it does not need. The classes named here are documented in `rmfs_core.warehouse` (what a rule sees) and
+`rmfs_core.decisions` (what it returns). What else the kernel has to know of a rule, such as what it ``needs`` and how
+it ``reserves``, its class declares as attributes: `rmfs_core.rules.traits.RuleTraits` has them all.
 
 Rules only look at the warehouse and return values; the kernel checks each decision and applies it. A decision that is
-impossible ends the run with an error that names the rule. Draw random numbers from ``rng`` only: it is the rule's own
-stream, spawned from the scenario's seed. Ids are whole numbers; numpy integers are accepted. Everything here is there
-since version 0.1.
+impossible ends the run with an error that names the rule. Ids are whole numbers; numpy integers are accepted. What a
+rule remembers it forgets in `run_started`: then an instance can be used for any number of runs. Everything here is
+there since version 0.1.
+
+Two arguments are the same wherever a decision is made: ``warehouse`` is the warehouse now, with what the prefilters
+left of the backlog; ``rng`` is the rule's own stream of random numbers, spawned from the scenario's seed, and the only
+one to draw from.
 
 Each hook has an example, a whole rule. Besides what it shows, it takes these names for granted::
 
@@ -15,32 +20,6 @@ Each hook has an example, a whole rule. Besides what it shows, it takes these na
     from rmfs_core import JointDecision, OrderAssignment, Path, PodTrip, TaskAssignment, hookimpl
     from rmfs_core.events import ItemPicked, RobotMoved
     from rmfs_core.rule_helpers import send_pods
-
-What a rule remembers it forgets in `run_started`: then an instance can be used for any number of runs.
-
-What else the kernel has to know of a rule, the class declares as attributes:
-
-``needs``
-    Tuple of what the rule relies on, from `rmfs_core.simulation.needs.NEEDS` (such as ``"unlimited stock"``). A
-    scenario that lacks it is refused.
-``libraries``
-    Tuple of distributions that the rule computes with, such as a solver's: their versions are kept with the results.
-``splits_over_time``
-    True for a rule that may leave lines of an order in the backlog: it is asked when the smallest open line fits, not
-    only when the smallest order does.
-``reserves``
-    How a PP rule keeps robots out of each other's way. None or left out: not at all, robots pass through each other.
-    ``"full paths"``: each path ends at the goal and is reserved for its robot, the goal without end. ``"windows"``: a
-    path may end wherever the robot may then stay, and the rule is asked again there. The kernel makes the reservations
-    and refuses a path that hits one.
-``searches``, ``prepare``
-    For a rule with compiled searches: a static method that returns the numba functions (a run says when they have to be
-    compiled first), and a method called with the `rmfs_core.traffic.Roads` before the run starts, to load them.
-``measures``
-    Tuple of `rmfs_core.results.catalogue.Metric`: label, unit, digits and meaning of what the rule or observer hands
-    over in `measured`. A metric without one is shown under its name.
-``packing_capacity``
-    Number of split orders that may be open at once, or None: a decision that exceeds it is refused.
 """
 
 from __future__ import annotations
@@ -55,7 +34,7 @@ if TYPE_CHECKING:
     from rmfs_core.decisions import JointDecision, OrderAssignment, Path, PodTrip, TaskAssignment
     from rmfs_core.events import Event
     from rmfs_core.info import Question, RunInfo
-    from rmfs_core.traffic.asking import Traffic
+    from rmfs_core.traffic import Traffic
     from rmfs_core.warehouse import Order, Pod, Robot, WarehouseView
 
 hookspec = pluggy.HookspecMarker("rmfs")
@@ -71,10 +50,11 @@ class DecisionHooks:
 
         Called in a decision round while some station's free capacity fits the smallest order of the backlog.
 
-        :param warehouse: the warehouse now; ``warehouse.backlog`` is what the prefilters left.
-        :param rng: the rule's random generator.
-        :return: assignments, applied in this order; each must fit what is then free at its station.
-            An empty sequence assigns nothing until something changes.
+        Returns
+        -------
+        Sequence[OrderAssignment]
+            Assignments, applied in this order; each must fit what is then free at its station. An empty sequence
+            assigns nothing until something changes.
 
         Example::
 
@@ -95,14 +75,20 @@ class DecisionHooks:
 
         Called in a decision round when stations have open requests that no inbound pod can serve
         (``station.uncovered_requests``) and a robot could start now, or a pod about to leave a station could go on.
+        Candidates are ``warehouse.free_pods`` (stored and bound nowhere; each needs a robot) and
+        ``warehouse.leaving_pods`` (at a station with nothing left to serve there and bound nowhere else; the robot that
+        carries them goes on).
 
-        :param warehouse: the warehouse now. Candidates are ``warehouse.free_pods`` (stored and bound nowhere; each
-            needs a robot) and ``warehouse.leaving_pods`` (at a station with nothing left to serve there and bound
-            nowhere else; the robot that carries them goes on).
-        :param max_fetches: how many trips of stored pods may be decided now.
-        :param rng: the rule's random generator.
-        :return: trips. Each pod at most once, and only to a station where it holds a free item (``pod.free_items``)
-            for a request that is uncovered now. An empty sequence sends nothing until something changes.
+        Parameters
+        ----------
+        max_fetches
+            How many trips of stored pods may be decided now.
+
+        Returns
+        -------
+        Sequence[PodTrip]
+            Trips. Each pod at most once, and only to a station where it holds a free item (``pod.free_items``) for a
+            request that is uncovered now. An empty sequence sends nothing until something changes.
 
         Example::
 
@@ -119,10 +105,11 @@ class DecisionHooks:
 
         Called when POA would be: each call is one period. The trips it decides wait in line for robots.
 
-        :param warehouse: the warehouse now; ``warehouse.backlog`` is what the prefilters left.
-        :param rng: the rule's random generator.
-        :return: assignments and the pod trips they need. Every assigned request must be servable by a pod inbound to
-            its station once the trips are counted in.
+        Returns
+        -------
+        JointDecision
+            Assignments and the pod trips they need. Every assigned request must be servable by a pod inbound to its
+            station once the trips are counted in.
 
         Example::
 
@@ -150,10 +137,15 @@ class DecisionHooks:
         Called when a pod leaves a station and is bound for no other, or the next station's queue is full (then the pod
         is stored, and fetched again when there is room: no robot holds one place while it waits for another).
 
-        :param warehouse: the warehouse now; choose from ``warehouse.free_storage_locations``.
-        :param pod: the pod; ``pod.cell`` is where it stands.
-        :param rng: the rule's random generator.
-        :return: the cell index of a free storage location.
+        Parameters
+        ----------
+        pod
+            The pod; ``pod.cell`` is where it stands.
+
+        Returns
+        -------
+        int
+            One of ``warehouse.free_storage_locations``, cell indices.
 
         Example::
 
@@ -170,9 +162,10 @@ class DecisionHooks:
 
         Called in a decision round while ``warehouse.waiting_pods`` and ``warehouse.idle_robots`` both have entries.
 
-        :param warehouse: the warehouse now.
-        :param rng: the rule's random generator.
-        :return: assignments; each robot and each pod at most once. Pods left out wait for the next round.
+        Returns
+        -------
+        Sequence[TaskAssignment]
+            Assignments; each robot and each pod at most once. Pods left out wait for the next round.
 
         Example::
 
@@ -191,16 +184,23 @@ class DecisionHooks:
         """PP: plan a robot's path from where it stands to a cell.
 
         Called when a robot has to go somewhere, and again where a path ends before the goal or, for a rule that
-        reserves windows, a run is refused.
+        reserves windows, a run is refused. ``warehouse.travel`` has the grid and exact travel times.
 
-        :param warehouse: the warehouse now; ``warehouse.travel`` has the grid and exact travel times.
-        :param robot: the robot: ``robot.cell``, ``robot.heading``, and ``robot.pod``, None when it drives empty.
-        :param goal: the cell index it has to reach.
-        :param traffic: for a rule that ``reserves``: what the other robots have reserved, and from where and when this
-            robot can set out (`rmfs_core.traffic.asking.Traffic`); a robot that is on its way sets out where the leg
-            under way ends. None for a rule that does not.
-        :param rng: the rule's random generator.
-        :return: the legs to drive; none only for a robot that is to set out from the goal itself. A rule that reserves
+        Parameters
+        ----------
+        robot
+            The robot: ``robot.cell``, ``robot.heading``, and ``robot.pod``, None when it drives empty.
+        goal
+            The cell index it has to reach.
+        traffic
+            For a rule that ``reserves``: what the other robots have reserved, and from where and when this robot can
+            set out (`rmfs_core.traffic.Traffic`); a robot that is on its way sets out where the leg under way
+            ends. None for a rule that does not.
+
+        Returns
+        -------
+        Path | None
+            The legs to drive; none only for a robot that is to set out from the goal itself. A rule that reserves
             answers None where there is no path. With windows the robot then stays, and the rule is asked again two
             seconds later; with full paths that happens only to two robots on the way to a station, which change places
             if both have one.
@@ -225,12 +225,17 @@ class FilterHooks:
     ) -> Sequence[Order]:
         """Choose the orders of the backlog that the assigning rule sees.
 
-        Called before each POA or joint decision.
+        Called before each POA or joint decision; ``warehouse`` has the whole backlog.
 
-        :param warehouse: the warehouse now, with the whole backlog.
-        :param orders: what the filters before this one left, oldest first.
-        :param rng: the rule's random generator.
-        :return: some of ``orders``. Neither order nor repetition matters; the assigning rule sees them oldest first.
+        Parameters
+        ----------
+        orders
+            What the filters before this one left, oldest first.
+
+        Returns
+        -------
+        Sequence[Order]
+            Some of ``orders``. Neither order nor repetition matters; the assigning rule sees them oldest first.
 
         Example::
 
@@ -249,8 +254,11 @@ class ObserverHooks:
     def run_started(self, run: RunInfo) -> None:
         """A run begins.
 
-        :param run: scenario, instance, layout, the warehouse at time 0, and ``run.out``, the folder of the results,
-            where an observer may write files of its own.
+        Parameters
+        ----------
+        run
+            Scenario, instance, layout, the warehouse at time 0, and ``run.out``, the folder of the results, where an
+            observer may write files of its own.
 
         Example::
 
@@ -265,7 +273,10 @@ class ObserverHooks:
     def on_event(self, event: Event) -> None:
         """Something happened.
 
-        :param event: one of the classes of `rmfs_core.events`; frozen.
+        Parameters
+        ----------
+        event
+            One of the classes of `rmfs_core.events`; frozen.
 
         Example::
 
@@ -283,7 +294,10 @@ class ObserverHooks:
     def rule_asked(self, question: Question) -> None:
         """A rule is about to be asked for a decision.
 
-        :param question: which rule is asked what, and what it is shown (`rmfs_core.info.Question`).
+        Parameters
+        ----------
+        question
+            Which rule is asked what, and what it is shown (`rmfs_core.info.Question`).
 
         Example::
 
@@ -302,8 +316,12 @@ class ObserverHooks:
 
         Called before the kernel has looked at the answer. A rule that raises has not answered.
 
-        :param question: what it was asked.
-        :param answer: what it returned.
+        Parameters
+        ----------
+        question
+            What it was asked.
+        answer
+            What it returned.
 
         Example::
 
@@ -322,7 +340,10 @@ class ObserverHooks:
 
         Called once, after ``run_ended``.
 
-        :return: numbers by name, None for one that is not defined (a mean over nothing); names of letters, digits and
+        Returns
+        -------
+        Mapping[str, float | None]
+            Numbers by name, None for one that is not defined (a mean over nothing); names of letters, digits and
             underscores that no other metric has. The same run gives the same numbers.
 
         Example::
@@ -345,8 +366,12 @@ class ObserverHooks:
     def run_ended(self, tick: int, status: str) -> None:
         """A run is over.
 
-        :param tick: simulated time at the end, in ticks (1 ms).
-        :param status: ``"complete"``, ``"partial"`` or ``"failed"``.
+        Parameters
+        ----------
+        tick
+            Simulated time at the end, in ticks (1 ms).
+        status
+            ``"complete"``, ``"partial"`` or ``"failed"``.
 
         Example::
 

@@ -18,9 +18,16 @@ def first_few(things: Sequence[str], most: int = 5) -> str:
 
 
 def did_you_mean(name: str, valid: Iterable[str], most: int = 3) -> str:
-    """Return `` (did you mean "x" or "y"?)`` for the valid names nearest to a misspelt one, else an empty text."""
-    close = [f'"{found}"' for found in get_close_matches(name, sorted(valid), n=most, cutoff=0.6)]
+    """Return `` (did you mean `x` or `y`?)`` for the valid names nearest to a misspelt one, else an empty text."""
+    close = [f"`{found}`" for found in get_close_matches(name, sorted(valid), n=most, cutoff=0.6)]
     return f" (did you mean {listed(close, 'or')}?)" if close else ""
+
+
+def nearest(name: str, valid: Iterable[str]) -> str:
+    """Return the same, or else all the valid names."""
+    names = sorted(valid)
+    expected = f"; expected one of {', '.join(f'`{found}`' for found in names)}" if names else ""
+    return did_you_mean(name, names) or expected
 
 
 def one_line(error: BaseException) -> str:

@@ -21,12 +21,13 @@ from attrs import define, evolve, field
 from click.testing import CliRunner
 
 from rmfs_cli.description import Parameter, RuleDescription, installed_rules
+from rmfs_core import hookspecs
 from rmfs_core.cli import rmfs
 from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks
 from rmfs_core.results.catalogue import METRICS, TIMING
 from rmfs_core.rules.hooks import marked_methods
+from rmfs_core.rules.traits import NEEDS
 from rmfs_core.scenario.model import RuleChoice, Scenario
-from rmfs_core.simulation.needs import NEEDS
 from rmfs_testing import ConformanceReport, check_rule
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -68,7 +69,7 @@ def gaps_in_hooks(hooks: dict[str, str]) -> list[str]:
     """List hooks without a description or an example."""
     gaps = []
     for name, doc in hooks.items():
-        description = doc.partition("\n\n:param")[0].partition("\n\nExample::")[0]
+        description = re.split(r"\n\n(?:Parameters\n---|Returns\n---|Example::)", doc)[0]
         if not re.match(r"[A-Z].*\.$", description, re.DOTALL):
             gaps.append(f"{name} has no description")
         if not example_in(doc):
@@ -95,9 +96,12 @@ def test_every_hook_has_its_row_and_its_arguments() -> None:
             if name.startswith("_"):
                 continue
             assert re.search(rf"^\| .*`{name}`.* \|", page("reference/hooks.md"), re.MULTILINE), name
-            arguments = [a for a in hook.__annotations__ if a != "return"]
-            assert all(f":param {argument}:" in hook.__doc__ for argument in arguments), name
-            assert (":return:" in hook.__doc__) == (hook.__annotations__["return"] != "None"), name
+            doc, returned = inspect.getdoc(hook) or "", hook.__annotations__["return"]
+            own = hook.__annotations__.keys() - {"return", "warehouse", "rng"}
+            assert all(re.search(rf"^{argument}\n    \S", doc, re.MULTILINE) for argument in own), name
+            assert (f"Returns\n-------\n{returned}\n    " in doc) == (returned != "None"), name
+    for argument in ("warehouse", "rng"):
+        assert f"``{argument}`` is " in (hookspecs.__doc__ or "")
 
 
 def test_every_hook_has_a_description_and_an_example() -> None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import ClassVar, Protocol
 
-from attrs import evolve, frozen
+from attrs import define, frozen
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError, RunError
@@ -21,7 +21,7 @@ from rmfs_core.results.tables import Tables
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, load_scenario, located
 from rmfs_core.simulation.engine import Simulation
-from rmfs_core.wording import did_you_mean, listed, one_line
+from rmfs_core.wording import nearest, one_line
 from rmfs_core.world import make_instance, make_layout
 
 _OWN_FILES = (RESULT_FILE, *(file for file, _ in TABLE_FILES.values()))
@@ -78,16 +78,17 @@ def run(
         When a rule misbehaves or the run stands still. Its ``result`` has what was measured until then, status
         ``"failed"``, and is saved in ``out`` like any other.
     """
-    wanted = dict.fromkeys((*record, *(name for name, on in (("trace", trace), ("decisions", record_decisions)) if on)))
-    if wanted and out is None:
-        raise InputError(next(iter(wanted)), "what is recorded needs a folder to be written to; expected `out` with it")
+    names = (*record, *(["trace"] if trace else []), *(["decisions"] if record_decisions else []))
+    if names and out is None:
+        raise InputError(names[0], "what is recorded needs a folder to be written to; expected `out` with it")
     resolved = _resolve(scenario, seed, overrides)
-    recorders = [_make_recorder(name) for name in wanted]
+    recorders = [_make_recorder(name) for name in dict.fromkeys(names)]
     told = [*((observer, None) for observer in observers), *recorders]
     measured = _prepare(resolved, told, allow_inline_rules, out)
     outcome = _simulate(measured.simulation)
-    result, outcome = _conclude(measured, outcome)
+    result = _conclude(measured, outcome)
     if measured.folder is not None:
+        result.save(measured.folder)
         for file in _files_of_recorders() - {recorder.file for recorder, _ in recorders}:
             (measured.folder / file).unlink(missing_ok=True)
     if isinstance(outcome.error, RunError):
@@ -117,13 +118,11 @@ def load_recorder(name: str) -> type[Recorder]:
     InputError
         When there is none of that name, or it is no recorder.
     """
-    place, known = f"record {name}", entrypoints.offers(entrypoints.RECORDERS)
+    place = f"record {name}"
+    known = entrypoints.offers(entrypoints.RECORDERS)
     if name not in known:
-        raise InputError(place, f'there is no recorder "{name}"{did_you_mean(name, known)}; known are {listed(known)}')
-    if len(known[name]) > 1:
-        clash = listed(" ".join(entrypoints.origin(entry)) for entry in known[name])
-        raise InputError(place, f"more than one installed distribution offers it: {clash}; uninstall all but one")
-    kind = entrypoints.load(known[name][0], place, "recorder")
+        raise InputError(place, f'there is no recorder "{name}"{nearest(name, known)}')
+    kind = entrypoints.load(known[name], place, "recorder")
     file = getattr(kind, "file", None)
     if not isinstance(kind, type) or not isinstance(file, str) or Path(file).name != file or file in _OWN_FILES:
         described = entrypoints.describe("recorder", name, *entrypoints.origin(known[name][0]))
@@ -180,7 +179,7 @@ def _folder_for_results(out: str | Path, scenario: Scenario) -> Path:
     return folder
 
 
-@frozen
+@define
 class _Outcome:
     """How a simulation ended."""
 
@@ -229,44 +228,38 @@ def versions_of(rules: RuleSet, folder: str) -> dict[str, str]:
 
 def _simulate(simulation: Simulation) -> _Outcome:
     started = time.perf_counter()
-    error: Exception | None = None
-    interrupted = False
+    outcome = _Outcome("partial", 0.0)
     try:
         simulation.run()
-        status = simulation.status
+        outcome.status = simulation.status
     except KeyboardInterrupt:
-        status, interrupted = "partial", True
-    except Exception as problem:  # no rule's fault, or it would be a RunError; what was measured is kept all the same
-        status, error = "failed", problem
-    return _Outcome(status, time.perf_counter() - started, error, interrupted)
+        outcome.interrupted = True
+    except Exception as error:  # not only a rule's fault, a RunError: what was measured is kept all the same
+        outcome.status, outcome.error = "failed", error
+    outcome.wall_s = time.perf_counter() - started
+    return outcome
 
 
-def _conclude(measured: _Measured, outcome: _Outcome) -> tuple[Result, _Outcome]:
-    """Tell the observers that the run is over, and save; an observer that fails at that takes nothing away."""
-    found, error = measured.simulation.end(outcome.status)
-    if error is not None and outcome.error is None:
-        outcome = evolve(outcome, status="failed", error=error)
-    result = _result(measured, outcome, found)
-    if measured.folder is not None:
-        result.save(measured.folder)
-    return result, outcome
-
-
-def _result(measured: _Measured, outcome: _Outcome, found: Mapping[str, float | None]) -> Result:
+def _conclude(measured: _Measured, outcome: _Outcome) -> Result:
+    """Tell the observers that the run is over; one that fails at that makes it a failed run, and takes nothing away."""
     simulation, metrics, tables = measured.simulation, measured.metrics, measured.tables
+    found, error = simulation.context.observers.end(outcome.status)
+    if error is not None and outcome.error is None:
+        outcome.status, outcome.error = "failed", error
+    asker, profile = simulation.context.asker, simulation.context.profile
     return Result(
         scenario=simulation.scenario,
         seed=simulation.scenario.seed,
         versions=measured.versions,
         status=outcome.status,
-        metrics=dict(found),
+        metrics=found,
         described=measured.described,
         timing={
             **metrics.timing(outcome.wall_s),
-            "hook_s": simulation.hook_seconds,
+            "hook_s": dict(asker.seconds),
             "profile_s": {
-                **simulation.profile,
-                "events": max(outcome.wall_s - sum(simulation.profile.values()), 0.0),
+                **profile,
+                "events": max(outcome.wall_s - sum(profile.values()), 0.0),
             },
         },
         orders=tables.orders,
@@ -274,5 +267,5 @@ def _result(measured: _Measured, outcome: _Outcome, found: Mapping[str, float | 
         periods=tables.periods,
         error=None if outcome.error is None else str(outcome.error),
         interrupted=outcome.interrupted,
-        hook_calls=dict(simulation.asker.calls),
+        hook_calls=dict(asker.calls),
     )

@@ -3,40 +3,15 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 import attrs
 import pluggy
 
 from rmfs_core.errors import InputError
 from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks
+from rmfs_core.roles import Role
 from rmfs_core.wording import did_you_mean, listed
-
-HOOK_OF_ROLE = {
-    "poa": "assign_orders",
-    "pps": "select_pods",
-    "poa_pps": "assign_orders_and_pods",
-    "pr": "choose_storage_location",
-    "ta": "assign_tasks",
-    "pp": "plan_path",
-    "filter": "filter_backlog",
-    "observer": "on_event",
-}
-"""Role of a rule in a scenario to the hook that plays it. (An observer may implement the other observer hooks too.)"""
-
-LABEL_OF_ROLE = {
-    "poa": "POA",
-    "pps": "PPS",
-    "poa_pps": "POA+PPS",
-    "pr": "PR",
-    "ta": "TA",
-    "pp": "PP",
-    "filter": "filter",
-    "observer": "observer",
-}
-"""Role of a rule to what people call it."""
-
-ROLE_OF_LABEL = {label: role for role, label in LABEL_OF_ROLE.items()}
 
 SPECIFICATIONS = (DecisionHooks, FilterHooks, ObserverHooks)
 
@@ -70,14 +45,10 @@ def marked_methods(plugin: object) -> dict[str, str]:
     return found
 
 
-def roles_of(rule: type) -> tuple[str, ...]:
+def roles_of(rule: type) -> tuple[Role, ...]:
     """Return the roles that a rule's class can play, from the hooks it implements."""
-    hooks = marked_methods(rule)
-    return tuple(
-        role
-        for role, hook in HOOK_OF_ROLE.items()
-        if hook in hooks or (role == "observer" and OBSERVER_HOOKS & hooks.keys())
-    )
+    hooks = marked_methods(rule).keys()
+    return tuple(role for role in Role if (OBSERVER_HOOKS if role is Role.OBSERVER else {role.hook}) & hooks)
 
 
 def check_hooks(place: str, plugin: object, class_name: str) -> None:
@@ -120,17 +91,22 @@ def require_attrs_class(place: str, rule: object, rule_name: str) -> type:
     )
 
 
-def check_rule_class(place: str, rule: object, rule_name: str, role: str) -> type:
+def check_rule_class(place: str, rule: object, rule_name: str, role: Role) -> type:
     """Return the class of a rule, checked: attrs, hooks spelt right, and able to play the role."""
     rule = require_attrs_class(place, rule, rule_name)
     check_hooks(place, rule, rule.__name__)
     roles = roles_of(rule)
     if role in roles:
         return rule
-    hook, label = HOOK_OF_ROLE[role], LABEL_OF_ROLE[role]
-    if not roles and callable(getattr(rule, hook, None)):
-        raise InputError(place, f"{rule_name} has a method `{hook}` that lacks the @hookimpl decorator")
-    does = listed(LABEL_OF_ROLE[other] for other in roles) if roles else "nothing (it implements no hook)"
+    if not roles and callable(getattr(rule, role.hook, None)):
+        raise InputError(place, f"{rule_name} has a method `{role.hook}` that lacks the @hookimpl decorator")
     raise InputError(
-        place, f"{rule_name} does not decide {label} (hook `{hook}`); class {rule.__name__} decides {does}"
+        place,
+        f"{rule_name} does not decide {role.label} (hook `{role.hook}`); "
+        f"class {rule.__name__} decides {decided(roles)}",
     )
+
+
+def decided(roles: Collection[Role]) -> str:
+    """Return what a rule decides that can play these roles, for a message."""
+    return listed(role.label for role in roles) if roles else "nothing (it implements no hook)"

@@ -8,49 +8,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import attrs
-import cattrs
-from cattrs.strategies import configure_union_passthrough
 
 from rmfs_core.errors import InputError
+from rmfs_core.scenario.structuring import strict_converter
 from rmfs_core.scenario.tomltext import shown
 from rmfs_core.wording import did_you_mean, listed, one_line
 
-
-def _strict_converter() -> cattrs.Converter:
-    """Return a converter that never turns a text into a number or a number into a text."""
-    converter = cattrs.Converter(forbid_extra_keys=True, detailed_validation=False)
-
-    def exactly(kind: type) -> Any:
-        def structure(value: Any, _: Any) -> Any:
-            if type(value) is kind:
-                return value
-            if kind is float and type(value) is int:
-                return float(value)
-            raise TypeError(f"expected {kind.__name__}")
-
-        return structure
-
-    def sequence(value: Any, kind: Any) -> Any:
-        if not isinstance(value, list | tuple):
-            raise TypeError("expected a list")
-        origin, kinds = typing.get_origin(kind), typing.get_args(kind)
-        if origin is list or kinds[1:] == (...,):
-            kinds = (kinds[0],) * len(value)
-        return origin(converter.structure(entry, part) for entry, part in zip(value, kinds, strict=True))
-
-    for kind in (bool, int, float, str):
-        converter.register_structure_hook(kind, exactly(kind))
-    converter.register_structure_hook_func(_is_sequence, sequence)
-    configure_union_passthrough(bool | int | float | str | None, converter)
-    return converter
-
-
-def _is_sequence(kind: Any) -> bool:
-    origin: Any = typing.get_origin(kind)
-    return origin is list or origin is tuple
-
-
-_converter = _strict_converter()
+_converter = strict_converter()
 _WORDS = {int: "a whole number", float: "a number", str: "a text", bool: "true or false", type(None): "nothing"}
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import platform
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from functools import cache, partial, wraps
 from importlib.metadata import version
 from typing import Any
@@ -12,20 +12,27 @@ from typing import Any
 import pluggy
 from attrs import define, field, frozen
 
+from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
+from rmfs_core.roles import Role
 from rmfs_core.rules.hooks import (
     ARGUMENTS,
-    HOOK_OF_ROLE,
     OBSERVER_HOOKS,
     check_hooks,
     check_rule_class,
+    decided,
     marked_methods,
     new_manager,
+    require_attrs_class,
+    roles_of,
 )
 from rmfs_core.rules.parameters import build
-from rmfs_core.rules.sources import INLINE, RuleSource, RuleSources, describe
+from rmfs_core.rules.sources import INLINE, RuleSource, RuleSources
+from rmfs_core.rules.traits import RuleTraits
 from rmfs_core.scenario.model import RuleChoice, RulesSection
-from rmfs_core.wording import one_line
+from rmfs_core.scenario.rulenames import rule_choices
+from rmfs_core.scenario.source import dotted
+from rmfs_core.wording import listed, one_line
 
 LIBRARIES = ("attrs", "numba", "numpy", "pluggy", "rmfs", "simpy")
 """Distributions that take part in every run."""
@@ -38,28 +45,34 @@ class BoundRule:
     Parameters
     ----------
     role
-        ``"poa"``, ``"pps"``, ``"poa_pps"``, ``"pr"``, ``"ta"``, ``"pp"``, ``"filter"`` or ``"observer"``.
+        What it decides.
     name
         As in the scenario.
     instance
         The rule itself, with its parameters.
+    traits
+        What its class declares besides.
     distribution, version
         Where it comes from; for a file beside the scenario, the file's name and ``"inline"``.
     hook
         Calls the role's hook of this rule and of no other. (Observers are called together, through
         ``RuleSet.pm.hook``.)
+    file
+        The file the code was loaded from, for a rule beside the scenario.
     """
 
-    role: str
+    role: Role
     name: str
     instance: Any
+    traits: RuleTraits
     distribution: str
     version: str
     hook: pluggy.HookCaller
+    file: str | None = None
 
     def describe(self) -> str:
         """Name the rule for a message: ``rule "demand" (rmfs 0.1.0)``."""
-        return describe(self.name, self.distribution, self.version)
+        return entrypoints.describe("rule", self.name, self.distribution, self.version)
 
 
 class _Registered:
@@ -69,7 +82,7 @@ class _Registered:
     rule that could decide POA and PPS but is selected for one of them must not answer the other.
     """
 
-    def __init__(self, instance: object, hooks: frozenset[str], described: str | None = None) -> None:
+    def __init__(self, instance: object, hooks: Collection[str], described: str | None = None) -> None:
         self.instance = instance
         self.described = described
         for hook, method in marked_methods(instance).items():
@@ -119,16 +132,6 @@ def _called_by_name(function: Callable[..., Any], names: Collection[str], **argu
 
 
 @define(eq=False)
-class _Selected:
-    """One instance of a rule and the roles it was selected for."""
-
-    source: RuleSource
-    instance: Any
-    hooks: set[str] = field(factory=set)
-    registered: _Registered | None = None
-
-
-@define(eq=False)
 class RuleSet:
     """The rules of one run. Instances are new for each rule set, so no state is carried from run to run.
 
@@ -162,33 +165,41 @@ class RuleSet:
     def load(cls, rules: RulesSection, folder: str, *, allow_inline: bool = True) -> RuleSet:
         """Import, create, check and register the rules that a scenario selects.
 
-        :param rules: the scenario's choices.
-        :param folder: where the files of inline rules are.
-        :param allow_inline: whether such files may be loaded at all.
-        :raises InputError: with the place inside the scenario, for example ``rules.poa``.
+        Parameters
+        ----------
+        rules
+            The scenario's choices.
+        folder
+            Where the files of inline rules are.
+        allow_inline
+            Whether such files may be loaded at all.
+
+        Raises
+        ------
+        InputError
+            With the place inside the scenario, for example ``rules.poa``.
         """
-        sources = RuleSources(folder, allow_inline)
-        created: dict[tuple[str, str], _Selected] = {}
-        choices = list(_choices(rules))
-        selected = [_select(sources, created, *choice) for choice in choices]
-        manager = new_manager()
-        for number, one in enumerate(created.values()):
-            one.registered = _register(
-                manager, one.instance, frozenset(one.hooks), f"{number}: {one.source.name}", one.source.describe()
-            )
-        bound: dict[str, list[BoundRule]] = {}
-        for (role, _, _), one in zip(choices, selected, strict=True):
-            bound.setdefault(role, []).append(_bind(manager, role, one))
+        keyed = {role.key: role for role in Role}
+        chosen = [(keyed[str(path[0])], choice, dotted(("rules", *path))) for path, choice in rule_choices(rules)]
+        manager, bound = _bind(RuleSources(folder, allow_inline), chosen)
+        playing = {role: [rule for rule in bound if rule.role is role] for role in Role}
+        filters, observers = playing.pop(Role.FILTER), playing.pop(Role.OBSERVER)
         rule_set = cls(
             pm=manager,
-            **{role: found[0] for role, found in bound.items() if role not in ("filter", "observer")},
-            filters=tuple(bound.get("filter", ())),
-            observers=tuple(bound.get("observer", ())),
-            distributions=_versions(created.values()),
-            inline_files=tuple(dict.fromkeys(one.source.file for one in created.values() if one.source.file)),
+            **{role: found[0] for role, found in playing.items() if found},
+            filters=tuple(filters),
+            observers=tuple(observers),
+            distributions=_versions(bound),
+            inline_files=tuple(dict.fromkeys(rule.file for rule in bound if rule.file is not None)),
         )
         rule_set.check()
         return rule_set
+
+    @property
+    def deciding(self) -> tuple[BoundRule, ...]:
+        """Every rule but the observers, those for orders first."""
+        single = (self.poa, self.pps, self.poa_pps, self.pr, self.ta, self.pp)
+        return (*(rule for rule in single if rule is not None), *self.filters)
 
     def register_observer(self, observer: object, described: str | None = None) -> None:
         """Register an object whose ``@hookimpl`` methods observe the run. Decision hooks it may have are not called.
@@ -227,32 +238,92 @@ class RuleSet:
             raise InputError("rules", one_line(error)) from error
 
 
-def _choices(rules: RulesSection) -> Iterator[tuple[str, RuleChoice, str]]:
-    """Yield role, choice and the choice's place in the scenario."""
-    for role in ("poa", "pps", "poa_pps", "pr", "ta", "pp"):
-        choice = getattr(rules, role)
-        if choice is not None:
-            yield role, choice, f"rules.{role}"
-    for key in ("filters", "observers"):
-        for index, choice in enumerate(getattr(rules, key)):
-            yield key.removesuffix("s"), choice, f"rules.{key}[{index}]"
+def load_rule(
+    choice: RuleChoice,
+    roles: Collection[Role],
+    *,
+    folder: str = ".",
+    allow_inline: bool = True,
+    place: str = "rule",
+    preferred: Role | None = None,
+) -> BoundRule:
+    """Import, create, check and register one rule on its own, to be asked outside a run.
+
+    Parameters
+    ----------
+    choice
+        The rule's name and its parameters.
+    roles
+        The roles that it may play; the one of them that its class can play is the rule's.
+    folder
+        Where the file of an inline rule is.
+    allow_inline
+        Whether such a file may be loaded at all.
+    place
+        What a message calls the choice.
+    preferred
+        The role to take where the class can play several.
+
+    Raises
+    ------
+    InputError
+        When there is no such rule, a parameter is wrong, or it can play none of the roles, or several and none is
+        preferred.
+    """
+    sources = RuleSources(folder, allow_inline)
+    source = sources.find(choice.rule, place)
+    able = roles_of(require_attrs_class(place, source.target, source.describe()))
+    playable = [preferred] if preferred in roles and preferred in able else [role for role in able if role in roles]
+    if not playable:
+        wanted = listed((role.label for role in roles), "or")
+        raise InputError(place, f"{source.describe()} decides {decided(able)}; expected a rule for {wanted}")
+    if len(playable) > 1:
+        raise InputError(place, f"{source.describe()} decides {decided(playable)}; say which of them is asked")
+    return _bind(sources, [(playable[0], choice, place)])[1][0]
 
 
-def _select(
-    sources: RuleSources, created: dict[tuple[str, str], _Selected], role: str, choice: RuleChoice, place: str
-) -> _Selected:
-    """Return the rule of a choice; the same choice for two roles is one instance."""
-    key = (choice.rule, json.dumps(dict(choice.parameters), sort_keys=True, default=repr))
-    source = created[key].source if key in created else sources.find(choice.rule, place)
-    rule = check_rule_class(place, source.target, source.describe(), role)
-    if key not in created:
-        created[key] = _Selected(source, build(rule, choice.parameters, place, source.describe()))
-    created[key].hooks |= OBSERVER_HOOKS | {HOOK_OF_ROLE[role]}
-    return created[key]
+@define(eq=False)
+class _Created:
+    """An instance of a rule's class, and the hooks that it was chosen to answer."""
+
+    source: RuleSource
+    instance: Any
+    traits: RuleTraits
+    hooks: set[str] = field(factory=lambda: set(OBSERVER_HOOKS))
+    registered: _Registered | None = None
+
+
+def _bind(
+    sources: RuleSources, chosen: Sequence[tuple[Role, RuleChoice, str]]
+) -> tuple[pluggy.PluginManager, list[BoundRule]]:
+    """Import, create, check and register rules, each with its role and place; one choice for two roles is one rule."""
+    created: dict[tuple[str, str], _Created] = {}
+    ones = []
+    for role, choice, place in chosen:
+        key = (choice.rule, json.dumps(dict(choice.parameters), sort_keys=True, default=repr))
+        source = created[key].source if key in created else sources.find(choice.rule, place)
+        name = source.describe()
+        rule = check_rule_class(place, source.target, name, role)
+        if key not in created:
+            instance = build(rule, choice.parameters, place, name)
+            created[key] = _Created(source, instance, RuleTraits.of(instance, place, name))
+        created[key].hooks.add(role.hook)
+        ones.append(created[key])
+    manager = new_manager()
+    for number, one in enumerate(created.values()):
+        name = one.source.describe()
+        one.registered = _register(manager, one.instance, one.hooks, f"{number}: {one.source.name}", name)
+    bound = []
+    for (role, _, _), one in zip(chosen, ones, strict=True):
+        others = [plugin for plugin in manager.get_plugins() if plugin is not one.registered]
+        hook, source = manager.subset_hook_caller(role.hook, remove_plugins=others), one.source
+        origin = (source.distribution, source.version)
+        bound.append(BoundRule(role, source.name, one.instance, one.traits, *origin, hook, source.file))
+    return manager, bound
 
 
 def _register(
-    manager: pluggy.PluginManager, instance: object, hooks: frozenset[str], name: str, described: str | None = None
+    manager: pluggy.PluginManager, instance: object, hooks: Collection[str], name: str, described: str | None = None
 ) -> _Registered:
     registered = _Registered(instance, hooks, described)
     try:
@@ -262,21 +333,14 @@ def _register(
     return registered
 
 
-def _bind(manager: pluggy.PluginManager, role: str, one: _Selected) -> BoundRule:
-    others = [plugin for plugin in manager.get_plugins() if plugin is not one.registered]
-    hook = manager.subset_hook_caller(HOOK_OF_ROLE[role], remove_plugins=others)
-    source = one.source
-    return BoundRule(role, source.name, one.instance, source.distribution, source.version, hook)
-
-
 @cache
 def _installed(library: str) -> str:
     """Version of a library, read once."""
     return version(library)
 
 
-def _versions(selected: Collection[_Selected]) -> dict[str, str]:
-    found = {name: _installed(name) for name in LIBRARIES} | {"python": platform.python_version()}
-    found |= {name: _installed(name) for one in selected for name in getattr(one.source.target, "libraries", ())}
-    found |= {one.source.distribution: one.source.version for one in selected if one.source.version != INLINE}
+def _versions(rules: Iterable[BoundRule]) -> dict[str, str]:
+    libraries = {*LIBRARIES, *(name for rule in rules for name in rule.traits.libraries)}
+    found = {name: _installed(name) for name in libraries} | {"python": platform.python_version()}
+    found |= {rule.distribution: rule.version for rule in rules if rule.version != INLINE}
     return dict(sorted(found.items()))

@@ -13,8 +13,9 @@ from attrs import frozen
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.rulenames import is_inline
-from rmfs_core.wording import did_you_mean, listed, one_line
+from rmfs_core.scenario.rulenames import inline_parts, is_inline
+from rmfs_core.scenario.structuring import KeyProblem
+from rmfs_core.wording import did_you_mean, nearest, one_line
 
 INLINE = "inline"
 """What stands in place of a version for a rule loaded from a file."""
@@ -44,17 +45,12 @@ class RuleSource:
 
     def describe(self) -> str:
         """Name the rule for a message: ``rule "demand" (rmfs 0.1.0)``."""
-        return describe(self.name, self.distribution, self.version)
+        return entrypoints.describe("rule", self.name, self.distribution, self.version)
 
 
-def describe(name: str, distribution: str, version: str) -> str:
-    """Name a rule for a message."""
-    return entrypoints.describe("rule", name, distribution, version)
-
-
-def load_entry(entry: EntryPoint, place: str) -> RuleSource:
-    """Import an entry point's rule; raise `InputError` with the cause if that fails."""
-    return RuleSource(entry.name, entrypoints.load(entry, place, "rule"), *entrypoints.origin(entry))
+def load_entry(entries: tuple[EntryPoint, ...], place: str) -> RuleSource:
+    """Import the rule that a name's entry point leads to; raise `InputError` with the cause if that fails."""
+    return RuleSource(entries[0].name, entrypoints.load(entries, place, "rule"), *entrypoints.origin(entries[0]))
 
 
 class RuleSources:
@@ -78,24 +74,15 @@ class RuleSources:
         """Import what a rule's name leads to."""
         if is_inline(name):
             return self._from_file(name, place)
-        entries = self._offers.get(name, ())
-        if not entries:
-            raise InputError(
-                place,
-                f'unknown rule "{name}"{did_you_mean(name, self._offers)}; `rmfs rules` lists the installed ones',
-            )
-        if len(entries) > 1:
-            clash = listed(" ".join(entrypoints.origin(entry)) for entry in entries)
-            raise InputError(
-                place,
-                f'rule "{name}" is offered by more than one installed distribution: {clash}; uninstall all but one',
-            )
-        return load_entry(entries[0], place)
+        if name not in self._offers:
+            raise InputError(place, f'there is no rule "{name}"{nearest(name, self._offers)}')
+        return load_entry(self._offers[name], place)
 
     def _from_file(self, name: str, place: str) -> RuleSource:
-        relative, colon, class_name = name.rpartition(":")
-        if not (colon and relative.endswith(".py") and class_name.isidentifier()):
-            raise InputError(place, f'expected "./file.py:Class" for a rule beside the scenario, found "{name}"')
+        try:
+            relative, class_name = inline_parts(name)
+        except KeyProblem as error:
+            raise InputError(place, error.problem) from None
         if not self.allow_inline:
             raise InputError(place, f'rule "{name}" would load code from a file, which --no-inline-rules refuses')
         relative = os.path.normpath(relative)

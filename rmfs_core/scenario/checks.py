@@ -2,25 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from attrs import field, frozen
 
-
-def close_to(name: str, valid: Iterable[str]) -> str:
-    """Return "; did you mean `x`?" for the valid name closest to ``name``, or nothing if none is close."""
-    close = difflib.get_close_matches(name, sorted(valid), n=1, cutoff=0.6)
-    return f"; did you mean `{close[0]}`?" if close else ""
-
-
-def nearest(name: str, valid: Iterable[str]) -> str:
-    """Return the same, or else the list of valid names."""
-    names = sorted(valid)
-    if close := close_to(name, names):
-        return close
-    return f"; expected one of {', '.join(f'`{valid_name}`' for valid_name in names)}" if names else ""
+from rmfs_core.wording import nearest
 
 
 @frozen

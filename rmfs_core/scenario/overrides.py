@@ -11,11 +11,12 @@ import attrs
 from attrs import evolve, frozen
 
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.checks import nearest
+from rmfs_core.roles import Role
 from rmfs_core.scenario.model import RuleChoice, Scenario
 from rmfs_core.scenario.rulenames import rule_name_from
 from rmfs_core.scenario.structuring import fields_of, section_class
 from rmfs_core.scenario.tomltext import shown
+from rmfs_core.wording import nearest
 
 
 @frozen
@@ -73,7 +74,7 @@ def apply_overrides(data: dict[str, Any], overrides: Sequence[Override]) -> dict
     rules = data.get("rules")
     if isinstance(rules, dict):
         chosen = {part for one in overrides if (part := _chosen(one)) is not None}
-        replaced = {"poa", "pps"} if "poa_pps" in chosen else {"poa_pps"} if chosen & {"poa", "pps"} else set()
+        replaced = {other for role in Role if role.key in chosen for other in role.excludes}
         data = {**data, "rules": {role: choice for role, choice in rules.items() if role not in replaced}}
     for override in overrides:
         data = _applied(data, override, override.path)

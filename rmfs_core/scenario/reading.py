@@ -13,12 +13,12 @@ from typing import Any
 from attrs import evolve, frozen
 
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.checks import nearest
 from rmfs_core.scenario.model import Scenario, replaced_keys
 from rmfs_core.scenario.overrides import anchored, apply_overrides, parse_override
 from rmfs_core.scenario.rulenames import check_rule_name, rule_choices
 from rmfs_core.scenario.source import Source, undotted
 from rmfs_core.scenario.structuring import KeyProblem, fields_of, structure
+from rmfs_core.wording import nearest
 
 
 def load_scenario(path: str | Path, overrides: Sequence[str] = (), seed: int | None = None) -> Scenario:

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from rmfs_core import entrypoints
-from rmfs_core.scenario.checks import nearest
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.scenario.source import KeyPath
 from rmfs_core.scenario.structuring import KeyProblem, fields_of
+from rmfs_core.wording import nearest
 
 
 def rule_choices(rules: RulesSection) -> Iterator[tuple[KeyPath, RuleChoice]]:
@@ -40,16 +40,22 @@ def rule_name_from(name: str, there: str | Path, folder: str | Path) -> str:
     return f"{f'./{path.relative_to(home).as_posix()}' if path.is_relative_to(home) else path}:{class_name}"
 
 
+def inline_parts(name: str) -> tuple[str, str]:
+    """Return the file and the class that an inline rule's name has; raise KeyProblem where it has not both."""
+    file, _, class_name = name.rpartition(":")
+    if not (file.endswith(".py") and class_name.isidentifier()):
+        raise KeyProblem(f'expected "./file.py:Class" for a rule beside the scenario, found "{name}"')
+    return file, class_name
+
+
 def check_rule_name(name: str, folder: Path) -> None:
     """Raise KeyProblem unless ``name`` is an installed rule, or ``./file.py:Class`` of a file in ``folder``."""
     if not is_inline(name):
         names = entrypoints.offers(entrypoints.RULES).keys()
         if name not in names:
-            raise KeyProblem(f"there is no rule `{name}`{nearest(name, names)}")
+            raise KeyProblem(f'there is no rule "{name}"{nearest(name, names)}')
         return
-    file, colon, class_name = name.rpartition(":")
-    if not colon or not class_name.isidentifier():
-        raise KeyProblem(f'expected "./file.py:Class" for a rule beside the scenario, found "{name}"')
+    file, _ = inline_parts(name)
     if not (folder / file).is_file():
         where = "" if Path(file).is_absolute() else f" in the scenario's folder ({folder})"
         raise KeyProblem(f"there is no file `{file}`{where}")

@@ -1,6 +1,6 @@
 """TOML tables to scenario classes: strict about keys and types, and exact about where a mistake is.
 
-One cattrs converter with hooks of its own, because cattrs converts `"8"` to 8 and True to 1, and because the first
+A cattrs converter with hooks of its own, because cattrs converts `"8"` to 8 and True to 1, and because the first
 mistake in the order of the file is the one to report: keys are structured in the order in which they were written.
 """
 
@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from types import NoneType, UnionType
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import attrs
 import cattrs
 
-from rmfs_core.scenario.checks import nearest
 from rmfs_core.scenario.model import RuleChoice, Scenario
 from rmfs_core.scenario.source import KeyPath
 from rmfs_core.scenario.tomltext import shown
+from rmfs_core.wording import nearest
 
 T = TypeVar("T")
 
@@ -62,52 +63,69 @@ def section_class(cls: type, key: str) -> type | None:
     return next((kind for kind in kinds if isinstance(kind, type) and attrs.has(kind)), None)
 
 
-def _whole_number(value: Any, _: Any) -> int:
-    if type(value) is not int:
-        raise KeyProblem(f"expected a whole number, found {shown(value)}")
-    return value
+def strict_converter() -> cattrs.Converter:
+    """Return a converter that takes each value as it is written: no text for a number, no truth value for either."""
+    converter = cattrs.Converter(forbid_extra_keys=True, detailed_validation=False)
+
+    def exactly(what: str, *kinds: type) -> Callable[[Any, Any], Any]:
+        def structure_value(value: Any, _: Any) -> Any:
+            if type(value) not in kinds:
+                raise KeyProblem(f"expected {what}, found {shown(value)}")
+            return kinds[0](value)
+
+        return structure_value
+
+    def sequence(value: Any, type_: Any) -> Any:
+        origin, kinds = get_origin(type_), get_args(type_)
+        if not isinstance(value, (list, tuple)):
+            raise KeyProblem(f"expected a list, found {shown(value)}")
+        if origin is list or kinds[1:] == (...,):
+            kinds = (kinds[0],) * len(value)
+        return origin(_at(i, entry, kind, converter) for i, (entry, kind) in enumerate(zip(value, kinds, strict=True)))
+
+    def table(value: Any, type_: Any) -> dict[str, Any]:
+        if not isinstance(value, Mapping):
+            raise KeyProblem(f"expected a table, found {shown(value)}")
+        return {key: _at(key, entry, get_args(type_)[1], converter) for key, entry in value.items()}
+
+    def union(value: Any, type_: Any) -> Any:
+        """`int | tuple[int, ...] | None`: a list goes to the tuple, anything else to the type beside it."""
+        kinds = get_args(type_)
+        if value is None and NoneType in kinds:
+            return None
+        listed = isinstance(value, (list, tuple))
+        likely = [kind for kind in kinds if (get_origin(kind) in (list, tuple)) == listed] or [*kinds]
+        likely = [kind for kind in likely if kind is not NoneType]
+        likely.sort(key=lambda kind: kind is not type(value))
+        for kind in likely[:-1]:
+            with suppress(KeyProblem):
+                return converter.structure(value, kind)
+        return converter.structure(value, likely[-1])
+
+    converter.register_structure_hook(int, exactly("a whole number", int))
+    converter.register_structure_hook(float, exactly("a number", float, int))
+    converter.register_structure_hook(str, exactly("a text in quotes", str))
+    converter.register_structure_hook(bool, exactly("true or false", bool))
+    for origins, hook in (((list, tuple), sequence), ((Mapping,), table), ((UnionType, Union), union)):
+        converter.register_structure_hook_func(_has_origin(*origins), hook)
+    return converter
 
 
-def _number(value: Any, _: Any) -> float:
+def _has_origin(*origins: Any) -> Callable[[Any], bool]:
+    return lambda type_: get_origin(type_) in origins
+
+
+def _finite(value: Any, _: Any) -> float:
     if type(value) not in (int, float) or not math.isfinite(value):
         raise KeyProblem(f"expected a number, found {shown(value)}")
     return float(value)
 
 
-def _text(value: Any, _: Any) -> str:
-    if not isinstance(value, str):
-        raise KeyProblem(f"expected a text in quotes, found {shown(value)}")
-    return value
-
-
-def _at(part: str | int, value: Any, type_: Any) -> Any:
+def _at(part: str | int, value: Any, type_: Any, converter: cattrs.Converter | None = None) -> Any:
     try:
-        return _CONVERTER.structure(value, type_)
+        return (converter or _CONVERTER).structure(value, type_)
     except KeyProblem as problem:
         raise problem.under(part) from None
-
-
-def _list(value: Any, type_: Any) -> tuple[Any, ...]:
-    if not isinstance(value, (list, tuple)):
-        raise KeyProblem(f"expected a list, found {shown(value)}")
-    return tuple(_at(i, entry, get_args(type_)[0]) for i, entry in enumerate(value))
-
-
-def _table(value: Any, type_: Any) -> dict[str, Any]:
-    if not isinstance(value, Mapping):
-        raise KeyProblem(f"expected a table, found {shown(value)}")
-    return {key: _at(key, entry, get_args(type_)[1]) for key, entry in value.items()}
-
-
-def _union(value: Any, type_: Any) -> Any:
-    """`int | tuple[int, ...] | None`: a list goes to the tuple, anything else to the type beside it."""
-    if value is None:
-        return None
-    kinds = [kind for kind in get_args(type_) if kind is not NoneType]
-    lists = [kind for kind in kinds if get_origin(kind) is tuple]
-    single = [kind for kind in kinds if get_origin(kind) is not tuple]
-    listed = lists and (isinstance(value, (list, tuple)) or not single)
-    return _CONVERTER.structure(value, (lists if listed else single)[0])
 
 
 def _rule(value: Any, _: Any) -> RuleChoice:
@@ -150,20 +168,7 @@ def _section(cls: type) -> Callable[[Any, Any], Any]:
     return structure_section
 
 
-def _has_origin(*origins: Any) -> Callable[[Any], bool]:
-    return lambda type_: get_origin(type_) in origins
-
-
-def _converter() -> cattrs.Converter:
-    converter = cattrs.Converter(forbid_extra_keys=True, detailed_validation=False)
-    converter.register_structure_hook(int, _whole_number)
-    converter.register_structure_hook(float, _number)
-    converter.register_structure_hook(str, _text)
-    for origins, hook in (((tuple,), _list), ((Mapping,), _table), ((UnionType, Union), _union)):
-        converter.register_structure_hook_func(_has_origin(*origins), hook)
-    converter.register_structure_hook_factory(attrs.has, _section)
-    converter.register_structure_hook(RuleChoice, _rule)
-    return converter
-
-
-_CONVERTER = _converter()
+_CONVERTER = strict_converter()
+_CONVERTER.register_structure_hook(float, _finite)
+_CONVERTER.register_structure_hook_factory(attrs.has, _section)
+_CONVERTER.register_structure_hook(RuleChoice, _rule)

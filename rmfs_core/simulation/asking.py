@@ -1,4 +1,4 @@
-"""Asking a rule: the clock is read, what it raises is caught, what it returns is looked at."""
+"""Asking rules and telling observers: what they raise ends the run with one error that says whose fault it is."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ import math
 import re
 import time
 from collections.abc import Callable, Container, Mapping, Sequence
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import RuleError
+from rmfs_core.events import Event
 from rmfs_core.info import Question
-from rmfs_core.rules import BoundRule
-from rmfs_core.rules.hooks import LABEL_OF_ROLE
+from rmfs_core.rules import BoundRule, ObserverError, RuleSet
+from rmfs_core.warehouse import Warehouse
 
 T = TypeVar("T")
 
@@ -21,14 +22,77 @@ class ImpossibleError(Exception):
     """A decision that cannot be carried out; the text says what is wrong with it."""
 
 
-class Onlookers(Protocol):
-    """Who is told of each question and its answer."""
+class Observers:
+    """Those who are told of a run.
 
-    def asked(self, question: Question) -> None:
-        """Take note of a rule that is about to be asked."""
+    Parameters
+    ----------
+    rules
+        The rules of the run, with all observers registered.
+    warehouse
+        Its clock.
 
-    def answered(self, question: Question, answer: object) -> None:
-        """Take note of what it returned."""
+    Attributes
+    ----------
+    seconds
+        Wall-clock seconds that they have taken.
+    hear_questions
+        Whether any of them wants to be told what rules are asked.
+    """
+
+    def __init__(self, rules: RuleSet, warehouse: Warehouse) -> None:
+        self._rules = rules
+        self._warehouse = warehouse
+        self.hooks = rules.pm.hook
+        self.seconds = 0.0
+        self.hear_questions = bool(self.hooks.rule_asked.get_hookimpls() or self.hooks.rule_answered.get_hookimpls())
+
+    def tell(self, event: Event) -> None:
+        """Tell all of them what happened."""
+        self.call(self.hooks.on_event, event=event)
+
+    def call(self, hook: Callable[..., Any], **arguments: Any) -> Any:
+        """Call a hook of all observers, or of one; name the scenario's observer that fails."""
+        started = time.perf_counter()
+        try:
+            answer = hook(**arguments)
+        except ObserverError as error:
+            cause = error.__cause__
+            assert cause is not None
+            raise fault(self._warehouse, error.name, error.hook, f"raised {_raised(cause)}") from cause
+        self.seconds += time.perf_counter() - started
+        return answer
+
+    def end(self, status: str) -> tuple[dict[str, float | None], Exception | None]:
+        """Tell every observer that the run is over, also where another fails at that.
+
+        Parameters
+        ----------
+        status
+            ``"complete"``, ``"partial"`` or ``"failed"``.
+
+        Returns
+        -------
+        What the observers have measured, by name, and the first error that one of them raised.
+        """
+        errors: list[Exception] = []
+        found: dict[str, float | None] = {}
+        for _, tell in self._rules.told("run_ended"):
+            try:
+                self.call(tell, tick=self._warehouse.now, status=status)
+            except Exception as error:
+                errors.append(error)
+        for name, ask in self._rules.told("measured"):
+            try:
+                numbers = self.call(ask)
+            except Exception as error:
+                errors.append(error)
+                continue
+            if problem := _faulty_measurement(numbers, found):
+                errors.append(fault(self._warehouse, name, "measured", problem))
+            else:
+                found.update(numbers)
+        return found, errors[0] if errors else None
 
 
 class Asker:
@@ -36,27 +100,30 @@ class Asker:
 
     Parameters
     ----------
-    now
-        Returns the simulated time in ticks.
+    warehouse
+        What the rules decide about; its clock is in every message.
     limit_s
         Wall-clock seconds a single decision may take; None for no limit.
-    tables_s
-        Returns the wall-clock seconds that travel tables have taken, whoever asked for them.
+    observers
+        Who is told of each question and its answer.
+
+    Attributes
+    ----------
+    period
+        Number of the period; 0 before the first.
+    calls, seconds, tables_in
+        By hook: how often rules were asked, the wall-clock seconds that took, and how many of these went into tables of
+        driving times.
     """
 
-    def __init__(
-        self, now: Callable[[], int], limit_s: float | None, tables_s: Callable[[], float] = lambda: 0.0
-    ) -> None:
-        self._now = now
+    def __init__(self, warehouse: Warehouse, limit_s: float | None = None, observers: Observers | None = None) -> None:
+        self.warehouse = warehouse
         self._limit_s = limit_s
-        self._tables_s = tables_s
-        self.onlookers: Onlookers | None = None
+        self._observers = observers if observers is not None and observers.hear_questions else None
         self.period = 0
-        """Number of the period; 0 before the first."""
+        self.calls: dict[str, int] = {}
         self.seconds: dict[str, float] = {}
         self.tables_in: dict[str, float] = {}
-        """Seconds of travel tables within each hook."""
-        self.calls: dict[str, int] = {}
 
     def ask(self, rule: BoundRule, **arguments: Any) -> tuple[Any, float]:
         """Call the rule's hook; return its answer and the wall-clock seconds it took.
@@ -67,20 +134,21 @@ class Asker:
             When the rule raises or takes longer than the limit.
         """
         name = rule.hook.name
-        question = None if self.onlookers is None else self._question(rule, arguments)
-        if question is not None and self.onlookers is not None:
-            self.onlookers.asked(question)
-        tables, start = self._tables_s(), time.perf_counter()
+        observers, travel = self._observers, self.warehouse.travel
+        if observers is not None:
+            question = self._question(rule, arguments)
+            observers.call(observers.hooks.rule_asked, question=question)
+        tables, start = travel.seconds, time.perf_counter()
         try:
             answer = rule.hook(**arguments)
         except (Exception, SystemExit, GeneratorExit) as error:  # whatever a rule does, the run ends in order
-            raise self.raised(rule.describe(), name, error) from error
+            raise self.error(rule, f"raised {_raised(error)}") from error
         seconds = time.perf_counter() - start
         self.seconds[name] = self.seconds.get(name, 0.0) + seconds
-        self.tables_in[name] = self.tables_in.get(name, 0.0) + self._tables_s() - tables
+        self.tables_in[name] = self.tables_in.get(name, 0.0) + travel.seconds - tables
         self.calls[name] = self.calls.get(name, 0) + 1
-        if question is not None and self.onlookers is not None:
-            self.onlookers.answered(question, answer)
+        if observers is not None:
+            observers.call(observers.hooks.rule_answered, question=question, answer=answer)
         if self._limit_s is not None and seconds > self._limit_s:
             raise self.error(rule, f"took {seconds:.3g} s; the scenario allows run.decision_limit_s = {self._limit_s}")
         return answer, seconds
@@ -88,7 +156,7 @@ class Asker:
     def _question(self, rule: BoundRule, arguments: dict[str, Any]) -> Question:
         asked = {name: value for name, value in arguments.items() if name not in ("warehouse", "rng")}
         view, rng = arguments["warehouse"], arguments["rng"]
-        return Question(LABEL_OF_ROLE[rule.role], rule.name, rule.hook.name, view, rng, self.period, asked)
+        return Question(rule.role.label, rule.name, rule.hook.name, view, rng, self.period, asked)
 
     def apply(self, rule: BoundRule, check: Callable[[], T]) -> T:
         """Run a check, or a change that checks itself, and name the rule when it finds the decision impossible."""
@@ -97,17 +165,14 @@ class Asker:
         except ImpossibleError as problem:
             raise self.error(rule, str(problem)) from None
 
-    def raised(self, name: str, hook: str, error: BaseException) -> RuleError:
-        """Return the error that says what a rule or an observer raised, and where."""
-        return self.fault(name, hook, f"raised {_raised(error)}")
-
     def error(self, rule: BoundRule, problem: str) -> RuleError:
         """Return the error that names rule, distribution, hook, simulated time and the problem."""
-        return self.fault(rule.describe(), rule.hook.name, problem)
+        return fault(self.warehouse, rule.describe(), rule.hook.name, problem)
 
-    def fault(self, name: str, hook: str, problem: str) -> RuleError:
-        """Return the error that names who was called, the hook, the simulated time and the problem."""
-        return RuleError(f"{name}, {hook}, at {to_seconds(self._now()):.3f} s: {problem}.")
+
+def fault(warehouse: Warehouse, name: str, hook: str, problem: str) -> RuleError:
+    """Return the error that names who was called, the hook, the simulated time and the problem."""
+    return RuleError(f"{name}, {hook}, at {to_seconds(warehouse.now):.3f} s: {problem}.")
 
 
 def sequence_of(answer: object, kind: type[T]) -> Sequence[T]:
@@ -127,7 +192,7 @@ def instance_of(answer: object, kind: type[T]) -> T:
     return answer
 
 
-def faulty_measurement(numbers: object, known: Container[str]) -> str | None:
+def _faulty_measurement(numbers: object, known: Container[str]) -> str | None:
     """Return what is wrong with an answer of ``measured``; ``known`` has the metrics that there are already."""
     if not isinstance(numbers, Mapping):
         return f"returned {_a(numbers)}; expected numbers by name"

@@ -8,9 +8,12 @@ from typing import TypeVar
 
 import numpy as np
 
+from rmfs_core.clock import to_seconds
 from rmfs_core.decisions import Leg, OrderAssignment, PodTrip, TaskAssignment
 from rmfs_core.simulation.asking import ImpossibleError
+from rmfs_core.traffic import ReservedError
 from rmfs_core.warehouse import Order, Pod, Request, Robot, Station, Warehouse
+from rmfs_core.world import Layout
 
 T = TypeVar("T")
 LONGEST_WAIT_TICKS = 30 * 86_400_000
@@ -180,3 +183,9 @@ def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, legs: Sequen
         checked.append(Leg(to, wait))
         at = to
     return checked
+
+
+def hit(layout: Layout, robot: int, error: ReservedError) -> ImpossibleError:
+    """Return what is wrong with a robot's path that the table of reservations has no room for."""
+    where = f"robot {error.owner + 1} has {layout.where(error.cell)} from {to_seconds(error.since):.3f} s on"
+    return ImpossibleError(f"gave robot {robot + 1} a path that hits a reservation: {where}")

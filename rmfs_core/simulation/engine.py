@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import simpy
 
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.errors import StandstillError
 from rmfs_core.events import (
-    Event,
     ItemPicked,
     OrderArrived,
     OrderCompleted,
@@ -24,15 +21,14 @@ from rmfs_core.events import (
     VisitEnded,
     VisitStarted,
 )
-from rmfs_core.info import Question, RunInfo
-from rmfs_core.randomness import stream
-from rmfs_core.rules import BoundRule, ObserverError, RuleSet
+from rmfs_core.info import RunInfo
+from rmfs_core.rules import RuleSet
 from rmfs_core.scenario.model import Scenario
-from rmfs_core.simulation.asking import Asker, faulty_measurement
-from rmfs_core.simulation.driving import Process, Surroundings, driving_for
-from rmfs_core.simulation.needs import check_needs
+from rmfs_core.simulation.context import RunContext
+from rmfs_core.simulation.driving import WAYS
+from rmfs_core.simulation.driving.base import Process
 from rmfs_core.simulation.rounds import Decisions
-from rmfs_core.simulation.setup import open_warehouse
+from rmfs_core.simulation.setup import check_needs, open_warehouse
 from rmfs_core.traffic import roads_on
 from rmfs_core.warehouse import Pod, Request, Robot, Station
 from rmfs_core.world import Instance, Layout
@@ -58,57 +54,30 @@ class Simulation:
     def __init__(
         self, scenario: Scenario, instance: Instance, layout: Layout, rules: RuleSet, out: Path | None = None
     ) -> None:
-        self.scenario = scenario
-        self.rules = rules
-        self.env = simpy.Environment()
         check_needs(rules, scenario, instance)
         opening = open_warehouse(scenario, instance, layout)
-        self.warehouse = opening.warehouse
-        self.motion = self.warehouse.travel.motion
-        travel = self.warehouse.travel
-        self._tables_before_s = travel.seconds
-        self._observing_s = 0.0
-        self.asker = Asker(lambda: self.warehouse.now, scenario.run.decision_limit_s, lambda: travel.seconds)
-        self._streams: dict[int, np.random.Generator] = {}
-        self.decisions = Decisions(self.warehouse, rules, self._stream, self.asker, self._tell, self._start_task)
-        self.view = self.decisions.view
+        self.context = RunContext(scenario, rules, opening.warehouse)  # what the two that follow work on, too
+        self.decisions = Decisions(self.context, self._start_task)
+        self._driving = WAYS[rules.pp.traits.reserves](self.context)
+        for rule in rules.deciding:  # what they have compiled is loaded now, so that no decision's time has it in
+            if rule.traits.prepare is not None:
+                rule.traits.prepare(roads_on(opening.warehouse.travel))
+        # Short names for what the processes use
+        self.scenario, self.rules, self.warehouse = scenario, rules, opening.warehouse
+        self.env, self.view, self._tell = self.context.env, self.context.view, self.context.tell
+        self.motion = opening.warehouse.travel.motion
         self._info = RunInfo(scenario, instance, layout, self.motion, self.view, out)
+        # What changes in the run, besides the warehouse
         self._at_stations = opening.at_stations
-        self._hooks = rules.pm.hook
-        self._pick_ticks = to_ticks(scenario.stations.pick_s)
-        self._handle_ticks = to_ticks(scenario.stations.handle_s)
-        n = len(self.warehouse.stations)
-        self._picker_free = [0] * n
-        self._waiting_for_place: list[list[simpy.Event]] = [[] for _ in range(n)]
-        self._driving = driving_for(self._surroundings())
-        if self._hooks.rule_asked.get_hookimpls() or self._hooks.rule_answered.get_hookimpls():
-            self.asker.onlookers = self
-        self._prepare_rules()
-        self._visits = 0
-        self._completed = 0
+        self._picker_free = [0 for _ in self.warehouse.stations]
+        self._waiting_for_place: list[list[simpy.Event]] = [[] for _ in self.warehouse.stations]
+        self._visits = self._completed = 0
         self.status = "partial"
 
     @property
     def now(self) -> int:
         """Simulated time in ticks."""
         return self.warehouse.now
-
-    @property
-    def hook_seconds(self) -> dict[str, float]:
-        """Wall-clock seconds spent in each hook's rules so far."""
-        return dict(self.asker.seconds)
-
-    @property
-    def profile(self) -> dict[str, float]:
-        """Wall-clock seconds by what they went to: travel tables, path queries, the other rules, observers."""
-        rules = {name: s - self.asker.tables_in[name] for name, s in self.asker.seconds.items()}
-        queries = rules.pop("plan_path", 0.0)
-        return {
-            "tables": self.warehouse.travel.seconds - self._tables_before_s,
-            "queries": queries,
-            "rules": sum(rules.values()),
-            "observers": self._observing_s,
-        }
 
     def run(self) -> None:
         """Simulate until every order is complete or ``run.until_s`` is reached.
@@ -119,7 +88,7 @@ class Simulation:
             When a rule misbehaves, or orders are left and nothing will ever happen again.
         """
         placed = self._place_at_stations()
-        self._call_observers(self._hooks.run_started, run=self._info)
+        self.context.observers.call(self.rules.pm.hook.run_started, run=self._info)
         self.env.process(self._arrivals())
         for robot, pod in placed:  # after the first round: a pod leaves only when that found nothing for it
             self.env.process(self._visit_stations(robot, pod))
@@ -136,37 +105,6 @@ class Simulation:
             self.warehouse.now = int(upcoming)
             self.env.step()
         self.status = "complete" if self._completed == orders else "partial"
-
-    def end(self, status: str) -> tuple[dict[str, float | None], Exception | None]:
-        """Tell every observer that the run is over, also where another fails at that.
-
-        Parameters
-        ----------
-        status
-            ``"complete"``, ``"partial"`` or ``"failed"``.
-
-        Returns
-        -------
-        What the observers have measured, by name, and the first error that one of them raised.
-        """
-        errors: list[Exception] = []
-        found: dict[str, float | None] = {}
-        for _, tell in self.rules.told("run_ended"):
-            try:
-                self._call_observers(tell, tick=self.now, status=status)
-            except Exception as error:
-                errors.append(error)
-        for name, ask in self.rules.told("measured"):
-            try:
-                numbers = self._call_observers(ask)
-            except Exception as error:
-                errors.append(error)
-                continue
-            if problem := faulty_measurement(numbers, found):
-                errors.append(self.asker.fault(name, "measured", problem))
-            else:
-                found.update(numbers)
-        return found, errors[0] if errors else None
 
     # Processes
 
@@ -193,7 +131,7 @@ class Simulation:
         yield from self._driving.to_location(robot, pod.location)
         yield from self._take_place(self.warehouse.stations[pod.bound_for[0]])
         start = self.now
-        yield self._after(self.motion.lift_ticks)
+        yield self.context.after(self.motion.lift_ticks)
         cell = robot.cell
         self.warehouse.lift(robot, pod)
         self._tell(PodLifted(tick=self.now, start_tick=start, robot=robot.id, pod=pod.id, cell=cell))
@@ -231,15 +169,16 @@ class Simulation:
 
     def _pick(self, request: Request, pod: Pod, station: Station, visit: int) -> Process:
         start = self.now
-        self._picker_free[station.id] = start + self._handle_ticks
-        yield self._after(self._pick_ticks)
+        picker_free = start + to_ticks(self.scenario.stations.handle_s)
+        self._picker_free[station.id] = picker_free
+        yield self.context.after(to_ticks(self.scenario.stations.pick_s))
         self.warehouse.fulfil(request, pod)
         order = request.order
         self._tell(
             ItemPicked(
                 tick=self.now,
                 start_tick=start,
-                picker_free_tick=start + self._handle_ticks,
+                picker_free_tick=picker_free,
                 visit=visit,
                 station=station.id,
                 pod=pod.id,
@@ -255,7 +194,7 @@ class Simulation:
     def _store(self, robot: Robot, pod: Pod) -> Process:
         yield from self._driving.to_location(robot, self.decisions.storage_location(pod))
         start = self.now
-        yield self._after(self.motion.lift_ticks)
+        yield self.context.after(self.motion.lift_ticks)
         self.warehouse.store(robot, pod)
         self._tell(PodStored(tick=self.now, start_tick=start, robot=robot.id, pod=pod.id, cell=robot.cell))
         self.decisions.round()
@@ -304,66 +243,8 @@ class Simulation:
         self.warehouse.claim_place(following)
         return following
 
-    def _prepare_rules(self) -> None:
-        """Let rules load what they have compiled, so that no decision's time has it in."""
-        for rule in (self.rules.poa, self.rules.pps, self.rules.poa_pps, self.rules.pr, self.rules.ta, self.rules.pp):
-            prepare = getattr(None if rule is None else rule.instance, "prepare", None)
-            if prepare is not None:
-                prepare(roads_on(self.warehouse.travel))
-
-    def _surroundings(self) -> Surroundings:
-        """What driving needs of this run."""
-        return Surroundings(
-            env=self.env,
-            warehouse=self.warehouse,
-            view=self.view,
-            rule=self.rules.pp,
-            rng=self._stream(self.rules.pp),
-            asker=self.asker,
-            tell=self._tell,
-            standstill_ticks=to_ticks(self.scenario.run.standstill_s),
-            seed=self.scenario.seed,
-        )
-
     def _until(self, tick: int) -> simpy.Event:
-        return self._after(tick - self.now)
-
-    def _after(self, ticks: int) -> simpy.Event:
-        return self.env.timeout(ticks)
-
-    def _stream(self, rule: BoundRule) -> np.random.Generator:
-        generator = self._streams.get(id(rule))
-        if generator is None:
-            generator = self._streams[id(rule)] = stream(self.scenario.seed, self._purpose(rule))
-        return generator
-
-    def _purpose(self, rule: BoundRule) -> str:
-        """Name a rule's random stream: by role and name, and by place among filters of the same name."""
-        same = [other for other in self.rules.filters if other.name == rule.name]
-        place = f" {same.index(rule) + 1}" if rule in same else ""
-        return f"rule {rule.role} {rule.name}{place}"
-
-    def asked(self, question: Question) -> None:
-        """Tell the observers that a rule is about to be asked."""
-        self._call_observers(self._hooks.rule_asked, question=question)
-
-    def answered(self, question: Question, answer: object) -> None:
-        """Tell the observers what a rule answered."""
-        self._call_observers(self._hooks.rule_answered, question=question, answer=answer)
-
-    def _tell(self, event: Event) -> None:
-        self._call_observers(self._hooks.on_event, event=event)
-
-    def _call_observers(self, hook: Callable[..., Any], **arguments: Any) -> Any:
-        """Call a hook of all observers, or of one; name the scenario's observer that fails."""
-        started = time.perf_counter()
-        try:
-            answer = hook(**arguments)
-        except ObserverError as error:
-            assert error.__cause__ is not None
-            raise self.asker.raised(error.name, error.hook, error.__cause__) from error.__cause__
-        self._observing_s += time.perf_counter() - started
-        return answer
+        return self.context.after(tick - self.now)
 
     def _standstill(self) -> str:
         deciding = (self.rules.poa_pps, self.rules.poa, self.rules.pps, self.rules.ta)

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeVar
-
-import numpy as np
+from typing import TypeVar
 
 from rmfs_core.decisions import JointDecision
 from rmfs_core.events import DecisionMade, Event
+from rmfs_core.roles import Role
+from rmfs_core.rules import BoundRule
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.applying import apply_assignments, apply_selection, apply_tasks
-from rmfs_core.simulation.asking import Asker, ImpossibleError, sequence_of
-from rmfs_core.warehouse import Order, Pod, Robot, Warehouse, WarehouseView
-
-if TYPE_CHECKING:
-    from rmfs_core.rules import BoundRule, RuleSet
+from rmfs_core.simulation.asking import ImpossibleError, sequence_of
+from rmfs_core.simulation.context import RunContext
+from rmfs_core.warehouse import Order, Pod, Robot, WarehouseView
 
 T = TypeVar("T")
 
@@ -26,48 +24,24 @@ class Decisions:
 
     Parameters
     ----------
-    warehouse
-        The state.
-    rules
-        The selected rules.
-    streams
-        Each rule's random generator.
-    asker
-        Calls rules.
-    tell
-        Sends an event to the observers.
+    run
+        The run.
     start_task
         Sets a robot off to fetch a pod.
     """
 
-    def __init__(
-        self,
-        warehouse: Warehouse,
-        rules: RuleSet,
-        streams: Callable[[BoundRule], np.random.Generator],
-        asker: Asker,
-        tell: Callable[[Event], None],
-        start_task: Callable[[Robot, Pod], None],
-    ) -> None:
-        self.warehouse = warehouse
-        self.view = WarehouseView(warehouse)
-        self.rules = rules
-        self.streams = streams
-        self.asker = asker
-        self._tell = tell
+    def __init__(self, run: RunContext, start_task: Callable[[Robot, Pod], None]) -> None:
+        self._run = run
+        self._start_task = start_task
         self._pending: list[Event] = []
-        self.start_task = start_task
-        self.periods = 0
-        assigning = rules.poa_pps or rules.poa
+        self.warehouse, self.rules, self.asker = run.warehouse, run.rules, run.asker
+        assigning = run.rules.poa_pps or run.rules.poa
         assert assigning is not None
         self.assigning: BoundRule = assigning
-        # What the kernel has to know of an assigning rule, besides its decisions, it declares as attributes.
-        self.splits_over_time = bool(getattr(assigning.instance, "splits_over_time", False))
-        self.packing_capacity: int | None = getattr(assigning.instance, "packing_capacity", None)
 
     def round(self) -> None:
         """Decide all that can be decided now."""
-        while self.warehouse.fits_smallest(single_line=self.splits_over_time):
+        while self.warehouse.fits_smallest(single_line=self.assigning.traits.splits_over_time):
             if not self._assign_orders():
                 break
         if self.rules.pps is not None:
@@ -77,7 +51,7 @@ class Decisions:
     def storage_location(self, pod: Pod) -> int:
         """Ask PR where a pod goes back to, and keep the place free for it."""
         rule = self.rules.pr
-        answer, _ = self._ask(rule, pod=pod)
+        answer, _ = self._run.ask(rule, pod=pod)
         location = self.asker.apply(rule, lambda: checks.storage_location(self.warehouse, pod, answer))
         self.warehouse.reserve(location)
         return location
@@ -90,33 +64,32 @@ class Decisions:
         seen = len(view.backlog)
         if not seen:
             return False
-        rule, joint = self.assigning, self.rules.poa_pps is not None
-        self.periods += 1
-        self.asker.period = self.periods
-        answer, seconds = self._ask(rule, view=view)
+        rule = self.assigning
+        self.asker.period += 1
+        answer, seconds = self._run.ask(rule, view)
 
         def apply() -> JointDecision:
             return apply_assignments(
                 self.warehouse,
                 answer,
-                joint=joint,
+                joint=rule.role is Role.POA_PPS,
                 shown=shown,
-                period=self.periods,
-                packing_capacity=self.packing_capacity,
+                period=self.asker.period,
+                packing_capacity=rule.traits.packing_capacity,
                 keep=self._keep,
             )
 
         decision = self._apply(rule, apply)
-        self._tell_decision(rule, "POA+PPS" if joint else "POA", seen, decision, filtering_s + seconds)
+        self._tell_decision(rule, seen, decision, filtering_s + seconds)
         return bool(decision.assignments or decision.trips)
 
     def _shown_backlog(self) -> tuple[WarehouseView, Container[int] | None, float]:
         """Pass the backlog through the prefilters; return the view, the ids shown (None: all), and the seconds."""
         if not self.rules.filters:
-            return self.view, None, 0.0
+            return self._run.view, None, 0.0
         orders, total = self.warehouse.backlog, 0.0
         for rule in self.rules.filters:
-            answer, seconds = self._ask(rule, orders=orders)
+            answer, seconds = self._run.ask(rule, orders=orders)
             orders = self.asker.apply(rule, partial(_kept, answer, orders))
             total += seconds
         return WarehouseView(self.warehouse, orders), {order.id for order in orders}, total
@@ -132,7 +105,7 @@ class Decisions:
         max_fetches = max(idle - len(self.warehouse.waiting), 0)
         if not (max_fetches or leaving):
             return
-        answer, seconds = self._ask(rule, max_fetches=max_fetches)
+        answer, seconds = self._run.ask(rule, max_fetches=max_fetches)
 
         def apply() -> JointDecision:
             return apply_selection(
@@ -145,7 +118,7 @@ class Decisions:
             )
 
         decision = self._apply(rule, apply)
-        self._tell_decision(rule, "PPS", len(self.warehouse.backlog), decision, seconds)
+        self._tell_decision(rule, len(self.warehouse.backlog), decision, seconds)
 
     # TA
 
@@ -153,34 +126,28 @@ class Decisions:
         if not self.warehouse.waiting or not any(robot.idle for robot in self.warehouse.robots):
             return
         rule = self.rules.ta
-        answer, _ = self._ask(rule)
-
-        self._apply(rule, lambda: apply_tasks(self.warehouse, answer, self._keep, self.start_task))
+        answer, _ = self._run.ask(rule)
+        self._apply(rule, lambda: apply_tasks(self.warehouse, answer, self._keep, self._start_task))
 
     def _apply(self, rule: BoundRule, apply: Callable[[], T]) -> T:
         """Check and apply a decision. Observers are told when all of it was possible; else of nothing."""
         self._pending.clear()
         done = self.asker.apply(rule, apply)
         for event in self._pending:
-            self._tell(event)
+            self._run.tell(event)
         return done
 
     def _keep(self, event: Event) -> None:
         """Keep an event of the decision that is being applied until all of it is."""
         self._pending.append(event)
 
-    def _ask(self, rule: BoundRule, view: WarehouseView | None = None, **arguments: Any) -> tuple[Any, float]:
-        return self.asker.ask(rule, warehouse=view or self.view, rng=self.streams(rule), **arguments)
-
-    def _tell_decision(
-        self, rule: BoundRule, decides: str, backlog: int, decision: JointDecision, seconds: float
-    ) -> None:
+    def _tell_decision(self, rule: BoundRule, backlog: int, decision: JointDecision, seconds: float) -> None:
         report = decision.report
-        self._tell(
+        self._run.tell(
             DecisionMade(
                 tick=self.warehouse.now,
-                period=self.periods,
-                decides=decides,
+                period=self.asker.period,
+                decides=rule.role.label,
                 rule=rule.name,
                 backlog=backlog,
                 assignments=len(decision.assignments),

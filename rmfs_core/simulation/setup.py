@@ -7,6 +7,7 @@ from attrs import frozen
 from rmfs_core.errors import InputError
 from rmfs_core.motion import Motion
 from rmfs_core.randomness import stream
+from rmfs_core.rules import RuleSet
 from rmfs_core.scenario.model import RobotsSection, Scenario
 from rmfs_core.warehouse import Robot, Station, Warehouse
 from rmfs_core.world import NORTH, Instance, Layout
@@ -19,6 +20,14 @@ class Opening:
 
     warehouse: Warehouse
     at_stations: tuple[tuple[int, int], ...]
+
+
+def check_needs(rules: RuleSet, scenario: Scenario, instance: Instance) -> None:
+    """Raise `InputError` when a selected rule needs what the scenario does not have."""
+    for rule in rules.deciding:
+        lacks = rule.traits.lacks(scenario, instance)
+        if lacks is not None:
+            raise InputError(f"rules.{rule.role.key}", f"{rule.describe()} needs {lacks}")
 
 
 def motion_of(robots: RobotsSection) -> Motion:

@@ -1,9 +1,8 @@
 """Robots in each other's way: when a path occupies which cell, and the table of who has reserved what."""
 
-from rmfs_core.traffic.asking import Planner
 from rmfs_core.traffic.passing import PassingTimes, passing_s
 from rmfs_core.traffic.paths import FOREVER, Occupancy, Query, TimedPath, occupancy, path_of, timed_path
-from rmfs_core.traffic.reservations import Intervals, Reservations, ReservedError
+from rmfs_core.traffic.reservations import Intervals, Reservations, ReservedError, Traffic
 from rmfs_core.traffic.roads import Roads, Tracks, roads_on
 
 __all__ = [
@@ -11,13 +10,13 @@ __all__ = [
     "Intervals",
     "Occupancy",
     "PassingTimes",
-    "Planner",
     "Query",
     "Reservations",
     "ReservedError",
     "Roads",
     "TimedPath",
     "Tracks",
+    "Traffic",
     "occupancy",
     "passing_s",
     "path_of",

@@ -1,13 +1,15 @@
-"""The reservation table: who has which cell when."""
+"""The reservation table: who has which cell when, and what a PP rule that reserves is asked with."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
+from attrs import frozen
 from numpy.typing import NDArray
 
-from rmfs_core.traffic.paths import FOREVER, Occupancy
+from rmfs_core.traffic.paths import FOREVER, Occupancy, Query
+from rmfs_core.traffic.roads import Roads
 
 ROOM = 4
 """Entries set aside for each cell at first."""
@@ -88,30 +90,12 @@ class Reservations:
         entries = range(int(self._first[cell]), int(self._first[cell] + self._count[cell]))
         return [(int(self._owner[p]), int(self._since[p]), int(self._until[p])) for p in entries]
 
-    def safe_intervals(self, cell: int, owner: int = -1) -> list[tuple[int, int]]:
-        """Gaps, half-open and ascending, in which nobody but ``owner`` has a cell; the first begins at ``-FOREVER``."""
-        gaps, free_since = [], -FOREVER
-        for who, since, until in self.reserved(cell):
-            if who != owner:
-                if since > free_since:
-                    gaps.append((free_since, since))
-                free_since = until
-        return [*gaps, (free_since, FOREVER)] if free_since < FOREVER else gaps
-
     def blocker(self, cell: int, since: int, until: int = FOREVER, owner: int = -1) -> int | None:
         """Return who else than ``owner`` has a cell first between two ticks; None when nobody does."""
         for who, begin, end in self.reserved(cell):
             if who != owner and begin < until and end > since:
                 return who
         return None
-
-    def can_be_held(self, cell: int, since: int, owner: int = -1) -> bool:
-        """Whether ``owner`` could stay in a cell for ever from a tick on."""
-        return self.blocker(cell, since, FOREVER, owner) is None
-
-    def cells_of(self, owner: int) -> frozenset[int]:
-        """Cells in which an owner has made reservations, not yet released."""
-        return frozenset(map(int, self._cells_of.get(owner, ())))
 
     # Changing
 
@@ -216,3 +200,22 @@ class Reservations:
             self._first, self._count, self._room, self._since, self._until, self._owner, since, until, owner
         )
         self._since, self._until, self._owner = since, until, owner
+
+
+@frozen(eq=False)
+class Traffic:
+    """The other robots' reservations, and the path that is wanted among them.
+
+    Parameters
+    ----------
+    roads
+        The layout as path planning sees it.
+    table
+        Who has reserved which cell when. For looking only: the kernel reserves what a path occupies.
+    query
+        From where, when and where to. A robot that is on its way is planned for from the end of the leg under way.
+    """
+
+    roads: Roads
+    table: Reservations
+    query: Query

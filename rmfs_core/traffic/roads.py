@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.traffic.passing import PassingTimes
-from rmfs_core.world import STEPS, CellKind
 from rmfs_core.world.travel import Travel
 
 Ints = NDArray[np.int64]
@@ -63,27 +62,15 @@ class Roads:
         self.layout = travel.layout
         self.cells = len(travel.layout.kind)
         self.passing = PassingTimes(travel.motion, max(travel.layout.width, travel.layout.height))
-        self.offsets = np.array([column + row * self.layout.width for column, row in STEPS], dtype=np.int64)
+        self.offsets = travel.offsets
         self.turns = tuple(map(int, self.passing.turns))
-        self._lane = self.layout.lane
-        self._floor: NDArray[np.bool_] = self.layout.kind == CellKind.FLOOR
-        self._queue: NDArray[np.bool_] = self.layout.kind == CellKind.QUEUE
-        self._under: NDArray[np.bool_] = self._floor | (self.layout.kind == CellKind.STORAGE)
-
-    def passable(self, goal: int, loaded: bool) -> NDArray[np.bool_]:
-        """Cells that a robot may cross on its way to a goal, by the rules of `world.travel`. Shape (cells,)."""
-        passable = self._floor if loaded else self._under
-        if self._lane[goal] >= 0:
-            own_queue: NDArray[np.bool_] = (self._lane == self._lane[goal]) & self._queue
-            return np.logical_or(passable, own_queue)
-        return passable
 
     def tracks(self, goal: int, loaded: bool) -> Tracks:
         """Return the arrays of a goal for a compiled search."""
         passing = self.passing
         return Tracks(
             self.layout.moves,
-            self.passable(goal, loaded),
+            self.travel.passable(goal, loaded),
             self.offsets,
             passing.runs,
             passing.turns,

@@ -8,10 +8,9 @@ from functools import partial
 from pathlib import Path
 
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.checks import close_to
 from rmfs_core.scenario.model import InstanceSection, Scenario, StationsSection
 from rmfs_core.scenario.reading import located
-from rmfs_core.wording import first_few
+from rmfs_core.wording import did_you_mean, first_few
 from rmfs_core.world.csv_files import line_of, read_instance
 from rmfs_core.world.generator import generate_instance
 from rmfs_core.world.instance import Instance
@@ -109,7 +108,7 @@ def _pods_at_stations(instance: Instance, section: InstanceSection) -> Iterator[
         place = f"instance.pods_at_stations.{station}"
         for name in names:
             if name not in pods:
-                yield InputError(place, f"there is no pod {name} with contents{close_to(name, pods)}")
+                yield InputError(place, f"there is no pod {name} with contents{did_you_mean(name, pods)}")
             if name in standing_at:
                 yield InputError(place, f"pod {name} already stands at station {standing_at[name]}")
             standing_at[name] = station

@@ -12,9 +12,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from functools import lru_cache
-from pathlib import Path as FilePath
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,26 +24,6 @@ from rmfs_core.world.grid import STEPS, CellKind, Layout
 UNREACHABLE = 1 << 40
 TABLES_BYTES = 128 << 20
 """Memory that the tables of one layout may take; the least recently used go first."""
-
-
-def needs_compiling(rule: type | None = None) -> bool:
-    """Whether searches have never been compiled on this machine (that takes some seconds, once).
-
-    Parameters
-    ----------
-    rule
-        Class of a PP rule whose own searches count too: what its static method ``searches`` returns, if it has one.
-    """
-    from rmfs_core.world import travel_search
-
-    searches = [travel_search.times_to, *getattr(rule, "searches", tuple)()]
-    return not all(_compiled(search) for search in searches)
-
-
-def _compiled(search: Any) -> bool:
-    folder = search.stats.cache_path
-    name = f"{search.py_func.__module__.rpartition('.')[2]}.{search.py_func.__qualname__}"
-    return folder is not None and any(FilePath(folder).glob(f"{name}-*.nbi"))
 
 
 @lru_cache(maxsize=8)
@@ -71,12 +49,12 @@ class Travel:
         longest = max(layout.width, layout.height)
         self._runs = np.array([motion.run_ticks(cells) for cells in range(longest + 1)], dtype=np.int64)
         self._turns = np.array([motion.turn_ticks(0, heading) for heading in range(4)], dtype=np.int64)
-        self._offsets = np.array([column + row * layout.width for column, row in STEPS], dtype=np.int64)
+        self.offsets = np.array([column + row * layout.width for column, row in STEPS], dtype=np.int64)
         self._lane = layout.lane
-        self._floor = layout.kind == CellKind.FLOOR
+        self._floor: NDArray[np.bool_] = layout.kind == CellKind.FLOOR
         self._queue = layout.kind == CellKind.QUEUE
-        self._under = self._floor | (layout.kind == CellKind.STORAGE)
-        for array in (self._runs, self._turns, self._offsets, self._floor, self._under):
+        self._under: NDArray[np.bool_] = self._floor | (layout.kind == CellKind.STORAGE)
+        for array in (self._runs, self._turns, self.offsets, self._floor, self._under):
             array.setflags(write=False)
         self._tables: OrderedDict[tuple[int, int, bool], NDArray[np.int64]] = OrderedDict()
         self._bytes = 0
@@ -162,7 +140,7 @@ class Travel:
         if heading is None:
             return f"{self.layout.where(leg_start)} to {self.layout.where(to)} is no straight run"
         passable = self._floor if loaded else self._under
-        offset = int(self._offsets[heading])
+        offset = int(self.offsets[heading])
         cell = leg_start
         while cell != to:
             if not self.layout.may_step(cell, heading):
@@ -185,13 +163,17 @@ class Travel:
             return 0 if across > 0 else 2
         return 1 if down < 0 else 3
 
-    def _grid(self, end: int, loaded: bool) -> tuple[NDArray[np.int64] | NDArray[np.int8] | NDArray[np.bool_], ...]:
-        """Return moves, passable cells (on the way from or to ``end``), offsets, run and turn times."""
+    def passable(self, end: int, loaded: bool) -> NDArray[np.bool_]:
+        """Cells that a robot may cross on its way from or to a cell. Shape (cells,), read-only."""
         passable = self._floor if loaded else self._under
         if self._lane[end] >= 0:
-            passable = passable | ((self._lane == self._lane[end]) & self._queue)
+            passable = np.logical_or(passable, (self._lane == self._lane[end]) & self._queue)
             passable.setflags(write=False)  # as the others are: the searches are compiled for one type of array
-        return self.layout.moves, passable, self._offsets, self._runs, self._turns
+        return passable
+
+    def _grid(self, end: int, loaded: bool) -> tuple[NDArray[np.int64] | NDArray[np.int8] | NDArray[np.bool_], ...]:
+        """Return moves, passable cells, offsets, run and turn times."""
+        return self.layout.moves, self.passable(end, loaded), self.offsets, self._runs, self._turns
 
     def _kept(self, key: tuple[int, int, bool]) -> NDArray[np.int64] | None:
         table = self._tables.get(key)

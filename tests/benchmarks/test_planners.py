@@ -19,9 +19,10 @@ import pytest
 from w9_pathfinding.envs import Grid
 from w9_pathfinding.mapf import ReservationTable, SpaceTimeAStar
 
+import plain_sipp as plain
+from crowds import crowd, newcomer, paper_roads, two_way, with_goal
 from rmfs_core.traffic import FOREVER, Query, Reservations, Roads
-from rmfs_plan.crowds import crowd, newcomer, paper_roads, two_way, with_goal
-from rmfs_sipp import Sipp, plain
+from rmfs_sipp import Sipp
 from rmfs_whca import WhcaN
 
 QUERIES = 100
@@ -59,7 +60,7 @@ def median_s(ask: Callable[[Query], object], queries: list[Query]) -> float:
 def peer(roads: Roads, table: Reservations, start: int) -> tuple[Any, Any]:
     """Return the peer's grid and its table of the same reservations, in steps of a second from ``start``."""
     layout = roads.layout
-    passable = roads.passable(0, False).reshape(layout.height, layout.width)
+    passable = roads.travel.passable(0, False).reshape(layout.height, layout.width)
     grid = Grid(weights=np.where(passable, 1, -1).tolist(), edge_collision=True)
     reserved = ReservationTable(grid)
     for cell in np.flatnonzero(passable.ravel()):

@@ -10,11 +10,11 @@ from attrs import evolve, frozen
 from rmfs_bench.worlds import keys_of, world_with
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.results.running import run
-from rmfs_core.rules.hooks import HOOK_OF_ROLE, LABEL_OF_ROLE, ROLE_OF_LABEL
-from rmfs_core.rules.single import load_rule
+from rmfs_core.roles import Role
+from rmfs_core.rules import load_rule
 from rmfs_core.scenario import RuleChoice, Scenario
 
-ROLES = ("poa_pps", "poa", "pps", "pr", "ta", "pp", "filter")
+ROLES = tuple(role for role in Role if role is not Role.OBSERVER)
 QUALITY = {
     "psv_per_order": "Visits\n/order",
     "pile_on": "Pile-on",
@@ -44,19 +44,19 @@ class Contestant:
 
     text: str
     choice: RuleChoice
-    role: str
+    role: Role
     distribution: str
     version: str
 
     @property
     def decides(self) -> str:
         """What it decides, for people."""
-        return LABEL_OF_ROLE[self.role]
+        return self.role.label
 
     @property
     def field(self) -> str:
         """What it is compared in: a joint rule replaces a POA rule and a PPS rule, so it competes with POA rules."""
-        return "POA, POA+PPS" if self.role in ("poa", "poa_pps") else self.decides
+        return "POA, POA+PPS" if self.role in (Role.POA, Role.POA_PPS) else self.decides
 
 
 @frozen
@@ -111,7 +111,7 @@ def contestant(
     InputError
         When there is no such rule, a parameter is wrong, or it decides several things and none is named.
     """
-    preferred = None if decides is None else ROLE_OF_LABEL[decides]
+    preferred = None if decides is None else Role.labelled(decides)
     rule = load_rule(choice, ROLES, folder=folder, allow_inline=allow_inline, preferred=preferred)
     return Contestant(text, choice, rule.role, rule.distribution, rule.version)
 
@@ -185,7 +185,7 @@ def _measure(one: Contestant, world: str, scenario: Scenario, allow_inline: bool
         error, result = str(problem), problem.result
     if result.interrupted:
         raise KeyboardInterrupt
-    hook = HOOK_OF_ROLE[one.role]
+    hook = one.role.hook
     metrics: dict[str, Any] = {name: result.metrics[name] for name in QUALITY}
     return Measured(
         rule=one.text,

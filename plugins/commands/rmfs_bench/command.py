@@ -11,6 +11,7 @@ import click
 from rmfs_cli import completion
 from rmfs_cli.options import json_option
 from rmfs_cli.screen import print_json, print_named, table_console
+from rmfs_core.roles import Role
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from rmfs_bench.bench import Contestant, Measured
 
 WORLDS = ("small", "250", "2000")
-DECIDES = ("POA", "PPS", "POA+PPS", "PR", "TA", "PP", "filter")
+DECIDES = [role.label for role in Role if role is not Role.OBSERVER]
 PIPE_WIDTH = 120
 """Columns of the tables where the output is no terminal."""
 
@@ -112,7 +113,7 @@ def _print(
             }
             console.print(Rule(Text(f"{field} in world {world}, {named}", style="bold"), align="left", style="dim"))
             print_named(console, _table(rows))
-    if any(one.role == "poa_pps" for one in contestants):
+    if any(one.role is Role.POA_PPS for one in contestants):
         console.print(
             Text("Calls and times (of a run) are the rule's own: a POA rule's are without the PPS rule beside it.")
         )

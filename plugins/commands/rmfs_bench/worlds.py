@@ -8,23 +8,28 @@ from typing import Any
 
 from attrs import evolve
 
+from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice, Scenario, load_scenario
 
 WORLDS = {"small": "examples/small", "250": "paper-250", "2000": "paper-2000"}
 """Name of a world to the shipped scenario that has its layout, robots, stations, orders and pods."""
 
-FIXED = {"poa": "pod-match", "pps": "demand", "pr": "nearest", "ta": "nearest-robot", "pp": "free-flow"}
+FIXED = {
+    Role.POA: "pod-match",
+    Role.PPS: "demand",
+    Role.PR: "nearest",
+    Role.TA: "nearest-robot",
+    Role.PP: "free-flow",
+}
 """The rule for each decision that is not compared. Robots do not see each other: quick, and the same for all."""
 
-_KEYS = {"poa_pps": ("poa_pps", "poa", "pps"), "filter": ("filters",)}
 
-
-def keys_of(role: str) -> tuple[str, ...]:
+def keys_of(role: Role) -> tuple[str, ...]:
     """Return the keys below ``rules`` that a rule in a role takes the place of: its own first."""
-    return _KEYS.get(role, (role,))
+    return role.key, *(other.key for other in role.excludes if other in FIXED)
 
 
-def world_with(world: str, role: str, choice: RuleChoice, overrides: Sequence[str] = ()) -> Scenario:
+def world_with(world: str, role: Role, choice: RuleChoice, overrides: Sequence[str] = ()) -> Scenario:
     """Return a world in which a rule plays its role, and the fixed rules all others.
 
     Parameters
@@ -32,7 +37,7 @@ def world_with(world: str, role: str, choice: RuleChoice, overrides: Sequence[st
     world
         One of `WORLDS`.
     role
-        ``"poa"``, ``"pps"``, ``"poa_pps"`` (which replaces both), ``"pr"``, ``"ta"``, ``"pp"`` or ``"filter"``.
+        What the rule decides; one for POA+PPS replaces two.
     choice
         The rule.
     overrides
@@ -41,7 +46,7 @@ def world_with(world: str, role: str, choice: RuleChoice, overrides: Sequence[st
     fixed = [f"rules.{other}={name}" for other, name in FIXED.items()]
     scenario = load_scenario(WORLDS[world], [*fixed, "rules.filters=[]", *overrides])
     first, *others = keys_of(role)
-    playing: dict[str, Any] = dict.fromkeys(others) | {first: (choice,) if role == "filter" else choice}
+    playing: dict[str, Any] = dict.fromkeys(others) | {first: (choice,) if role is Role.FILTER else choice}
     rules = evolve(scenario.rules, **playing)
     # Rules from files are looked up where the command is given; the worlds themselves name no files.
     return evolve(scenario, rules=rules, folder=str(Path.cwd()), source=None)

@@ -15,8 +15,8 @@ from attrs import define, evolve, field
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
-from rmfs_core.rules import BoundRule, RuleSet
-from rmfs_core.rules.single import load_rule
+from rmfs_core.roles import Role
+from rmfs_core.rules import BoundRule, RuleSet, load_rule
 from rmfs_core.scenario import Scenario
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.scenario.reading import Given, read_tables
@@ -24,13 +24,13 @@ from rmfs_core.scenario.rulenames import is_inline, rule_choices
 from rmfs_core.scenario.source import KeyPath, dotted, undotted
 from rmfs_core.scenario.structuring import KeyProblem, fields_of, section_class
 from rmfs_core.simulation.engine import Simulation
-from rmfs_core.simulation.needs import unmet_need
 from rmfs_core.simulation.setup import open_warehouse
 from rmfs_core.world import Instance, Layout, make_layout
 from rmfs_core.world.instance_making import instance_problems, unchecked_instance
 
-ROLES = {"filters": "filter", "observers": "observer"}
-"""Role of the rules below a key of ``rules``, where it is not the key."""
+ROLES = {role.key: role for role in Role}
+LISTS = (Role.FILTER.key, Role.OBSERVER.key)
+"""Keys of ``rules`` that hold any number of rules."""
 
 
 @define
@@ -140,16 +140,16 @@ class _Check:
         return _without(data, names)
 
     def _mended_rules(self, rules: dict[str, Any], path: KeyPath) -> dict[str, Any]:
-        stand_in = next(iter(entrypoints.available(entrypoints.RULES)))
+        stand_in = next(iter(entrypoints.offers(entrypoints.RULES)))
         if len(path) == 1:
-            rules.pop("poa_pps", None)
-            missing = [role for role in ("poa", "pps") if rules.get(role) is None]
+            rules.pop(Role.POA_PPS.key, None)
+            missing = [role.key for role in Role.POA_PPS.excludes if rules.get(role.key) is None]
             self.replaced |= {(role,) for role in missing}
             return {**rules, **dict.fromkeys(missing, stand_in)}
         role = str(path[1])
-        if role not in fields_of(RulesSection) or (role in ROLES and len(path) == 2):
+        if role not in fields_of(RulesSection) or (role in LISTS and len(path) == 2):
             return _without(rules, [role])
-        if role not in ROLES:
+        if role not in LISTS:
             self.replaced.add((role,))
             return {**rules, role: stand_in}
         number = path[2]
@@ -165,7 +165,7 @@ class _Check:
         return found
 
     def _rule(self, folder: str, path: KeyPath, choice: RuleChoice) -> BoundRule | None:
-        roles = (ROLES.get(str(path[0]), str(path[0])),)
+        roles = (ROLES[str(path[0])],)
         if is_inline(choice.rule) and self.allow_inline:
             file = str(Path(folder) / choice.rule.rpartition(":")[0])
             self.found.inline_files += [file] if file not in self.found.inline_files else []
@@ -207,14 +207,9 @@ class _Check:
     def needs(self, scenario: Scenario, instance: Instance, bound: Mapping[KeyPath, BoundRule]) -> None:
         """Look for what rules need and the scenario does not have."""
         for path, rule in bound.items():
-            place = dotted(("rules", *path))
-            try:
-                lacks = unmet_need(type(rule.instance), scenario, instance, rule.describe())
-            except InputError as error:
-                self.note(place, f"{error.place} {error.problem}")
-                continue
+            lacks = rule.traits.lacks(scenario, instance)
             if lacks is not None:
-                self.note(place, f"{rule.describe()} needs {lacks}")
+                self.note(dotted(("rules", *path)), f"{rule.describe()} needs {lacks}")
 
     def opening(self, scenario: Scenario, instance: Instance, layout: Layout) -> None:
         """Hold pods, robots and stations against the layout."""

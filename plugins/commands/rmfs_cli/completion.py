@@ -52,7 +52,7 @@ def recorders(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> 
     """Complete the name of an installed recorder."""
     from rmfs_core import entrypoints
 
-    return _matching(entrypoints.available(entrypoints.RECORDERS), incomplete)
+    return _matching(entrypoints.offers(entrypoints.RECORDERS), incomplete)
 
 
 def overrides(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -88,7 +88,7 @@ def _values(key: str) -> list[str]:
 def _rule_names() -> list[str]:
     from rmfs_core import entrypoints
 
-    return list(entrypoints.available(entrypoints.RULES))
+    return list(entrypoints.offers(entrypoints.RULES))
 
 
 def _keys() -> list[str]:

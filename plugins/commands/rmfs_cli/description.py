@@ -14,7 +14,8 @@ from attrs import frozen
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
-from rmfs_core.rules.hooks import LABEL_OF_ROLE, check_hooks, require_attrs_class, roles_of
+from rmfs_core.roles import Role
+from rmfs_core.rules.hooks import check_hooks, require_attrs_class, roles_of
 from rmfs_core.rules.parameters import parameters_of, type_name
 from rmfs_core.rules.sources import load_entry
 from rmfs_core.scenario.tomltext import toml_value
@@ -80,14 +81,14 @@ def installed_rules() -> list[RuleDescription]:
         for entries in entrypoints.offers(entrypoints.RULES).values()
         for entry in entries
     ]
-    labels = list(LABEL_OF_ROLE.values())
+    labels = [role.label for role in Role]
     return sorted(found, key=lambda rule: [labels.index(label) for label in rule.decides] or [len(labels)])
 
 
 def _describe(entry: EntryPoint, clash: bool) -> RuleDescription:
     distribution, version = entrypoints.origin(entry)
     try:
-        source = load_entry(entry, entry.name)
+        source = load_entry((entry,), entry.name)
         rule = require_attrs_class(entry.name, source.target, source.describe())
         check_hooks(entry.name, rule, rule.__name__)
         parameters = tuple(_parameters(rule))
@@ -100,7 +101,7 @@ def _describe(entry: EntryPoint, clash: bool) -> RuleDescription:
         name=entry.name,
         distribution=distribution,
         version=version,
-        decides=tuple(LABEL_OF_ROLE[role] for role in roles_of(rule)),
+        decides=tuple(role.label for role in roles_of(rule)),
         parameters=parameters,
         summary=doc.partition("\n")[0],
         reference=sections(doc).get("References", ""),

@@ -73,6 +73,7 @@ def run(
     """
     from rich.console import Console
 
+    from rmfs_cli.compiling import compiling_announced
     from rmfs_cli.progress import progress_for
     from rmfs_cli.summary import print_profile, print_summary
     from rmfs_core.errors import RunError
@@ -86,10 +87,9 @@ def run(
     notes = Console(stderr=True, quiet=quiet)
     if not no_inline_rules:
         _announce_inline_rules(notes, resolved)
-    announce_compiling(notes, resolved, allow_inline=not no_inline_rules)
     progress: Progress | None = None if quiet else progress_for(notes, name)
     try:
-        with nullcontext() if progress is None else closing(progress):
+        with nullcontext() if progress is None else closing(progress), compiling_announced(notes):
             result = simulate(
                 resolved,
                 out=folder,
@@ -130,19 +130,6 @@ def _announce_inline_rules(notes: Console, scenario: Scenario) -> None:
     names = (choice.rule for _, choice in rule_choices(scenario.rules) if is_inline(choice.rule))
     for file in dict.fromkeys(name.rpartition(":")[0] for name in names):
         say(notes, f"Loading code from {Path(scenario.folder) / file}.")
-
-
-def announce_compiling(notes: Console, scenario: Scenario, *, allow_inline: bool = True) -> None:
-    """Say that searches will be compiled, where they never were."""
-    from rmfs_core.rules.sources import RuleSources
-    from rmfs_core.world.travel import needs_compiling
-
-    sources = RuleSources(scenario.folder, allow_inline)
-    rules = scenario.rules
-    chosen = {"rules.pp": rules.pp, "rules.poa_pps": rules.poa_pps}
-    targets = [sources.find(choice.rule, place).target for place, choice in chosen.items() if choice is not None]
-    if any(needs_compiling(target if isinstance(target, type) else None) for target in targets):
-        say(notes, "Compiling searches (once; takes some seconds) ...")
 
 
 def _report(console: Console, result: Result, folder: Path, record: Sequence[str]) -> None:

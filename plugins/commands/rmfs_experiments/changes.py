@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rmfs_core.scenario import RuleChoice, Scenario
-from rmfs_core.scenario.checks import nearest
 from rmfs_core.scenario.structuring import KeyProblem, fields_of, section_class
+from rmfs_core.wording import nearest
 
 SCENARIO_KEYS = tuple(name for name in fields_of(Scenario) if name != "seed")
 """First parts of the keys that an experiment may set; seeds are the experiment's own."""

@@ -53,7 +53,9 @@ def compare(
     import attrs
     from rich.console import Console
 
+    from rmfs_cli.compiling import compile_searches
     from rmfs_core.errors import RunError
+    from rmfs_core.scenario import load_scenario
     from rmfs_experiments import load_experiment, run_experiment, shipped_experiments
     from rmfs_experiments.progress import progress_for
     from rmfs_experiments.report import REPORT_FILE, print_comparison, write_report
@@ -68,7 +70,7 @@ def compare(
     notes = Console(stderr=True, quiet=quiet)
     for file in () if no_inline_rules else loaded.rule_files():
         say(notes, f"Loading code from {file}.")
-    _announce_compiling(notes)
+    compile_searches(notes, load_scenario("examples/small"))
     try:
         result = run_experiment(
             loaded,
@@ -103,13 +105,6 @@ def compare(
         raise RunError(
             f"{len(result.failed)} of {len(result.rows)} runs failed; {folder / REPORT_FILE} has their errors."
         )
-
-
-def _announce_compiling(notes: Console) -> None:
-    from rmfs_core.world.travel import needs_compiling
-
-    if needs_compiling():
-        say(notes, "Compiling the path search (once; takes some seconds) ...")
 
 
 def _note_editable(notes: Console, result: ExperimentResult, folder: Path) -> None:

@@ -17,7 +17,7 @@ from attrs import evolve, field, frozen
 
 from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import METRICS, TIMING, Metric
-from rmfs_core.scenario.checks import nearest
+from rmfs_core.wording import nearest
 
 Rows = Sequence[Mapping[str, Any]]
 

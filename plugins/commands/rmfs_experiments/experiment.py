@@ -14,8 +14,8 @@ from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.running import versions_of
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario
-from rmfs_core.scenario.checks import nearest
 from rmfs_core.scenario.rulenames import is_inline, rule_choices
+from rmfs_core.wording import nearest
 from rmfs_experiments.compare import CATALOGUE
 from rmfs_experiments.keys import run_key
 from rmfs_experiments.resolving import Changes, located_in, resolve

@@ -10,11 +10,11 @@ from typing import Any
 
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import load_scenario, shipped_scenarios
-from rmfs_core.scenario.checks import close_to, nearest
 from rmfs_core.scenario.reading import EXPERIMENTS, shipped_folder
 from rmfs_core.scenario.source import KeyPath, Source
 from rmfs_core.scenario.structuring import KeyProblem
 from rmfs_core.scenario.tomltext import shown
+from rmfs_core.wording import did_you_mean, nearest
 from rmfs_experiments.changes import SCENARIO_KEYS, changes_of
 from rmfs_experiments.experiment import DEFAULT_METRICS, Axis, AxisPoint, Base, Experiment, RuleSetChoice
 
@@ -196,7 +196,8 @@ def _group(name: str, value: Any) -> Axis:
         raise KeyProblem("seeds are no axis; expected them as `seeds` above it", path)
     if not isinstance(value, list) or not all(isinstance(entry, Mapping) for entry in value):
         raise KeyProblem(
-            f"expected a scenario key, or a list of tables {{ label = ..., key = ... }}{close_to(name, SCENARIO_KEYS)}",
+            "expected a scenario key, or a list of tables { label = ..., key = ... }"
+            f"{did_you_mean(name, SCENARIO_KEYS)}",
             path,
         )
     points = []

@@ -6,18 +6,10 @@ import shlex
 
 import click
 
-DECISIONS = {
-    "POA": "poa",
-    "PPS": "pps",
-    "POA+PPS": "poa_pps",
-    "PR": "pr",
-    "TA": "ta",
-    "PP": "pp",
-    "filter": "filter",
-    "observer": "observer",
-    "command": "command",
-}
-"""What it can be -> its role in a scenario, or a command. (Held against the hooks by a test: they import slowly.)"""
+from rmfs_core.roles import Role
+
+COMMAND = "command"
+"""What can be written besides rules: a command of `rmfs`."""
 
 
 @click.command(name="new-rule")
@@ -25,7 +17,7 @@ DECISIONS = {
 @click.option(
     "--decides",
     required=True,
-    type=click.Choice(list(DECISIONS)),
+    type=click.Choice([*(role.label for role in Role), COMMAND]),
     help="What the rule decides: POA orders to stations, PPS pods to stations, POA+PPS both together, PR where pods go "
     "back to, TA pods to robots, PP paths; a filter chooses the orders that POA sees, an observer decides nothing, it "
     "measures; a command is none of these, but called as `rmfs NAME`.",
@@ -39,7 +31,7 @@ def new_rule(name: str, decides: str, into: str) -> None:
     """
     from rmfs_kit import NewRule, project_files, trying, write_project
 
-    rule = NewRule(name, DECISIONS[decides])
+    rule = NewRule(name, COMMAND if decides == COMMAND else Role.labelled(decides))
     folder = write_project(rule, into)
     click.echo(f"Wrote {folder}: {', '.join(project_files(rule))}.")
     click.echo("Next:")

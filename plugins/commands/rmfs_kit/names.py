@@ -11,9 +11,13 @@ from attrs import field, frozen
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
+from rmfs_core.roles import Role
+from rmfs_kit.command import COMMAND
 
-COMMAND = "command"
-"""Stands in place of a role for a command of `rmfs`."""
+
+def _role(role: str) -> Role | str:
+    return role if role == COMMAND else Role(role)
+
 
 _NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
 
@@ -28,11 +32,11 @@ class NewRule:
         Its name in scenarios or on the command line, its distribution's and its folder's: small letters, digits and
         hyphens.
     role
-        What it decides, a key of `rmfs_core.rules.hooks.HOOK_OF_ROLE`; or `COMMAND`.
+        What it decides; or `COMMAND`.
     """
 
     name: str = field()
-    role: str
+    role: Role | str = field(converter=_role)
 
     @name.validator
     def _spelling(self, _attribute: object, name: str) -> None:

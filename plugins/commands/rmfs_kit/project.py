@@ -16,19 +16,19 @@ from tempfile import TemporaryDirectory
 
 from rmfs_core.errors import InputError
 from rmfs_core.results.files import output_folder
-from rmfs_core.rules.hooks import LABEL_OF_ROLE
-from rmfs_kit.names import COMMAND, NewRule
+from rmfs_core.roles import Role
+from rmfs_kit.command import COMMAND
+from rmfs_kit.names import NewRule
 
-_LISTS = {"filter": "filters", "observer": "observers"}
-"""Roles that any number of rules can play, with their scenario keys."""
+_LISTS = (Role.FILTER, Role.OBSERVER)
+"""Roles that any number of rules can play."""
 
 
 def selecting(rule: NewRule) -> str:
     """Return the arguments of `rmfs run` that select the rule in place of the scenario's."""
     if rule.role in _LISTS:
-        return f"""--set 'rules.{_LISTS[rule.role]}=["{rule.name}"]'"""
-    chosen = f"--set rules.{rule.role}={rule.name}"
-    return f"--set rules.poa= --set rules.pps= {chosen}" if rule.role == "poa_pps" else chosen
+        return f"""--set 'rules.{Role(rule.role).key}=["{rule.name}"]'"""
+    return f"--set rules.{rule.role}={rule.name}"
 
 
 def trying(rule: NewRule) -> str:
@@ -38,7 +38,7 @@ def trying(rule: NewRule) -> str:
 
 def _scenario_line(rule: NewRule) -> str:
     if rule.role in _LISTS:
-        return f'{_LISTS[rule.role]} = ["{rule.name}"]'
+        return f'{Role(rule.role).key} = ["{rule.name}"]'
     return f'{rule.role} = "{rule.name}"'
 
 
@@ -56,7 +56,7 @@ def project_files(rule: NewRule) -> Mapping[str, str]:
     if re.search(rf"\b{rule.target}\b", code + tests):
         what = "function" if is_command else "class"
         raise InputError(rule.place, f"its {what} would hide the `{rule.target}` it uses; choose another name")
-    label = COMMAND if is_command else LABEL_OF_ROLE[rule.role]
+    label = COMMAND if is_command else Role(rule.role).label
     words = {
         "the-rule": rule.name,
         "the_rule": rule.module,

@@ -55,21 +55,20 @@ def plan(
     """
     from rich.console import Console
 
+    from rmfs_cli.compiling import compiling_announced
     from rmfs_core.errors import RunError
     from rmfs_core.randomness import stream
     from rmfs_core.scenario.rulenames import rule_name_from
-    from rmfs_core.world.travel import needs_compiling
     from rmfs_plan import bare_roads, collisions, find_planner, plan_trips, random_trips, read_map, read_trips
 
     roads = bare_roads(read_map(map_file))
-    choice = find_planner(rule_name_from(pp, ".", "."), _parameters(values), stream(seed, f"rule pp {pp}"))
-    trips = random_trips(roads, agents, seed, map_file) if scen is None else read_trips(scen, roads.layout, agents)
-    _check_reach(roads, trips, scen or map_file)
-    if needs_compiling(choice.rule):
-        click.echo("Compiling the path search (once; takes some seconds) ...", err=True)
-    started = time.perf_counter()
-    plans = plan_trips(roads, choice.planner, trips, choice.exclusive)
-    wall_s = time.perf_counter() - started
+    planner = find_planner(rule_name_from(pp, ".", "."), _parameters(values), stream(seed, f"rule pp {pp}"))
+    with compiling_announced(Console(stderr=True)):
+        trips = random_trips(roads, agents, seed, map_file) if scen is None else read_trips(scen, roads.layout, agents)
+        _check_reach(roads, trips, scen or map_file)
+        started = time.perf_counter()
+        plans = plan_trips(roads, planner, trips, planner.exclusive)
+        wall_s = time.perf_counter() - started
     hits = collisions(roads, [one.path for one in plans])
     title = f"{Path(map_file).name}, {len(plans)} robots, {pp}"
     about = {"map": map_file, "scen": scen, "seed": seed, "pp": pp, "parameters": _parameters(values)}
@@ -86,7 +85,7 @@ def plan(
         raise RunError(
             f"{pp} found no path to the goal for {len(stuck)} of {len(plans)} robots: {', '.join(stuck[:SHOWN])}{more}."
         )
-    if hits and choice.exclusive:
+    if hits and planner.exclusive:
         raise RunError(f"{pp} let robots collide, first {_describe(roads, hits[0])}.")
 
 

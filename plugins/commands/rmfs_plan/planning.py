@@ -13,17 +13,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from heapq import heappop, heappush
+from typing import Protocol
 
 from attrs import define, evolve, field, frozen
 
 from rmfs_core.decisions import Leg
-from rmfs_core.traffic import Planner, Query, Reservations, Roads, TimedPath, occupancy, timed_path
+from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, occupancy, timed_path
 from rmfs_core.world import NORTH
 from rmfs_plan.movingai import Trip
 
 RETRY_TICKS = 2000
 PATIENCE_TICKS = 120_000
 """Simulated time after which planning ends when no robot came nearer to its goal than ever before."""
+
+
+class Planner(Protocol):
+    """Plans one robot's path among the reservations of the others. Changes nothing."""
+
+    def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
+        """Return a path whose `occupancy` the table has room for, its end held for ever; None when there is none."""
 
 
 @frozen

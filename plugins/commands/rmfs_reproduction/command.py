@@ -54,7 +54,7 @@ def reproduce(
     """
     from rich.console import Console
 
-    from rmfs_cli.run import announce_compiling
+    from rmfs_cli.compiling import compile_searches
     from rmfs_core.errors import RunError
     from rmfs_core.scenario import load_scenario
     from rmfs_experiments.progress import progress_for
@@ -64,7 +64,7 @@ def reproduce(
     parts = choose_parts(only, quick)
     folder = out or Path("rmfs-runs") / ("reproduce-quick" if quick else "reproduce")
     notes = Console(stderr=True, quiet=quiet)
-    announce_compiling(notes, load_scenario("paper-250"))  # all parts but the examples plan paths by its rule
+    compile_searches(notes, load_scenario("paper-250-integrated"))
     try:
         done = run_parts(
             parts,

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from attrs import evolve, frozen
 
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.checks import nearest
+from rmfs_core.wording import nearest
 from rmfs_experiments import Experiment, load_experiment
 from rmfs_reproduction.estimates import Rows
 from rmfs_reproduction.extensions import example_tables, large_tables, packing_tables, prefilter_tables

@@ -7,6 +7,7 @@ from typing import Any
 
 from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
 from rmfs_core.results.tables import finite
+from rmfs_core.roles import Role
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError, instance_of, sequence_of
 from rmfs_core.warehouse import Order, Warehouse, WarehouseView
@@ -30,7 +31,7 @@ def answer_to_dict(
         What the rule returned.
     """
     try:
-        return _WRITERS[decides](warehouse, skus, answer)
+        return _WRITERS[Role.labelled(decides)](warehouse, skus, answer)
     except ImpossibleError:  # a run ends with an error then, which says what was wrong
         return None
 
@@ -44,13 +45,13 @@ def answer_from_dict(warehouse: Warehouse, names: Names, decides: str, written: 
     trips = tuple(PodTrip(names.pods[t["pod"]], names.stations[t["station"]]) for t in written.get("trips", ()))
     robots = {robot.name: robot.id for robot in warehouse.robots}
     answers = {
-        "POA": assignments,
-        "PPS": trips,
-        "POA+PPS": JointDecision(assignments, trips),
-        "PR": written.get("cell"),
-        "TA": tuple(TaskAssignment(robots[t["robot"]], names.pods[t["pod"]]) for t in written.get("tasks", ())),
+        Role.POA: assignments,
+        Role.PPS: trips,
+        Role.POA_PPS: JointDecision(assignments, trips),
+        Role.PR: written.get("cell"),
+        Role.TA: tuple(TaskAssignment(robots[t["robot"]], names.pods[t["pod"]]) for t in written.get("tasks", ())),
     }
-    return answers[decides]
+    return answers[Role.labelled(decides)]
 
 
 def report_to_dict(report: SolveReport) -> dict[str, Any]:
@@ -118,9 +119,9 @@ def _tasks(warehouse: WarehouseView, _: Sequence[str], answer: object) -> dict[s
 
 
 _WRITERS: Mapping[str, Callable[[WarehouseView, Sequence[str], object], dict[str, Any]]] = {
-    "POA": lambda warehouse, skus, answer: {"assignments": _assignments(warehouse, skus, answer)},
-    "PPS": lambda warehouse, _, answer: {"trips": _trips(warehouse, answer)},
-    "POA+PPS": _joint,
-    "PR": lambda _warehouse, _skus, answer: {"cell": checks.whole("cell", answer)},
-    "TA": _tasks,
+    Role.POA: lambda warehouse, skus, answer: {"assignments": _assignments(warehouse, skus, answer)},
+    Role.PPS: lambda warehouse, _, answer: {"trips": _trips(warehouse, answer)},
+    Role.POA_PPS: _joint,
+    Role.PR: lambda _warehouse, _skus, answer: {"cell": checks.whole("cell", answer)},
+    Role.TA: _tasks,
 }

@@ -7,8 +7,9 @@ from pathlib import Path
 import click
 
 from rmfs_cli import completion
+from rmfs_core.roles import Role
 
-DECIDES = ("POA", "PPS", "POA+PPS", "PR", "TA")
+DECIDES = [role.label for role in (Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA)]
 
 
 def _print_schema(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:

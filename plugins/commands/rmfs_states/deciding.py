@@ -10,20 +10,16 @@ from attrs import evolve, frozen
 
 from rmfs_core.errors import InputError, RuleError
 from rmfs_core.randomness import stream
-from rmfs_core.rules import BoundRule
-from rmfs_core.rules.hooks import LABEL_OF_ROLE, ROLE_OF_LABEL
-from rmfs_core.rules.single import load_rule
+from rmfs_core.roles import Role
+from rmfs_core.rules import BoundRule, load_rule
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario, StationsSection
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.applying import apply_assignments, apply_selection, apply_tasks
 from rmfs_core.simulation.asking import Asker, ImpossibleError
-from rmfs_core.simulation.needs import unmet_need
 from rmfs_core.wording import listed
 from rmfs_states.answers import answer_from_dict, answer_to_dict
 from rmfs_states.rebuilding import LacksError, Scene, open_state
-from rmfs_states.state import DECIDES, RandomState, State
-
-ROLES = ("poa_pps", "poa", "pps", "pr", "ta")
+from rmfs_states.state import DECIDES, DECIDING, RandomState, State
 
 
 @frozen
@@ -111,8 +107,9 @@ def decide(
     """
     if decides is not None and decides not in DECIDES:
         raise InputError("decides", f"expected {listed(DECIDES, 'or')}, found {decides!r}")
-    preferred = ROLE_OF_LABEL.get(decides or state.ask.decides or "")
-    roles = ROLES if decides is None else (ROLE_OF_LABEL[decides],)
+    asked = decides or state.ask.decides
+    preferred = None if asked is None else Role.labelled(asked)
+    roles = DECIDING if decides is None else (Role.labelled(decides),)
     rule = load_rule(choice, roles, folder=folder, allow_inline=allow_inline, preferred=preferred)
     scene = open_state(state, source)
     return ask(scene, rule)
@@ -121,9 +118,9 @@ def decide(
 def ask(scene: Scene, rule: BoundRule) -> Answer:
     """Ask a rule in a scene, and carry out there what it decides: another rule may be asked what comes next."""
     _check_needs(scene, rule)
-    warehouse, decides = scene.warehouse, LABEL_OF_ROLE[rule.role]
+    warehouse, decides = scene.warehouse, rule.role.label
     arguments = _arguments(scene, rule)
-    asker = Asker(lambda: warehouse.now, None)
+    asker = Asker(warehouse)
     try:
         answer, _ = asker.ask(rule, warehouse=scene.view, rng=_generator(scene.state, rule), **arguments)
     except RuleError as error:
@@ -132,8 +129,7 @@ def ask(scene: Scene, rule: BoundRule) -> Answer:
             raise InputError(scene.names.source, f"{rule.describe()} {lacks}") from error
         raise
     decision = answer_to_dict(scene.view, scene.instance.skus, decides, answer)
-    capacity = getattr(rule.instance, "packing_capacity", None)
-    outcome = asker.apply(rule, lambda: carry_out(scene, rule.role, answer, arguments, capacity))
+    outcome = asker.apply(rule, lambda: carry_out(scene, rule.role, answer, arguments, rule.traits.packing_capacity))
     assert decision is not None  # it could be carried out
     report = decision.pop("report", None)
     return Answer(rule.name, rule.distribution, rule.version, decides, decision, report, outcome)
@@ -170,14 +166,15 @@ def decide_instead(
     InputError, RuleError
         As `decide`; and for a rule that decides something else.
     """
-    assigning = decides in ("POA", "POA+PPS")
-    roles = [("poa_pps", "poa")] if assigning else [(ROLE_OF_LABEL[decides],)]
+    role = Role.labelled(decides)
+    assigning = role in (Role.POA, Role.POA_PPS)
+    roles: list[tuple[Role, ...]] = [(Role.POA, Role.POA_PPS)] if assigning else [(role,)]
     if len(choices) > 1:
         if not assigning or len(choices) > 2:
             raise InputError(place, f"found {len(choices)} rules to decide {decides}; expected one rule")
-        roles = [("poa",), ("pps",)]
+        roles = [(Role.POA,), (Role.PPS,)]
     rules = [
-        load_rule(choice, wanted, allow_inline=allow_inline, place=place, preferred=ROLE_OF_LABEL[decides])
+        load_rule(choice, wanted, allow_inline=allow_inline, place=place, preferred=role)
         for choice, wanted in zip(choices, roles, strict=True)
     ]
     scene = open_state(state, source)
@@ -186,7 +183,7 @@ def decide_instead(
     if last is first or first.outcome is None or last.outcome is None:
         return first
     outcome = evolve(last.outcome, orders=first.outcome.orders, items=first.outcome.items)
-    return evolve(first, decides="POA+PPS", decision={**first.decision, **last.decision}, outcome=outcome)
+    return evolve(first, decides=Role.POA_PPS.label, decision={**first.decision, **last.decision}, outcome=outcome)
 
 
 def outcome_of(state: State, decides: str, decision: Mapping[str, Any], source: str = "state") -> Outcome | None:
@@ -200,7 +197,7 @@ def outcome_of(state: State, decides: str, decision: Mapping[str, Any], source: 
     scene = open_state(state, source)
     try:
         answer = answer_from_dict(scene.warehouse, scene.names, decides, decision)
-        role = ROLE_OF_LABEL[decides]
+        role = Role.labelled(decides)
         return carry_out(scene, role, answer, _given(scene, role), None)
     except (ImpossibleError, KeyError) as error:
         raise InputError(source, f"the decision does not belong to the state: {error}") from error
@@ -213,28 +210,28 @@ def _check_needs(scene: Scene, rule: BoundRule) -> None:
     scenario = Scenario(
         RulesSection(poa_pps=nobody), stations=StationsSection(order_capacity=1 if counts_orders else None)
     )
-    lacks = unmet_need(type(rule.instance), scenario, scene.instance, rule.describe())
+    lacks = rule.traits.lacks(scenario, scene.instance)
     if lacks is not None:
         raise InputError(scene.names.source, f"{rule.describe()} needs {lacks}")
 
 
 def _arguments(scene: Scene, rule: BoundRule) -> dict[str, Any]:
     """Return what the rule's hook is given besides the warehouse and the random generator."""
-    if rule.role == "pr" and scene.state.layout is None:
+    if rule.role is Role.PR and scene.state.layout is None:
         raise InputError(scene.names.source, f"{rule.describe()} decides PR, but the state has no layout; expected one")
     return _given(scene, rule.role)
 
 
-def _given(scene: Scene, role: str) -> dict[str, Any]:
+def _given(scene: Scene, role: Role) -> dict[str, Any]:
     asked, warehouse = scene.state.ask, scene.warehouse
-    if role == "pps":
+    if role is Role.PPS:
         fetches = asked.max_fetches
-        if fetches is None and (scene.state.robots is None or asked.decides == "POA+PPS"):
+        if fetches is None and (scene.state.robots is None or asked.decides == Role.POA_PPS.label):
             fetches = len(scene.view.free_pods)  # no robots are told of, or the trips may wait for them
         if fetches is None:
             fetches = max(len(scene.view.idle_robots) - len(warehouse.waiting), 0)
         return {"max_fetches": fetches}
-    if role == "pr":
+    if role is Role.PR:
         if asked.pod is None:
             scene.names.wrong(("ask", "pod"), "is missing; expected the pod to store")
         pod = warehouse.pods[scene.names.pod(asked.pod, "ask", "pod")]
@@ -262,7 +259,7 @@ def _restored(random: RandomState) -> np.random.Generator:
 
 
 def carry_out(
-    scene: Scene, role: str, answer: object, arguments: Mapping[str, Any], packing_capacity: int | None
+    scene: Scene, role: Role, answer: object, arguments: Mapping[str, Any], packing_capacity: int | None
 ) -> Outcome | None:
     """Check a decision and apply it to the scene's warehouse, as in a run; return what it comes to (None: PR, TA).
 
@@ -272,14 +269,14 @@ def carry_out(
         When it cannot be carried out.
     """
     warehouse = scene.warehouse
-    if role == "pr":
+    if role is Role.PR:
         checks.storage_location(warehouse, arguments["pod"], answer)
         return None
-    if role == "ta":
+    if role is Role.TA:
         apply_tasks(warehouse, answer, _forget, _forget)
         return None
     open_before = sum(order.open_items for order in warehouse.backlog)
-    if role == "pps":
+    if role is Role.PPS:
         leaving = {pod.id for pod in warehouse.leaving_pods()}
         uncovered = [{request.sku for request in s.uncovered_requests} for s in warehouse.stations]
         decision = apply_selection(warehouse, answer, leaving=leaving, uncovered=uncovered, keep=_forget, **arguments)
@@ -287,7 +284,7 @@ def carry_out(
         decision = apply_assignments(
             warehouse,
             answer,
-            joint=role == "poa_pps",
+            joint=role is Role.POA_PPS,
             shown=scene.shown,
             period=scene.period,
             packing_capacity=packing_capacity,

@@ -11,6 +11,7 @@ import click
 from rmfs_cli import completion
 from rmfs_cli.options import json_option
 from rmfs_cli.screen import print_json, table_console
+from rmfs_core.roles import Role
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -183,7 +184,7 @@ def _find(recording: Recording, period: int | None, number: int | None) -> tuple
         last, periods = recorded.number, max(periods, recorded.period)
         if recorded.number == number or (recorded.period == period and recorded.decides in ASSIGNING):
             found = recorded
-        elif recorded.period == period and recorded.decides == "PPS":
+        elif recorded.period == period and recorded.decides == Role.PPS.label:
             others.append(recorded)
         if found is not None and (number is not None or recorded.period > found.period):
             break

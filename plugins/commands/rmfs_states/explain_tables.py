@@ -15,13 +15,14 @@ from rich.text import Text
 
 from rmfs_cli.screen import print_named
 from rmfs_core.clock import to_seconds
+from rmfs_core.roles import Role
 from rmfs_core.rule_helpers import ticks_to_station
 from rmfs_core.scenario import RuleChoice
 from rmfs_core.scenario.tomltext import toml_value
 from rmfs_core.warehouse import Order, Pod
 from rmfs_states import Answer, Outcome, Recorded, Recording, State
 from rmfs_states.rebuilding import Scene, open_state
-from rmfs_states.stories import Episode, where_in
+from rmfs_states.stories import ASSIGNING, Episode, where_in
 
 ROOM_FOR_WORDS = 36
 """Columns that sentences want, at least, beside the name of a rule."""
@@ -87,9 +88,9 @@ def print_decision(console: Console, recorded: Recorded, choice: RuleChoice, sta
     assigned: dict[str, list[str]] = {}
     for given in (decided or {}).get("assignments", ()):
         assigned.setdefault(given["order"], []).append(f"{given['station']}: {', '.join(given['skus'])}")
-    if recorded.decides in ("POA", "POA+PPS"):
+    if recorded.decides in ASSIGNING:
         _print_backlog(console, scene, assigned, limit)
-    if recorded.decides == "PPS":
+    if recorded.decides == Role.PPS.label:
         _print_wanted(console, scene, state.ask.max_fetches)
     if decided is None:
         _say(console, "Decided: nothing valid; the run ended here.", style="bold red")

@@ -9,7 +9,7 @@ from typing import Any
 from attrs import frozen
 
 from rmfs_core.errors import InputError
-from rmfs_core.rules.hooks import ROLE_OF_LABEL
+from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice, Scenario, scenario_from_dict
 from rmfs_states.patches import patched
 from rmfs_states.recording import RECORDING_FILE, RECORDING_FORMAT, RECORDING_VERSION
@@ -103,7 +103,7 @@ class Recording:
 
     def choice_of(self, recorded: Recorded) -> RuleChoice:
         """Return the rule that decided, with its parameters, as the scenario has it."""
-        choice: RuleChoice | None = getattr(self.scenario.rules, ROLE_OF_LABEL[recorded.decides])
+        choice: RuleChoice | None = getattr(self.scenario.rules, Role.labelled(recorded.decides))
         if choice is None:
             raise InputError(recorded.place, f"the scenario of the run has no rule for {recorded.decides}")
         return choice

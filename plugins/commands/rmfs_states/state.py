@@ -16,13 +16,15 @@ from attrs import frozen
 
 from rmfs_cli.schema import schema_of
 from rmfs_core.motion import Motion
+from rmfs_core.roles import Role
 from rmfs_core.scenario.checks import DURATION, MAYBE_NO_TIME, MOVING, Check
 from rmfs_core.scenario.model import LayoutSection, key
 from rmfs_core.wording import listed
 
 FORMAT = "rmfs-state"
 VERSION = 1
-DECIDES = ("POA", "PPS", "POA+PPS", "PR", "TA")
+DECIDING = (Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA)
+DECIDES = tuple(role.label for role in DECIDING)
 """The decisions that can be asked of a state."""
 
 MOST = 1_000_000_000

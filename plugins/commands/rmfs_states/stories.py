@@ -7,10 +7,11 @@ from typing import Any
 
 from attrs import define, frozen
 
+from rmfs_core.roles import Role
 from rmfs_core.world.grid import where
 from rmfs_states.recorded import Recorded
 
-ASSIGNING = ("POA", "POA+PPS")
+ASSIGNING = (Role.POA.label, Role.POA_PPS.label)
 Content = Mapping[str, Any]
 
 

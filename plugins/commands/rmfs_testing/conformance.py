@@ -9,8 +9,9 @@ import attrs
 from attrs import frozen
 
 from rmfs_core.errors import InputError
-from rmfs_core.rules.hooks import LABEL_OF_ROLE, check_hooks, require_attrs_class, roles_of
-from rmfs_core.simulation.needs import unmet_need
+from rmfs_core.roles import Role
+from rmfs_core.rules.hooks import check_hooks, require_attrs_class, roles_of
+from rmfs_core.rules.traits import RuleTraits
 from rmfs_core.wording import listed
 from rmfs_testing.trial import CallTimes, Outcome, WatchedRule, run_trial
 from rmfs_testing.trial_worlds import TrialWorld, trial_worlds
@@ -138,15 +139,16 @@ def conformance_report(rule: object) -> ConformanceReport:
     findings: list[Finding] = []
     times: dict[str, CallTimes] = {}
     worlds, left_out = [], {}
+    traits = RuleTraits.of(rule, f"class {kind.__name__}", "it")
     for world in trial_worlds():
-        lacks = unmet_need(kind, world.scenario, world.instance, f"class {kind.__name__}")
+        lacks = traits.lacks(world.scenario, world.instance)
         if lacks is not None:
             left_out[world.name] = lacks
             continue
         worlds.append(world.name)
         for roles in _castings(roles_of(kind)):
             findings += _findings(rule, world, roles, times)
-    decides = tuple(LABEL_OF_ROLE[role] for role in roles_of(kind))
+    decides = tuple(role.label for role in roles_of(kind))
     return ConformanceReport(kind.__name__, decides, tuple(worlds), left_out, tuple(findings), times)
 
 
@@ -161,16 +163,16 @@ def _checked(rule: object) -> type:
     return kind
 
 
-def _castings(roles: tuple[str, ...]) -> list[tuple[str, ...]]:
+def _castings(roles: tuple[Role, ...]) -> list[tuple[Role, ...]]:
     """Return the roles to play at a time: a rule that decides POA and PPS together does not decide them one by one."""
-    separate = tuple(role for role in roles if role != "poa_pps")
-    if "poa_pps" not in roles:
-        return [separate]
-    joint = tuple(role for role in roles if role not in ("poa", "pps"))
-    return [joint, separate] if {"poa", "pps"} & {*roles} else [joint]
+    separate = tuple(role for role in roles if role is not Role.POA_PPS)
+    joint = tuple(role for role in roles if role not in Role.POA_PPS.excludes)
+    if separate == roles:
+        return [roles]
+    return [joint] if joint == roles else [joint, separate]
 
 
-def _findings(rule: Any, world: TrialWorld, roles: tuple[str, ...], times: dict[str, CallTimes]) -> Iterator[Finding]:
+def _findings(rule: Any, world: TrialWorld, roles: tuple[Role, ...], times: dict[str, CallTimes]) -> Iterator[Finding]:
     """Yield what is wrong in one world; where the first run fails there is nothing to compare."""
     watched = WatchedRule(attrs.evolve(rule), times)
     first = run_trial(world, watched, roles)

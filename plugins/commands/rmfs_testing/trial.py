@@ -13,8 +13,10 @@ from attrs import define, evolve, field, frozen
 from rmfs_core.errors import RuleError, StandstillError
 from rmfs_core.events import DecisionMade, Event
 from rmfs_core.hookspecs import hookimpl
-from rmfs_core.rules.hooks import HOOK_OF_ROLE, OBSERVER_HOOKS, marked_methods, new_manager
+from rmfs_core.roles import Role
+from rmfs_core.rules.hooks import OBSERVER_HOOKS, marked_methods, new_manager
 from rmfs_core.rules.ruleset import BoundRule, RuleSet
+from rmfs_core.rules.traits import RuleTraits
 from rmfs_core.simulation.engine import Simulation
 from rmfs_testing.snapshot import Snapshot
 from rmfs_testing.trial_worlds import PLAIN_RULES
@@ -85,11 +87,12 @@ class WatchedRule:
         self.manager.register(self.instance, type(self.instance).__name__)
         self.manager.add_hookcall_monitoring(self._before_call, self._after_call)
 
-    def bound(self, role: str) -> BoundRule:
+    def bound(self, role: Role) -> BoundRule:
         """Return the rule as the kernel knows it."""
         kind = type(self.instance)
-        hook: pluggy.HookCaller = getattr(self.manager.hook, HOOK_OF_ROLE[role])
-        return BoundRule(role, kind.__name__, self.instance, kind.__module__, "under test", hook)
+        traits = RuleTraits.of(self.instance, f"class {kind.__name__}", "it")
+        hook: pluggy.HookCaller = getattr(self.manager.hook, role.hook)
+        return BoundRule(role, kind.__name__, self.instance, traits, kind.__module__, "under test", hook)
 
     def begin(self, view: WarehouseView) -> None:
         """Forget the run before this one."""
@@ -153,7 +156,7 @@ class _Forwarding:
         self.rule.manager.hook.run_ended(tick=tick, status=status)
 
 
-def run_trial(world: TrialWorld, rule: WatchedRule, roles: tuple[str, ...]) -> Outcome:
+def run_trial(world: TrialWorld, rule: WatchedRule, roles: tuple[Role, ...]) -> Outcome:
     """Run a world with a rule in these roles, and the plain rules in the others."""
     rules = _rules(rule, roles)
     recorder = _Recorder()
@@ -178,17 +181,15 @@ def _plain_rules() -> RuleSet:
     return RuleSet.load(PLAIN_RULES, ".", allow_inline=False)
 
 
-def _rules(rule: WatchedRule, roles: tuple[str, ...]) -> RuleSet:
+def _rules(rule: WatchedRule, roles: tuple[Role, ...]) -> RuleSet:
     observes = bool(OBSERVER_HOOKS & marked_methods(rule.instance).keys())
-    chosen: dict[str, Any] = {"poa": None, "pps": None} if "poa_pps" in roles else {}
+    chosen: dict[str, Any] = dict.fromkeys(other for role in roles for other in role.excludes)
     for role in roles:
-        if role == "filter":
-            chosen["filters"] = (rule.bound(role),)
-        elif role != "observer":
-            chosen[role] = rule.bound(role)
+        if role is not Role.OBSERVER:
+            chosen[role.key] = (rule.bound(role),) if role is Role.FILTER else rule.bound(role)
     rules = evolve(_plain_rules(), pm=new_manager(), **chosen)
     if observes:
-        rules.register_observer(_Forwarding(rule), rule.bound("observer").describe())
+        rules.register_observer(_Forwarding(rule), rule.bound(Role.OBSERVER).describe())
     return rules
 
 

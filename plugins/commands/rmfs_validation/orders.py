@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from rmfs_core.events import DecisionMade, OrderArrived, OrderAssigned, OrderCompleted, TripDecided
+from rmfs_core.roles import Role
 from rmfs_validation.case import Case, Handlers, seconds
 from rmfs_validation.state import OrderState, State
 
-DECISIONS = ("POA", "PPS", "POA+PPS")
+DECISIONS = tuple(role.label for role in (Role.POA, Role.PPS, Role.POA_PPS))
 
 
 class OrderCheck:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from attrs import define, evolve, field, validators
@@ -105,13 +105,6 @@ class _Joint:
             period = evolve(period, preference=self._preference(period, rng))
         solution = self.solve(period)
         return _decision(period, solution)
-
-    @staticmethod
-    def searches() -> tuple[Any, ...]:
-        """Return the compiled searches."""
-        from rmfs_mip.compiled import warm_up
-
-        return warm_up.searches()
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load the compiled searches, or compile them."""

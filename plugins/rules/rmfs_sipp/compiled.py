@@ -1,4 +1,4 @@
-"""The compiled search behind `rmfs_sipp`: the same as `rmfs_sipp.plain`, in integer arrays.
+"""The compiled search behind `rmfs_sipp`: the same as the plain search of the tests, in integer arrays.
 
 What the plain search does at once is put off here (partial expansion): a state first drives only the runs that could
 be on a path as early as the estimate it was queued with, and is queued again with the least estimate of the runs left

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from attrs import define, field
@@ -13,8 +13,7 @@ from rmfs_core.traffic import Query, Reservations, TimedPath, path_of
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rmfs_core.traffic import Roads
-    from rmfs_core.traffic.asking import Traffic
+    from rmfs_core.traffic import Roads, Traffic
 
 
 @define(eq=False)
@@ -63,13 +62,6 @@ class Sipp:
     reserves: ClassVar[str] = "full paths"
 
     _memory: _Memory = field(init=False, factory=_Memory, repr=False, eq=False)
-
-    @staticmethod
-    def searches() -> tuple[Any, ...]:
-        """Return the compiled search."""
-        from rmfs_sipp import compiled
-
-        return (compiled.search,)
 
     def prepare(self, roads: Roads) -> None:
         """Load the compiled search, or compile it."""

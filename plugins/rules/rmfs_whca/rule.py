@@ -12,8 +12,7 @@ from rmfs_core.clock import to_ticks
 from rmfs_core.traffic import FOREVER, Query, Reservations, TimedPath, path_of
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
-    from rmfs_core.traffic.asking import Traffic
+    from rmfs_core.traffic import Roads, Traffic
 
 
 def _positive(_instance: object, _attribute: Any, value: float) -> None:
@@ -66,13 +65,6 @@ class WhcaN:
         validator=validators.ge(1),
         metadata={"doc": "Nodes after which a search gives up, as if there were no path"},
     )
-
-    @staticmethod
-    def searches() -> tuple[Any, ...]:
-        """Return the compiled search."""
-        from rmfs_whca import compiled
-
-        return (compiled.search,)
 
     def prepare(self, roads: Roads) -> None:
         """Load the compiled search, or compile it."""

@@ -183,7 +183,7 @@ class CompleteDriving(ReservedDriving):
                     f"gave robot {course.robot.name} a path that ends at {where(end)}, not at its goal {where(goal)}"
                 )
 
-        self.run.asker.apply(self.run.rule, commit)
+        self.run.asker.apply(self.rule, commit)
         self._own(course, goal)
 
     def _path_ended(self, course: Course) -> None:

@@ -6,11 +6,12 @@ import simpy
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import QueueJoined
-from rmfs_core.simulation.driving.base import Process, Surroundings
+from rmfs_core.simulation.context import RunContext
+from rmfs_core.simulation.driving.base import Driving, Process
 from rmfs_core.warehouse import Robot, Station
 
 
-class FreeDriving:
+class FreeDriving(Driving):
     """For PP rules that reserve nothing.
 
     The line at a station is in order of arrival. A robot drives to the slot behind those in line when it sets out.
@@ -21,12 +22,9 @@ class FreeDriving:
         The run.
     """
 
-    def __init__(self, run: Surroundings) -> None:
-        self.run = run
+    def __init__(self, run: RunContext) -> None:
+        super().__init__(run)
         self._line_moved: list[simpy.Event] = [run.env.event() for _ in run.warehouse.stations]
-
-    def place(self, robot: Robot, station: Station) -> None:
-        """Nothing is to be noted: the line itself says where the robot stands."""
 
     def left(self, station: Station) -> None:
         """Let those in line move up."""
@@ -61,13 +59,13 @@ class FreeDriving:
         run = self.run
         started = run.warehouse.now
         while robot.cell != goal:
-            if run.warehouse.now - started > run.standstill_ticks:
+            if run.warehouse.now - started > self.standstill_ticks:
                 where = run.warehouse.travel.layout.where(goal)
                 under_way_s = to_seconds(run.warehouse.now - started)
                 problem = f"robot {robot.name} has been on its way to {where} for {under_way_s:.0f} s"
-                raise run.asker.error(run.rule, f"{problem} without arriving (run.standstill_s)")
-            for leg in run.plan(robot, goal):
+                raise run.asker.error(self.rule, f"{problem} without arriving (run.standstill_s)")
+            for leg in self.path(robot, goal):
                 start = run.warehouse.now
-                heading, turn, ticks = run.turn_and_run(robot, leg)
+                heading, turn, ticks = self.turn_and_run(robot, leg)
                 yield run.after(leg.wait_ticks + turn + ticks)
-                run.arrive(robot, leg, heading, start, turn)
+                self.arrive(robot, leg, heading, start, turn)

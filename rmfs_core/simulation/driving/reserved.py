@@ -13,23 +13,23 @@ import numpy as np
 import simpy
 from attrs import define, field
 
-from rmfs_core.clock import to_seconds
 from rmfs_core.decisions import Leg
 from rmfs_core.errors import InputError
 from rmfs_core.events import QueueJoined
-from rmfs_core.simulation.asking import ImpossibleError
-from rmfs_core.simulation.driving.base import Process, Surroundings
+from rmfs_core.simulation import checks
+from rmfs_core.simulation.context import RunContext
+from rmfs_core.simulation.driving.base import Driving, Process
 from rmfs_core.traffic import (
     Occupancy,
     Query,
     Reservations,
     ReservedError,
     TimedPath,
+    Traffic,
     occupancy,
     roads_on,
     timed_path,
 )
-from rmfs_core.traffic.asking import Traffic
 from rmfs_core.warehouse import Robot, Station
 
 FORGET_TICKS = 10_000
@@ -80,7 +80,7 @@ class Course:
     overtaken: int = 0
 
 
-class ReservedDriving:
+class ReservedDriving(Driving):
     """Base of the ways to drive that keep robots out of each other's way.
 
     Parameters
@@ -94,15 +94,15 @@ class ReservedDriving:
         When no storage location would be left for a robot to step aside.
     """
 
-    def __init__(self, run: Surroundings) -> None:
-        self.run = run
+    def __init__(self, run: RunContext) -> None:
+        super().__init__(run)
         self.env = run.env
         travel = run.warehouse.travel
         robots, locations = run.warehouse.robots, travel.layout.storage_locations
         if len(robots) >= len(locations) and len(robots) > 1:
             raise InputError(
                 "robots.count",
-                f"found {len(robots)} robots and {len(locations)} storage locations; {run.rule.describe()} needs one "
+                f"found {len(robots)} robots and {len(locations)} storage locations; {self.rule.describe()} needs one "
                 "location more than robots, so that one can always step aside",
             )
         self.roads = roads_on(travel)
@@ -126,9 +126,6 @@ class ReservedDriving:
         self._own(course, robot.cell)
         course.station, course.joined = station, True
         self.lines[station.id].append(course)
-
-    def left(self, station: Station) -> None:
-        """Nothing happens yet: those in line move up when the first has a path that leads away."""
 
     # What the two kinds do differently
 
@@ -157,12 +154,12 @@ class ReservedDriving:
     def _ask(self, query: Query) -> list[Leg]:
         """Ask the PP rule."""
         robot = self.run.warehouse.robots[query.robot]
-        return self.run.plan(robot, query.goal, Traffic(self.roads, self.table, query))
+        return self.path(robot, query.goal, Traffic(self.roads, self.table, query))
 
     def _ask_if_possible(self, query: Query) -> list[Leg] | None:
         """Ask the PP rule for a path that need not exist."""
         robot = self.run.warehouse.robots[query.robot]
-        return self.run.plan_if_possible(robot, query.goal, Traffic(self.roads, self.table, query))
+        return self.path_if_possible(robot, query.goal, Traffic(self.roads, self.table, query))
 
     def _commit(self, course: Course, query: Query, legs: Sequence[Leg]) -> Occupancy:
         """Reserve a path in place of what the robot has not begun; return what it occupies."""
@@ -171,7 +168,7 @@ class ReservedDriving:
         try:
             self.table.commit(course.robot.id, occupied)
         except ReservedError as error:
-            raise ImpossibleError(self._hits(course.robot, error)) from None
+            raise checks.hit(self.roads.layout, course.robot.id, error) from None
         course.reserved, course.arrives = occupied, path.end_tick
         if course.under_way is None and not course.legs:
             course.since = self.run.warehouse.now
@@ -194,13 +191,6 @@ class ReservedDriving:
         start, end = course.under_way
         return timed_path(self.roads, start, (Leg(end.cell), *legs))
 
-    def _hits(self, robot: Robot, error: ReservedError) -> str:
-        where, other = self.roads.layout.where(error.cell), self.run.warehouse.robots[error.owner]
-        return (
-            f"gave robot {robot.name} a path that hits a reservation: robot {other.name} has {where} "
-            f"from {to_seconds(error.since):.3f} s on"
-        )
-
     def _follow(self, course: Course) -> Process:
         """Drive what is reserved, leg by leg, for ever."""
         robot, run = course.robot, self.run
@@ -218,7 +208,7 @@ class ReservedDriving:
             leg = course.legs.popleft()
             if leg.to == robot.cell or not self._register(course, leg):
                 continue
-            heading, turn, ticks = run.turn_and_run(robot, leg)
+            heading, turn, ticks = self.turn_and_run(robot, leg)
             now, loaded = run.warehouse.now, robot.pod is not None
             course.under_way = (
                 Query(robot.id, robot.cell, robot.heading, now, leg.to, loaded),
@@ -226,7 +216,7 @@ class ReservedDriving:
             )
             yield run.after(turn + ticks)
             course.under_way = None
-            run.arrive(robot, Leg(leg.to, now - course.since), heading, course.since, turn)
+            self.arrive(robot, Leg(leg.to, now - course.since), heading, course.since, turn)
             course.since = run.warehouse.now
             if course.station is not None and not course.joined:
                 self._join(course.station)

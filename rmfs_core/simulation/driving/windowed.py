@@ -35,7 +35,8 @@ from rmfs_core.clock import to_seconds
 from rmfs_core.decisions import Leg
 from rmfs_core.errors import StandstillError
 from rmfs_core.randomness import stream
-from rmfs_core.simulation.driving.base import Process, Surroundings
+from rmfs_core.simulation.context import RunContext
+from rmfs_core.simulation.driving.base import Process
 from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
 from rmfs_core.traffic import Query, Reservations, ReservedError, occupancy, timed_path
 from rmfs_core.warehouse import Robot, Station
@@ -47,8 +48,8 @@ PATIENCE_TICKS = 30_000
 
 
 @define
-class Errand:
-    """What a robot is about.
+class Progress:
+    """How far a robot has come on its way to one place.
 
     Parameters
     ----------
@@ -80,9 +81,9 @@ class WindowedDriving(ReservedDriving):
         The run.
     """
 
-    def __init__(self, run: Surroundings) -> None:
+    def __init__(self, run: RunContext) -> None:
         super().__init__(run)
-        self._errands = [Errand() for _ in self.courses]
+        self._progresss = [Progress() for _ in self.courses]
         self._registered = Reservations(self.roads.cells)
         """The runs under way, or the cells that robots stand in; no two robots ever have a cell at once."""
         for course in self.courses:
@@ -90,7 +91,7 @@ class WindowedDriving(ReservedDriving):
         self._asking: dict[int, Course] = {}
         self._round_due = False
         self._last_round = -ROUND_TICKS
-        self._rng = stream(run.seed, "robots that step aside")
+        self._rng = stream(run.scenario.seed, "robots that step aside")
 
     def place(self, robot: Robot, station: Station) -> None:
         """Take in a robot that stands in the line of a station from the start."""
@@ -128,14 +129,14 @@ class WindowedDriving(ReservedDriving):
         self._request(course)
 
     def _start_clocks(self, course: Course) -> None:
-        errand = self._errands[course.robot.id]
-        errand.set_out = errand.moved = self.run.warehouse.now
-        errand.refused = None
+        progress = self._progresss[course.robot.id]
+        progress.set_out = progress.moved = self.run.warehouse.now
+        progress.refused = None
 
     def _leave_station(self, course: Course) -> None:
         """Note that a robot goes elsewhere; it stays in the line until it begins a run away."""
         if course.station is not None:
-            self._errands[course.robot.id].leaves = course.station
+            self._progresss[course.robot.id].leaves = course.station
             course.station, course.joined = None, False
 
     def _target(self, course: Course) -> int:
@@ -194,14 +195,14 @@ class WindowedDriving(ReservedDriving):
 
     def _go(self, course: Course, query: Query, legs: list[Leg]) -> None:
         """Reserve a path, and see whether it leads into a line."""
-        run, errand = self.run, self._errands[course.robot.id]
-        path = run.asker.apply(run.rule, lambda: self._commit(course, query, legs))
+        progress = self._progresss[course.robot.id]
+        path = self.run.asker.apply(self.rule, lambda: self._commit(course, query, legs))
         station = course.station
         if station is not None and course not in self.lines[station.id]:
             enters = path.since[path.cells == station.cells.queue[-1]]
             if len(enters):
-                errand.entry = int(enters[0])
-                insort(self.lines[station.id], course, key=lambda other: self._errands[other.robot.id].entry)
+                progress.entry = int(enters[0])
+                insort(self.lines[station.id], course, key=lambda other: self._progresss[other.robot.id].entry)
 
     def _let_move_up(self, station: Station) -> None:
         for place, course in enumerate(self.lines[station.id]):
@@ -214,17 +215,17 @@ class WindowedDriving(ReservedDriving):
 
     def _register(self, course: Course, leg: Leg) -> bool:
         """Register a run; when another is in its way, stop the robot instead."""
-        robot, errand = course.robot, self._errands[course.robot.id]
+        robot, progress = course.robot, self._progresss[course.robot.id]
         query = Query(robot.id, robot.cell, robot.heading, self.run.warehouse.now, leg.to, loaded=robot.pod is not None)
         path = timed_path(self.roads, query, (Leg(leg.to),))
         try:
             self._registered.commit(robot.id, occupancy(self.roads, path))
         except ReservedError as error:
-            errand.refused = error.cell
+            progress.refused = error.cell
             self._stop(course)
             return False
-        errand.moved, errand.refused = path.end_tick, None
-        left, errand.leaves = errand.leaves, None
+        progress.moved, progress.refused = path.end_tick, None
+        left, progress.leaves = progress.leaves, None
         if left is not None:
             self.lines[left.id].remove(course)
             self._let_move_up(left)
@@ -257,7 +258,7 @@ class WindowedDriving(ReservedDriving):
     # Robots that cannot move
 
     def _give_up_if_late(self, course: Course) -> None:
-        if self.run.warehouse.now - self._errands[course.robot.id].set_out > self.run.standstill_ticks:
+        if self.run.warehouse.now - self._progresss[course.robot.id].set_out > self.standstill_ticks:
             raise StandstillError(self._who_waits_for_whom(course))
 
     def _rests(self, course: Course) -> bool:
@@ -265,10 +266,10 @@ class WindowedDriving(ReservedDriving):
 
     def _has_stood_long(self, course: Course) -> bool:
         now = self.run.warehouse.now
-        return self._rests(course) and now - self._errands[course.robot.id].moved >= PATIENCE_TICKS
+        return self._rests(course) and now - self._progresss[course.robot.id].moved >= PATIENCE_TICKS
 
     def _has_been_refused_for_long(self, course: Course) -> bool:
-        return self._errands[course.robot.id].refused is not None and self._has_stood_long(course)
+        return self._progresss[course.robot.id].refused is not None and self._has_stood_long(course)
 
     def _step_aside(self, course: Course, query: Query) -> list[Leg]:
         """Legs into a free cell beside a robot that has stood for long; none before, or where there is no such cell.
@@ -303,23 +304,23 @@ class WindowedDriving(ReservedDriving):
     def _who_waits_for_whom(self, course: Course) -> str:
         sentences = [self._waits_for(other) for other in self.courses if other is course or self._stands(other)]
         now = self.run.warehouse.now
-        on_its_way_s = to_seconds(now - self._errands[course.robot.id].set_out)
+        on_its_way_s = to_seconds(now - self._progresss[course.robot.id].set_out)
         return (
             f"The run stands still at {to_seconds(now):.3f} s: robot {course.robot.name} has been on its way for "
             f"{on_its_way_s:.0f} s (run.standstill_s). {'; '.join(sentences)}. Paths were planned by "
-            f'{self.run.rule.describe()}, which has no proof against deadlock; rules.pp = "sipp" has.'
+            f'{self.rule.describe()}, which has no proof against deadlock; rules.pp = "sipp" has.'
         )
 
     def _stands(self, course: Course) -> bool:
         """Whether a robot wants to move and does not."""
         stands = course.under_way is None and course.robot.cell != self._target(course)
-        return stands and self.run.warehouse.now - self._errands[course.robot.id].moved >= RETRY_TICKS
+        return stands and self.run.warehouse.now - self._progresss[course.robot.id].moved >= RETRY_TICKS
 
     def _waits_for(self, course: Course) -> str:
         robot, layout, now = course.robot, self.roads.layout, self.run.warehouse.now
         target = self._target(course)
         query = self._departure(course, target)
-        cell, blocker = self._errands[robot.id].refused, None
+        cell, blocker = self._progresss[robot.id].refused, None
         if cell is not None:
             blocker = self._registered.blocker(cell, now, owner=robot.id)
         if cell is None or blocker is None:

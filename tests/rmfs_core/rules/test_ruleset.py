@@ -12,7 +12,7 @@ import pytest
 from attrs import define
 
 from rmfs_core import InputError, hookimpl
-from rmfs_core.entrypoints import RULES, available
+from rmfs_core.entrypoints import RULES, offers
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.warehouse import WarehouseView
@@ -43,8 +43,8 @@ def load(**choices: Any) -> RuleSet:
 def test_installed_rules_are_listed_without_importing_them(install: Install) -> None:
     """A rule whose module does not exist is listed like any other."""
     install("acme", {"broken": "acme_missing:Broken"})
-    assert set(available(RULES)) >= {"broken", *RULE_NAMES}
-    assert available(RULES)["pod-match"].value == "rmfs_pod_match:PodMatch"
+    assert offers(RULES).keys() >= {"broken", *RULE_NAMES}
+    assert offers(RULES)["pod-match"][0].value == "rmfs_pod_match:PodMatch"
     assert "acme_missing" not in sys.modules
 
 
@@ -209,7 +209,7 @@ def test_an_observer_object_is_checked_like_a_rule() -> None:
         load().register_observer(Misspelt())
     assert str(caught.value).startswith(
         "observer Misspelt: class Misspelt implements a hook `on_evnt`, which does not exist "
-        '(did you mean "on_event"?); the hooks are assign_orders, '
+        "(did you mean `on_event`?); the hooks are assign_orders, "
     )
     with pytest.raises(InputError, match="observer object: it implements no observer hook"):
         load().register_observer(object())

@@ -13,9 +13,9 @@ RULES = '[rules]\npoa = "pod-match"\npps = "demand"\n'
 
 BAD_FILES = [
     # a misspelt key, with the nearest one
-    ("[robots]\ncuont = 3\n" + RULES, ", line 2, robots.cuont: unknown key; did you mean `count`?"),
+    ("[robots]\ncuont = 3\n" + RULES, ", line 2, robots.cuont: unknown key (did you mean `count`?)"),
     # a misspelt section
-    ("[robot]\ncount = 3\n" + RULES, ", line 1, robot: unknown key; did you mean `robots`?"),
+    ("[robot]\ncount = 3\n" + RULES, ", line 1, robot: unknown key (did you mean `robots`?)"),
     # a key that resembles none: all are listed
     (
         "[instance.arrivals]\nx = 1\n" + RULES,
@@ -56,7 +56,7 @@ BAD_FILES = [
     # one of a few words
     (
         '[instance]\narrivals = { process = "poison" }\n' + RULES,
-        ', line 2, instance.arrivals.process: found "poison"; did you mean `poisson`?',
+        ', line 2, instance.arrivals.process: found "poison" (did you mean `poisson`?)',
     ),
     # values that do not go together
     (
@@ -86,7 +86,7 @@ BAD_FILES = [
     # rules
     (
         '[rules]\npoa = "pod-mach"\npps = "demand"\n',
-        ", line 2, rules.poa: there is no rule `pod-mach`; did you mean `pod-match`?",
+        ', line 2, rules.poa: there is no rule "pod-mach" (did you mean `pod-match`?)',
     ),
     (
         '[rules]\npoa = { rle = "pod-match" }\npps = "demand"\n',
@@ -98,7 +98,7 @@ BAD_FILES = [
     ),
     (
         '[rules]\npoa = "./mine:Rule"\npps = "demand"\n',
-        ", line 2, rules.poa: there is no file `./mine` in the scenario's folder ({folder})",
+        ', line 2, rules.poa: expected "./file.py:Class" for a rule beside the scenario, found "./mine:Rule"',
     ),
     (
         '[rules]\npoa = "./mine.py"\npps = "demand"\n',
@@ -114,7 +114,7 @@ BAD_FILES = [
         "[stations]\npick_s = 0\n[robots]\ncuont = 3\n",
         ", line 2, stations.pick_s: expected a number from 0.001 to 3600, found 0.0",
     ),
-    ("[robots]\ncuont = 3\n[stations]\npick_s = 0\n", ", line 2, robots.cuont: unknown key; did you mean `count`?"),
+    ("[robots]\ncuont = 3\n[stations]\npick_s = 0\n", ", line 2, robots.cuont: unknown key (did you mean `count`?)"),
     # a text that looks like keys: no line rather than a wrong one
     ('seed = """\n[robots]\n"""\n' + RULES, ', seed: expected a whole number, found "[robots]\\n"'),
 ]
@@ -186,7 +186,8 @@ def test_a_misspelt_file_names_the_nearest_scenario() -> None:
     with pytest.raises(InputError) as caught:
         load_scenario("paper-25")
     assert str(caught.value) == (
-        "paper-25: there is no such file, and no shipped scenario of that name; did you mean `paper-250`?"
+        "paper-25: there is no such file, and no shipped scenario of that name "
+        "(did you mean `paper-250` or `paper-2000`?)"
     )
 
 

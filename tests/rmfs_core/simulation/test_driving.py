@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import rmfs_core
+from crowds import paper_roads
 from rmfs_core.decisions import Leg
 from rmfs_core.errors import InputError, RuleError, StandstillError
 from rmfs_core.events import (
@@ -30,7 +31,6 @@ from rmfs_core.simulation.driving.windowed import WindowedDriving
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.traffic import FOREVER, Occupancy, Query, Roads, occupancy, timed_path
 from rmfs_core.world import check_layout, parse_map
-from rmfs_plan.crowds import paper_roads
 from rmfs_testing import small_instance, small_layout
 
 CORRIDOR_MAP = "\n".join(["#" + "." * 60 + "qO", "#.." + "@" * 57 + "...", "#.#" + "@" * 60, "@#@" + "@" * 60])
@@ -400,7 +400,7 @@ def test_a_full_path_ends_at_the_goal(tiny_run: Callable[..., Any], tmp_path: Pa
 
 def test_reserves_is_one_of_a_few(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
     """A misspelt attribute is named with what would be right."""
-    with pytest.raises(InputError, match="has reserves = 'paths'; expected one of None, 'full paths', 'windows'"):
+    with pytest.raises(InputError, match="has reserves = 'paths'; expected 'full paths', 'windows' or None"):
         tiny_run(INSTANCE, pp=inline(tmp_path, "paths"))
 
 

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from plain_sipp import gaps
 from rmfs_core.traffic import FOREVER, Occupancy, Reservations, ReservedError
 
 
@@ -22,15 +23,15 @@ def test_gaps_are_what_reservations_leave() -> None:
     table = Reservations(3)
     table.hold(7, 1, 10, 20)
     table.hold(8, 1, 20, 30)
-    assert table.safe_intervals(1) == [(-FOREVER, 10), (30, FOREVER)]
-    assert table.safe_intervals(1, owner=8) == [(-FOREVER, 10), (20, FOREVER)]
+    assert gaps(table, 1, -1) == [(-FOREVER, 10), (30, FOREVER)]
+    assert gaps(table, 1, owner=8) == [(-FOREVER, 10), (20, FOREVER)]
     table.hold(9, 1, 40)
-    assert table.safe_intervals(1) == [(-FOREVER, 10), (30, 40)]
-    assert table.safe_intervals(0) == [(-FOREVER, FOREVER)]
+    assert gaps(table, 1, -1) == [(-FOREVER, 10), (30, 40)]
+    assert gaps(table, 0, -1) == [(-FOREVER, FOREVER)]
     assert table.blocker(1, 0, 15) == 7
     assert table.blocker(1, 30, 40) is None
-    assert not table.can_be_held(1, 30)
-    assert table.can_be_held(1, 30, owner=9)
+    assert table.blocker(1, 30) == 9
+    assert table.blocker(1, 30, owner=9) is None
 
 
 def test_what_another_has_is_refused_whole() -> None:
@@ -51,7 +52,7 @@ def test_a_commit_replaces_what_was_there() -> None:
     table.commit(0, occupy((0, 0, 10), (1, 5, FOREVER)))
     table.commit(0, occupy((1, 5, 20), (2, 15, FOREVER)))
     assert (table.reserved(0), table.reserved(1)) == ([], [(0, 5, 20)])
-    assert table.cells_of(0) == {1, 2}
+    assert table.reserved(2) == [(0, 15, FOREVER)]
     table.release(0)
     assert table.size == 0
 

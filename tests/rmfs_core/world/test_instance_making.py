@@ -49,7 +49,7 @@ WRONG = [
         "1,0,a,1\n",
         "pod1,a,\n",
         '{ 1 = ["pod2"] }',
-        "{file}, line 4, instance.pods_at_stations.1: there is no pod pod2 with contents; did you mean `pod1`?",
+        "{file}, line 4, instance.pods_at_stations.1: there is no pod pod2 with contents (did you mean `pod1`?)",
     ),
     (
         "1,0,a,1\n",

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from rmfs_core.motion import Motion
 from rmfs_core.world import EAST, NORTH, WEST, CellKind, Layout, parse_map
-from rmfs_core.world.travel import UNREACHABLE, Travel, needs_compiling
+from rmfs_core.world.travel import UNREACHABLE, Travel
 from rmfs_testing import small_layout
 
 OPEN = parse_map("#......#\n........\n..qO....\n........", "open")
@@ -153,9 +153,3 @@ def test_no_way_is_said() -> None:
     layout = parse_map("#.@#\n.qO.\n....\n@@@@\n#...", "split")
     with pytest.raises(ValueError, match="no way from row 1, column 1 to row 5, column 1"):
         Travel(layout, Motion()).fastest_path(0, NORTH, 16, loaded=False)
-
-
-def test_the_searches_are_compiled_once() -> None:
-    """After a search was run, nothing needs compiling any more."""
-    Travel(OPEN, Motion()).times_to(0, loaded=False)
-    assert not needs_compiling()

@@ -149,7 +149,7 @@ def test_an_unknown_name_is_a_wrong_input(capsys: pytest.CaptureFixture[str]) ->
         main(["rules", "balancd"])
     assert stop.value.code == 2
     assert capsys.readouterr().err == (
-        'Error: rmfs rules: unknown rule "balancd" (did you mean "balanced"?); `rmfs rules` lists all\n'
+        'Error: rmfs rules: unknown rule "balancd" (did you mean `balanced`?); `rmfs rules` lists all\n'
     )
 
 

@@ -18,7 +18,7 @@ RULES = '[rules]\npoa = "pod-match"\npps = "demand"\n'
 
 WRONG = [
     # reading
-    ("[robots]\ncuont = 3\n" + RULES, "Error: {file}, line 2, robots.cuont: unknown key; did you mean `count`?\n"),
+    ("[robots]\ncuont = 3\n" + RULES, "Error: {file}, line 2, robots.cuont: unknown key (did you mean `count`?)\n"),
     # the instance
     (
         '[instance]\norders_file = "no.csv"\npods_file = "no.csv"\n' + RULES,

@@ -7,14 +7,6 @@ from pathlib import Path
 import pytest
 
 from rmfs_core.cli import main
-from rmfs_core.rules.hooks import LABEL_OF_ROLE
-from rmfs_kit.command import DECISIONS
-from rmfs_kit.names import COMMAND
-
-
-def test_the_choices_are_what_rules_can_decide() -> None:
-    """The command's own list, which spares slow imports, is the hooks'."""
-    assert {role: label for label, role in DECISIONS.items()} == {**LABEL_OF_ROLE, COMMAND: COMMAND}
 
 
 def test_it_writes_the_folder_and_says_what_comes_next(

@@ -10,16 +10,16 @@ from typing import Any
 
 import pytest
 
+from rmfs_core.roles import Role
 from rmfs_kit import NewRule, selecting, trying
-from rmfs_kit.command import DECISIONS
-from rmfs_kit.names import COMMAND
+from rmfs_kit.command import COMMAND
 
-RULES = [label for label in DECISIONS if label != COMMAND]
+RULES = [role.label for role in Role]
 
 
 def rule_of(label: str) -> NewRule:
     """Return the rule that is written for a kind of decision."""
-    return NewRule(f"try-{label.lower().replace('+', '-')}", DECISIONS[label])
+    return NewRule(f"try-{label.lower().replace('+', '-')}", label if label == COMMAND else Role.labelled(label))
 
 
 @pytest.fixture(scope="session")
@@ -27,10 +27,10 @@ def place(environment: Callable[..., Any], built: Callable[..., tuple[Path, Path
     """Return an environment with the built wheel of rmfs and one new rule of each kind installed beside it."""
     place = environment(borrowed=False)
     place.call("pip", "install", "--quiet", str(built()[1]), "pytest", "hatchling")
-    for label in DECISIONS:
+    for label in (*RULES, COMMAND):
         place.call("rmfs", "new-rule", rule_of(label).name, "--decides", label)
     # The new rules need nothing that is not there; their build tool is installed already: no downloads.
-    folders = [f"./{rule_of(label).name}" for label in DECISIONS]
+    folders = [f"./{rule_of(label).name}" for label in (*RULES, COMMAND)]
     place.call("pip", "install", "--quiet", "--no-deps", "--no-build-isolation", *folders)
     return place
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rmfs_core import InputError
-from rmfs_core.rules.hooks import HOOK_OF_ROLE
+from rmfs_core.roles import Role
 from rmfs_kit import NewRule, project_files, selecting, write_project
 from rmfs_kit.names import COMMAND
 
@@ -20,8 +20,8 @@ WORDS = (
 )
 
 
-@pytest.mark.parametrize("role", HOOK_OF_ROLE)
-def test_every_role_has_its_templates(role: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("role", Role)
+def test_every_role_has_its_templates(role: Role, tmp_path: Path) -> None:
     """The class is named after the rule, implements the role's hook, and the entry point leads to it."""
     folder = write_project(NewRule("fine-rule", role), tmp_path)
     written = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
@@ -33,11 +33,11 @@ def test_every_role_has_its_templates(role: str, tmp_path: Path) -> None:
     code = ast.parse((folder / "src/fine_rule/__init__.py").read_text(encoding="utf-8"))
     (rule,) = (node for node in code.body if isinstance(node, ast.ClassDef))
     assert rule.name == "FineRule"
-    assert HOOK_OF_ROLE[role] in {node.name for node in rule.body if isinstance(node, ast.FunctionDef)}
+    assert role.hook in {node.name for node in rule.body if isinstance(node, ast.FunctionDef)}
 
 
-@pytest.mark.parametrize("role", HOOK_OF_ROLE)
-def test_no_word_of_the_templates_is_left(role: str) -> None:
+@pytest.mark.parametrize("role", Role)
+def test_no_word_of_the_templates_is_left(role: Role) -> None:
     """Every stand-in was replaced, and the README has the commands for this kind of rule."""
     rule = NewRule("fine-rule", role)
     texts = project_files(rule)
@@ -81,7 +81,7 @@ def test_rules_are_selected_by_their_role() -> None:
     """One rule for a decision, lists of filters and observers, and a joint rule in place of two."""
     assert selecting(NewRule("x", "pps")) == "--set rules.pps=x"
     assert selecting(NewRule("x", "filter")) == """--set 'rules.filters=["x"]'"""
-    assert selecting(NewRule("x", "poa_pps")) == "--set rules.poa= --set rules.pps= --set rules.poa_pps=x"
+    assert selecting(NewRule("x", "poa_pps")) == "--set rules.poa_pps=x"
 
 
 @pytest.mark.parametrize(

@@ -81,7 +81,7 @@ def test_a_failed_run_is_reported_and_counted(tmp_path: Path, monkeypatch: pytes
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--only", "packin"), 'there is no part "packin"; did you mean'),
+        (("--only", "packin"), 'there is no part "packin" (did you mean'),
         (("--quick", "--only", "large"), "large has no part in --quick"),
     ],
 )

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from rmfs_core.cli import main
-from rmfs_states import model
+from rmfs_states import state
 from rmfs_states.decide_command import DECIDES
 
 STATE = {
@@ -61,8 +61,8 @@ def test_seed(decide: Any) -> None:
     ("arguments", "changes", "problem"),
     [
         (("--rule", "first-come"), {"version": 2}, "state.json, version: expected version 1"),
-        (("--rule", "first-come"), {"order": {}}, "state.json, order: unknown key; did you mean `orders`?"),
-        (("--rule", "firstcome"), {}, 'unknown rule "firstcome" (did you mean "first-come"'),
+        (("--rule", "first-come"), {"order": {}}, "state.json, order: unknown key (did you mean `orders`?)"),
+        (("--rule", "firstcome"), {}, 'there is no rule "firstcome" (did you mean `first-come`'),
         (("--rule", "integrated", "--set", "gap=-1"), {}, "gap"),
         (("--rule", "random"), {}, "decides PR, but the state has no layout"),
         (("--rule", "./mine.py:Mine", "--no-inline-rules"), {}, "--no-inline-rules refuses"),
@@ -92,7 +92,7 @@ def test_a_rule_from_a_file(decide: Any, tmp_path: Path, monkeypatch: pytest.Mon
 
 def test_what_can_be_asked() -> None:
     """The command offers what the format has."""
-    assert DECIDES == model.DECIDES
+    assert tuple(DECIDES) == state.DECIDES
 
 
 def test_the_schema(capsys: pytest.CaptureFixture[str]) -> None:

@@ -190,7 +190,7 @@ def test_a_rule_that_decides_several_things(by_hand: dict[str, Any], acme: None)
     [
         ("free-flow", None, "decides PP; expected a rule for POA"),
         ("first-come", "PPS", "decides POA; expected a rule for PPS"),
-        ("first-comes", None, 'did you mean "first-come"'),
+        ("first-comes", None, "did you mean `first-come`"),
         ("free-flow", "PP", "decides: expected POA, PPS, POA\\+PPS, PR or TA, found 'PP'"),
     ],
 )
@@ -227,7 +227,7 @@ def test_instead_of_a_joint_rule(at_work: dict[str, Any]) -> None:
 @pytest.mark.parametrize(
     ("names", "decides", "problem"),
     [
-        (["demand"], "POA", "decides PPS; expected a rule for POA\\+PPS or POA"),
+        (["demand"], "POA", "decides PPS; expected a rule for POA or POA\\+PPS"),
         (["demand", "nearest-pod"], "PPS", "found 2 rules to decide PPS"),
         (["demand", "first-come"], "POA", "decides PPS; expected a rule for POA"),
     ],

@@ -141,13 +141,13 @@ def test_a_pod_that_nothing_was_decided_for(sequential: str, capsys: pytest.Capt
         (("--decision", "9999"), "there is none; the run has decisions 1 to"),
         (("--order", "15"), "the run has no order of that name"),
         (("--order", "x"), "they are called 1 to 14"),
-        (("--pod", "300"), 'did you mean "30"'),
+        (("--pod", "300"), "did you mean `30`"),
         (("--pod", "3", "--order", "3"), "exclude each other"),
         (("--against", "demand"), "need --period or --decision"),
         (("--order", "3", "--state", "x.json"), "need --period or --decision"),
         (
             ("--period", "1", "--against", "demand"),
-            '--against demand: rule "demand" (rmfs 0.1.0) decides PPS; expected a rule for POA+PPS or POA',
+            '--against demand: rule "demand" (rmfs 0.1.0) decides PPS; expected a rule for POA or POA+PPS',
         ),
         (
             ("--period", "1", "--against", "first-come+demand+nearest"),

@@ -14,9 +14,8 @@ import rmfs_core
 from rmfs_core import hookimpl
 from rmfs_core.info import Question
 from rmfs_core.results.files import to_json
-from rmfs_core.rules import BoundRule
-from rmfs_core.rules.hooks import ROLE_OF_LABEL
-from rmfs_core.rules.single import load_rule
+from rmfs_core.roles import Role
+from rmfs_core.rules import BoundRule, load_rule
 from rmfs_core.warehouse import WarehouseView
 from rmfs_core.warehouse.parts import Part, ReadOnly
 from rmfs_states import decide, read_recording, state_from_dict, state_to_dict
@@ -49,7 +48,7 @@ def test_every_decision_of_a_run_is_made_again(record: Any, settings: tuple[str,
     rules: dict[str, BoundRule] = {}
     for recorded in recording:
         if recorded.decides not in rules:
-            rules[recorded.decides] = load_rule(recording.choice_of(recorded), (ROLE_OF_LABEL[recorded.decides],))
+            rules[recorded.decides] = load_rule(recording.choice_of(recorded), (Role.labelled(recorded.decides),))
         again = ask(open_state(recorded.state(), recorded.place), rules[recorded.decides])
         assert again.decision == recorded.decision, recorded.place
         assert again.report == recorded.report, recorded.place

@@ -123,7 +123,7 @@ def test_a_file_by_hand(by_hand: dict[str, Any], write: Callable[[Any], Path]) -
         (("orders", "A", "lines"), {}, "orders.A.lines", "expected one line or more"),
         (("orders", "A", "lines", "milk"), 0, "orders.A.lines", "quantities from 1 to 1,000,000,000"),
         (("orders", "A", "lines", "milk"), "2", "orders.A.lines.milk", "expected a whole number"),
-        (("orders", "A", "line"), {"milk": 1}, "orders.A.line", "unknown key; did you mean `lines`?"),
+        (("orders", "A", "line"), {"milk": 1}, "orders.A.line", "unknown key (did you mean `lines`?)"),
         (("pods", "P1", "contents", "milk"), -1, "pods.P1.contents", "numbers of items from 0 to"),
         (("pods", "P1", "cell"), -1, "pods.P1.cell", "a whole number from 0 to"),
         (("stations", "north"), {}, "stations.north", "either `item_capacity` or `order_capacity`"),

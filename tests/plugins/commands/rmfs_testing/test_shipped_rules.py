@@ -4,19 +4,19 @@ from typing import Any
 
 import pytest
 
-from rmfs_core.entrypoints import RULES, available, origin
+from rmfs_core.entrypoints import RULES, offers, origin
 from rmfs_testing import check_rule
 
 REQUIRED: dict[str, dict[str, Any]] = {"most-covered": {"n": 3}}
 """Parameters of the rules that cannot do without."""
 
-SHIPPED = [name for name, entry in available(RULES).items() if origin(entry)[0] == "rmfs"]
+SHIPPED = [name for name, entries in offers(RULES).items() if origin(entries[0])[0] == "rmfs"]
 
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_shipped_rule_conforms(name: str) -> None:
     """No findings in any small world that has what the rule needs."""
-    rule = available(RULES)[name].load()
+    rule = offers(RULES)[name][0].load()
     report = check_rule(rule(**REQUIRED.get(name, {})))
     assert len(report.worlds) + len(report.left_out) == 9
     assert len(report.worlds) >= 7

@@ -9,6 +9,7 @@ from attrs import define, evolve, field
 
 from rmfs_core import hookimpl
 from rmfs_core.events import Event
+from rmfs_core.roles import Role
 from rmfs_testing.trial import WatchedRule, run_trial
 from rmfs_testing.trial_worlds import TrialWorld, trial_worlds
 
@@ -36,7 +37,7 @@ class Look:
 def look_at(world: TrialWorld) -> Look:
     """Run a world with the plain rules under watch; it has no problem."""
     look = Look()
-    outcome = run_trial(world, WatchedRule(look, {}), ("observer",))
+    outcome = run_trial(world, WatchedRule(look, {}), (Role.OBSERVER,))
     assert outcome.problems == ()
     return look
 

@@ -9,12 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import plain_sipp as plain
+from crowds import crowd, newcomer, paper_roads, two_way
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import FOREVER, Query, Reservations, Roads, TimedPath, occupancy, roads_on
 from rmfs_core.world import Layout, parse_map
 from rmfs_core.world.travel import UNREACHABLE, travel_on
-from rmfs_plan.crowds import crowd, newcomer, paper_roads, two_way
-from rmfs_sipp import Sipp, plain
+from rmfs_sipp import Sipp
 from rmfs_testing import small_layout
 
 EVEN = Motion(acceleration_m_per_s2=1e12, top_speed_m_per_s=1.0, full_turn_s=4.0)

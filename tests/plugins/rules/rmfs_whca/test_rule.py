@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from crowds import crowd, newcomer, paper_roads
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import Query, Reservations, occupancy, roads_on
 from rmfs_core.world import parse_map
 from rmfs_core.world.travel import travel_on
-from rmfs_plan.crowds import crowd, newcomer, paper_roads
 from rmfs_sipp import Sipp
 from rmfs_testing import small_layout
 from rmfs_whca import WhcaN

@@ -16,6 +16,17 @@ State = tuple[int, int, int]
 """Cell, heading, and end of the gap."""
 
 
+def gaps(table: Reservations, cell: int, owner: int) -> list[tuple[int, int]]:
+    """Gaps, half-open and ascending, in which nobody but ``owner`` has a cell; the first begins at ``-FOREVER``."""
+    found, free_since = [], -FOREVER
+    for who, since, until in table.reserved(cell):
+        if who != owner:
+            if since > free_since:
+                found.append((free_since, since))
+            free_since = until
+    return [*found, (free_since, FOREVER)] if free_since < FOREVER else found
+
+
 class PlainSearch:
     """One query.
 
@@ -42,10 +53,7 @@ class PlainSearch:
         self.leave: list[list[int]] = tracks.leave.tolist()
         self.common: list[int] = tracks.common.tolist()
         self.times: list[list[int]] = tracks.times.tolist()
-        self.gaps = [
-            table.safe_intervals(cell, query.robot) if table.reserved(cell) else [(-FOREVER, FOREVER)]
-            for cell in range(roads.cells)
-        ]
+        self.gaps = [gaps(table, cell, query.robot) for cell in range(roads.cells)]
         self.arrival: dict[State, int] = {}
         self.parent: dict[State, tuple[State, int]] = {}
         self.expanded = 0

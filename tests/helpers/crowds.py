@@ -6,10 +6,11 @@ import numpy as np
 
 from rmfs_core.motion import Motion
 from rmfs_core.scenario.model import LayoutSection
-from rmfs_core.traffic import Planner, Query, Reservations, Roads, occupancy, roads_on
+from rmfs_core.traffic import Query, Reservations, Roads, occupancy, roads_on
 from rmfs_core.world import Layout, block_map, parse_map
 from rmfs_core.world.travel import travel_on
 from rmfs_plan.movingai import open_layout
+from rmfs_plan.planning import Planner
 from rmfs_plan.roads import bare_roads
 
 _LAYOUTS: dict[str, Layout] = {}
@@ -25,7 +26,7 @@ def paper_roads() -> Roads:
 def two_way(roads: Roads) -> Roads:
     """Return the roads of the same free cells without one-way aisles: what a plain grid search knows of a layout."""
     layout = roads.layout
-    free = roads.passable(layout.storage_locations[0], False).reshape(layout.height, layout.width)
+    free = roads.travel.passable(layout.storage_locations[0], False).reshape(layout.height, layout.width)
     return bare_roads(open_layout(free))
 
 
@@ -72,5 +73,5 @@ def newcomer(roads: Roads, table: Reservations, robot: int, now: int, rng: np.ra
     """Return a query of one more robot, between two places that it can stay at."""
     while True:
         start, goal = (int(rng.choice(ends(roads))) for _ in range(2))
-        if start != goal and table.can_be_held(start, now) and table.can_be_held(goal, now + 3_600_000):
+        if start != goal and table.blocker(start, now) is None and table.blocker(goal, now + 3_600_000) is None:
             return Query(robot, start, int(rng.integers(4)), now, goal, bool(rng.integers(2)))

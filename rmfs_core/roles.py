@@ -1,0 +1,54 @@
+"""What rules decide: the one vocabulary of scenarios, people and hooks."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Role(StrEnum):
+    """What a rule decides in a run; an observer decides nothing. As a text it is its name in code: ``"poa_pps"``.
+
+    Attributes
+    ----------
+    label
+        What people, traces and recordings call it: ``"POA+PPS"``.
+    hook
+        The hook that a rule answers in this role. (An observer may implement the other observer hooks too.)
+    key
+        Its key in the section ``rules`` of a scenario; ``"filters"`` and ``"observers"`` hold lists.
+    """
+
+    label: str
+    hook: str
+    key: str
+
+    def __new__(cls, value: str, label: str = "", hook: str = "", key: str = "") -> Role:
+        """Make a member."""
+        role = str.__new__(cls, value)
+        role._value_ = value
+        role.label, role.hook, role.key = label, hook, key or value
+        return role
+
+    POA = "poa", "POA", "assign_orders"
+    PPS = "pps", "PPS", "select_pods"
+    POA_PPS = "poa_pps", "POA+PPS", "assign_orders_and_pods"
+    PR = "pr", "PR", "choose_storage_location"
+    TA = "ta", "TA", "assign_tasks"
+    PP = "pp", "PP", "plan_path"
+    FILTER = "filter", "filter", "filter_backlog", "filters"
+    OBSERVER = "observer", "observer", "on_event", "observers"
+
+    @property
+    def excludes(self) -> tuple[Role, ...]:
+        """Roles that nobody plays where a rule plays this one: a joint rule decides POA and PPS itself."""
+        if self is Role.POA_PPS:
+            return Role.POA, Role.PPS
+        return (Role.POA_PPS,) if self in (Role.POA, Role.PPS) else ()
+
+    @classmethod
+    def labelled(cls, label: str) -> Role:
+        """Return the role of a label; raise `ValueError` where there is none."""
+        for role in cls:
+            if role.label == label:
+                return role
+        raise ValueError(f"no role is called {label!r}")

@@ -1,0 +1,104 @@
+"""What the kernel has to know of a rule besides its decisions: read once, from attributes that its class declares."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from attrs import frozen
+
+from rmfs_core.errors import InputError
+from rmfs_core.scenario.model import Scenario
+from rmfs_core.traffic import Roads
+from rmfs_core.wording import listed
+from rmfs_core.world import Instance
+
+NEEDS: dict[str, tuple[Callable[[Scenario, Instance], bool], str]] = {
+    "unlimited stock": (
+        lambda _, instance: instance.unlimited_stock,
+        "pods whose SKUs never run out, but the instance has finite stock",
+    ),
+    "item capacity": (
+        lambda scenario, _: scenario.stations.order_capacity is None,
+        "stations that count items, but the scenario sets `stations.order_capacity`",
+    ),
+}
+"""What a rule's ``needs`` may name: the test, and the end of the sentence when it fails."""
+
+RESERVES = ("full paths", "windows")
+"""What a PP rule's ``reserves`` may be, besides None."""
+
+
+@frozen
+class RuleTraits:
+    """The attributes that a rule's class may declare, each of which may be left out.
+
+    Parameters
+    ----------
+    needs
+        Tuple of what the rule relies on, from `NEEDS` (such as ``"unlimited stock"``). A scenario that lacks it is
+        refused.
+    libraries
+        Tuple of distributions that the rule computes with, such as a solver's: their versions are kept with the
+        results.
+    splits_over_time
+        True for a rule that may leave lines of an order in the backlog: it is asked when the smallest open line fits,
+        not only when the smallest order does.
+    packing_capacity
+        Number of split orders that may be open at once, or None: a decision that exceeds it is refused. It may be a
+        parameter of the rule.
+    reserves
+        How a PP rule keeps robots out of each other's way. None: not at all, robots pass through each other. ``"full
+        paths"``: each path ends at the goal and is reserved for its robot, the goal without end. ``"windows"``: a path
+        may end wherever the robot may then stay, and the rule is asked again there. The kernel makes the reservations
+        and refuses a path that hits one.
+    prepare
+        Method called with the `rmfs_core.traffic.Roads` before the run starts, for a rule with compiled searches to
+        load them: then no decision's time has it in.
+    """
+
+    needs: tuple[str, ...] = ()
+    libraries: tuple[str, ...] = ()
+    splits_over_time: bool = False
+    packing_capacity: int | None = None
+    reserves: str | None = None
+    prepare: Callable[[Roads], None] | None = None
+
+    @classmethod
+    def of(cls, rule: object, place: str, name: str) -> RuleTraits:
+        """Return the traits of an instance of a rule's class.
+
+        Raises
+        ------
+        InputError
+            For one of the wrong type; ``place`` and ``name`` are where the rule was named, and what to call it.
+        """
+        found: dict[str, Any] = {}
+        for trait, (expected, holds) in _EXPECTED.items():
+            value = getattr(rule, trait, None)
+            if value is not None:
+                if not holds(value):
+                    raise InputError(place, f"{name} has {trait} = {value!r}; expected {expected}")
+                found[trait] = value
+        return cls(**found)
+
+    def lacks(self, scenario: Scenario, instance: Instance) -> str | None:
+        """Return what the rule needs and a scenario does not have, as the end of a sentence; None when it has all."""
+        for met, sentence in map(NEEDS.__getitem__, self.needs):
+            if not met(scenario, instance):
+                return sentence
+        return None
+
+
+def _texts(value: Any) -> bool:
+    return isinstance(value, tuple) and all(isinstance(text, str) for text in value)
+
+
+_EXPECTED: dict[str, tuple[str, Callable[[Any], bool]]] = {
+    "needs": (f"a tuple of {listed(map(repr, NEEDS), 'or')}", lambda value: _texts(value) and {*value} <= NEEDS.keys()),
+    "libraries": ("a tuple of distributions' names", _texts),
+    "splits_over_time": ("True or False", lambda value: isinstance(value, bool)),
+    "packing_capacity": ("a whole number >= 0, or None", lambda value: type(value) is int and value >= 0),
+    "reserves": (listed(map(repr, (*RESERVES, None)), "or"), lambda value: value in RESERVES),
+    "prepare": ("a method", callable),
+}

@@ -1,0 +1,79 @@
+"""What the parts of a run share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import simpy
+
+from rmfs_core.randomness import stream
+from rmfs_core.rules import BoundRule, RuleSet
+from rmfs_core.scenario.model import Scenario
+from rmfs_core.simulation.asking import Asker, Observers
+from rmfs_core.warehouse import Warehouse, WarehouseView
+
+
+class RunContext:
+    """The clock, the warehouse and the rules of a run, and those who are told of it.
+
+    Parameters
+    ----------
+    scenario
+        Limits and seed.
+    rules
+        The selected rules, with all observers registered.
+    warehouse
+        The state.
+
+    Attributes
+    ----------
+    env
+        The clock.
+    view
+        What rules see of the warehouse.
+    observers
+        Everyone who is told what happens.
+    asker
+        Asks rules.
+    """
+
+    def __init__(self, scenario: Scenario, rules: RuleSet, warehouse: Warehouse) -> None:
+        self.scenario = scenario
+        self.rules = rules
+        self.warehouse = warehouse
+        self.env = simpy.Environment()
+        self.view = WarehouseView(warehouse)
+        self.observers = Observers(rules, warehouse)
+        self.asker = Asker(warehouse, scenario.run.decision_limit_s, self.observers)
+        self.tell = self.observers.tell
+        self._streams: dict[int, np.random.Generator] = {}
+        self._tables_before_s = warehouse.travel.seconds
+
+    def ask(self, rule: BoundRule, view: WarehouseView | None = None, **arguments: Any) -> tuple[Any, float]:
+        """Ask a rule, with the whole view unless another is given; return its answer and the seconds it took."""
+        return self.asker.ask(rule, warehouse=view or self.view, rng=self._stream(rule), **arguments)
+
+    def after(self, ticks: int) -> simpy.Event:
+        """Event that happens so much later."""
+        return self.env.timeout(ticks)
+
+    @property
+    def profile(self) -> dict[str, float]:
+        """Wall-clock seconds by what they went to: travel tables, path queries, the other rules, observers."""
+        rules = {name: s - self.asker.tables_in[name] for name, s in self.asker.seconds.items()}
+        queries = rules.pop("plan_path", 0.0)
+        return {
+            "tables": self.warehouse.travel.seconds - self._tables_before_s,
+            "queries": queries,
+            "rules": sum(rules.values()),
+            "observers": self.observers.seconds,
+        }
+
+    def _stream(self, rule: BoundRule) -> np.random.Generator:
+        """Return a rule's random generator: by role and name, and by place among filters of the same name."""
+        if id(rule) not in self._streams:
+            same = [other for other in self.rules.filters if other.name == rule.name]
+            place = f" {same.index(rule) + 1}" if rule in same else ""
+            self._streams[id(rule)] = stream(self.scenario.seed, f"rule {rule.role} {rule.name}{place}")
+        return self._streams[id(rule)]
