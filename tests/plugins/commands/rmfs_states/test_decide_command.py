@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from rmfs_core.cli import main
-from rmfs_states import model
+from rmfs_states import state
 from rmfs_states.decide_command import DECIDES
 
 STATE = {
@@ -92,7 +92,7 @@ def test_a_rule_from_a_file(decide: Any, tmp_path: Path, monkeypatch: pytest.Mon
 
 def test_what_can_be_asked() -> None:
     """The command offers what the format has."""
-    assert DECIDES == model.DECIDES
+    assert DECIDES == state.DECIDES
 
 
 def test_the_schema(capsys: pytest.CaptureFixture[str]) -> None:
