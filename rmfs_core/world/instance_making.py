@@ -78,11 +78,12 @@ def _short_skus(instance: Instance, place: Place) -> Iterator[InputError]:
                 short.setdefault(sku, order.name)
     if short:
         sku, order_name = next(iter(short.items()))
-        named = first_few([_shortage(instance.skus[one], wanted[one], stock.get(one)) for one in short])
-        place_of_first = place(order_name, instance.skus[sku])
-        yield InputError(
-            place_of_first, f"from order {order_name} on, the orders want more than all pods hold: {named}"
-        )
+        name = instance.skus[sku]
+        problem = f"order {order_name} wants SKU {name}, which is on no pod"
+        if len(short) > 1 or stock.get(sku):
+            named = first_few([_shortage(instance.skus[one], wanted[one], stock.get(one)) for one in short])
+            problem = f"from order {order_name} on, the orders want more than all pods hold: {named}"
+        yield InputError(place(order_name, name), problem)
 
 
 def _shortage(sku: str, wanted: int, held: int | None) -> str:

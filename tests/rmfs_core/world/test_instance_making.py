@@ -28,7 +28,7 @@ WRONG = [
         "1,0,a,1\n2,0,a,1\n2,0,b,1\n",
         "p,a,\n",
         "{}",
-        "{orders}, line 4: from order 2 on, the orders want more than all pods hold: SKU b (on no pod)",
+        "{orders}, line 4: order 2 wants SKU b, which is on no pod",
     ),
     # more than there is
     (
@@ -96,7 +96,7 @@ def test_generated_orders_that_are_too_large_say_what_to_change() -> None:
     with pytest.raises(InputError) as caught:
         make_instance(load_scenario("paper-250", ["stations.item_capacity=2"]))
     assert str(caught.value).endswith(
-        "items, more than any station takes at a time (2); "
+        "more, more than any station takes at a time (2); "
         "expected a smaller `instance.max_lines` or a larger `stations.item_capacity`"
     )
 
