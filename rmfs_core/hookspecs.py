@@ -14,12 +14,7 @@ Two arguments are the same wherever a decision is made: ``warehouse`` is the war
 left of the backlog; ``rng`` is the rule's own stream of random numbers, spawned from the scenario's seed, and the only
 one to draw from.
 
-Each hook has an example, a whole rule. Besides what it shows, it takes these names for granted::
-
-    from attrs import define, field
-    from rmfs_core import JointDecision, OrderAssignment, Path, PodTrip, TaskAssignment, hookimpl
-    from rmfs_core.events import ItemPicked, RobotMoved
-    from rmfs_core.rule_helpers import send_pods
+Each hook has an example, a whole rule or observer, in the reference of the documentation (docs/reference/hooks.md).
 """
 
 from __future__ import annotations
@@ -55,18 +50,6 @@ class DecisionHooks:
         Sequence[OrderAssignment]
             Assignments, applied in this order; each must fit what is then free at its station. An empty sequence
             assigns nothing until something changes.
-
-        Example::
-
-            @define
-            class OldestThatFits:
-                @hookimpl
-                def assign_orders(self, warehouse):
-                    for order in warehouse.backlog:
-                        for station in warehouse.stations:
-                            if warehouse.fits(order, station):
-                                return [OrderAssignment(order.id, station.id)]  # one at a time: it is asked again
-                    return []
         """
 
     @hookspec(firstresult=True)
@@ -89,14 +72,6 @@ class DecisionHooks:
         Sequence[PodTrip]
             Trips. Each pod at most once, and only to a station where it holds a free item (``pod.free_items``) for a
             request that is uncovered now. An empty sequence sends nothing until something changes.
-
-        Example::
-
-            @define
-            class FirstPod:
-                @hookimpl
-                def select_pods(self, warehouse, max_fetches):
-                    return send_pods(warehouse, max_fetches, lambda station, pods: pods[0])
         """
 
     @hookspec(firstresult=True)
@@ -110,24 +85,6 @@ class DecisionHooks:
         JointDecision
             Assignments and the pod trips they need. Every assigned request must be servable by a pod inbound to its
             station once the trips are counted in.
-
-        Example::
-
-            @define
-            class OldestWithItsPods:
-                needs = ("unlimited stock",)
-
-                @hookimpl
-                def assign_orders_and_pods(self, warehouse):
-                    for order in warehouse.backlog:
-                        for station in warehouse.stations:
-                            if warehouse.fits(order, station):
-                                there = {sku for pod in station.inbound_pods for sku in pod.contents}
-                                missing = [line.sku for line in order.open_lines if line.sku not in there]
-                                pods = {warehouse.pods_with(sku)[0].id for sku in missing}
-                                trips = [PodTrip(pod, station.id) for pod in sorted(pods)]
-                                return JointDecision([OrderAssignment(order.id, station.id)], trips)
-                    return JointDecision()
         """
 
     @hookspec(firstresult=True)
@@ -146,14 +103,6 @@ class DecisionHooks:
         -------
         int
             One of ``warehouse.free_storage_locations``, cell indices.
-
-        Example::
-
-            @define
-            class AnyPlace:
-                @hookimpl
-                def choose_storage_location(self, warehouse, rng):
-                    return rng.choice(warehouse.free_storage_locations)
         """
 
     @hookspec(firstresult=True)
@@ -166,15 +115,6 @@ class DecisionHooks:
         -------
         Sequence[TaskAssignment]
             Assignments; each robot and each pod at most once. Pods left out wait for the next round.
-
-        Example::
-
-            @define
-            class FirstRobot:
-                @hookimpl
-                def assign_tasks(self, warehouse):
-                    pairs = zip(warehouse.idle_robots, warehouse.waiting_pods)
-                    return [TaskAssignment(robot.id, pod.id) for robot, pod in pairs]
         """
 
     @hookspec(firstresult=True)
@@ -204,15 +144,6 @@ class DecisionHooks:
             answers None where there is no path. With windows the robot then stays, and the rule is asked again two
             seconds later; with full paths that happens only to two robots on the way to a station, which change places
             if both have one.
-
-        Example::
-
-            @define
-            class Fastest:
-                @hookimpl
-                def plan_path(self, warehouse, robot, goal):
-                    loaded = robot.pod is not None
-                    return Path(warehouse.travel.fastest_path(robot.cell, robot.heading, goal, loaded))
         """
 
 
@@ -236,14 +167,6 @@ class FilterHooks:
         -------
         Sequence[Order]
             Some of ``orders``. Neither order nor repetition matters; the assigning rule sees them oldest first.
-
-        Example::
-
-            @define
-            class TwentyOldest:
-                @hookimpl
-                def filter_backlog(self, orders):
-                    return orders[:20]
         """
 
 
@@ -259,14 +182,6 @@ class ObserverHooks:
         run
             Scenario, instance, layout, the warehouse at time 0, and ``run.out``, the folder of the results, where an
             observer may write files of its own.
-
-        Example::
-
-            @define
-            class Announce:
-                @hookimpl
-                def run_started(self, run):
-                    print(len(run.instance.orders), "orders,", len(run.warehouse.robots), "robots")
         """
 
     @hookspec
@@ -277,17 +192,6 @@ class ObserverHooks:
         ----------
         event
             One of the classes of `rmfs_core.events`; frozen.
-
-        Example::
-
-            @define
-            class CountPicks:
-                picks: int = 0
-
-                @hookimpl
-                def on_event(self, event):
-                    if isinstance(event, ItemPicked):
-                        self.picks += 1
         """
 
     @hookspec
@@ -298,16 +202,6 @@ class ObserverHooks:
         ----------
         question
             Which rule is asked what, and what it is shown (`rmfs_core.info.Question`).
-
-        Example::
-
-            @define
-            class CountQuestions:
-                asked: int = 0
-
-                @hookimpl
-                def rule_asked(self, question):
-                    self.asked += 1
         """
 
     @hookspec
@@ -322,16 +216,6 @@ class ObserverHooks:
             What it was asked.
         answer
             What it returned.
-
-        Example::
-
-            @define
-            class LastAnswers:
-                answers: dict = field(factory=dict)
-
-                @hookimpl
-                def rule_answered(self, question, answer):
-                    self.answers[question.rule] = answer
         """
 
     @hookspec
@@ -345,21 +229,6 @@ class ObserverHooks:
         Mapping[str, float | None]
             Numbers by name, None for one that is not defined (a mean over nothing); names of letters, digits and
             underscores that no other metric has. The same run gives the same numbers.
-
-        Example::
-
-            @define
-            class Legs:
-                driven: int = 0
-
-                @hookimpl
-                def on_event(self, event):
-                    if isinstance(event, RobotMoved):
-                        self.driven += 1
-
-                @hookimpl
-                def measured(self):
-                    return {"legs_driven": self.driven}
         """
 
     @hookspec
@@ -372,12 +241,4 @@ class ObserverHooks:
             Simulated time at the end, in ticks (1 ms).
         status
             ``"complete"``, ``"partial"`` or ``"failed"``.
-
-        Example::
-
-            @define
-            class SayWhen:
-                @hookimpl
-                def run_ended(self, tick, status):
-                    print(f"{status} after {tick / 1000:.0f} s")
         """

@@ -12,7 +12,7 @@ from rmfs_core.scenario.model import (
     StationsSection,
 )
 from rmfs_core.scenario.reading import load_scenario, located, scenario_from_dict, shipped_scenarios
-from rmfs_core.scenario.writing import scenario_to_dict, to_toml
+from rmfs_core.scenario.writing import scenario_to_dict
 
 __all__ = [
     "Arrivals",
@@ -29,5 +29,4 @@ __all__ = [
     "scenario_from_dict",
     "scenario_to_dict",
     "shipped_scenarios",
-    "to_toml",
 ]

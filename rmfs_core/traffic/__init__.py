@@ -1,7 +1,7 @@
 """Robots in each other's way: when a path occupies which cell, and the table of who has reserved what."""
 
 from rmfs_core.traffic.passing import PassingTimes, passing_s
-from rmfs_core.traffic.paths import FOREVER, Occupancy, Query, TimedPath, occupancy, path_of, timed_path
+from rmfs_core.traffic.paths import FOREVER, Occupancy, Query, TimedPath, occupancy, timed_path
 from rmfs_core.traffic.reservations import Intervals, Reservations, ReservedError, Traffic
 from rmfs_core.traffic.roads import Roads, Tracks, roads_on
 
@@ -19,7 +19,6 @@ __all__ = [
     "Traffic",
     "occupancy",
     "passing_s",
-    "path_of",
     "roads_on",
     "timed_path",
 ]

@@ -84,29 +84,10 @@ def timed_path(roads: Roads, query: Query, legs: tuple[Leg, ...]) -> TimedPath:
     for leg in legs:
         tick += leg.wait_ticks
         if leg.to != cell:
-            towards, length = _run(roads, cell, leg.to)
+            towards, length = run_between(roads, cell, leg.to)
             tick += int(roads.passing.turns[(towards - heading) % 4] + roads.passing.runs[length])
             cell, heading = leg.to, towards
     return TimedPath(query.cell, query.heading, query.start_tick, legs, cell, heading, tick)
-
-
-def path_of(roads: Roads, query: Query, rows: list[list[int]]) -> TimedPath:
-    """Turn what a search found, rows of (end, departure, arrival) of each run, into a path.
-
-    A row that ends where it begins only waits until its arrival.
-    """
-    legs = []
-    cell, heading, tick = query.cell, query.heading, query.start_tick
-    turns = roads.turns
-    for to, departure, arrival in rows:
-        if to == cell:
-            legs.append(Leg(to, arrival - tick))
-        else:
-            towards, _ = _run(roads, cell, to)
-            legs.append(Leg(to, departure - turns[(towards - heading) % 4] - tick))
-            cell, heading = to, towards
-        tick = arrival
-    return TimedPath(query.cell, query.heading, query.start_tick, tuple(legs), cell, heading, tick)
 
 
 def occupancy(roads: Roads, path: TimedPath, since: int | None = None) -> Occupancy:
@@ -131,7 +112,7 @@ def occupancy(roads: Roads, path: TimedPath, since: int | None = None) -> Occupa
         tick += leg.wait_ticks
         if leg.to == cell:
             continue
-        towards, length = _run(roads, cell, leg.to)
+        towards, length = run_between(roads, cell, leg.to)
         tick += int(roads.passing.turns[(towards - heading) % 4])
         enter, leave = tick + roads.passing.enter[length], tick + roads.passing.leave[length]
         enter[0] = begin
@@ -147,7 +128,7 @@ def occupancy(roads: Roads, path: TimedPath, since: int | None = None) -> Occupa
     return Occupancy(np.concatenate(cells), np.concatenate(begins), np.concatenate(ends))
 
 
-def _run(roads: Roads, cell: int, to: int) -> tuple[int, int]:
+def run_between(roads: Roads, cell: int, to: int) -> tuple[int, int]:
     """Heading and number of cells of a straight run."""
     heading = roads.travel.heading(cell, to)
     if heading is None:

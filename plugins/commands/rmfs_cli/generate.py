@@ -27,8 +27,9 @@ def generate(scenario: str, out: str, overrides: tuple[str, ...], seed: int | No
     DIR/scenario.toml runs on the same instance as SCENARIO. A text map and rules from files are copied along.
     """
     from rmfs_cli.csv_writing import orders_csv, pods_csv
+    from rmfs_cli.toml_scenario import to_toml
     from rmfs_core.results.files import output_folder
-    from rmfs_core.scenario import load_scenario, to_toml
+    from rmfs_core.scenario import load_scenario
     from rmfs_core.world import make_instance
 
     loaded = load_scenario(scenario, overrides, seed)

@@ -51,7 +51,8 @@ def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline
 @seed_option
 def show(scenario: str, overrides: tuple[str, ...], seed: int | None) -> None:
     """Print SCENARIO as TOML with every key, defaults included."""
-    from rmfs_core.scenario import load_scenario, to_toml
+    from rmfs_cli.toml_scenario import to_toml
+    from rmfs_core.scenario import load_scenario
 
     click.echo(to_toml(load_scenario(scenario, overrides, seed)), nl=False)
 

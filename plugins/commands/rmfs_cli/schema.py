@@ -8,9 +8,10 @@ from typing import Any, Union, get_args, get_origin
 
 import attrs
 
+from rmfs_cli.toml_scenario import describe
 from rmfs_core.scenario.model import RuleChoice, Scenario
 from rmfs_core.scenario.structuring import fields_of, types_of
-from rmfs_core.scenario.writing import describe, plain
+from rmfs_core.scenario.writing import plain
 
 _SINGLE = {int: "integer", float: "number", str: "string"}
 _RULE_TABLE = {

@@ -8,7 +8,8 @@ import numpy as np
 from attrs import define, field
 
 from rmfs_core import Path, hookimpl
-from rmfs_core.traffic import Query, Reservations, TimedPath, path_of
+from rmfs_core.traffic import Query, Reservations, TimedPath
+from rmfs_rule_helpers.searching import path_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

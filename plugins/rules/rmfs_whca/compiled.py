@@ -16,8 +16,9 @@ from numba import njit, types
 from numba.typed import Dict
 
 from rmfs_core.traffic import FOREVER
-from rmfs_core.traffic.intervals import free_for_good, gap_at, is_free, last_end
+from rmfs_core.traffic.intervals import is_free
 from rmfs_core.world.travel import UNREACHABLE
+from rmfs_rule_helpers.searching import free_for_good, gap_at, last_end
 
 FAR = UNREACHABLE
 CELL, HEADING, TIME, GAP_END, PARENT, GAP = range(6)

@@ -9,7 +9,8 @@ from attrs import define, field, validators
 
 from rmfs_core import Path, hookimpl
 from rmfs_core.clock import to_ticks
-from rmfs_core.traffic import FOREVER, Query, Reservations, TimedPath, path_of
+from rmfs_core.traffic import FOREVER, Query, Reservations, TimedPath
+from rmfs_rule_helpers.searching import path_of
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads, Traffic

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rmfs_cli.toml_scenario import to_toml
 from rmfs_core.scenario import (
     Arrivals,
     InstanceSection,
@@ -24,7 +25,6 @@ from rmfs_core.scenario import (
     scenario_from_dict,
     scenario_to_dict,
     shipped_scenarios,
-    to_toml,
 )
 
 TEXTS = st.text(st.characters(codec="utf-8"), max_size=8)

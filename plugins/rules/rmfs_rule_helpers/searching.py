@@ -1,0 +1,102 @@
+"""What compiled searches for paths share: looks at a reservation table, and the way from their rows to a path.
+
+A table is what `rmfs_core.traffic.intervals` describes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from rmfs_core.decisions import Leg
+from rmfs_core.traffic import FOREVER, Query, Roads, TimedPath
+from rmfs_core.traffic.intervals import inlined
+from rmfs_core.traffic.paths import run_between
+
+
+@njit(cache=True)
+def last_end(first, count, until):  # type: ignore[no-untyped-def]
+    """Latest end of an interval that has one; 0 if there is none."""
+    latest = 0
+    for cell in range(len(first)):
+        for p in range(first[cell], first[cell] + count[cell]):
+            if until[p] < FOREVER:
+                latest = max(latest, until[p])
+    return latest
+
+
+@inlined
+def gap_at(cell, tick, me, table):  # type: ignore[no-untyped-def]
+    """Number and end of the gap of a cell that holds ``tick``; (-1, -1) when another has the cell then."""
+    first, count, since, until, owner = table
+    p, end = first[cell], first[cell] + count[cell]
+    while p < end and (owner[p] == me or until[p] <= tick):
+        p += 1
+    if p == end:
+        return p, FOREVER
+    if since[p] <= tick:
+        return -1, -1
+    return p, since[p]
+
+
+@inlined
+def free_for_good(cell, me, table):  # type: ignore[no-untyped-def]
+    """Tick from which on nobody else has a cell any more: 0 if nobody does, FOREVER if someone stays."""
+    first, count, _, until, owner = table
+    for p in range(first[cell] + count[cell] - 1, first[cell] - 1, -1):
+        if owner[p] != me:
+            return until[p]
+    return 0
+
+
+@inlined
+def narrow(low, high, now, n, to, cell, enter, leave, me, table):  # type: ignore[no-untyped-def]
+    """Narrow windows of departure to those in which a cell is free as well.
+
+    Windows are closed, ascending and disjoint: ``low[now, i]`` to ``high[now, i]`` for the first ``n`` of them. The run
+    has the cell from ``enter`` to ``leave`` ticks after its departure. Writes the windows left to rows ``to``, returns
+    their number.
+    """
+    first, count, since, until, owner = table
+    m = w = 0
+    p, end = first[cell], first[cell] + count[cell]
+    free_since = np.int64(-FOREVER)
+    while w < n:
+        while p < end and owner[p] == me:
+            p += 1
+        earliest = free_since - enter
+        latest = (since[p] if p < end else FOREVER) - leave
+        while w < n and high[now, w] < earliest:
+            w += 1
+        while w < n and low[now, w] <= latest:
+            begin, stop = max(low[now, w], earliest), min(high[now, w], latest)
+            if begin <= stop:
+                low[to, m], high[to, m] = begin, stop
+                m += 1
+            if high[now, w] > latest:
+                break
+            w += 1
+        if p >= end:
+            break
+        free_since = until[p]
+        p += 1
+    return m
+
+
+def path_of(roads: Roads, query: Query, rows: list[list[int]]) -> TimedPath:
+    """Turn what a search found, rows of (end, departure, arrival) of each run, into a path.
+
+    A row that ends where it begins only waits until its arrival.
+    """
+    legs = []
+    cell, heading, tick = query.cell, query.heading, query.start_tick
+    turns = roads.turns
+    for to, departure, arrival in rows:
+        if to == cell:
+            legs.append(Leg(to, arrival - tick))
+        else:
+            towards, _ = run_between(roads, cell, to)
+            legs.append(Leg(to, departure - turns[(towards - heading) % 4] - tick))
+            cell, heading = to, towards
+        tick = arrival
+    return TimedPath(query.cell, query.heading, query.start_tick, tuple(legs), cell, heading, tick)
