@@ -45,7 +45,16 @@ def test_the_sdist_holds_what_it_takes_to_build_and_test(built: Built) -> None:
     """Every file of code, tests, tools and scenarios, and what builds, describes and tests them."""
     with tarfile.open(built()[0]) as sdist:
         names = {name.partition("/")[2] for name in sdist.getnames()}
-    found = {"pyproject.toml", "Makefile", "README.md", "CHANGELOG.md", "LICENSE", ".ci/run"}
+    found = {
+        "pyproject.toml",
+        "Makefile",
+        "README.md",
+        "CHANGELOG.md",
+        "LICENSE",
+        ".ci/run",
+        "docs/conf.py",
+        "docs/index.md",
+    }
     for folder in ("rmfs_core", "plugins", "scenarios", "tests", "tools"):
         files = (file for file in (ROOT / folder).rglob("*") if file.is_file() and "__pycache__" not in file.parts)
         found |= {file.relative_to(ROOT).as_posix() for file in files}
