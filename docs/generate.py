@@ -82,7 +82,7 @@ def rules() -> str:
 
 
 def _rule(rule: RuleDescription) -> Iterator[str]:
-    module, _, name = entrypoints.available(entrypoints.RULES)[rule.name].value.partition(":")
+    module, _, name = entrypoints.offers(entrypoints.RULES)[rule.name][0].value.partition(":")
     yield from ("```{eval-rst}", f".. autoclass:: {module}.{name}", "   :no-index:", "   :no-index-entry:", "```", "")
     if rule.parameters:
         # The docstring's section "Parameters" is shown above, where there is one.
