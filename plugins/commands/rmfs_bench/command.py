@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -153,6 +152,8 @@ def _quality(runs: Sequence[Measured]) -> list[str]:
 
 
 def _mean(values: Sequence[float | None]) -> float | None:
+    from statistics import fmean
+
     known = [value for value in values if value is not None]
     return fmean(known) if len(known) == len(values) else None
 

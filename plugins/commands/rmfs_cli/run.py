@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 import traceback
 from collections.abc import Sequence
@@ -119,6 +118,8 @@ def default_folder(name: str, seed: int, overrides: tuple[str, ...] = ()) -> Pat
     """Return the folder for a run's files: runs that differ in what was set do not replace each other."""
     suffix = "".join(f"-{re.sub(r'[^A-Za-z0-9_.=-]+', '_', override)}" for override in overrides)
     if len(suffix) > LONGEST_SUFFIX:
+        import hashlib
+
         digest = hashlib.sha256("\n".join(overrides).encode()).hexdigest()[:8]
         suffix = f"{suffix[: LONGEST_SUFFIX - 9]}-{digest}"
     return Path(RUNS_FOLDER) / f"{name}-seed{seed}{suffix}"

@@ -308,7 +308,7 @@ def test_a_metric_that_nobody_measured_is_named(metric: str, experiment: Write, 
 def test_a_metric_that_nobody_can_measure_is_named_before_anything_is_run(experiment: Write, tmp_path: Path) -> None:
     """No rule or observer measures: what there is is the kernel's."""
     one = evolve(experiment(), metrics=("pileon",))
-    with pytest.raises(InputError, match=r'toml, metrics: there is no metric "pileon"; did you mean `pile_on`\?'):
+    with pytest.raises(InputError, match=r'toml, metrics: there is no metric "pileon" \(did you mean `pile_on`\?\)'):
         run_experiment(one, store=tmp_path / "runs", jobs=1)
     assert not (tmp_path / "runs").exists()
 
