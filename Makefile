@@ -1,6 +1,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+JOBS ?= 2
 
 .PHONY: run test slow lint docs bench clean
 
@@ -8,7 +9,7 @@ run: $(VENV)/installed
 	$(BIN)/rmfs run scenarios/paper-250.toml
 
 test: $(VENV)/installed-dev
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest -m "not slow" -n $(JOBS)
 
 slow: $(VENV)/installed-dev
 	$(BIN)/python -m pytest -m slow

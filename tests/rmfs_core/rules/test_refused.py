@@ -59,7 +59,8 @@ def test_unknown_rule() -> None:
 def test_wrong_role() -> None:
     """The message says which decision the rule does make."""
     assert refusal(poa=RuleChoice("nearest")) == (
-        'rules.poa: rule "nearest" (rmfs 0.1.0) does not decide POA (hook `assign_orders`); class Nearest decides PR'
+        'rules.poa: rule "nearest" (rmfs 0.2.0.dev0) does not decide POA (hook `assign_orders`); '
+        "class Nearest decides PR"
     )
 
 
@@ -192,7 +193,7 @@ def test_parameters_of_the_right_type_are_accepted(install: Install) -> None:
 def test_a_rule_without_parameters_says_so() -> None:
     """There is no list of valid names to give."""
     assert refusal(pp=RuleChoice("free-flow", {"speed": 1})) == (
-        'rules.pp.speed: rule "free-flow" (rmfs 0.1.0) has no parameter `speed`; it has no parameters'
+        'rules.pp.speed: rule "free-flow" (rmfs 0.2.0.dev0) has no parameter `speed`; it has no parameters'
     )
 
 

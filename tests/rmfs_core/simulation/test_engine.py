@@ -157,5 +157,5 @@ def test_a_run_that_stands_still_says_what_is_left(tiny_run: Prepare) -> None:
     assert str(caught.value) == (
         "The run stands still at 0.000 s: 1 orders are not complete (1 in the backlog; 0 open requests that no inbound "
         "pod can serve; 0 pods waiting for a robot), and no rule decides anything (asked last: "
-        'rule "pod-match" (rmfs 0.1.0), rule "demand" (rmfs 0.1.0), rule "nearest-robot" (rmfs 0.1.0)).'
+        'rule "pod-match" (rmfs 0.2.0.dev0), rule "demand" (rmfs 0.2.0.dev0), rule "nearest-robot" (rmfs 0.2.0.dev0)).'
     )

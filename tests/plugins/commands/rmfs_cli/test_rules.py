@@ -68,7 +68,7 @@ def test_the_table_shows_every_column() -> None:
     for text in (
         "balanced",
         "TA",
-        "rmfs 0.1.0",
+        "rmfs 0.2.0.dev0",
         "reallocation_s = 30.0 s",
         "help_others = true",
         "Share the robots out over the active stations, as evenly as possible.",

@@ -27,8 +27,8 @@ WRONG = [
     # what a rule needs
     (
         '[instance]\nitems_per_sku = 900\n[rules]\npoa_pps = "integrated"\n',
-        'Error: {file}, line 4, rules.poa_pps: rule "integrated" (rmfs 0.1.0) needs pods whose SKUs never run out, '
-        "but the instance has finite stock\n",
+        'Error: {file}, line 4, rules.poa_pps: rule "integrated" (rmfs 0.2.0.dev0) needs pods whose SKUs never run out'
+        ", but the instance has finite stock\n",
     ),
     # pods, robots and stations against the layout
     (

@@ -147,7 +147,7 @@ def test_a_pod_that_nothing_was_decided_for(sequential: str, capsys: pytest.Capt
         (("--order", "3", "--state", "x.json"), "need --period or --decision"),
         (
             ("--period", "1", "--against", "demand"),
-            '--against demand: rule "demand" (rmfs 0.1.0) decides PPS; expected a rule for POA or POA+PPS',
+            '--against demand: rule "demand" (rmfs 0.2.0.dev0) decides PPS; expected a rule for POA or POA+PPS',
         ),
         (
             ("--period", "1", "--against", "first-come+demand+nearest"),
