@@ -13,6 +13,7 @@ import pytest
 
 from rmfs_bench.worlds import WORLDS, world_with
 from rmfs_core.results.running import run
+from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule
 from rmfs_core.rules.hooks import roles_of
 from rmfs_core.scenario import RuleChoice
@@ -45,14 +46,14 @@ def test_one_call(benchmark: Any, monkeypatch: pytest.MonkeyPatch, name: str, wo
     """Median of a call in the middle of a run."""
     (entry,) = entry_points(group="rmfs", name=name)
     (role,) = roles_of(entry.load())
-    overrides = [PREFILTER] if role == "poa_pps" and world == "2000" else []
+    overrides = [PREFILTER] if role is Role.POA_PPS and world == "2000" else []
     scenario = world_with(world, role, RuleChoice(name, PARAMETERS.get(name, {})), overrides)
     asked = Asker.ask
 
     benchmark.group = world
 
     def ask(asker: Asker, rule: BoundRule, **arguments: Any) -> Any:
-        if rule.role == role and arguments["warehouse"].now_tick >= MIDDLE_S * 1000:
+        if rule.role is role and arguments["warehouse"].now_tick >= MIDDLE_S * 1000:
             benchmark.extra_info["backlog"] = len(arguments["warehouse"].backlog)
             benchmark(rule.hook, **arguments)
             raise _MeasuredError

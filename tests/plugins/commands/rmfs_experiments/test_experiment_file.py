@@ -103,7 +103,11 @@ def test_the_name_is_the_files_unless_it_says_otherwise(experiment: Write) -> No
         ("seeds =", 'name = "a/b"\nseeds =', "name: expected letters, digits"),
         ("[[rule_sets]]", "[axes]\ninstance.orders = []\n[[rule_sets]]", "axes.instance.orders: expected at least one"),
         ("[[rule_sets]]", "[axes]\ninstance.orders = 4\n[[rule_sets]]", "expected a list of values, found 4"),
-        ("[[rule_sets]]", "[axes]\ninstance.ordres = [4]\n[[rule_sets]]", "unknown key (did you mean `orders`?)"),
+        (
+            "[[rule_sets]]",
+            "[axes]\ninstance.ordres = [4]\n[[rule_sets]]",
+            "unknown key (did you mean `orders` or `pods`?)",
+        ),
         ("[[rule_sets]]", "[axes]\nsize = [4]\n[[rule_sets]]", "list of tables { label = ..., key = ... }"),
         ("[[rule_sets]]", '[axes]\nsize = [{ "robots.count" = 4 }]\n[[rule_sets]]', "expected a `label`"),
         (

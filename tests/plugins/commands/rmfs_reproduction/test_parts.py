@@ -61,7 +61,7 @@ def test_parts_in_their_order() -> None:
 @pytest.mark.parametrize(
     ("only", "quick", "message"),
     [
-        (("larg",), False, 'there is no part "larg" (did you mean `large`'),
+        (("larg",), False, 'there is no part "larg" .did you mean `large`'),
         (("large",), True, "large has no part in --quick, which is examples and instances"),
     ],
 )
