@@ -7,8 +7,7 @@ it ``reserves``, its class declares as attributes: `rmfs_core.rules.traits.RuleT
 
 Rules only look at the warehouse and return values; the kernel checks each decision and applies it. A decision that is
 impossible ends the run with an error that names the rule. Ids are whole numbers; numpy integers are accepted. What a
-rule remembers it forgets in `run_started`: then an instance can be used for any number of runs. Everything here is
-there since version 0.1.
+rule remembers it forgets in `run_started`: then an instance can be used for any number of runs.
 
 Two arguments are the same wherever a decision is made: ``warehouse`` is the warehouse now, with what the prefilters
 left of the backlog; ``rng`` is the rule's own stream of random numbers, spawned from the scenario's seed, and the only

@@ -88,11 +88,8 @@ class _Registered:
         for hook, method in marked_methods(instance).items():
             if hook in hooks or hook not in ARGUMENTS:
                 bound = getattr(instance, method)
-                setattr(
-                    self,
-                    method,
-                    bound if described is None or hook not in OBSERVER_HOOKS else _named(bound, described, hook),
-                )
+                named = described is not None and hook in OBSERVER_HOOKS
+                setattr(self, method, _named(bound, str(described), hook) if named else bound)
 
 
 class ObserverError(Exception):

@@ -58,7 +58,7 @@ class Simulation:
         opening = open_warehouse(scenario, instance, layout)
         self.context = RunContext(scenario, rules, opening.warehouse)  # what the two that follow work on, too
         self.decisions = Decisions(self.context, self._start_task)
-        self._driving = WAYS[rules.pp.traits.reserves](self.context)
+        self.driving = WAYS[rules.pp.traits.reserves](self.context)
         for rule in rules.deciding:  # what they have compiled is loaded now, so that no decision's time has it in
             if rule.traits.prepare is not None:
                 rule.traits.prepare(roads_on(opening.warehouse.travel))
@@ -79,6 +79,14 @@ class Simulation:
         """Simulated time in ticks."""
         return self.warehouse.now
 
+    def start(self) -> None:
+        """Place what is at the stations, tell the observers, and let everything begin at time 0."""
+        placed = self._place_at_stations()
+        self.context.observers.call(self.rules.pm.hook.run_started, run=self._info)
+        self.env.process(self._arrivals())
+        for robot, pod in placed:  # after the first round: a pod leaves only when that found nothing for it
+            self.env.process(self._visit_stations(robot, pod))
+
     def run(self) -> None:
         """Simulate until every order is complete or ``run.until_s`` is reached.
 
@@ -87,11 +95,7 @@ class Simulation:
         RunError
             When a rule misbehaves, or orders are left and nothing will ever happen again.
         """
-        placed = self._place_at_stations()
-        self.context.observers.call(self.rules.pm.hook.run_started, run=self._info)
-        self.env.process(self._arrivals())
-        for robot, pod in placed:  # after the first round: a pod leaves only when that found nothing for it
-            self.env.process(self._visit_stations(robot, pod))
+        self.start()
         until = self.scenario.run.until_s
         end = None if until is None else to_ticks(until)
         orders = len(self.warehouse.orders)
@@ -128,7 +132,7 @@ class Simulation:
 
     def _fetch(self, robot: Robot, pod: Pod) -> Process:
         assert pod.location is not None
-        yield from self._driving.to_location(robot, pod.location)
+        yield from self.driving.to_location(robot, pod.location)
         yield from self._take_place(self.warehouse.stations[pod.bound_for[0]])
         start = self.now
         yield self.context.after(self.motion.lift_ticks)
@@ -139,7 +143,7 @@ class Simulation:
     def _visit_stations(self, robot: Robot, pod: Pod) -> Process:
         station: Station | None = self.warehouse.stations[pod.bound_for[0]]
         while station is not None:
-            yield from self._driving.to_station(robot, station)
+            yield from self.driving.to_station(robot, station)
             station = yield from self._serve(robot, pod, station)
         yield from self._store(robot, pod)
 
@@ -192,7 +196,7 @@ class Simulation:
         self.decisions.round()
 
     def _store(self, robot: Robot, pod: Pod) -> Process:
-        yield from self._driving.to_location(robot, self.decisions.storage_location(pod))
+        yield from self.driving.to_location(robot, self.decisions.storage_location(pod))
         start = self.now
         yield self.context.after(self.motion.lift_ticks)
         self.warehouse.store(robot, pod)
@@ -210,7 +214,7 @@ class Simulation:
         for robot, (station_id, pod_id) in zip(self.warehouse.robots, self._at_stations, strict=False):
             station, pod = self.warehouse.stations[station_id], self.warehouse.pods[pod_id]
             self.warehouse.place_at_station(robot, pod, station)
-            self._driving.place(robot, station)
+            self.driving.place(robot, station)
             placed.append((robot, pod))
         return placed
 
@@ -230,7 +234,7 @@ class Simulation:
         ever holds one place while it waits for another, so full queues cannot block each other.
         """
         self.warehouse.leave(robot, pod, station)
-        self._driving.left(station)
+        self.driving.left(station)
         if self._waiting_for_place[station.id]:
             self._waiting_for_place[station.id].pop(0).succeed()  # the place goes to who has waited longest
         else:

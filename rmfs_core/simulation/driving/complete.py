@@ -78,7 +78,7 @@ class CompleteDriving(ReservedDriving):
         course = self.courses[robot.id]
         self._clear(cell, robot)
         self._send(course, cell)
-        self._move_up(self._leave_line(course))
+        self._move_up(self.leave_line(course))
         while robot.cell != cell or course.legs:
             yield course.arrived
 
@@ -88,7 +88,7 @@ class CompleteDriving(ReservedDriving):
         line = self.lines[station.id]
         if course not in line:
             self._send(course, station.cells.slot(len(line)))
-            self._move_up(self._leave_line(course))
+            self._move_up(self.leave_line(course))
             course.station, course.overtaken = station, 0
             line.append(course)
             while self._overtake(course, station):
@@ -118,7 +118,7 @@ class CompleteDriving(ReservedDriving):
         if not (self._outside(course, station) and self._outside(ahead, station)):
             return False
         first, second = self._departure(course, ahead.goal), self._departure(ahead, course.goal)
-        paths = self._both(course, first, ahead, second)
+        paths = self.both(course, first, ahead, second)
         if paths is None:
             return False
         self._commit(course, first, paths[0])
@@ -129,7 +129,7 @@ class CompleteDriving(ReservedDriving):
         ahead.overtaken += 1
         return True
 
-    def _both(self, course: Course, first: Query, ahead: Course, second: Query) -> tuple[list[Leg], list[Leg]] | None:
+    def both(self, course: Course, first: Query, ahead: Course, second: Query) -> tuple[list[Leg], list[Leg]] | None:
         """Return paths with which a robot comes to the place of the one ahead before that would, and that one behind.
 
         None when there are none. The table has what the two need only for the legs under way if there are, and what
@@ -184,7 +184,7 @@ class CompleteDriving(ReservedDriving):
                 )
 
         self.run.asker.apply(self.rule, commit)
-        self._own(course, goal)
+        self.own(course, goal)
 
     def _path_ended(self, course: Course) -> None:
         self._arrive(course)

@@ -123,7 +123,7 @@ class ReservedDriving(Driving):
         course = self.courses[robot.id]
         self.table.release(robot.id)
         self.table.hold(robot.id, robot.cell, 0)
-        self._own(course, robot.cell)
+        self.own(course, robot.cell)
         course.station, course.joined = station, True
         self.lines[station.id].append(course)
 
@@ -137,7 +137,7 @@ class ReservedDriving(Driving):
         """Give a robot a new goal."""
         raise NotImplementedError
 
-    def _register(self, _course: Course, _leg: Leg) -> bool:
+    def register(self, _course: Course, _leg: Leg) -> bool:
         """Take note that a robot begins a leg that it has reserved; return whether it does."""
         return True
 
@@ -206,7 +206,7 @@ class ReservedDriving(Driving):
                 if changed.triggered:
                     continue
             leg = course.legs.popleft()
-            if leg.to == robot.cell or not self._register(course, leg):
+            if leg.to == robot.cell or not self.register(course, leg):
                 continue
             heading, turn, ticks = self.turn_and_run(robot, leg)
             now, loaded = run.warehouse.now, robot.pod is not None
@@ -246,14 +246,14 @@ class ReservedDriving(Driving):
         lane = self.roads.layout.lane
         return station.id not in (lane[course.robot.cell], lane[self._departure(course, course.goal).cell])
 
-    def _leave_line(self, course: Course) -> Station | None:
+    def leave_line(self, course: Course) -> Station | None:
         """Take a robot out of the line that it stood first in; return that line's station."""
         station, course.station, course.joined = course.station, None, False
         if station is not None:
             self.lines[station.id].remove(course)
         return station
 
-    def _own(self, course: Course, goal: int) -> None:
+    def own(self, course: Course, goal: int) -> None:
         """Make a cell the one that a robot goes to and no other may."""
         assert self._owner.get(goal, course) is course
         self._disown(course)

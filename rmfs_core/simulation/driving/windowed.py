@@ -84,11 +84,11 @@ class WindowedDriving(ReservedDriving):
     def __init__(self, run: RunContext) -> None:
         super().__init__(run)
         self._progresss = [Progress() for _ in self.courses]
-        self._registered = Reservations(self.roads.cells)
+        self.registered = Reservations(self.roads.cells)
         """The runs under way, or the cells that robots stand in; no two robots ever have a cell at once."""
         for course in self.courses:
-            self._registered.hold(course.robot.id, course.robot.cell, 0)
-        self._asking: dict[int, Course] = {}
+            self.registered.hold(course.robot.id, course.robot.cell, 0)
+        self.asking: dict[int, Course] = {}
         self._round_due = False
         self._last_round = -ROUND_TICKS
         self._rng = stream(run.scenario.seed, "robots that step aside")
@@ -96,13 +96,13 @@ class WindowedDriving(ReservedDriving):
     def place(self, robot: Robot, station: Station) -> None:
         """Take in a robot that stands in the line of a station from the start."""
         super().place(robot, station)
-        self._registered.release(robot.id)
-        self._registered.hold(robot.id, robot.cell, 0)
+        self.registered.release(robot.id)
+        self.registered.hold(robot.id, robot.cell, 0)
 
     def to_location(self, robot: Robot, cell: int) -> Process:
         """Drive to a storage location; whoever rests there is sent away first."""
         course = self.courses[robot.id]
-        self._leave_station(course)
+        self.leave_station(course)
         self._clear(cell, robot)
         self._send(course, cell)
         while robot.cell != cell or not self._rests(course):
@@ -112,7 +112,7 @@ class WindowedDriving(ReservedDriving):
         """Drive to the end of the line, and move up until the robot stands in front of the picker."""
         course = self.courses[robot.id]
         if course.station is not station:
-            self._leave_station(course)
+            self.leave_station(course)
             self._disown(course)
             course.station, course.goal = station, station.cell
             self._set_out(course)
@@ -121,7 +121,7 @@ class WindowedDriving(ReservedDriving):
 
     def _send(self, course: Course, goal: int) -> None:
         if goal != course.goal or course.robot.cell != goal:
-            self._own(course, goal)
+            self.own(course, goal)
             self._set_out(course)
 
     def _set_out(self, course: Course) -> None:
@@ -133,7 +133,7 @@ class WindowedDriving(ReservedDriving):
         progress.set_out = progress.moved = self.run.warehouse.now
         progress.refused = None
 
-    def _leave_station(self, course: Course) -> None:
+    def leave_station(self, course: Course) -> None:
         """Note that a robot goes elsewhere; it stays in the line until it begins a run away."""
         if course.station is not None:
             self._progresss[course.robot.id].leaves = course.station
@@ -156,7 +156,7 @@ class WindowedDriving(ReservedDriving):
 
     def _request(self, course: Course) -> None:
         """Let a robot plan in the next round."""
-        self._asking[course.robot.id] = course
+        self.asking[course.robot.id] = course
         if not self._round_due:
             self._round_due = True
             self.env.process(self._round(max(self._last_round + ROUND_TICKS - self.run.warehouse.now, 0)))
@@ -164,23 +164,23 @@ class WindowedDriving(ReservedDriving):
     def _round(self, delay: int) -> Process:
         yield self.run.after(delay)
         self._round_due, self._last_round = False, self.run.warehouse.now
-        asking, self._asking = sorted(self._asking.values(), key=self._priority), {}
+        asking, self.asking = sorted(self.asking.values(), key=self._priority), {}
         for course in asking:
-            self._plan(course)
+            self.plan(course)
 
     def _priority(self, course: Course) -> tuple[bool, int, int]:
         loaded = course.robot.pod is not None
         query = self._departure(course, self._target(course))
         return not loaded, self.run.warehouse.travel.ticks(query.cell, query.heading, query.goal, loaded), query.robot
 
-    def _plan(self, course: Course) -> None:
-        self._asking.pop(course.robot.id, None)  # whom another has stopped in this round has asked again
+    def plan(self, course: Course) -> None:
+        self.asking.pop(course.robot.id, None)  # whom another has stopped in this round has asked again
         query = self._departure(course, self._target(course))
         if query.cell == query.goal:
             if self._rests(course):
                 self._arrive(course)
             elif course.legs:  # it passes its goal, and could go on
-                self._stop(course)
+                self.stop(course)
             return
         legs = self._ask_if_possible(query) or []
         if all(leg.to == query.cell for leg in legs):
@@ -204,7 +204,7 @@ class WindowedDriving(ReservedDriving):
                 progress.entry = int(enters[0])
                 insort(self.lines[station.id], course, key=lambda other: self._progresss[other.robot.id].entry)
 
-    def _let_move_up(self, station: Station) -> None:
+    def let_move_up(self, station: Station) -> None:
         for place, course in enumerate(self.lines[station.id]):
             if self._rests(course):
                 if course.robot.cell == station.cells.slot(place + 1):
@@ -213,25 +213,25 @@ class WindowedDriving(ReservedDriving):
 
     # Runs that are registered or refused
 
-    def _register(self, course: Course, leg: Leg) -> bool:
+    def register(self, course: Course, leg: Leg) -> bool:
         """Register a run; when another is in its way, stop the robot instead."""
         robot, progress = course.robot, self._progresss[course.robot.id]
         query = Query(robot.id, robot.cell, robot.heading, self.run.warehouse.now, leg.to, loaded=robot.pod is not None)
         path = timed_path(self.roads, query, (Leg(leg.to),))
         try:
-            self._registered.commit(robot.id, occupancy(self.roads, path))
+            self.registered.commit(robot.id, occupancy(self.roads, path))
         except ReservedError as error:
             progress.refused = error.cell
-            self._stop(course)
+            self.stop(course)
             return False
         progress.moved, progress.refused = path.end_tick, None
         left, progress.leaves = progress.leaves, None
         if left is not None:
             self.lines[left.id].remove(course)
-            self._let_move_up(left)
+            self.let_move_up(left)
         return True
 
-    def _stop(self, course: Course) -> None:
+    def stop(self, course: Course) -> None:
         """Take a robot's path from it: it stops where it stands or where its run ends, and plans anew.
 
         So does whoever had reserved that cell, and whoever had reserved the cell where that one stops. What is reserved
@@ -253,13 +253,13 @@ class WindowedDriving(ReservedDriving):
             return
         if self._outside(course, station):
             self.lines[station.id].remove(course)
-            self._let_move_up(station)
+            self.let_move_up(station)
 
     # Robots that cannot move
 
     def _give_up_if_late(self, course: Course) -> None:
         if self.run.warehouse.now - self._progresss[course.robot.id].set_out > self.standstill_ticks:
-            raise StandstillError(self._who_waits_for_whom(course))
+            raise StandstillError(self.who_waits_for_whom(course))
 
     def _rests(self, course: Course) -> bool:
         return course.under_way is None and not course.legs
@@ -301,8 +301,8 @@ class WindowedDriving(ReservedDriving):
             ):
                 yield Leg(beside)
 
-    def _who_waits_for_whom(self, course: Course) -> str:
-        sentences = [self._waits_for(other) for other in self.courses if other is course or self._stands(other)]
+    def who_waits_for_whom(self, course: Course) -> str:
+        sentences = [self.waits_for(other) for other in self.courses if other is course or self._stands(other)]
         now = self.run.warehouse.now
         on_its_way_s = to_seconds(now - self._progresss[course.robot.id].set_out)
         return (
@@ -316,15 +316,15 @@ class WindowedDriving(ReservedDriving):
         stands = course.under_way is None and course.robot.cell != self._target(course)
         return stands and self.run.warehouse.now - self._progresss[course.robot.id].moved >= RETRY_TICKS
 
-    def _waits_for(self, course: Course) -> str:
+    def waits_for(self, course: Course) -> str:
         robot, layout, now = course.robot, self.roads.layout, self.run.warehouse.now
         target = self._target(course)
         query = self._departure(course, target)
         cell, blocker = self._progresss[robot.id].refused, None
         if cell is not None:
-            blocker = self._registered.blocker(cell, now, owner=robot.id)
+            blocker = self.registered.blocker(cell, now, owner=robot.id)
         if cell is None or blocker is None:
-            cell = self._ahead(query)
+            cell = self.ahead(query)
             blocker = self.table.blocker(cell, now, owner=robot.id)
         whom = "nobody holds it" if blocker is None else f"which robot {self.run.warehouse.robots[blocker].name} has"
         return (
@@ -332,7 +332,7 @@ class WindowedDriving(ReservedDriving):
             f"on its way to {layout.where(target)}"
         )
 
-    def _ahead(self, query: Query) -> int:
+    def ahead(self, query: Query) -> int:
         """Cell that a robot would enter first."""
         travel = self.run.warehouse.travel
         heading = travel.heading(

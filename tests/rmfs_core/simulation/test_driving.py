@@ -94,8 +94,8 @@ def test_pods_at_the_station_from_the_start_are_served_first(tiny_run: Callable[
 def test_only_the_cells_that_robots_stand_in_are_registered(tiny_run: Callable[..., Any]) -> None:
     """Robots that stand in line from the start have nothing registered where they were before."""
     simulation = tiny_run(INSTANCE, capacity=3, robots=4, pp="whca-n", at_stations={"1": ("2", "3")}).simulation
-    simulation._place_at_stations()
-    registered = simulation._driving._registered
+    simulation.start()
+    registered = simulation.driving.registered
     for robot in simulation.warehouse.robots:
         assert registered.reserved(robot.cell) == [(robot.id, 0, FOREVER)]
     assert registered.size == 4
@@ -153,7 +153,7 @@ class Overtaking:
 
 def test_who_comes_first_goes_first(monkeypatch: pytest.MonkeyPatch) -> None:
     """Robots with sipp overtake others on the way to a station; where that fails, all reservations are as before."""
-    both = CompleteDriving._both
+    both = CompleteDriving.both
     tried = []
 
     def checked(driving: CompleteDriving, course: Course, first: Query, ahead: Course, second: Query) -> Any:
@@ -168,7 +168,7 @@ def test_who_comes_first_goes_first(monkeypatch: pytest.MonkeyPatch) -> None:
         assert paths is not None or ahead_of_now() == before
         return paths
 
-    monkeypatch.setattr(CompleteDriving, "_both", checked)
+    monkeypatch.setattr(CompleteDriving, "both", checked)
     observer = Overtaking()
     settings = ["rules.pp=sipp", "robots.count=24", "instance.orders=60", "stations.pick_s=1.0"]
     result = rmfs_core.run("paper-250", seed=2, overrides=settings, observers=[observer])
@@ -200,15 +200,15 @@ def test_a_standstill_says_who_waits_for_whom(tmp_path: Path) -> None:
 def test_a_standstill_names_a_robot_that_is_leaving_the_cell_it_wants(tiny_run: Callable[..., Any]) -> None:
     """It has to come back from the end of the step that it has begun."""
     simulation = tiny_run(INSTANCE, layout=CORRIDOR, queue_length=1, pp="whca-n").simulation
-    driving = simulation._driving
+    driving = simulation.driving
     course = driving.courses[0]
-    simulation.env.process(simulation._arrivals())
+    simulation.start()
     while course.under_way is None:
         simulation.warehouse.now = int(simulation.env.peek())
         simulation.env.step()
     left, reached = course.robot.cell, course.under_way[1].cell
     course.goal = left
-    sentence = driving._who_waits_for_whom(course)
+    sentence = driving.who_waits_for_whom(course)
     assert f"robot 1 at {CORRIDOR.where(reached)} waits for " in sentence
     assert f"on its way to {CORRIDOR.where(left)}" in sentence
 
@@ -267,42 +267,42 @@ def test_a_run_across_a_stop_is_refused(monkeypatch: pytest.MonkeyPatch, robots:
         return overlapping(observer.moves, paper_roads())
 
     assert overlapping_runs() == 0
-    monkeypatch.setattr(WindowedDriving, "_register", ReservedDriving._register)
-    monkeypatch.setattr(WindowedDriving, "_leave_station", leaves_at_once)
+    monkeypatch.setattr(WindowedDriving, "register", ReservedDriving.register)
+    monkeypatch.setattr(WindowedDriving, "leave_station", leaves_at_once)
     assert overlapping_runs() > 0
 
 
 def leaves_at_once(driving: WindowedDriving, course: Course) -> None:
     """Take a robot out of the line without waiting for a run to be registered."""
-    station = driving._leave_line(course)
+    station = driving.leave_line(course)
     if station is not None:
-        driving._let_move_up(station)
+        driving.let_move_up(station)
 
 
 def blocked(simulation: Simulation) -> tuple[Course, int]:
     """Let the last robot have the cell ahead of the first one, which only the runs that are registered know."""
-    driving = simulation._driving
+    driving = simulation.driving
     assert isinstance(driving, WindowedDriving)
     first, last = driving.courses[0], driving.courses[-1]
     ahead = driving.roads.layout.neighbour(first.robot.cell, 1)
     assert ahead is not None
-    driving._registered.hold(last.robot.id, ahead, 0)
+    driving.registered.hold(last.robot.id, ahead, 0)
     return first, ahead
 
 
 def test_who_had_reserved_the_cell_of_a_refused_robot_plans_anew(tiny_run: Callable[..., Any]) -> None:
     """A robot that is refused keeps its cell; another that has reserved that loses its path, and gets one again."""
     simulation = tiny_run(INSTANCE, robots=3, queue_length=1, layout=CORRIDOR, pp="whca-n").simulation
-    driving, table = simulation._driving, simulation._driving.table
+    driving, table = simulation.driving, simulation.driving.table
     first, ahead = blocked(simulation)
     second = driving.courses[1]
     table.commit(first.robot.id, table_row((first.robot.cell, 0, 100)))
     table.commit(second.robot.id, table_row((second.robot.cell, 0, FOREVER), (first.robot.cell, 500, 600)))
-    assert not driving._register(first, Leg(ahead))
+    assert not driving.register(first, Leg(ahead))
     assert [owner for owner, _, _ in table.reserved(first.robot.cell)] == [first.robot.id]
     assert [owner for owner, _, _ in table.reserved(second.robot.cell)] == [second.robot.id]
-    assert set(driving._asking) == {first.robot.id, second.robot.id}
-    sentence = driving._waits_for(first)
+    assert set(driving.asking) == {first.robot.id, second.robot.id}
+    sentence = driving.waits_for(first)
     assert f"waits for {CORRIDOR.where(ahead)}, which robot {driving.courses[-1].robot.name} has" in sentence
 
 
@@ -321,10 +321,10 @@ class Ghost:
     def on_event(self, event: Event) -> None:
         """Take the cell when a robot gets its task."""
         if isinstance(event, TaskAssigned):
-            driving, robot = self.simulation._driving, self.simulation.warehouse.robots[event.robot]
+            driving, robot = self.simulation.driving, self.simulation.warehouse.robots[event.robot]
             location = self.simulation.warehouse.pods[event.pod].location
-            self.cell = driving._ahead(Query(robot.id, robot.cell, robot.heading, 0, location))
-            driving._registered.hold(1 - robot.id, self.cell, 0)
+            self.cell = driving.ahead(Query(robot.id, robot.cell, robot.heading, 0, location))
+            driving.registered.hold(1 - robot.id, self.cell, 0)
 
 
 def test_who_is_refused_for_long_steps_aside(tiny_run: Callable[..., Any]) -> None:
@@ -344,8 +344,8 @@ def test_who_is_refused_for_long_steps_aside(tiny_run: Callable[..., Any]) -> No
 def on_its_way(tiny: Any, legs: int) -> tuple[WindowedDriving, Course]:
     """Run until the first robot is on a leg with so many more to come, and return it."""
     simulation = tiny.simulation
-    driving, course = simulation._driving, simulation._driving.courses[0]
-    simulation.env.process(simulation._arrivals())
+    driving, course = simulation.driving, simulation.driving.courses[0]
+    simulation.start()
     while course.under_way is None or len(course.legs) < legs:
         simulation.warehouse.now = int(simulation.env.peek())
         simulation.env.step()
@@ -359,8 +359,8 @@ def test_a_robot_that_would_pass_its_new_goal_stops_there(tiny_run: Callable[...
     end, other = course.under_way[1], driving.courses[1]
     leaves = next(until for who, _, until in driving.table.reserved(end.cell) if who == course.robot.id)
     driving.table.hold(other.robot.id, end.cell, leaves)
-    driving._own(course, end.cell)
-    driving._plan(course)
+    driving.own(course, end.cell)
+    driving.plan(course)
     assert not course.legs
     assert [who for who, _, _ in driving.table.reserved(end.cell)] == [course.robot.id]
     arrived = course.arrived
@@ -371,7 +371,7 @@ def test_a_robot_that_would_pass_its_new_goal_stops_there(tiny_run: Callable[...
 def test_a_robot_that_has_just_left_a_cell_has_not_arrived_there(tiny_run: Callable[..., Any]) -> None:
     """Sent back to where its run began, a robot that has lost the rest of its path does not count as being there."""
     driving, course = on_its_way(tiny_run(INSTANCE, robots=2, pp="whca-n"), legs=1)
-    driving._stop(course)
+    driving.stop(course)
     drive = driving.to_location(course.robot, course.robot.cell)
     assert next(drive) is course.arrived
 

@@ -117,7 +117,7 @@ class LinesInOrder:
     @hookimpl
     def on_event(self, event: Event) -> None:
         """Whoever has joined a line stands at the same place in both."""
-        driving = self.simulation._driving
+        driving = self.simulation.driving
         if isinstance(event, QueueJoined) and isinstance(driving, ReservedDriving):
             for station in self.simulation.warehouse.stations:
                 joined = [course.robot for course in driving.lines[station.id] if course.joined]
