@@ -1,0 +1,193 @@
+"""``rmfs convert``: tables of a warehouse management system to the files that a scenario reads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from rmfs_convert.lines import OrderLines, Sku
+
+BASKETS = 200_000
+"""Orders that are looked at to say which SKUs are bought together."""
+
+
+@click.group()
+def convert() -> None:
+    """Make a scenario's files from the tables of a warehouse."""
+
+
+@convert.command()
+@click.argument("table", metavar="LINES", type=click.Path(path_type=Path))
+@click.option("--out", required=True, metavar="DIR", type=click.Path(path_type=Path), help="Folder to write to.")
+@click.option("--order", "order_column", required=True, metavar="COL", help="Column with the order's number or name.")
+@click.option("--sku", "sku_column", required=True, metavar="COL", help="Column with the SKU.")
+@click.option("--time", "time_column", metavar="COL", help="Column with the time of arrival. [default: all at time 0]")
+@click.option("--quantity", "quantity_column", metavar="COL", help="Column with the items. [default: one each]")
+@click.option(
+    "--time-format", metavar="FORMAT", help="How times are written: %d.%m.%Y %H:%M. [default: ISO 8601, or seconds]"
+)
+@click.option("--from", "begin", metavar="TIME", help="Leave out orders that arrive earlier.")
+@click.option("--until", "end", metavar="TIME", help="Leave out orders that arrive then or later.")
+@click.option("--start", metavar="TIME", help="Time 0 of the run. [default: the midnight before the first order]")
+@click.option("--separator", default=",", show_default=True, metavar="SIGN", help="Between the fields of a CSV file.")
+@click.option("--pods", type=click.IntRange(1, 1_000_000), metavar="N", help="Put the SKUs on that many pods, too.")
+@click.option("--skus-per-pod", type=click.IntRange(1, 10_000), default=20, show_default=True, metavar="N")
+@click.option(
+    "--items",
+    type=click.IntRange(1, 1_000_000),
+    default=10,
+    show_default=True,
+    metavar="N",
+    help="Items of a SKU on each of its pods; more where the orders want more than that in all.",
+)
+@click.option("--placement", type=click.Choice(["random", "popularity", "co-purchase"]), default="popularity")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the placement.")
+@click.option("--force", is_flag=True, help="Replace files that are there already.")
+def orders(
+    table: Path,
+    out: Path,
+    order_column: str,
+    sku_column: str,
+    time_column: str | None,
+    quantity_column: str | None,
+    time_format: str | None,
+    begin: str | None,
+    end: str | None,
+    start: str | None,
+    separator: str,
+    pods: int | None,
+    skus_per_pod: int,
+    items: int,
+    placement: str,
+    seed: int,
+    force: bool,
+) -> None:
+    """Make orders.csv from LINES, a table (CSV or Parquet) with one order line a row.
+
+    Rows of one order need not be adjacent, and may be any number: they are sorted on disk. What is left out is said,
+    with the reason. With --pods, the SKUs are put on pods as well, and DIR/scenario.toml runs with both.
+    """
+    from rmfs_convert.lines import Columns, OrderLines
+    from rmfs_convert.times import Clock
+    from rmfs_core.errors import InputError
+    from rmfs_core.results.files import output_folder
+
+    if len(separator) != 1:
+        raise InputError("--separator", f"found {separator!r}; expected one sign, such as ; or a tab")
+    folder = output_folder(out)
+    files = ("orders.csv", *(("pods.csv", "scenario.toml") if pods is not None else ()))
+    there = [str(folder / name) for name in files if (folder / name).exists()]
+    if there and not force:
+        raise InputError(", ".join(there), "found a file of that name; --force replaces it")
+    clock = Clock(time_format)
+    with OrderLines(clock) as lines:
+        lines.read(table, Columns(order_column, sku_column, time_column, quantity_column), separator)
+        first = lines.gather(_time(clock, "--from", begin), _time(clock, "--until", end))
+        zero = _time(clock, "--start", start)
+        zero = clock.midnight_before(first) if zero is None else zero
+        if zero > first:
+            raise InputError("--start", f"found {start}, but the first order arrives at {clock.iso(first)}")
+        skus = lines.skus()
+        held = None if pods is None else _placed(lines, skus, pods, skus_per_pod, placement, seed)
+        _write(lines, folder, zero, skus, held, items)
+
+
+def _time(clock: object, option: str, text: str | None) -> int | None:
+    from rmfs_convert.times import Clock
+    from rmfs_core.errors import InputError
+
+    assert isinstance(clock, Clock)
+    if text is None:
+        return None
+    try:
+        return Clock(None if clock.dated else clock.pattern).tick(text)
+    except ValueError:
+        raise InputError(option, f'expected a time such as 2024-03-01T06:00, found "{text}"') from None
+
+
+def _placed(
+    lines: OrderLines, skus: list[Sku], pods: int, skus_per_pod: int, placement: str, seed: int
+) -> list[list[int]]:
+    from rmfs_convert.placement import place
+    from rmfs_core.randomness import stream
+
+    baskets = lines.baskets(BASKETS) if placement == "co-purchase" else ()
+    return place(skus, pods, skus_per_pod, placement, stream(seed, "pod contents"), baskets)
+
+
+def _write(
+    lines: OrderLines, folder: Path, zero: int, skus: list[Sku], held: list[list[int]] | None, items: int
+) -> None:
+    """Write the files, each whole or not at all, and say what is in them and what is not."""
+    import io
+
+    from rmfs_convert.placement import items_on
+    from rmfs_core.results.files import AtomicFile, write_text
+
+    with AtomicFile(folder / "orders.csv") as stream:
+        text = io.TextIOWrapper(stream, encoding="utf-8", newline="", write_through=True)
+        totals = lines.write(text, zero)
+        text.detach()
+    click.echo(f"Read {lines.rows:,} rows.")
+    for reason, dropped in lines.dropped.items():
+        examples = ", ".join(f"row {row}" + (f' "{found}"' if found else "") for row, found in dropped.examples)
+        click.echo(f"Left out: {dropped.rows:,} with {reason}" + (f": {examples}" if examples else "") + ".")
+    if lines.joined:
+        click.echo(f"{lines.joined:,} rows repeat a SKU of their order; their quantities are added up.")
+    if lines.several_times:
+        click.echo(f"{lines.several_times:,} orders have lines with different times; the earliest is the order's.")
+    click.echo(
+        f"Wrote {folder / 'orders.csv'}: {lines.n_orders:,} orders, {lines.n_lines:,} lines, {totals['items']:,} items "
+        f"of {len(skus):,} SKUs; time 0 is {lines.clock.iso(zero)}, the last order arrives "
+        f"{totals['last'] / 3_600_000:.1f} hours later."
+    )
+    if held is None:
+        return
+    number, raised = items_on(skus, held, items)
+    rows = [f"P{i},{_field(skus[sku].name)},{number[sku]}\n" for i, pod in enumerate(held, 1) for sku in pod]
+    write_text(folder / "pods.csv", "pod,sku,quantity\n" + "".join(rows))
+    write_text(folder / "scenario.toml", _scenario(len(held)))
+    more = f"; of {raised:,} SKUs more than {items:,} on a pod, since the orders want more" if raised else ""
+    click.echo(f"Wrote {folder / 'pods.csv'}: {len(held):,} pods with {len(rows):,} places{more}.")
+    click.echo(f"Wrote {folder / 'scenario.toml'}; run it with: rmfs run {folder / 'scenario.toml'}")
+
+
+def _field(name: str) -> str:
+    return '"' + name.replace('"', '""') + '"' if any(sign in name for sign in ',"\r\n') else name
+
+
+def _scenario(pods: int) -> str:
+    """Return a scenario with a block layout that has room for the pods, and a station and eight robots for each 100."""
+    from math import ceil, sqrt
+
+    blocks = ceil(pods / 0.85 / 8)
+    rows = max(2 * ceil(sqrt(blocks / 2.5) / 2) + 1, 3)
+    columns = max(ceil(blocks / rows), 2)
+    stations = max(1, min(ceil(pods / 100), (rows - 1) // 2))
+    return f"""# Orders and pods made by `rmfs convert orders`. The layout, its stations and
+# robots are a guess.
+
+seed = 1
+
+[instance]
+orders_file = "orders.csv"
+pods_file = "pods.csv"
+
+[layout]
+block_rows = {rows}
+block_columns = {columns}
+stations_east = {stations}
+
+[robots]
+count = {max(4, 8 * stations)}
+
+[stations]
+item_capacity = 100
+
+[rules]
+poa = "pod-match"
+pps = "demand"
+"""

@@ -1,0 +1,161 @@
+"""Which SKUs stand on which pods, and how many items of each.
+
+Every SKU gets a pod first; the places that are left are shared out:
+
+``random``
+    Every SKU gets as many further pods as any other, anywhere.
+``popularity``
+    Further pods in proportion to order lines, so that what is wanted often can be had from many pods (scattered
+    storage: Weidinger and Boysen 2018, doi:10.1287/trsc.2017.0779).
+``co-purchase``
+    As many pods as with ``popularity``; SKUs that are bought together stand on the same pod, greedily: the most wanted
+    SKU that still needs a pod, then again and again the one that the orders hold most often together with those on the
+    pod (after the correlated storage of Mirzaei, Zaerpour and de Koster 2021, doi:10.1016/j.tre.2020.102207).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import ceil
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rmfs_convert.lines import Sku
+from rmfs_core.errors import InputError
+
+PLACEMENTS = ("random", "popularity", "co-purchase")
+
+
+def place(
+    skus: Sequence[Sku],
+    pods: int,
+    skus_per_pod: int,
+    placement: str,
+    rng: np.random.Generator,
+    baskets: Iterable[Sequence[str]] = (),
+) -> list[list[int]]:
+    """Return the SKUs of each pod, as positions in ``skus``; no pod has a SKU twice.
+
+    Parameters
+    ----------
+    skus
+        What has to be somewhere, most order lines first.
+    pods, skus_per_pod
+        How many pods, and how many SKUs each holds.
+    placement
+        One of `PLACEMENTS`.
+    rng
+        Source of randomness.
+    baskets
+        SKU names of orders, for ``co-purchase``.
+
+    Raises
+    ------
+    InputError
+        When the pods have fewer places than there are SKUs.
+    """
+    places = pods * skus_per_pod
+    if places < len(skus):
+        raise InputError(
+            "--pods, --skus-per-pod",
+            f"found {pods:,} pods of {skus_per_pod:,} SKUs, {places:,} places for {len(skus):,} SKUs; "
+            f"expected --skus-per-pod {ceil(len(skus) / pods)} or more, or more pods",
+        )
+    copies = _copies(skus, pods, places, placement, rng)
+    if placement == "co-purchase":
+        return _together(skus, copies, pods, skus_per_pod, baskets, rng)
+    return _anywhere(copies, pods, rng)
+
+
+def items_on(skus: Sequence[Sku], pods: Sequence[Sequence[int]], items: int) -> tuple[NDArray[np.int64], int]:
+    """Return how many items of each SKU stand on each of its pods, and for how many SKUs that is more than ``items``.
+
+    More than ``items`` where all pods of a SKU would hold fewer than the orders want of it in all.
+    """
+    copies = np.zeros(len(skus), dtype=np.int64)
+    for pod in pods:
+        copies[pod] += 1
+    wanted = np.array([sku.items for sku in skus], dtype=np.int64)
+    needed = -(-wanted // copies)
+    return np.maximum(needed, items), int((needed > items).sum())
+
+
+def _copies(skus: Sequence[Sku], pods: int, places: int, placement: str, rng: np.random.Generator) -> NDArray[np.int64]:
+    """Return on how many pods each SKU stands: from 1 to all, ``places`` in all or as many as there can be."""
+    n = len(skus)
+    weight = np.ones(n) if placement == "random" else np.array([sku.lines for sku in skus], dtype=float)
+    copies = np.ones(n, dtype=np.int64)
+    spare = min(places, n * pods) - n
+    while spare > 0:
+        open_ = copies < pods
+        share = np.where(open_, weight, 0.0)
+        more = np.minimum(np.floor(spare * share / share.sum()).astype(np.int64), pods - copies)
+        if not more.any():  # fewer than one each: to those with the largest weight, drawn among equals
+            order = np.lexsort((rng.random(n), -share))
+            more[order[: min(spare, int(open_.sum()))]] = 1
+        copies += more
+        spare -= int(more.sum())
+    return copies
+
+
+def _anywhere(copies: NDArray[np.int64], pods: int, rng: np.random.Generator) -> list[list[int]]:
+    """Put each SKU on that many different pods: those with most room left, drawn among equals."""
+    held: list[list[int]] = [[] for _ in range(pods)]
+    load = np.zeros(pods, dtype=np.int64)
+    for sku in sorted(range(len(copies)), key=lambda sku: -copies[sku]):
+        chosen = np.lexsort((rng.random(pods), load))[: copies[sku]]
+        load[chosen] += 1
+        for pod in chosen:
+            held[pod].append(sku)
+    return [sorted(pod) for pod in held]
+
+
+def _together(
+    skus: Sequence[Sku],
+    copies: NDArray[np.int64],
+    pods: int,
+    skus_per_pod: int,
+    baskets: Iterable[Sequence[str]],
+    rng: np.random.Generator,
+) -> list[list[int]]:
+    """Fill pod after pod with SKUs that are bought together."""
+    affinity = _affinity(skus, baskets)
+    left = copies.copy()
+    noise = rng.random(len(skus)) * 0.5  # ties only: affinities and lines are whole numbers
+    lines = np.array([sku.lines for sku in skus], dtype=float)
+    held: list[list[int]] = []
+    for number in range(pods):
+        room = min(skus_per_pod, ceil(int(left.sum()) / (pods - number)))
+        pod: list[int] = []
+        score = np.zeros(len(skus))
+        while len(pod) < room:
+            # A SKU that stands on as many pods as are still to come has to be on each of them.
+            due = np.where(left >= pods - number, np.inf, 0.0)
+            rank = np.where(left > 0, due + score * 1e6 + lines + noise, -1.0)
+            rank[pod] = -1.0
+            best = int(rank.argmax())
+            if rank[best] < 0:
+                break
+            pod.append(best)
+            left[best] -= 1
+            begin, end = affinity.indptr[best], affinity.indptr[best + 1]
+            score[affinity.indices[begin:end]] += affinity.data[begin:end]
+        held.append(sorted(pod))
+    return held
+
+
+def _affinity(skus: Sequence[Sku], baskets: Iterable[Sequence[str]]) -> Any:
+    """Return how many orders hold both of two SKUs, as a sparse matrix in rows."""
+    from scipy.sparse import csr_matrix
+
+    position = {sku.name: i for i, sku in enumerate(skus)}
+    begins, columns = [0], []
+    for basket in baskets:
+        columns += [position[name] for name in basket]
+        begins.append(len(columns))
+    ones = np.ones(len(columns), dtype=np.int64)
+    holds = csr_matrix((ones, columns, begins), shape=(len(begins) - 1, len(skus)))
+    together: Any = holds.T @ holds
+    return together.tocsr()

@@ -1,0 +1,158 @@
+"""`rmfs convert orders`: from a table of order lines to files that a scenario runs on."""
+
+from __future__ import annotations
+
+import gzip
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet
+import pytest
+
+import rmfs_core
+from rmfs_core.cli import main
+
+LINES = """\
+Order No,Article,Qty,Created
+A-7,tea,1,2024-03-01T06:10:00
+A-8,"mug, red",2,2024-03-01T06:05:30
+A-7,spoon,1,2024-03-01T06:12:00
+A-7,tea,2,2024-03-01T06:10:00
+A-9,spoon,-1,2024-03-01T07:00:00
+A-9,,1,2024-03-01T07:00:00
+,tea,1,2024-03-01T07:00:00
+A-10,lamp,1.0,yesterday
+A-11,lamp,1.0,2024-03-01T23:59:59.5
+"""
+COLUMNS = ("--order", "Order No", "--sku", "Article", "--quantity", "Qty", "--time", "Created")
+ORDERS = """\
+order,arrival_s,sku,quantity
+A-8,21930,"mug, red",2
+A-7,22200,tea,3
+A-7,22200,spoon,1
+A-11,86399.5,lamp,1
+"""
+
+
+def table(folder: Path, text: str = LINES) -> Path:
+    """Write a table."""
+    file = folder / "lines.csv"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def test_lines_are_brought_together_by_order(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Orders by their earliest time after midnight, each SKU once; what is left out is counted with its reason."""
+    main(["convert", "orders", str(table(tmp_path)), *COLUMNS, "--out", str(tmp_path / "out")])
+    assert (tmp_path / "out" / "orders.csv").read_text(encoding="utf-8") == ORDERS
+    said = capsys.readouterr().out
+    assert "Read 9 rows." in said
+    assert 'Left out: 1 with a quantity that is no whole number from 1 on (returns, weights): row 5 "-1".' in said
+    assert 'Left out: 1 with no SKU: row 6 "A-9".' in said
+    assert "Left out: 1 with no order: row 7." in said
+    assert 'Left out: 1 with no time that can be read: row 8 "yesterday".' in said
+    assert "1 rows repeat a SKU of their order" in said
+    assert "1 orders have lines with different times" in said
+    assert "3 orders, 4 lines, 7 items of 4 SKUs; time 0 is 2024-03-01 00:00:00" in said
+
+
+def test_compressed_and_parquet_tables_give_the_same(tmp_path: Path) -> None:
+    """A .csv.gz and a Parquet file with timestamps and numbers lead to the same orders."""
+    packed = tmp_path / "lines.csv.gz"
+    packed.write_bytes(gzip.compress(LINES.encode()))
+    main(["convert", "orders", str(packed), *COLUMNS, "--out", str(tmp_path / "gz")])
+    rows = [("A-8", "mug, red", 2.0, 21_930_000), ("A-7", "tea", 3.0, 22_200_000), ("A-7", "spoon", 1.0, 22_200_000)]
+    rows.append(("A-11", "lamp", 1.0, 86_399_500))
+    names, skus, quantities, times = zip(*rows, strict=True)
+    since = pa.array([1_709_251_200_000 + time for time in times], pa.timestamp("ms"))
+    columns = {"Order No": names, "Article": skus, "Qty": quantities, "Created": since}
+    pyarrow.parquet.write_table(pa.table(columns), tmp_path / "lines.parquet")
+    main(["convert", "orders", str(tmp_path / "lines.parquet"), *COLUMNS, "--out", str(tmp_path / "parquet")])
+    for folder in ("gz", "parquet"):
+        assert (tmp_path / folder / "orders.csv").read_text(encoding="utf-8") == ORDERS
+
+
+@pytest.mark.parametrize("placement", ["random", "popularity", "co-purchase"])
+def test_what_is_written_runs(tmp_path: Path, placement: str) -> None:
+    """With --pods the folder has a scenario; every order of it is completed, whatever the stock asked for."""
+    options = [
+        "--pods",
+        "12",
+        "--skus-per-pod",
+        "2",
+        "--items",
+        "1",
+        "--placement",
+        placement,
+        "--start",
+        "2024-03-01T06:00",
+    ]
+    main(["convert", "orders", str(table(tmp_path)), *COLUMNS, "--out", str(tmp_path / "out"), *options])
+    result = rmfs_core.run(tmp_path / "out" / "scenario.toml")
+    assert result.status == "complete"
+    assert result.metrics["picks"] == 7
+
+
+def test_a_span_of_time(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Orders outside --from and --until are left out and counted; time 0 can be chosen."""
+    span = ["--from", "2024-03-01T06:06", "--until", "2024-03-01T12:00", "--start", "2024-03-01T06:00"]
+    main(["convert", "orders", str(table(tmp_path)), *COLUMNS, "--out", str(tmp_path), *span])
+    assert (tmp_path / "orders.csv").read_text(encoding="utf-8").splitlines()[1:] == [
+        "A-7,600,tea,3",
+        "A-7,600,spoon,1",
+    ]
+    assert "Left out: 2 with a time outside the chosen span (orders)." in capsys.readouterr().out
+
+
+def test_the_least_that_is_needed(tmp_path: Path) -> None:
+    """Without time and quantity every row is one item of an order that is there from the start."""
+    file = table(tmp_path, "o;s\n1;a\n1;b\n2;a\n")
+    main(["convert", "orders", str(file), "--order", "o", "--sku", "s", "--separator", ";", "--out", str(tmp_path)])
+    assert (tmp_path / "orders.csv").read_text(
+        encoding="utf-8"
+    ) == "order,arrival_s,sku,quantity\n1,0,a,1\n1,0,b,1\n2,0,a,1\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "sentence"),
+    [
+        ("o,s\n1,a\n", ["--sku", "ss"], 'line 1: there is no column "ss" (did you mean "s"?); found o and s'),
+        ("o,s\n", [], "has no order line that could be kept: it has no rows"),
+        ("o,s\n1,\n", [], "has no order line that could be kept: 1 with no SKU"),
+        ("o,s\n1,a,b\n", [], "is no table that can be read: "),
+        ("", [], "is no table that can be read: "),
+        ("o,s,t\n1,a,5\n2,a,2024-01-01\n", ["--time", "t"], "row 2: found dates without a zone where the rows before"),
+        ("o,s,t\n1,a,5\n", ["--time", "t", "--start", "9"], "--start: found 9, but the first order arrives at 5 s"),
+        (
+            "o,s,t\n1,a,5\n",
+            ["--time", "t", "--from", "noon"],
+            '--from: expected a time such as 2024-03-01T06:00, found "noon"',
+        ),
+        ("o,s,t\n1,a,5\n", ["--time", "t", "--from", "9"], "--from, --until: all 1 orders are outside"),
+        (
+            "o,s\n1,a\n1,b\n1,c\n",
+            ["--pods", "1", "--skus-per-pod", "2"],
+            "2 places for 3 SKUs; expected --skus-per-pod 3",
+        ),
+        ("o,s\n1,a\n", ["--separator", "::"], "--separator: found '::'; expected one sign"),
+    ],
+)
+def test_what_is_wrong_is_said_in_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, options: list[str], sentence: str
+) -> None:
+    """Exit code 2, no traceback, and nothing is written."""
+    columns = ["--order", "o", *(() if "--sku" in options else ("--sku", "s"))]
+    with pytest.raises(SystemExit) as stopped:
+        main(["convert", "orders", str(table(tmp_path, text)), *columns, *options, "--out", str(tmp_path / "out")])
+    assert stopped.value.code == 2
+    assert sentence in capsys.readouterr().err
+    assert not list((tmp_path / "out").glob("*"))
+
+
+def test_files_that_are_there_are_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without --force nothing is replaced."""
+    (tmp_path / "orders.csv").write_text("mine", encoding="utf-8")
+    with pytest.raises(SystemExit):
+        main(["convert", "orders", str(table(tmp_path)), *COLUMNS, "--out", str(tmp_path)])
+    assert "--force replaces it" in capsys.readouterr().err
+    assert (tmp_path / "orders.csv").read_text(encoding="utf-8") == "mine"
