@@ -102,10 +102,12 @@ def _time(clock: object, option: str, text: str | None) -> int | None:
     assert isinstance(clock, Clock)
     if text is None:
         return None
-    try:
-        return Clock(None if clock.dated else clock.pattern).tick(text)
-    except ValueError:
-        raise InputError(option, f'expected a time such as 2024-03-01T06:00, found "{text}"') from None
+    for pattern in dict.fromkeys((clock.pattern, None)):
+        try:
+            return Clock(pattern).tick(text)
+        except ValueError:
+            continue
+    raise InputError(option, f'expected a time such as 2024-03-01T06:00, or as --time-format has it, found "{text}"')
 
 
 def _placed(

@@ -116,7 +116,7 @@ def test_the_least_that_is_needed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "options", "sentence"),
     [
-        ("o,s\n1,a\n", ["--sku", "ss"], 'line 1: there is no column "ss" (did you mean "s"?); found o and s'),
+        ("o,s\n1,a\n", ["--sku", "ss"], 'line 1: there is no column "ss" (did you mean `s`?); found o and s'),
         ("o,s\n", [], "has no order line that could be kept: it has no rows"),
         ("o,s\n1,\n", [], "has no order line that could be kept: 1 with no SKU"),
         ("o,s\n1,a,b\n", [], "is no table that can be read: "),
@@ -126,7 +126,7 @@ def test_the_least_that_is_needed(tmp_path: Path) -> None:
         (
             "o,s,t\n1,a,5\n",
             ["--time", "t", "--from", "noon"],
-            '--from: expected a time such as 2024-03-01T06:00, found "noon"',
+            "--from: expected a time such as 2024-03-01T06:00, or as --time-format has it",
         ),
         ("o,s,t\n1,a,5\n", ["--time", "t", "--from", "9"], "--from, --until: all 1 orders are outside"),
         (
