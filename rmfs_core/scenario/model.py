@@ -1,5 +1,5 @@
 """The sections of a scenario file as attrs classes. Every key's meaning, unit and range is written here once:
-reading, ``rmfs scenario show``, the JSON Schema and the README's tests take it from these classes.
+reading, ``rmfs scenario show``, the JSON Schema and the documentation take it from these classes.
 
 The defaults are the paper's parameters (Section 4.1 and Appendix D).
 """

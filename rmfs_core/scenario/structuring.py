@@ -23,7 +23,7 @@ from rmfs_core.wording import nearest
 T = TypeVar("T")
 
 
-class KeyProblem(Exception):  # noqa: N818 - never leaves this package: reading turns it into an InputError
+class KeyProblem(Exception):  # noqa: N818 - who reads turns it into an InputError with the place
     """A value is wrong; ``path`` leads to it from where structuring began."""
 
     def __init__(self, problem: str, path: KeyPath = ()) -> None:

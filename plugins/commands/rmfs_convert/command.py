@@ -34,7 +34,14 @@ def convert() -> None:
 @click.option("--start", metavar="TIME", help="Time 0 of the run. [default: the midnight before the first order]")
 @click.option("--separator", default=",", show_default=True, metavar="SIGN", help="Between the fields of a CSV file.")
 @click.option("--pods", type=click.IntRange(1, 1_000_000), metavar="N", help="Put the SKUs on that many pods, too.")
-@click.option("--skus-per-pod", type=click.IntRange(1, 10_000), default=20, show_default=True, metavar="N")
+@click.option(
+    "--skus-per-pod",
+    type=click.IntRange(1, 10_000),
+    default=20,
+    show_default=True,
+    metavar="N",
+    help="SKUs on each pod.",
+)
 @click.option(
     "--items",
     type=click.IntRange(1, 1_000_000),
@@ -43,7 +50,13 @@ def convert() -> None:
     metavar="N",
     help="Items of a SKU on each of its pods; more where the orders want more than that in all.",
 )
-@click.option("--placement", type=click.Choice(["random", "popularity", "co-purchase"]), default="popularity")
+@click.option(
+    "--placement",
+    type=click.Choice(["random", "popularity", "co-purchase"]),
+    default="popularity",
+    show_default=True,
+    help="Which SKUs stand on more pods, and which stand together.",
+)
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the placement.")
 @click.option("--force", is_flag=True, help="Replace files that are there already.")
 def orders(

@@ -147,7 +147,7 @@ class Experiment:
     axes
         What is varied besides.
     metrics
-        Which figures the comparison shows; `MEASURES` has all.
+        Which figures the comparison shows, of the kernel or of an observer.
     by
         Names of axes (or ``scenario``) whose values tell the instance sets of the comparison apart; none: each
         instance is a set of its own.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from attrs import define
 
 from rmfs_core import PodTrip, hookimpl
-from rmfs_core.rule_helpers import send_pods, ticks_to_station
+from rmfs_rule_helpers import send_pods, ticks_to_station
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Pod, Station, WarehouseView

@@ -9,7 +9,7 @@ import numpy as np
 from attrs import define
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_core.rule_helpers import assign_best_pairs
+from rmfs_rule_helpers import assign_best_pairs
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import WarehouseView

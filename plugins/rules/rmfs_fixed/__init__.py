@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from attrs import define
 
 from rmfs_core import hookimpl
-from rmfs_core.rule_helpers import nearest_free_location
+from rmfs_rule_helpers import nearest_free_location
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Pod, WarehouseView

@@ -10,7 +10,7 @@ from attrs import define
 from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_core.rule_helpers import assign_best_pairs, lines_at, sum_per_order
+from rmfs_rule_helpers import assign_best_pairs, lines_at, sum_per_order
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView

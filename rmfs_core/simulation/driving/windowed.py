@@ -83,7 +83,7 @@ class WindowedDriving(ReservedDriving):
 
     def __init__(self, run: RunContext) -> None:
         super().__init__(run)
-        self._progresss = [Progress() for _ in self.courses]
+        self._progress_of = [Progress() for _ in self.courses]
         self.registered = Reservations(self.roads.cells)
         """The runs under way, or the cells that robots stand in; no two robots ever have a cell at once."""
         for course in self.courses:
@@ -129,14 +129,14 @@ class WindowedDriving(ReservedDriving):
         self._request(course)
 
     def _start_clocks(self, course: Course) -> None:
-        progress = self._progresss[course.robot.id]
+        progress = self._progress_of[course.robot.id]
         progress.set_out = progress.moved = self.run.warehouse.now
         progress.refused = None
 
     def leave_station(self, course: Course) -> None:
         """Note that a robot goes elsewhere; it stays in the line until it begins a run away."""
         if course.station is not None:
-            self._progresss[course.robot.id].leaves = course.station
+            self._progress_of[course.robot.id].leaves = course.station
             course.station, course.joined = None, False
 
     def _target(self, course: Course) -> int:
@@ -195,14 +195,14 @@ class WindowedDriving(ReservedDriving):
 
     def _go(self, course: Course, query: Query, legs: list[Leg]) -> None:
         """Reserve a path, and see whether it leads into a line."""
-        progress = self._progresss[course.robot.id]
+        progress = self._progress_of[course.robot.id]
         path = self.run.asker.apply(self.rule, lambda: self._commit(course, query, legs))
         station = course.station
         if station is not None and course not in self.lines[station.id]:
             enters = path.since[path.cells == station.cells.queue[-1]]
             if len(enters):
                 progress.entry = int(enters[0])
-                insort(self.lines[station.id], course, key=lambda other: self._progresss[other.robot.id].entry)
+                insort(self.lines[station.id], course, key=lambda other: self._progress_of[other.robot.id].entry)
 
     def let_move_up(self, station: Station) -> None:
         for place, course in enumerate(self.lines[station.id]):
@@ -215,7 +215,7 @@ class WindowedDriving(ReservedDriving):
 
     def register(self, course: Course, leg: Leg) -> bool:
         """Register a run; when another is in its way, stop the robot instead."""
-        robot, progress = course.robot, self._progresss[course.robot.id]
+        robot, progress = course.robot, self._progress_of[course.robot.id]
         query = Query(robot.id, robot.cell, robot.heading, self.run.warehouse.now, leg.to, loaded=robot.pod is not None)
         path = timed_path(self.roads, query, (Leg(leg.to),))
         try:
@@ -258,7 +258,7 @@ class WindowedDriving(ReservedDriving):
     # Robots that cannot move
 
     def _give_up_if_late(self, course: Course) -> None:
-        if self.run.warehouse.now - self._progresss[course.robot.id].set_out > self.standstill_ticks:
+        if self.run.warehouse.now - self._progress_of[course.robot.id].set_out > self.standstill_ticks:
             raise StandstillError(self.who_waits_for_whom(course))
 
     def _rests(self, course: Course) -> bool:
@@ -266,10 +266,10 @@ class WindowedDriving(ReservedDriving):
 
     def _has_stood_long(self, course: Course) -> bool:
         now = self.run.warehouse.now
-        return self._rests(course) and now - self._progresss[course.robot.id].moved >= PATIENCE_TICKS
+        return self._rests(course) and now - self._progress_of[course.robot.id].moved >= PATIENCE_TICKS
 
     def _has_been_refused_for_long(self, course: Course) -> bool:
-        return self._progresss[course.robot.id].refused is not None and self._has_stood_long(course)
+        return self._progress_of[course.robot.id].refused is not None and self._has_stood_long(course)
 
     def _step_aside(self, course: Course, query: Query) -> list[Leg]:
         """Legs into a free cell beside a robot that has stood for long; none before, or where there is no such cell.
@@ -304,7 +304,7 @@ class WindowedDriving(ReservedDriving):
     def who_waits_for_whom(self, course: Course) -> str:
         sentences = [self.waits_for(other) for other in self.courses if other is course or self._stands(other)]
         now = self.run.warehouse.now
-        on_its_way_s = to_seconds(now - self._progresss[course.robot.id].set_out)
+        on_its_way_s = to_seconds(now - self._progress_of[course.robot.id].set_out)
         return (
             f"The run stands still at {to_seconds(now):.3f} s: robot {course.robot.name} has been on its way for "
             f"{on_its_way_s:.0f} s (run.standstill_s). {'; '.join(sentences)}. Paths were planned by "
@@ -314,13 +314,13 @@ class WindowedDriving(ReservedDriving):
     def _stands(self, course: Course) -> bool:
         """Whether a robot wants to move and does not."""
         stands = course.under_way is None and course.robot.cell != self._target(course)
-        return stands and self.run.warehouse.now - self._progresss[course.robot.id].moved >= RETRY_TICKS
+        return stands and self.run.warehouse.now - self._progress_of[course.robot.id].moved >= RETRY_TICKS
 
     def waits_for(self, course: Course) -> str:
         robot, layout, now = course.robot, self.roads.layout, self.run.warehouse.now
         target = self._target(course)
         query = self._departure(course, target)
-        cell, blocker = self._progresss[robot.id].refused, None
+        cell, blocker = self._progress_of[robot.id].refused, None
         if cell is not None:
             blocker = self.registered.blocker(cell, now, owner=robot.id)
         if cell is None or blocker is None:
