@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from attrs import frozen
+from hypothesis import settings
 
 from rmfs_core.info import RunInfo
 from rmfs_core.motion import Motion
@@ -20,6 +21,9 @@ from rmfs_core.warehouse import WarehouseView
 from rmfs_testing import small_instance, small_layout, small_world
 
 ROOT = Path(__file__).resolve().parent.parent
+settings.register_profile("rmfs", deadline=None)  # how long an example takes says more of the machine than of the code
+settings.load_profile("rmfs")
+
 Install = Callable[..., None]
 HEADER = "from attrs import define, field, validators\nfrom rmfs_core import hookimpl\n"
 

@@ -90,7 +90,8 @@ def run(
     if measured.folder is not None:
         result.save(measured.folder)
         for file in _files_of_recorders() - {recorder.file for recorder, _ in recorders}:
-            (measured.folder / file).unlink(missing_ok=True)
+            with suppress(OSError):  # it is not there, or no file of ours
+                (measured.folder / file).unlink()
     if isinstance(outcome.error, RunError):
         outcome.error.result = result
     if outcome.error is not None:
@@ -124,7 +125,7 @@ def load_recorder(name: str) -> type[Recorder]:
         raise InputError(place, f'there is no recorder "{name}"{nearest(name, known)}')
     kind = entrypoints.load(known[name], place, "recorder")
     file = getattr(kind, "file", None)
-    if not isinstance(kind, type) or not isinstance(file, str) or Path(file).name != file or file in _OWN_FILES:
+    if not isinstance(kind, type) or not isinstance(file, str) or Path(file).name != file or file in ("", *_OWN_FILES):
         described = entrypoints.describe("recorder", name, *entrypoints.origin(known[name][0]))
         raise InputError(place, f"{described} is no recorder: expected a class with the name of its file as `file`")
     return kind

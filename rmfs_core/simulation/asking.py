@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import time
 from collections.abc import Callable, Container, Mapping, Sequence
@@ -201,9 +200,9 @@ def _faulty_measurement(numbers: object, known: Container[str]) -> str | None:
             return f"named a metric {name!r}; expected letters, digits and underscores"
         if name in known:
             return f"named a metric {name!r}, which there is already"
-        plain = isinstance(number, int | float) and not isinstance(number, bool) and math.isfinite(number)
+        plain = isinstance(number, int | float) and not isinstance(number, bool) and abs(number) < 1 << 63
         if number is not None and not plain:
-            return f"measured {name} = {number!r:.80}; expected a finite int or float, or None"
+            return f"measured {name} = {number!r:.80}; expected an int or float below 2^63, or None"
     return None
 
 

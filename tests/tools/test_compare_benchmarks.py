@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -120,8 +121,8 @@ def test_what_pytest_benchmark_saves(tmp_path: Path) -> None:
     (tmp_path / "test_x.py").write_text("def test_x(benchmark):\n    benchmark(sum, [1, 2])\n", encoding="utf-8")
     saved = tmp_path / "saved.json"
     options = ["-q", "-p", "no:cacheprovider", "--benchmark-only", f"--benchmark-json={saved}"]
-    subprocess.run(
-        [sys.executable, "-m", "pytest", *options, "test_x.py"], cwd=tmp_path, check=True, capture_output=True
-    )
+    alone = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
+    command = [sys.executable, "-m", "pytest", *options, "test_x.py"]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, env=alone)
     done = subprocess.run([sys.executable, str(TOOL), saved, saved], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (0, "1 benchmarks in both: 0 slower, 0 faster, 1 same.\n")

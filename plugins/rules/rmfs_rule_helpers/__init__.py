@@ -18,6 +18,15 @@ from rmfs_core.decisions import OrderAssignment, PodTrip
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Pod, Station, WarehouseView
 
+__all__ = [
+    "assign_best_pairs",
+    "lines_at",
+    "nearest_free_location",
+    "send_pods",
+    "sum_per_order",
+    "ticks_to_station",
+]
+
 DOES_NOT_FIT = -1
 
 
