@@ -14,7 +14,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_core.warehouse.parts import UNLIMITED, BacklogLines, Order, Part, Pod, Request, Robot, Station
+from rmfs_core.warehouse.parts import UNLIMITED, BacklogLines, FreeItems, Order, Part, Pod, Request, Robot, Station
 from rmfs_core.world import Instance
 from rmfs_core.world.travel import Travel
 
@@ -56,6 +56,7 @@ class Warehouse:
         self.pods = tuple(
             Pod(i, data, cell) for i, (data, cell) in enumerate(zip(instance.pods, pod_cells, strict=True))
         )
+        self.free_items = _FreeItems(self.pods)
         self.homes = tuple(pod_cells)
         self.stations = tuple(stations)
         self.robots = tuple(robots)
@@ -369,14 +370,43 @@ class _Lines:
         return BacklogLines(position, self.sku[self.current], self.quantity[self.current])
 
 
+class _FreeItems:
+    """Free items of the pods as arrays; of those that gave or took back promises since the last look, read anew."""
+
+    def __init__(self, pods: Sequence[Pod]) -> None:
+        self.pods = pods
+        self.start = np.cumsum([0, *(len(pod._contents) for pod in pods)])
+        self.shown: FreeItems | None = None
+        self.touched = set(pods)
+        for pod in pods:
+            pod._touched = self.touched
+
+    def now(self) -> FreeItems:
+        """Return them as they are."""
+        if self.shown is None:
+            of = np.repeat(np.arange(len(self.pods)), np.diff(self.start))
+            sku = np.array([sku for held in self.pods for sku in sorted(held._contents)], dtype=np.int64)
+            self.shown = FreeItems(of, sku, np.zeros(len(sku), dtype=np.int64))
+        if self.touched:
+            number = self.shown.number.copy()
+            for pod in self.touched:
+                entries = slice(self.start[pod.id], self.start[pod.id + 1])
+                number[entries] = [pod.free_items(sku) for sku in self.shown.sku[entries].tolist()]
+            self.shown = FreeItems(self.shown.pod, self.shown.sku, number)
+            self.touched.clear()
+        return self.shown
+
+
 def promise(request: Request, pod: Pod) -> None:
     request._pod = pod
+    pod._touched.add(pod)
     by_station = pod._promised.setdefault(request.sku, {})
     by_station[request.station] = by_station.get(request.station, 0) + 1
 
 
 def _withdraw(request: Request) -> None:
     assert request._pod is not None
+    request._pod._touched.add(request._pod)
     by_station = request._pod._promised[request.sku]
     by_station[request.station] -= 1
     if not by_station[request.station]:

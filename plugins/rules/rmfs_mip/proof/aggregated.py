@@ -4,6 +4,8 @@
 - y_Ts: how many orders of a type go to a station as a whole; n_T: how many are split.
 - q_ks: how many lines of a kind (SKU and number of items) that split orders have go to a station.
 - z_is: whether a SKU that P_s does not cover is brought to a station; where one class alone brings it, that is x_cs.
+- f_ips: how many items of a scarce SKU a station takes from a pod (q_ips of the printed form); lines of such a kind are
+  then counted in whole numbers, too.
 """
 
 from __future__ import annotations
@@ -105,6 +107,7 @@ class Builder:
         stations = range(len(reduced.capacities))
         self._filling: list[dict[int, float]] = [{} for _ in stations]  # columns and items that take places
         self._brought: list[dict[int, int]] = [{} for _ in stations]  # uncovered SKU -> column that makes it available
+        self._using: list[dict[int, dict[int, float]]] = [{} for _ in stations]  # scarce SKU -> columns that take items
         self._constant = reduced.period.visits_before + weight * sum(reduced.capacities)
 
     def build(self) -> Aggregated:
@@ -118,6 +121,8 @@ class Builder:
         ):
             self._split_orders()
         self._limits()
+        if len(self.reduced.scarce):
+            self._scarce_skus()
         program = self.model.program
         if self.gains is None:
             for column, cost in self.objective.items():
@@ -146,11 +151,13 @@ class Builder:
         """x and z of a station."""
         reduced, program = self.reduced, self.model.program
         period = reduced.period
-        wanted = reduced.wanted(station) & ~period.covered[station]
+        wanted = reduced.wanted(station) & (~period.covered[station] | reduced.is_scarce)
         gains = None if self.gains is None else self.gains.pod
         value = period.preferred.pods if gains is None else gains + period.preferred.pods / 2
         bringing: dict[int, list[int]] = {}
         for pod in reduced.classes(wanted, value):
+            if pod in period.inbound[station]:
+                continue  # it would bring nothing but scarce SKUs, and is there already
             column = self.model.x[pod, station] = program.column()
             self.objective[column] = 1.0
             if gains is not None:
@@ -159,6 +166,8 @@ class Builder:
                 if wanted[sku]:
                     bringing.setdefault(sku, []).append(column)
         for sku, columns in sorted(bringing.items()):
+            if period.covered[station, sku]:
+                continue  # scarce, and so a matter of `_scarce_skus`
             if len(columns) == 1:
                 self._brought[station][sku] = columns[0]
                 continue
@@ -179,8 +188,8 @@ class Builder:
                 column = self.model.y[number, station] = self.model.program.column(upper=most)
                 self._take(station, column, kind.size)
                 self._gain(column, kind.size, kind.orders[0])
-                for sku, _ in kind.lines:
-                    self._need(station, sku, column, most)
+                for sku, quantity in kind.lines:
+                    self._need(station, sku, column, most, quantity)
 
     def _incomplete(self, kind: OrderType) -> bool:
         return len(kind.lines) < len(self.reduced.period.lines[kind.orders[0]])
@@ -252,9 +261,10 @@ class Builder:
             most = min(supply, room // quantity)
             if most < 1 or not self._obtainable(station, [line]):
                 continue
-            column = self.model.q[line, station] = program.column(upper=most, whole=not reduced.period.single_items)
+            whole = not reduced.period.single_items or len(reduced.scarce) > 0
+            column = self.model.q[line, station] = program.column(upper=most, whole=whole)
             self._take(station, column, quantity)
-            self._need(station, sku, column, most)
+            self._need(station, sku, column, most, quantity)
             columns.append(column)
         factors = [1.0] * len(columns) + [-1.0] * len(chosen)
         at_most = reduced.model is Model.SPLIT_OVER_TIME and not self._ranked
@@ -269,10 +279,39 @@ class Builder:
         if self.gains is not None and self.gains.order is not None:
             self.model.program.cost[column] = -float(self.gains.order[order]) * items
 
-    def _need(self, station: int, sku: int, column: int, most: int) -> None:
+    def _need(self, station: int, sku: int, column: int, most: int, items: int) -> None:
+        if self.reduced.is_scarce[sku]:
+            self._using[station].setdefault(sku, {})[column] = float(items)
         available = self._brought[station].get(sku)
         if available is not None:
             self.model.program.row([column, available], [1.0, -float(most)], "<", 0.0)  # (5)
+
+    def _scarce_skus(self) -> None:
+        """Add what stations take of scarce SKUs from each pod, which is at most what it has."""
+        program, period, items = self.model.program, self.reduced.period, self.reduced.period.stock.items
+        assert items is not None
+        taken: dict[tuple[int, int], list[int]] = {}  # by station and SKU
+        kept = self.reduced.is_scarce[items.sku]
+        entries = zip(items.pod[kept].tolist(), items.sku[kept].tolist(), items.number[kept].tolist(), strict=True)
+        for pod, sku, number in entries:
+            columns = []
+            for station, room in enumerate(self.reduced.capacities):
+                sent = self.model.x.get((pod, station))
+                there = pod in period.inbound[station]
+                if sku not in self._using[station] or (sent is None and not there):
+                    continue
+                column = program.column(upper=float(min(number, room)), whole=False)
+                if not there and sent is not None:
+                    program.row([column, sent], [1.0, -program.upper[column]], "<", 0.0)
+                taken.setdefault((station, sku), []).append(column)
+                columns.append(column)
+            if sum(program.upper[column] for column in columns) > number:
+                program.row(columns, [1.0] * len(columns), "<", number)
+        for station, using in enumerate(self._using):
+            for sku, columns_and_items in using.items():
+                giving = taken.get((station, sku), [])
+                factors = [*columns_and_items.values(), *([-1.0] * len(giving))]
+                program.row([*columns_and_items, *giving], factors, "<", 0.0)
 
     def _limits(self) -> None:
         program = self.model.program

@@ -39,6 +39,7 @@ from rmfs_mip.proof.flow import MOST_STATIONS, Network, fewest_visits, greedy_vi
 from rmfs_mip.proof.patterns import ColumnGeneration, alike, choose_among, lines_as_orders, orders_of_lines
 from rmfs_mip.proof.pricing import SAFE
 from rmfs_mip.proof.proof import Proof
+from rmfs_mip.proof.stocked import fill_from_stock, lines_from_stock, one_line_orders, orders_from_stock
 
 Step = Callable[[Proof], None]
 
@@ -120,12 +121,20 @@ def by_bounds(proof: Proof) -> None:
         proof.bound = base + max(1, fewest_visits(network))
         visits, _ = greedy_visits(network, reduced.period.preferred)
     _fill_by(proof, visits, "bounds" if visits else "flow")
+    if len(reduced.scarce) and not proof.proven and reduced.model is not Model.SPLIT_OVER_TIME:
+        lines = one_line_orders(reduced)
+        visits, _ = greedy_visits(network.with_demand_of(reduced, lines), reduced.period.preferred)
+        proof.offer(visits, lines_from_stock(reduced, visits, lines), "bounds" if visits else "flow")
 
 
 def _fill_by(proof: Proof, visits: Visits, how: str) -> None:
     """Offer what can be assigned with these new visits."""
     reduced = proof.reduced
-    if reduced.period.single_items or reduced.model is Model.INTEGRATED:
+    if not (reduced.period.single_items or reduced.model is Model.INTEGRATED):
+        return
+    if len(reduced.scarce):
+        proof.offer(visits, fill_from_stock(reduced, visits), how)
+    else:
         proof.offer(visits, fill(reduced, reduced.period.covered_with(visits)), how)
 
 
@@ -164,11 +173,12 @@ def _offer_again(proof: Proof, found: Solution) -> None:
 
 def by_fewest_visits(proof: Proof) -> None:
     """Try one value of the objective after another, from the bound upwards."""
-    reduced = proof.reduced
+    reduced = proof.reduced.relaxed
     if not proof.whole or reduced.model not in MOST_WORK:
         return
     among = reduced.model is Model.SPLIT_AMONG_STATIONS
-    most_work = MOST_WORK_ALIKE if among and reduced.interchangeable else MOST_WORK[reduced.model]
+    scarce = reduced is not proof.reduced
+    most_work = MOST_WORK_ALIKE if among and reduced.interchangeable and not scarce else MOST_WORK[reduced.model]
     left = proof.seconds_left
     if left is not None:
         most_work = min(most_work, int(max(left, 0) * WORK_PER_SECOND))
@@ -187,7 +197,9 @@ def by_whole_orders(proof: Proof) -> None:
     """Make sure that there is a solution to fall back on: one of the integrated model is one of all three."""
     period = proof.reduced.period
     whole = Reduced(period, Model.INTEGRATED)
-    if whole.candidates.any():
+    if len(proof.reduced.scarce):
+        proof.offer(*orders_from_stock(whole, proof.weight), "search")
+    elif whole.candidates.any():
         visits = whole_order_visits(whole, proof.weight)
         proof.offer(visits, fill_with_orders(whole, period.covered_with(visits)), "search")
         _fill_by(proof, visits, "search")
@@ -196,7 +208,7 @@ def by_whole_orders(proof: Proof) -> None:
 def by_patterns(proof: Proof) -> None:
     """Bound by the relaxation over patterns, and try the best choice of the patterns that it needed."""
     reduced, period = proof.reduced, proof.reduced.period
-    if not proof.whole:
+    if not proof.whole or len(reduced.scarce):
         return
     if reduced.model is Model.SPLIT_OVER_TIME and proof.splits is None and period.single_items:
         reduced = Reduced(lines_as_orders(period), Model.INTEGRATED)  # each line goes where it likes
