@@ -173,7 +173,8 @@ class Warehouse:
     def assign(self, order: Order, station: Station, skus: Sequence[int], period: int = 1) -> int:
         """Turn open lines of an order into requests at a station; return their number of items.
 
-        What one period assigns of an order to a station is one part, in however many steps it does.
+        What one period assigns of an order to a station is one part, in however many steps it does. Whatever the
+        steps, the promises to all that it assigns are a maximum flow over the pods; earlier promises stay.
         """
         was_split = order.split
         lines = [order._open.pop(sku) for sku in skus]
@@ -207,13 +208,14 @@ class Warehouse:
                 self.promise_from_inbound(station, request)
         return items
 
-    def bind(self, pod: Pod, station: Station) -> None:
-        """Decide a trip: the pod is bound for the station from now on."""
+    def bind(self, pod: Pod, station: Station, *, promise: bool = True) -> None:
+        """Decide a trip: the pod is bound for the station from now on. ``promise``: and its items are promised."""
         pod._itinerary.append(station.id)
         station._inbound[pod.id] = pod
         if pod._carrier is None:
             self.waiting[pod.id] = pod
-        self._promise_items(pod, station)
+        if promise:
+            self.promise_items(pod, station)
 
     def take_task(self, robot: Robot, pod: Pod) -> None:
         """Give a waiting pod to a robot."""
@@ -289,7 +291,7 @@ class Warehouse:
         promise(request, pod)
         if released is not None:
             for station in released._itinerary:
-                self._promise_items(released, self.stations[station])
+                self.promise_items(released, self.stations[station])
 
     def fulfil(self, request: Request, pod: Pod) -> None:
         """Pick the item of a request from a pod that stands at its station."""
@@ -317,13 +319,30 @@ class Warehouse:
 
     # Promises
 
-    def promise_from_inbound(self, station: Station, request: Request) -> None:
+    def promise_from_inbound(self, station: Station, request: Request, tried: set[int] | None = None) -> bool:
+        """Promise an item of the first pod that has one free, or can have by what its period assigned elsewhere."""
+        sku, pods, tried = request.sku, [], tried or set()
         for pod in station._inbound.values():
-            if request.sku in pod._contents and pod.free_items(request.sku) > 0:
-                promise(request, pod)
-                return
+            if sku in pod._contents and pod.id not in tried:
+                if pod.free_items(sku) > 0:
+                    promise(request, pod)
+                    return True
+                pods.append(pod)
+        for pod in pods:
+            tried.add(pod.id)
+            for other in (self.stations[at] for at in pod._itinerary if at != station.id):
+                for moved in other._by_sku.get(sku, {}).values():
+                    if moved._pod is pod and moved.part.period == request.part.period:
+                        _withdraw(moved)
+                        if self.promise_from_inbound(other, moved, tried):
+                            promise(request, pod)
+                            return True
+                        promise(moved, pod)
+                        break  # the others from here have the same ways out
+        return False
 
-    def _promise_items(self, pod: Pod, station: Station) -> None:
+    def promise_items(self, pod: Pod, station: Station) -> None:
+        """Promise free items of a pod to the uncovered requests of a station, oldest first."""
         for sku in pod._contents:
             for request in station._by_sku.get(sku, {}).values():
                 if not request.covered:
