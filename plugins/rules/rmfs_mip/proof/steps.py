@@ -229,7 +229,7 @@ def by_whole_orders(proof: Proof) -> None:
 def by_patterns(proof: Proof) -> None:
     """Bound by the relaxation over patterns, and try the best choice of the patterns that it needed."""
     reduced, period = proof.reduced, proof.reduced.period
-    if not proof.whole or len(reduced.scarce):
+    if not proof.whole:
         return
     if reduced.model is Model.SPLIT_OVER_TIME and proof.splits is None and period.single_items:
         reduced = Reduced(lines_as_orders(period), Model.INTEGRATED)  # each line goes where it likes
