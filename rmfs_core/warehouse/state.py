@@ -205,7 +205,7 @@ class Warehouse:
                 self._next_request += 1
                 station._requests[request.id] = request
                 station._by_sku.setdefault(line.sku, {})[request.id] = request
-                self.promise_from_inbound(station, request)
+                self._promise_from_inbound(station, request)
         return items
 
     def bind(self, pod: Pod, station: Station, *, promise: bool = True) -> None:
@@ -319,7 +319,7 @@ class Warehouse:
 
     # Promises
 
-    def promise_from_inbound(self, station: Station, request: Request, tried: set[int] | None = None) -> bool:
+    def _promise_from_inbound(self, station: Station, request: Request, tried: set[int] | None = None) -> bool:
         """Promise an item of the first pod that has one free, or can have by what its period assigned elsewhere."""
         sku, pods, tried = request.sku, [], tried or set()
         for pod in station._inbound.values():
@@ -334,7 +334,7 @@ class Warehouse:
                 for moved in other._by_sku.get(sku, {}).values():
                     if moved._pod is pod and moved.part.period == request.part.period:
                         _withdraw(moved)
-                        if self.promise_from_inbound(other, moved, tried):
+                        if self._promise_from_inbound(other, moved, tried):
                             promise(request, pod)
                             return True
                         promise(moved, pod)

@@ -12,7 +12,7 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from attrs import define, evolve, frozen
+from attrs import define, frozen
 from numpy.typing import NDArray
 
 from rmfs_mip.period.period import Line, Period
@@ -51,14 +51,11 @@ class Reduced:
         What is to be solved.
     counted
         Whether equal orders are counted (False: each is its own type, so that they can be told apart by age).
-    plentiful
-        Whether a pod is taken to have enough of each SKU of which it has a free item: a relaxation.
     """
 
     period: Period
     model: Model
     counted: bool = True
-    plentiful: bool = False
 
     @property
     def capacities(self) -> tuple[int, ...]:
@@ -113,7 +110,7 @@ class Reduced:
     def scarce(self) -> NDArray[np.int64]:
         """SKUs of which some pod has fewer free items than the period could take from it, ascending."""
         items = self.period.stock.items
-        if items is None or self.plentiful:
+        if items is None:
             return np.zeros(0, dtype=np.int64)
         most = np.minimum(self.demand, sum(self.capacities))
         return np.unique(items.sku[items.number < most[items.sku]])
@@ -125,10 +122,17 @@ class Reduced:
         scarce[self.scarce] = True
         return scarce
 
+    def items_on(self, pod: int) -> dict[int, int]:
+        """Return the free items of each SKU on a pod (position), where stock is finite."""
+        if pod not in self._items_on:
+            items = self.period.stock.items
+            assert items is not None
+            self._items_on[pod] = items.on(pod)
+        return self._items_on[pod]
+
     @cached_property
-    def relaxed(self) -> Reduced:
-        """The period with nothing scarce: its solutions are more."""
-        return evolve(self, plentiful=True) if len(self.scarce) else self
+    def _items_on(self) -> dict[int, dict[int, int]]:
+        return {}
 
     @cached_property
     def deliverable(self) -> int:

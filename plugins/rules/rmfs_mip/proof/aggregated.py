@@ -13,17 +13,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from attrs import define, field
+from attrs import define, evolve, field
 from numpy.typing import NDArray
 
-from rmfs_mip.period.decoding import Counts
+from rmfs_mip.period.decoding import Counts, parts_of
 from rmfs_mip.period.period import Line
 from rmfs_mip.period.reduction import OrderType, Reduced
-from rmfs_mip.period.solution import Model, is_whole
+from rmfs_mip.period.solution import Model, Part, Visits, is_whole
+from rmfs_mip.printed.solver import Limits
 from rmfs_mip.proof.program import Program
 
 PREFERENCE = 1e-3
 """What the least preferred pod costs more than the one preferred most, at most."""
+CLOSE = 1e-6
+"""Objectives that differ by less are the same."""
 MOST_PREFERENCE = 0.1
 """What all pods together cost more, at most: with a whole W_u far less than any difference in (1)."""
 
@@ -95,13 +98,24 @@ class Builder:
         How many orders may newly be split; None for any number.
     gains
         The second objective; None to minimise objective (1).
+    sending
+        Whether pods may be sent to stations where they are not.
     """
 
-    def __init__(self, reduced: Reduced, weight: float, splits: int | None = None, gains: Gains | None = None) -> None:
+    def __init__(
+        self,
+        reduced: Reduced,
+        weight: float,
+        splits: int | None = None,
+        gains: Gains | None = None,
+        *,
+        sending: bool = True,
+    ) -> None:
         self.reduced = reduced
         self.weight = weight
         self.splits = splits if reduced.model is not Model.INTEGRATED else 0
         self.gains = gains
+        self.sending = sending
         self.model = Aggregated(Program(), self.splits)
         self.objective: dict[int, float] = {}  # objective (1), without its constant
         stations = range(len(reduced.capacities))
@@ -112,7 +126,7 @@ class Builder:
 
     def build(self) -> Aggregated:
         """Return the model."""
-        for station in range(len(self.reduced.capacities)):
+        for station in range(len(self.reduced.capacities) if self.sending else 0):
             self._pods(station)
         if self.splits is not None:
             self._whole_orders()
@@ -326,3 +340,48 @@ class Builder:
                 columns.append(self.model.n[number])
             if sum(program.upper[column] for column in columns) > len(kind.orders):
                 program.row(columns, [1.0] * len(columns), "<", len(kind.orders))  # (3)
+
+
+def assigned_with(
+    reduced: Reduced, visits: Visits, weight: float, splits: int | None, limits: Limits, target: int
+) -> tuple[bool, tuple[Part, ...] | None]:
+    """Return whether it is known if some visits fill so many places with the items that the pods have, and how.
+
+    Parameters
+    ----------
+    reduced
+        The period.
+    visits
+        New visits.
+    weight
+        W_u.
+    splits
+        How many orders may newly be split; None for any number.
+    limits
+        Solver and limits.
+    target
+        Places to fill.
+    """
+    period = reduced.period
+    inbound = [set(pods) for pods in period.inbound]
+    for pod, station in visits:
+        inbound[station].add(pod)
+    there = np.array(sorted(set().union(*inbound)), dtype=np.int64)
+    items = period.stock.items
+    assert items is not None
+    number = np.where(np.isin(items.pod, there), items.number, 0)
+    stock = period.stock.with_items(items.pod, items.sku, number)
+    sent = evolve(period, stock=stock, inbound=tuple(tuple(sorted(pods)) for pods in inbound))
+    left = Reduced(sent, reduced.model)
+    if not left.candidates.any():
+        return True, () if target <= 0 else None
+    builder = Builder(left, weight, splits, sending=False)
+    model = builder.build()
+    if not builder.objective:
+        return True, () if target <= 0 else None
+    most = sent.visits_before + weight * (sum(period.capacities) - target)
+    builder.limit_objective(float("-inf"), most + CLOSE)
+    outcome = model.program.solve(limits, absolute_gap=weight * sum(period.capacities))
+    if outcome.values is None:
+        return outcome.bound == float("inf"), None
+    return True, parts_of(left, model.counts(outcome.values))

@@ -138,23 +138,6 @@ def _fill_by(proof: Proof, visits: Visits, how: str) -> None:
         proof.offer(visits, fill(reduced, reduced.period.covered_with(visits)), how)
 
 
-def by_plenty(proof: Proof) -> None:
-    """Prove the period with enough of everything on every pod that has it, as far as that goes without the solver.
-
-    That has more solutions, so what bounds it bounds the period; and the pods of its solution may do.
-    """
-    reduced = proof.reduced
-    if len(reduced.scarce) and reduced.model in MOST_WORK:
-        steps = by_nothing, by_bounds, by_fewest_visits
-        relaxed = evolve(
-            proof, reduced=reduced.relaxed, steps=steps, bound=float(reduced.period.visits_before), best=None
-        )
-        relaxed.take_steps()
-        proof.bound = max(proof.bound, relaxed.incumbent.objective if relaxed.proven else relaxed.bound)
-        _offer_again(proof, relaxed.incumbent)
-        _fill_by(proof, _new_visits(proof, relaxed.incumbent), relaxed.incumbent.how)
-
-
 def by_relaxation(proof: Proof) -> None:
     """Prove the period without a limit on newly split orders, as far as that goes without the solver.
 
@@ -184,26 +167,21 @@ def _part_of(proof: Proof, reduced: Reduced, splits: int | None, bound: float) -
 
 
 def _offer_again(proof: Proof, found: Solution) -> None:
-    proof.offer(_new_visits(proof, found), found.parts, found.how)
-
-
-def _new_visits(proof: Proof, found: Solution) -> Visits:
     before = proof.reduced.period.inbound
-    return tuple((p, s) for p, s in found.visits if p not in before[s])
+    proof.offer(tuple((p, s) for p, s in found.visits if p not in before[s]), found.parts, found.how)
 
 
 def by_fewest_visits(proof: Proof) -> None:
     """Try one value of the objective after another, from the bound upwards."""
     reduced = proof.reduced
-    if not proof.whole or reduced.model not in MOST_WORK or len(reduced.scarce):
+    if not proof.whole or reduced.model not in MOST_WORK:
         return
     among = reduced.model is Model.SPLIT_AMONG_STATIONS
-    alike = among and reduced.interchangeable and not reduced.plentiful
-    most_work = MOST_WORK_ALIKE if alike else MOST_WORK[reduced.model]
+    most_work = MOST_WORK_ALIKE if among and reduced.interchangeable else MOST_WORK[reduced.model]
     left = proof.seconds_left
     if left is not None:
         most_work = min(most_work, int(max(left, 0) * WORK_PER_SECOND))
-    search = FewestVisits(reduced, int(proof.weight), most_work, proof.splits)
+    search = FewestVisits(reduced, int(proof.weight), most_work, proof.splits, proof.limits)
     if not search.possible:
         return
     least = reduced.period.visits_before + proof.weight * (sum(reduced.capacities) - reduced.reachable_sum)
@@ -303,7 +281,6 @@ STEPS: tuple[Step, ...] = (
     by_what_is_there,
     by_nothing,
     by_bounds,
-    by_plenty,
     by_relaxation,
     by_restriction,
     by_fewest_visits,
