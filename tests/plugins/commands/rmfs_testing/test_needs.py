@@ -59,3 +59,24 @@ def test_a_scenario_that_has_it_runs(install: Callable[..., None]) -> None:
     left_out = check_rule(acme_rules.Eager()).left_out
     assert len(left_out) == 9
     assert all("finite stock" in name for name in left_out)
+
+
+@pytest.mark.parametrize(
+    ("trait", "sentence"),
+    [
+        ("needs = ('magic',)", "has needs = ('magic',); expected a tuple of 'unlimited stock' or 'item capacity'"),
+        ("needs = 'unlimited stock'", "has needs = 'unlimited stock'; expected a tuple of 'unlimited stock' or"),
+        ("libraries = ('numpy', 3)", "has libraries = ('numpy', 3); expected a tuple of distributions' names"),
+        ("splits_over_time = 1", "has splits_over_time = 1; expected True or False"),
+        ("packing_capacity = -1", "has packing_capacity = -1; expected a whole number >= 0, or None"),
+        ("reserves = 'all'", "has reserves = 'all'; expected 'full paths', 'windows' or None"),
+        ("prepare = 'fast'", "has prepare = 'fast'; expected a method"),
+    ],
+)
+def test_a_trait_of_the_wrong_type_is_refused(install: Callable[..., None], trait: str, sentence: str) -> None:
+    """When the rule is loaded, with one sentence that names it and says what would be right."""
+    rule = f"@define\nclass Odd:\n    {trait}\n    @hookimpl\n    def select_pods(self):\n        return []\n"
+    install("acme", {"odd": "acme_rules:Odd"}, acme_rules=rule)
+    with pytest.raises(InputError) as caught:
+        rmfs_core.run("examples/small", overrides=["rules.pps=odd"])
+    assert str(caught.value).startswith(f'--set rules.pps=odd: rule "odd" (acme 1.0) {sentence}')
