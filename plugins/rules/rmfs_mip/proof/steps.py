@@ -10,7 +10,7 @@ Each step may offer a solution and raise the bound; the first after which they m
    above: what `rmfs_mip.proof.feasible` assigns to the visits that fill most.
 4. `by_relaxation`: where few orders may be split, all of this without that limit, which bounds it.
 5. `by_restriction`: there, for split-over-time with stations that are alike, also split-among-stations, whose solutions
-   are some of it.
+   are some of it; likewise integrated for split-among-stations where SKUs are scarce.
 6. `by_fewest_visits`: where orders are assigned completely, sets of pods for one value of the objective after another
    (`rmfs_mip.proof.fewest`). This alone proves split-among-stations at t = 1.
 7. `by_whole_orders`: a solution to fall back on, which is one of all three models.
@@ -151,13 +151,23 @@ def by_relaxation(proof: Proof) -> None:
 
 
 def by_restriction(proof: Proof) -> None:
-    """Take the solution of split-among-stations for split-over-time, as far as that goes without the solver."""
+    """Where the stations are alike, take the solution of a model that is more restricted, without the solver.
+
+    That is split-among-stations for split-over-time with few splits, and integrated for split-among-stations where SKUs
+    are scarce.
+    """
     reduced = proof.reduced
-    if proof.splits is not None and reduced.model is Model.SPLIT_OVER_TIME and reduced.interchangeable:
+    if not reduced.interchangeable:
+        return
+    if proof.splits is not None and reduced.model is Model.SPLIT_OVER_TIME:
         among = Reduced(reduced.period, Model.SPLIT_AMONG_STATIONS)
         restricted = _part_of(proof, among, proof.splits, float(reduced.period.visits_before))
-        restricted.take_steps()
-        _offer_again(proof, restricted.incumbent)
+    elif len(reduced.scarce) and reduced.model is Model.SPLIT_AMONG_STATIONS:
+        restricted = _part_of(proof, Reduced(reduced.period, Model.INTEGRATED), None, proof.bound)
+    else:
+        return
+    restricted.take_steps()
+    _offer_again(proof, restricted.incumbent)
 
 
 def _part_of(proof: Proof, reduced: Reduced, splits: int | None, bound: float) -> Proof:
