@@ -49,6 +49,8 @@ MOST_WORK = {Model.INTEGRATED: 20_000, Model.SPLIT_AMONG_STATIONS: 300_000}
 """Steps of it before the solver takes over: about as many as the solver needs the time of."""
 MOST_WORK_ALIKE = 100_000_000
 """The same for split-among-stations where the stations are alike, as at t = 1: the solver may need hours."""
+WORK_ALIKE_SCARCE = 20_000
+"""And with scarce SKUs, for each pod and station: there the solver, too, has bounds that are close."""
 CLOSE_SETS = (100, 500, 2000)
 """Sets of pods from which a better solution, if there is one, is put together: first the best few, then more."""
 
@@ -188,6 +190,8 @@ def by_fewest_visits(proof: Proof) -> None:
         return
     among = reduced.model is Model.SPLIT_AMONG_STATIONS
     most_work = MOST_WORK_ALIKE if among and reduced.interchangeable else MOST_WORK[reduced.model]
+    if len(reduced.scarce):
+        most_work = min(most_work, WORK_ALIKE_SCARCE * len(reduced.period.stock.pods) * len(reduced.capacities))
     left = proof.seconds_left
     if left is not None:
         most_work = min(most_work, int(max(left, 0) * WORK_PER_SECOND))
@@ -243,7 +247,9 @@ def _try_bound(proof: Proof, generation: ColumnGeneration) -> bool:
     value = proof.bound - proof.reduced.period.visits_before
     limit = generation.least + value - generation.bound
     sets, complete = generation.pricing.close_sets(generation.prices, limit, CLOSE_SETS[-1])
-    for number in CLOSE_SETS:
+    # Where SKUs are scarce, more sets are close; if some are left out, the largest program would prove nothing.
+    numbers = CLOSE_SETS if complete or not len(generation.reduced.scarce) else CLOSE_SETS[:-1]
+    for number in numbers:
         left = proof.seconds_left
         if left is not None and left <= 0:
             return False
