@@ -54,9 +54,11 @@ def apply_assignments(
     uncovered = {request for station in warehouse.stations for request in station.uncovered_requests} if joint else ()
     trips = _nearer_first(warehouse, [checks.trip(warehouse, given) for given in sequence_of(decision.trips, PodTrip)])
     for pod, station in trips:
-        _bind(warehouse, *checks.trip(warehouse, PodTrip(pod.id, station.id)), keep)
+        _bind(warehouse, *checks.trip(warehouse, PodTrip(pod.id, station.id)), keep, promise=False)
     for given in sequence_of(decision.assignments, OrderAssignment):
         _assign(warehouse, given, shown, period, keep)
+    for pod, station in trips:  # what the decision assigns comes before what was uncovered already
+        warehouse.promise_items(pod, station)
     if joint:
         checks.covered(warehouse.stations, uncovered)
         checks.wanted(trips)
@@ -107,8 +109,8 @@ def _nearer_first(warehouse: Warehouse, trips: list[tuple[Pod, Station]]) -> lis
     return [(pod, by_pod[pod.id].pop(0)) for pod, _ in trips]
 
 
-def _bind(warehouse: Warehouse, pod: Pod, station: Station, keep: Keep) -> None:
-    warehouse.bind(pod, station)
+def _bind(warehouse: Warehouse, pod: Pod, station: Station, keep: Keep, *, promise: bool = True) -> None:
+    warehouse.bind(pod, station, promise=promise)
     keep(TripDecided(tick=warehouse.now, pod=pod.id, station=station.id))
 
 

@@ -320,5 +320,5 @@ def _promise(warehouse: Warehouse, memento: Memento) -> None:
                 _check(spare, f'pod "{pod.name}" is not inbound here with an item of "{sku}" to spare', *path)
                 promise(request, pod)
     for station in warehouse.stations:
-        for request in station.uncovered_requests:
-            warehouse.promise_from_inbound(station, request)
+        for pod in station.inbound_pods:
+            warehouse.promise_items(pod, station)

@@ -143,6 +143,27 @@ def lines_of(orders: Sequence[Order]) -> BacklogLines:
     return BacklogLines(order=table[:, 0], sku=table[:, 1], quantity=table[:, 2])
 
 
+@frozen(eq=False)
+class FreeItems:
+    """What the pods hold and no request was promised, as arrays of equal length n, sorted by pod and SKU.
+
+    Parameters
+    ----------
+    pod, sku
+        Pod id and SKU id, int64, shape (n,): every SKU that the pod ever held.
+    number
+        Free items, also none; `UNLIMITED` (2**40) where the stock is unlimited. int64, shape (n,).
+    """
+
+    pod: NDArray[np.int64]
+    sku: NDArray[np.int64]
+    number: NDArray[np.int64]
+
+    def __attrs_post_init__(self) -> None:
+        for array in (self.pod, self.sku, self.number):
+            array.setflags(write=False)
+
+
 class Part(ReadOnly):
     """What one period assigned of an order to a station; it takes up capacity until its last item is picked."""
 
@@ -202,7 +223,18 @@ class Request(ReadOnly):
 class Pod(ReadOnly):
     """A pod: its contents, where it is, and which stations it is bound for."""
 
-    __slots__ = ("_carrier", "_cell", "_contents", "_itinerary", "_location", "_promised", "_view", "id", "name")
+    __slots__ = (
+        "_carrier",
+        "_cell",
+        "_contents",
+        "_itinerary",
+        "_location",
+        "_promised",
+        "_touched",
+        "_view",
+        "id",
+        "name",
+    )
 
     def __init__(self, pod_id: int, data: PodData, cell: int) -> None:
         self.id = pod_id
@@ -210,6 +242,7 @@ class Pod(ReadOnly):
         self._contents = {sku: UNLIMITED if number is None else number for sku, number in data.contents}
         self._view: Mapping[int, int] = MappingProxyType(self._contents)
         self._promised: dict[int, dict[int, int]] = {}  # SKU -> station -> items promised to requests there
+        self._touched: set[Pod] = set()  # the warehouse's pods whose free items may have changed since it looked
         self._cell = cell
         self._location: int | None = cell
         self._itinerary: list[int] = []

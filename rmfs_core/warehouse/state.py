@@ -14,7 +14,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_core.warehouse.parts import UNLIMITED, BacklogLines, Order, Part, Pod, Request, Robot, Station
+from rmfs_core.warehouse.parts import UNLIMITED, BacklogLines, FreeItems, Order, Part, Pod, Request, Robot, Station
 from rmfs_core.world import Instance
 from rmfs_core.world.travel import Travel
 
@@ -56,6 +56,7 @@ class Warehouse:
         self.pods = tuple(
             Pod(i, data, cell) for i, (data, cell) in enumerate(zip(instance.pods, pod_cells, strict=True))
         )
+        self.free_items = _FreeItems(self.pods)
         self.homes = tuple(pod_cells)
         self.stations = tuple(stations)
         self.robots = tuple(robots)
@@ -172,7 +173,8 @@ class Warehouse:
     def assign(self, order: Order, station: Station, skus: Sequence[int], period: int = 1) -> int:
         """Turn open lines of an order into requests at a station; return their number of items.
 
-        What one period assigns of an order to a station is one part, in however many steps it does.
+        What one period assigns of an order to a station is one part, in however many steps it does. Whatever the
+        steps, the promises to all that it assigns are a maximum flow over the pods; earlier promises stay.
         """
         was_split = order.split
         lines = [order._open.pop(sku) for sku in skus]
@@ -203,16 +205,17 @@ class Warehouse:
                 self._next_request += 1
                 station._requests[request.id] = request
                 station._by_sku.setdefault(line.sku, {})[request.id] = request
-                self.promise_from_inbound(station, request)
+                self._promise_from_inbound(station, request)
         return items
 
-    def bind(self, pod: Pod, station: Station) -> None:
-        """Decide a trip: the pod is bound for the station from now on."""
+    def bind(self, pod: Pod, station: Station, *, promise: bool = True) -> None:
+        """Decide a trip: the pod is bound for the station from now on. ``promise``: and its items are promised."""
         pod._itinerary.append(station.id)
         station._inbound[pod.id] = pod
         if pod._carrier is None:
             self.waiting[pod.id] = pod
-        self._promise_items(pod, station)
+        if promise:
+            self.promise_items(pod, station)
 
     def take_task(self, robot: Robot, pod: Pod) -> None:
         """Give a waiting pod to a robot."""
@@ -288,7 +291,7 @@ class Warehouse:
         promise(request, pod)
         if released is not None:
             for station in released._itinerary:
-                self._promise_items(released, self.stations[station])
+                self.promise_items(released, self.stations[station])
 
     def fulfil(self, request: Request, pod: Pod) -> None:
         """Pick the item of a request from a pod that stands at its station."""
@@ -316,13 +319,30 @@ class Warehouse:
 
     # Promises
 
-    def promise_from_inbound(self, station: Station, request: Request) -> None:
+    def _promise_from_inbound(self, station: Station, request: Request, tried: set[int] | None = None) -> bool:
+        """Promise an item of the first pod that has one free, or can have by what its period assigned elsewhere."""
+        sku, pods, tried = request.sku, [], tried or set()
         for pod in station._inbound.values():
-            if request.sku in pod._contents and pod.free_items(request.sku) > 0:
-                promise(request, pod)
-                return
+            if sku in pod._contents and pod.id not in tried:
+                if pod.free_items(sku) > 0:
+                    promise(request, pod)
+                    return True
+                pods.append(pod)
+        for pod in pods:
+            tried.add(pod.id)
+            for other in (self.stations[at] for at in pod._itinerary if at != station.id):
+                for moved in other._by_sku.get(sku, {}).values():
+                    if moved._pod is pod and moved.part.period == request.part.period:
+                        _withdraw(moved)
+                        if self._promise_from_inbound(other, moved, tried):
+                            promise(request, pod)
+                            return True
+                        promise(moved, pod)
+                        break  # the others from here have the same ways out
+        return False
 
-    def _promise_items(self, pod: Pod, station: Station) -> None:
+    def promise_items(self, pod: Pod, station: Station) -> None:
+        """Promise free items of a pod to the uncovered requests of a station, oldest first."""
         for sku in pod._contents:
             for request in station._by_sku.get(sku, {}).values():
                 if not request.covered:
@@ -369,14 +389,43 @@ class _Lines:
         return BacklogLines(position, self.sku[self.current], self.quantity[self.current])
 
 
+class _FreeItems:
+    """Free items of the pods as arrays; of those that gave or took back promises since the last look, read anew."""
+
+    def __init__(self, pods: Sequence[Pod]) -> None:
+        self.pods = pods
+        self.start = np.cumsum([0, *(len(pod._contents) for pod in pods)])
+        self.shown: FreeItems | None = None
+        self.touched = set(pods)
+        for pod in pods:
+            pod._touched = self.touched
+
+    def now(self) -> FreeItems:
+        """Return them as they are."""
+        if self.shown is None:
+            of = np.repeat(np.arange(len(self.pods)), np.diff(self.start))
+            sku = np.array([sku for held in self.pods for sku in sorted(held._contents)], dtype=np.int64)
+            self.shown = FreeItems(of, sku, np.zeros(len(sku), dtype=np.int64))
+        if self.touched:
+            number = self.shown.number.copy()
+            for pod in self.touched:
+                entries = slice(self.start[pod.id], self.start[pod.id + 1])
+                number[entries] = [pod.free_items(sku) for sku in self.shown.sku[entries].tolist()]
+            self.shown = FreeItems(self.shown.pod, self.shown.sku, number)
+            self.touched.clear()
+        return self.shown
+
+
 def promise(request: Request, pod: Pod) -> None:
     request._pod = pod
+    pod._touched.add(pod)
     by_station = pod._promised.setdefault(request.sku, {})
     by_station[request.station] = by_station.get(request.station, 0) + 1
 
 
 def _withdraw(request: Request) -> None:
     assert request._pod is not None
+    request._pod._touched.add(request._pod)
     by_station = request._pod._promised[request.sku]
     by_station[request.station] -= 1
     if not by_station[request.station]:

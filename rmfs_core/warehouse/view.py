@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.clock import to_seconds
-from rmfs_core.warehouse.parts import BacklogLines, Order, Pod, ReadOnly, Robot, Station, lines_of
+from rmfs_core.warehouse.parts import BacklogLines, FreeItems, Order, Pod, ReadOnly, Robot, Station, lines_of
 from rmfs_core.warehouse.state import Warehouse
 from rmfs_core.world.travel import Travel
 
@@ -74,6 +74,11 @@ class WarehouseView(ReadOnly):
     def pods(self) -> tuple[Pod, ...]:
         """The pods with contents, by id. (Empty pods only stand in the way.)"""
         return self._state.pods
+
+    @property
+    def free_items(self) -> FreeItems:
+        """Items of each SKU on each pod that no request was promised; the same object until some of them change."""
+        return self._state.free_items.now()
 
     @property
     def stations(self) -> tuple[Station, ...]:

@@ -92,11 +92,11 @@ class ConformanceError(AssertionError):
 def check_rule(rule: object) -> ConformanceReport:
     """Run a rule in small worlds and fail when it does what no rule may do.
 
-    The worlds have finite and unlimited stock, one and many stations, full queues, a single robot, no order, orders
-    that arrive later, an order as large as the largest station, and stations that count orders; those that lack what
-    the rule's ``needs`` name are left out. What the rule does not decide, simple shipped rules do. In each world it
-    runs three times: with the instance of the first run once more, and with a new one, for which SKUs, orders and pods
-    have other names: those sort as before, but a set of them is gone through in another order.
+    The worlds have one and many stations, full queues, a single robot, no order, orders that arrive later, an order as
+    large as the largest station, and stations that count orders, each with unlimited and with finite stock; those that
+    lack what the rule's ``needs`` name are left out. What the rule does not decide, simple shipped rules do. In each
+    world it runs three times: with the instance of the first run once more, and with a new one, for which SKUs, orders
+    and pods have other names: those sort as before, but a set of them is gone through in another order.
 
     Parameters
     ----------

@@ -63,18 +63,32 @@ class TrialWorld:
         )
         return evolve(self, instance=instance)
 
+    def running_out(self) -> TrialWorld:
+        """Return the same world with finite stock: what is ordered, dealt out to the pods, at least one item each."""
+        given = self.instance
+        items = {(pod.name, sku): 0 for pod in given.pods for sku, _ in pod.contents}
+        for sku in range(len(given.skus)):
+            having = [key for key in items if key[1] == sku]
+            ordered = sum(quantity for order in given.orders for wanted, quantity in order.lines if wanted == sku)
+            for number, key in enumerate(having):
+                items[key] = max((ordered + number) // len(having), 1)
+        pods = tuple(
+            evolve(pod, contents=tuple((sku, items[pod.name, sku]) for sku, _ in pod.contents)) for pod in given.pods
+        )
+        return evolve(self, name=f"{self.name}, finite stock", instance=evolve(given, pods=pods))
+
 
 ORDERS = {"1": "ab", "2": "c", "3": "ade", "4": "b", "5": "bcdf", "6": "ef", "7": "a", "8": "cf", "9": "bde", "10": "d"}
 PODS = {"A": "ab", "B": "bc", "C": "cd", "D": "de", "E": "ef", "F": "fa"}
 
 
 def trial_worlds() -> tuple[TrialWorld, ...]:
-    """Return the worlds, new ones at each call."""
+    """Return the worlds, new ones at each call: first those named one by one, then those with finite stock instead."""
     plain = small_instance(ORDERS, PODS)
     one_pod_each = small_instance(
         {str(i): "abcdefgh"[i:] + "abcdefgh"[:i] for i in range(8)}, {s: s for s in "abcdefgh"}
     )
-    return (
+    worlds = (
         _world("one station", plain, capacities=(8,)),
         _world("several stations", plain, capacities=(4, 6, 5), robots=5),
         _world("finite stock", _finite(), capacities=(7, 7)),
@@ -85,6 +99,7 @@ def trial_worlds() -> tuple[TrialWorld, ...]:
         _world("an order as large as the largest station", _large(), capacities=(4, 9, 5)),
         _world("order capacity", plain, capacities=(2, 1), counts_orders=True),
     )
+    return (*worlds, *(world.running_out() for world in worlds if world.instance.unlimited_stock))
 
 
 def _finite() -> Instance:

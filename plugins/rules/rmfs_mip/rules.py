@@ -27,7 +27,7 @@ class _Joint:
 
     model: ClassVar[Model]
     splits_over_time: ClassVar[bool] = False
-    needs: ClassVar[tuple[str, ...]] = ("unlimited stock", "item capacity")
+    needs: ClassVar[tuple[str, ...]] = ("item capacity",)
     libraries: ClassVar[tuple[str, ...]] = ("highspy", "mip")
 
     formulation: Literal["aggregated", "paper"] = field(
@@ -148,10 +148,13 @@ class _Joint:
         return Preference(np.ones(len(period.stock.pods)))
 
     def _stock_of(self, warehouse: WarehouseView) -> Stock:
-        """Return the pods' contents, which never change: the rules need unlimited stock."""
+        """Return the pods' contents: read once where they never change, else as far as they did."""
         if self._stock is None or self._pods is not warehouse.pods:
             self._pods = warehouse.pods
             self._stock = Stock.of(warehouse.pods, warehouse.n_skus)
+        if not warehouse.unlimited_stock:
+            free = warehouse.free_items
+            self._stock = self._stock.with_items(free.pod, free.sku, free.number)
         return self._stock
 
 

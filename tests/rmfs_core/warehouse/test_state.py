@@ -5,6 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rmfs_core.warehouse import Warehouse, WarehouseView
+from rmfs_core.warehouse.parts import UNLIMITED
 from rmfs_testing import small_world
 
 
@@ -67,7 +68,7 @@ def test_a_secured_item_is_not_given_away() -> None:
     request = world.next_request(here, first)
     assert request is not None
     world.secure(request, first)
-    world.assign(world.orders[1], there, [0])
+    world.assign(world.orders[1], there, [0], period=2)
     assert [r.covered for r in there.open_requests] == [False]
     world.fulfil(request, first)
     assert first.free_items(0) == 0
@@ -116,6 +117,41 @@ def test_an_item_promised_elsewhere_is_not_served_here() -> None:
     world.assign(world.orders[1], here, [0])
     assert [request.pod for request in here.open_requests] == [world.pods[1]]
     assert world.next_request(here, pod) is None
+
+
+def test_a_later_request_of_the_period_moves_an_earlier_promise() -> None:
+    """The first pod goes to both stations, the second to one: an item moves to the second, but not to a later period's.
+
+    So a decision is refused only if no choice of promises serves it.
+    """
+    for later in (1, 2):
+        world = small_world({"1": ["a"], "2": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}}, capacities=[5, 5])
+        here, there = world.stations
+        for station, pod in ((here, 0), (here, 1), (there, 0)):
+            world.bind(world.pods[pod], station)
+        world.assign(world.orders[0], here, [0])
+        world.assign(world.orders[1], there, [0], period=later)
+        assert [r.covered for r in (*here.open_requests, *there.open_requests)] == [True, later == 1]
+        check_promises(world)
+
+
+def test_free_items_are_told_as_arrays() -> None:
+    """Every SKU of every pod, by pod and SKU; the same object until a promise or a pick changes them."""
+    world = small_world({"1": ["a", "b"], "2": ["a"]}, {"p": {"a": 2, "b": 1}, "q": ["a"]}, capacities=[5])
+    view, station = WarehouseView(world), world.stations[0]
+    before = view.free_items
+    assert (before.pod.tolist(), before.sku.tolist()) == ([0, 0, 1], [0, 1, 0])
+    assert before.number.tolist() == [2, 1, UNLIMITED]
+    assert view.free_items is before
+    put_at_station(world, 0)
+    assert view.free_items is before
+    world.assign(world.orders[0], station, [0, 1])
+    assert view.free_items.number.tolist() == [1, 0, UNLIMITED]
+    assert before.number.tolist() == [2, 1, UNLIMITED]
+    world.fulfil(station.open_requests[0], world.pods[0])
+    assert view.free_items.number.tolist() == [1, 0, UNLIMITED]
+    with pytest.raises(ValueError, match="read-only"):
+        view.free_items.number[0] = 9
 
 
 def test_a_partly_assigned_order_keeps_its_age() -> None:
@@ -190,6 +226,9 @@ def test_promises_never_exceed_stock(
             if request is not None:
                 world.fulfil(request, pod)
         check_promises(world)
+        free = WarehouseView(world).free_items
+        for pod, sku, number in zip(free.pod.tolist(), free.sku.tolist(), free.number.tolist(), strict=True):
+            assert world.pods[pod].free_items(sku) == number
 
 
 def check_promises(world: Warehouse) -> None:

@@ -19,6 +19,8 @@ They are the product of the stations' free places, each plus one.
 """
 MOST_STATIONS = 7
 """Stations whose places a packed vector can count, one byte each."""
+ENOUGH = 1 << 20
+"""Items of a SKU that is not scarce: more than any period takes."""
 LARGEST_ROOM = 127
 """Free places of a station that its byte in a packed vector can count."""
 
@@ -30,12 +32,12 @@ class Arrays(NamedTuple):
     ----------
     rooms
         Free places of each station.
-    at_hand
-        Per SKU the bit mask of the stations that cover it already.
+    at_hand, items_at_hand
+        Per SKU the bit mask of the stations that cover it already, and how many items there are.
     order_start, line_sku, line_items
         Lines of the orders that can be assigned, oldest order first.
-    pod_start, pod_sku
-        SKUs that each pod may bring.
+    pod_start, pod_sku, pod_items
+        SKUs that each pod may bring, and how many items of each.
     sku_start, sku_pod
         Pods that may bring each SKU, ascending.
     useful
@@ -52,11 +54,13 @@ class Arrays(NamedTuple):
 
     rooms: Integers
     at_hand: Integers
+    items_at_hand: Integers
     order_start: Integers
     line_sku: Integers
     line_items: Integers
     pod_start: Integers
     pod_sku: Integers
+    pod_items: Integers
     sku_start: Integers
     sku_pod: Integers
     useful: Integers
@@ -77,7 +81,8 @@ def arrays_of(reduced: Reduced, splits: int | None = None) -> tuple[Arrays, list
         How many orders may newly be split; None for any number.
     """
     period = reduced.period
-    useful = np.array([reduced.wanted(s) & ~period.covered[s] for s in range(len(reduced.capacities))])
+    lacking = ~period.covered | reduced.is_scarce
+    useful = np.array([reduced.wanted(s) & lacking[s] for s in range(len(reduced.capacities))])
     somewhere: NDArray[np.bool_] = np.asarray(useful.any(axis=0))
     pods = reduced.classes(somewhere, period.preferred.pods)
     brings = period.stock.holds[pods] * somewhere > 0
@@ -90,17 +95,42 @@ def arrays_of(reduced: Reduced, splits: int | None = None) -> tuple[Arrays, list
     arrays = Arrays(
         rooms=np.array(reduced.capacities, dtype=np.int64),
         at_hand=masks_of(period.covered),
+        items_at_hand=_items_at_hand(reduced),
         order_start=np.append(first, len(order)).astype(np.int64),
         line_sku=period.line_sku[kept],
         line_items=period.line_quantity[kept],
         pod_start=np.searchsorted(pod, np.arange(len(pods) + 1)).astype(np.int64),
         pod_sku=sku.astype(np.int64),
+        pod_items=_items(reduced, np.array(pods, dtype=np.int64)[pod], sku),
         sku_start=np.searchsorted(sku[by_sku], np.arange(n_skus + 1)).astype(np.int64),
         sku_pod=pod[by_sku].astype(np.int64),
-        useful=masks_of(useful @ brings.T),
+        useful=masks_of(useful @ brings.T) & ~_there(reduced, pods),
         whole=reduced.model is Model.INTEGRATED,
-        alike=reduced.interchangeable,
+        alike=reduced.interchangeable and not (len(reduced.scarce) and any(period.inbound)),
         begun=np.array(period.begun, dtype=np.bool_)[order[first]] if period.begun else np.zeros(len(first), np.bool_),
         splits=-1 if splits is None else splits,
     )
     return arrays, pods
+
+
+def _items(reduced: Reduced, pod: Integers, sku: Integers) -> Integers:
+    """Return how many items of SKUs pods have, where these are scarce."""
+    numbers = np.full(len(sku), ENOUGH)
+    for at in np.flatnonzero(reduced.is_scarce[sku]).tolist() if len(reduced.scarce) else ():
+        numbers[at] = reduced.items_on(int(pod[at])).get(int(sku[at]), 0)
+    return numbers
+
+
+def _items_at_hand(reduced: Reduced) -> Integers:
+    numbers = np.where(reduced.period.covered.any(axis=0), ENOUGH, 0)
+    for sku in reduced.scarce.tolist():
+        numbers[sku] = sum(
+            reduced.items_on(pod).get(sku, 0) for pod in {p for at in reduced.period.inbound for p in at}
+        )
+    return numbers
+
+
+def _there(reduced: Reduced, pods: list[int]) -> Integers:
+    """Return for each of the pods the bit mask of the stations where it is already: it is not sent there again."""
+    inbound = reduced.period.inbound
+    return np.array([sum(1 << s for s, there in enumerate(inbound) if pod in there) for pod in pods], dtype=np.int64)

@@ -19,16 +19,20 @@ from rmfs_mip.compiled.pod_sets import next_set, sets_of
 from rmfs_mip.compiled.stacking import fill, fill_with_few_splits, newly_split
 
 FOUND, NOT_FOUND, NO_SETS, TOO_MANY = 0, 1, 2, 3
-"""Answers of `pods_that_fill`."""
+"""Answers of `next_that_fills`."""
 
 
 @njit(cache=True)
 def _completed(a, pods):  # type: ignore[no-untyped-def]
-    """Return the orders whose SKUs are all on these pods or at hand, their items per SKU, and the sum of these."""
-    there = a.at_hand > 0
+    """Return the orders whose SKUs are all on these pods or at hand, their items per SKU, and the sum of these.
+
+    No more items are counted than there are on the pods and at hand.
+    """
+    there, stock = a.at_hand > 0, a.items_at_hand.copy()
     for pod in pods:
         for at in range(a.pod_start[pod], a.pod_start[pod + 1]):
             there[a.pod_sku[at]] = True
+            stock[a.pod_sku[at]] += a.pod_items[at]
     items, total = np.zeros(len(there), np.int64), 0
     orders, count = np.empty(len(a.order_start) - 1, np.int64), 0
     for order in range(len(a.order_start) - 1):
@@ -41,7 +45,9 @@ def _completed(a, pods):  # type: ignore[no-untyped-def]
             count += 1
             for line in range(first, last):
                 items[a.line_sku[line]] += a.line_items[line]
-                total += a.line_items[line]
+    for sku in range(len(items)):
+        items[sku] = min(items[sku], stock[sku])
+        total += items[sku]
     return orders[:count], items, total
 
 
@@ -192,7 +198,7 @@ def _stack(a, mask, target, work):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def spread(a, pods, visits, target, work, most_work):  # type: ignore[no-untyped-def]
+def spread(a, pods, visits, target, work, most_work, refused=0):  # type: ignore[no-untyped-def]
     """Find stations for each of the pods such that orders fill the target.
 
     Parameters
@@ -207,6 +213,8 @@ def spread(a, pods, visits, target, work, most_work):  # type: ignore[no-untyped
         Places to fill.
     work, most_work
         A single number, to which what was tried is added; above the other the answer no proves nothing.
+    refused
+        How many of the answers are passed over.
 
     Returns
     -------
@@ -224,7 +232,7 @@ def spread(a, pods, visits, target, work, most_work):  # type: ignore[no-untyped
             last[a.pod_sku[at]] = depth
     mask, by_mask = np.zeros((n + 1, skus), np.int64), np.zeros((n + 1, 1 << len(a.rooms)), np.int64)
     left, used = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
-    left[0], mask[0], depth = visits, a.at_hand, 0
+    left[0], mask[0], depth, passed = visits, a.at_hand, 0, 0
     for sku in range(skus):
         if last[sku] < 0:
             by_mask[0, a.at_hand[sku]] += items[sku]
@@ -232,8 +240,9 @@ def spread(a, pods, visits, target, work, most_work):  # type: ignore[no-untyped
         if depth == n:
             if left[n] == 0 and not (a.whole and _whole_orders_short(a, mask[n], target)):
                 found, chosen = _stack(a, mask[n], target, work)
-                if found:
+                if found and passed == refused:
                     return True, sent[:n], chosen
+                passed += found
             depth -= 1
             continue
         stations = _next_stations(a, pods[depth], sent[depth], left[depth] - (n - depth - 1), used[depth])
@@ -254,7 +263,27 @@ def spread(a, pods, visits, target, work, most_work):  # type: ignore[no-untyped
 
 
 @njit(cache=True)
-def pods_that_fill(a, number, visits, target, work, most_work):  # type: ignore[no-untyped-def]
+def sets_that_fill(a, number, target):  # type: ignore[no-untyped-def]
+    """Return a search for sets of pods that complete enough orders, to be handed to `next_that_fills`.
+
+    Parameters
+    ----------
+    a
+        The period (`rmfs_mip.compiled.arrays.Arrays`).
+    number
+        Number of pods.
+    target
+        Places to fill.
+    """
+    items = np.zeros(len(a.order_start) - 1)
+    for order in range(len(items)):
+        for line in range(a.order_start[order], a.order_start[order + 1]):
+            items[order] += a.line_items[line]
+    return sets_of(a, number, items, target)
+
+
+@njit(cache=True)
+def next_that_fills(a, sets, refused, visits, target, work, most_work):  # type: ignore[no-untyped-def]
     """Search pods that fill places.
 
     Stations are left aside at first: a set of pods that completes too little cannot fill them, wherever its pods go.
@@ -263,8 +292,10 @@ def pods_that_fill(a, number, visits, target, work, most_work):  # type: ignore[
     ----------
     a
         The period (`rmfs_mip.compiled.arrays.Arrays`).
-    number
-        Number of pods.
+    sets
+        The search for sets of pods, which goes on where it was.
+    refused
+        How many answers with the set that was reached last were refused; -1 at first.
     visits
         Number of visits of them in all.
     target
@@ -278,16 +309,25 @@ def pods_that_fill(a, number, visits, target, work, most_work):  # type: ignore[
         `FOUND`, `NOT_FOUND` (there are none), `NO_SETS` (not even with any number of visits) or `TOO_MANY` (it gave
         up); the pods; a bit mask of stations for each; the orders as `rmfs_mip.compiled.stacking.fill`.
     """
-    items = np.zeros(len(a.order_start) - 1)
-    for order in range(len(items)):
-        for line in range(a.order_start[order], a.order_start[order + 1]):
-            items[order] += a.line_items[line]
-    sets, answer = sets_of(a, number, items, target), NO_SETS
-    while next_set(a, sets, work, most_work):
+    answer = NO_SETS if refused < 0 else NOT_FOUND
+    while refused >= 0 or next_set(a, sets, work, most_work):
         answer = NOT_FOUND
-        found, masks, orders = spread(a, sets.chosen, visits, target, work, most_work)
+        found, masks, orders = spread(a, sets.chosen, visits, target, work, most_work, max(refused, 0))
         if found:
             return FOUND, sets.chosen, masks, orders
+        refused = -1
     if work[0] > most_work:
         answer = TOO_MANY
     return answer, sets.chosen, sets.chosen, np.empty((0, 2), np.int64)
+
+
+@njit(cache=True)
+def pods_that_fill(a, number, visits, target, work, most_work):  # type: ignore[no-untyped-def]
+    """Search pods that fill places: the first answer of `next_that_fills`.
+
+    Parameters
+    ----------
+    a, number, visits, target, work, most_work
+        As there and of `sets_that_fill`.
+    """
+    return next_that_fills(a, sets_that_fill(a, number, target), -1, visits, target, work, most_work)

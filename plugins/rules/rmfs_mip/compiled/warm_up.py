@@ -18,7 +18,7 @@ MOST_WORK = 1000
 
 def searches() -> tuple[Any, ...]:
     """Return the compiled functions that Python calls."""
-    return spreading.pods_that_fill, pod_sets.best_sets
+    return spreading.pods_that_fill, spreading.sets_that_fill, spreading.next_that_fills, pod_sets.best_sets
 
 
 def load() -> None:
@@ -29,4 +29,5 @@ def load() -> None:
     arrays, _ = arrays_of(Reduced(period, Model.INTEGRATED))
     work = np.zeros(1, dtype=np.int64)
     spreading.pods_that_fill(arrays, 1, 2, 2, work, MOST_WORK)
+    spreading.next_that_fills(arrays, spreading.sets_that_fill(arrays, 1, 2), -1, 2, 2, work, MOST_WORK)
     pod_sets.best_sets(arrays, 1, np.ones(2), 0.5, 10, work, MOST_WORK)

@@ -71,7 +71,8 @@ def parts_of(reduced: Reduced, counts: Counts) -> tuple[Part, ...]:
     if wanted:
         wanted.sort(key=lambda one: one[0])
         covered = period.covered_with(counts.visits)
-        placed = _placed(covered, rooms, wanted) if period.single_items else _counted(counts, wanted)
+        by_flow = period.single_items and not len(reduced.scarce)
+        placed = _placed(covered, rooms, wanted) if by_flow else _counted(counts, wanted)
         grouped: dict[tuple[int, int], list[int]] = {}
         for order, station, sku in placed:
             grouped.setdefault((order, station), []).append(sku)

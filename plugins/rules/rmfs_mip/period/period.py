@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from attrs import define, field, frozen
+from attrs import define, evolve, field, frozen
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,34 +23,91 @@ def _integers(values: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 @frozen(eq=False)
+class Items:
+    """Free items f_ip, as arrays of equal length sorted by pod and SKU.
+
+    Parameters
+    ----------
+    pod, sku
+        Position of the pod, and SKU id.
+    number
+        Items of the SKU on the pod that are promised to no request, at least one.
+    """
+
+    pod: NDArray[np.int64] = field(converter=_integers)
+    sku: NDArray[np.int64] = field(converter=_integers)
+    number: NDArray[np.int64] = field(converter=_integers)
+
+    def on(self, pod: int) -> dict[int, int]:
+        """Return the free items of each SKU on a pod."""
+        first, last = np.searchsorted(self.pod, (pod, pod + 1))
+        return dict(zip(self.sku[first:last].tolist(), self.number[first:last].tolist(), strict=True))
+
+
+@frozen(eq=False)
 class Stock:
-    """What the pods hold; the same in all periods of a run, because stock is unlimited.
+    """What the pods hold.
 
     Parameters
     ----------
     pods
         Pod ids.
     contents
-        Their SKU ids, ascending.
+        Their SKU ids, ascending: those of which a pod has a free item.
     n_skus
         Number of SKUs.
+    items
+        f_ip; None where stock is unlimited, so that a pod with a SKU has enough of it.
+    holds
+        1 where a pod has a free item of a SKU, shape (pods, SKUs); made from the contents when None.
     """
 
     pods: tuple[int, ...]
     contents: tuple[tuple[int, ...], ...]
     n_skus: int
-    holds: NDArray[np.float64] = field(init=False, repr=False)
+    items: Items | None = None
+    holds: NDArray[np.float64] = field(default=None, repr=False)
 
     def __attrs_post_init__(self) -> None:
-        holds = np.zeros((len(self.pods), self.n_skus))
-        for position, skus in enumerate(self.contents):
-            holds[position, list(skus)] = 1.0
-        object.__setattr__(self, "holds", holds)
+        if self.holds is None:
+            holds = np.zeros((len(self.pods), self.n_skus))
+            for position, skus in enumerate(self.contents):
+                holds[position, list(skus)] = 1.0
+            object.__setattr__(self, "holds", holds)
 
     @classmethod
     def of(cls, pods: Sequence[Pod], n_skus: int) -> Stock:
-        """Read the contents of pods."""
+        """Read the contents of pods that never run out."""
         return cls(tuple(pod.id for pod in pods), tuple(tuple(sorted(pod.contents)) for pod in pods), n_skus)
+
+    @classmethod
+    def counted(cls, items: Sequence[Mapping[int, int]], n_skus: int) -> Stock:
+        """Return pods 0, 1, ... with so many items of each SKU."""
+        some = [(pod, sku, number) for pod, held in enumerate(items) for sku, number in sorted(held.items()) if number]
+        contents = tuple(tuple(sorted(sku for sku, number in held.items() if number)) for held in items)
+        table = np.array(some, dtype=np.int64).reshape(-1, 3)
+        return cls(tuple(range(len(items))), contents, n_skus, Items(*table.T))
+
+    def with_items(self, pod: NDArray[np.int64], sku: NDArray[np.int64], number: NDArray[np.int64]) -> Stock:
+        """Return the same pods with other numbers of items; only what ran out or came back is read anew.
+
+        Parameters
+        ----------
+        pod, sku
+            Position of the pod, and SKU id, sorted by pod and SKU.
+        number
+            Free items, also none.
+        """
+        some = number > 0
+        items = Items(pod[some], sku[some], number[some])
+        changed = np.flatnonzero((self.holds[pod, sku] > 0) != some)
+        if not len(changed):
+            return evolve(self, items=items)
+        holds, contents = self.holds.copy(), list(self.contents)
+        holds[pod[changed], sku[changed]] = some[changed]
+        for at in np.unique(pod[changed]).tolist():
+            contents[at] = tuple(np.flatnonzero(holds[at]).tolist())
+        return evolve(self, contents=tuple(contents), items=items, holds=holds)
 
 
 @frozen(eq=False)
@@ -117,7 +174,7 @@ class Period:
         warehouse
             The warehouse.
         stock
-            `Stock.of` its pods.
+            What its pods hold.
         packing
             Whether to look up which orders are split already.
         """
@@ -168,6 +225,15 @@ class Period:
         for pod, station in visits:
             covered[station] |= self.stock.holds[pod] > 0
         return covered
+
+    @cached_property
+    def supply(self) -> NDArray[np.float64]:
+        """Free items of each SKU on all pods together, infinite where stock is unlimited. Shape (n_skus,)."""
+        items = self.stock.items
+        if items is None:
+            return np.where(self.stocked, np.inf, 0.0)
+        supply = np.bincount(items.sku, weights=items.number, minlength=self.stock.n_skus)
+        return supply.astype(np.float64, copy=False)
 
     @cached_property
     def stocked(self) -> NDArray[np.bool_]:

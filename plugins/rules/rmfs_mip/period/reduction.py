@@ -3,6 +3,8 @@
 - Only lines whose SKU is on a pod and that fit some station; where orders are assigned whole, only orders that fit.
 - Orders with the same lines are one type with a count.
 - Pods that bring the same wanted SKUs to a station are one class there; a class within another is dropped.
+- SKUs of which every pod has as many free items as the period can take of it need no count of these; the others are
+  scarce, and a pod that brings one is in a class of its own.
 """
 
 from __future__ import annotations
@@ -73,11 +75,19 @@ class Reduced:
         return len(set(self.capacities)) == 1 and bool((covered == covered[0]).all())
 
     @cached_property
+    def _obtainable(self) -> NDArray[np.bool_]:
+        """Lines of which all pods together have enough. Shape (lines,)."""
+        period = self.period
+        if period.stock.items is None:
+            return period.stocked[period.line_sku]
+        return period.supply[period.line_sku] >= period.line_quantity
+
+    @cached_property
     def candidates(self) -> NDArray[np.bool_]:
         """Lines that can be assigned. Shape (lines,)."""
         period = self.period
         largest = max(period.capacities, default=0)
-        good: NDArray[np.bool_] = period.stocked[period.line_sku] & (period.line_quantity <= largest)
+        good: NDArray[np.bool_] = self._obtainable & (period.line_quantity <= largest)
         if self.model is Model.SPLIT_OVER_TIME:
             return good
         n = len(period.orders)
@@ -97,6 +107,41 @@ class Reduced:
         return demand.astype(np.float64, copy=False)
 
     @cached_property
+    def scarce(self) -> NDArray[np.int64]:
+        """SKUs of which some pod has fewer free items than the period could take from it, ascending."""
+        items = self.period.stock.items
+        if items is None:
+            return np.zeros(0, dtype=np.int64)
+        most = np.minimum(self.demand, sum(self.capacities))
+        return np.unique(items.sku[items.number < most[items.sku]])
+
+    @cached_property
+    def is_scarce(self) -> NDArray[np.bool_]:
+        """Whether each SKU is scarce. Shape (n_skus,)."""
+        scarce = np.zeros(self.period.stock.n_skus, dtype=np.bool_)
+        scarce[self.scarce] = True
+        return scarce
+
+    def items_on(self, pod: int) -> dict[int, int]:
+        """Return the free items of each SKU on a pod (position), where stock is finite."""
+        if pod not in self._items_on:
+            items = self.period.stock.items
+            assert items is not None
+            self._items_on[pod] = items.on(pod)
+        return self._items_on[pod]
+
+    @cached_property
+    def _items_on(self) -> dict[int, dict[int, int]]:
+        return {}
+
+    @cached_property
+    def deliverable(self) -> int:
+        """Items that can be assigned at all, whatever their orders and stations."""
+        if not len(self.scarce):
+            return int(self.demand.sum())
+        return int(np.minimum(self.demand, self.period.supply).sum())
+
+    @cached_property
     def orders(self) -> tuple[int, ...]:
         """Positions of the orders with lines that can be assigned, oldest first."""
         return tuple(np.unique(self.period.line_order[self.candidates]).tolist())
@@ -105,8 +150,8 @@ class Reduced:
         """Lines of an order that can be assigned."""
         if self.model is not Model.SPLIT_OVER_TIME:
             return self.period.lines[order]
-        stocked, largest = self.period.stocked, max(self.capacities)
-        return tuple((i, q) for i, q in self.period.lines[order] if stocked[i] and q <= largest)
+        supply, largest = self.period.supply, max(self.capacities)
+        return tuple((i, q) for i, q in self.period.lines[order] if supply[i] >= q and q <= largest)
 
     @cached_property
     def types(self) -> tuple[OrderType, ...]:
@@ -140,7 +185,7 @@ class Reduced:
         room = sum(self.reachable)
         if self.model is Model.SPLIT_AMONG_STATIONS:
             return highest(sums_of([kind.size for kind in self.types for _ in kind.orders], room), room)
-        return min(room, int(self.demand.sum()))
+        return min(room, self.deliverable)
 
     def wanted(self, station: int) -> NDArray[np.bool_]:
         """Return the SKUs of lines that can be assigned to a station (for integrated: with their whole order)."""
@@ -174,6 +219,8 @@ class Reduced:
         strictly = within & ~within.T
         first = np.arange(len(useful))[:, None] > np.arange(len(useful))[None, :]
         dominated = (strictly | (within & within.T & first)).any(axis=1)
+        if len(self.scarce):
+            dominated &= ~brings[useful][:, self.scarce].any(axis=1)
         return [int(p) for p in useful[~dominated]]
 
 

@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from rmfs_mip.period.period import Period
+from rmfs_mip.period.serving import short_of
 from rmfs_mip.period.solution import Model, Solution, newly_split, objective_of
 
 
@@ -39,6 +40,7 @@ def _violations(
 ) -> Iterator[str]:
     yield from _lines(period, solution)
     yield from _pods(period, solution)
+    yield from _stock(period, solution)
     yield from _capacity(period, solution)
     yield from _orders(period, solution, model)
     if packing_capacity is not None and model is not Model.INTEGRATED:
@@ -89,6 +91,13 @@ def _pods(period: Period, solution: Solution) -> Iterator[str]:
                     f"(6) pods: pod id {period.stock.pods[pod]} is at {_at(period, station)} and has to stay "
                     "assigned to it"
                 )
+
+
+def _stock(period: Period, solution: Solution) -> Iterator[str]:
+    """The rows of finite stock: that there are some q_ips >= 0."""
+    sku = short_of(period, solution.visits, solution.parts)
+    if sku is not None:
+        yield f"stock: the pods at the stations and sent to them have too few free items of SKU id {sku}"
 
 
 def _capacity(period: Period, solution: Solution) -> Iterator[str]:

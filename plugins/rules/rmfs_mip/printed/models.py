@@ -2,7 +2,8 @@
 
 For study, and as the oracle of `rmfs_mip.proof`. A line for q items takes q places in (4); the paper has q = 1.
 Packing capacity (3.2), (16) to (20): (18) is summed over the orders, an order that is split already does not count
-again, and in the split-over-time model an order with a line left in the backlog is split too.
+again, and in the split-over-time model an order with a line left in the backlog is split too. Where pods may run out,
+q_ips says how many items of SKU i station s takes from pod p, and f_ip how many are free there.
 """
 
 from __future__ import annotations
@@ -84,6 +85,7 @@ def _build(period: Period, kind: Model, weight: float, limits: Limits, packing_c
         u=[model.add_var(var_type=mip.INTEGER) for _ in stations],
     )
     _add_common(printed)
+    _add_stock(printed)
     if kind is Model.INTEGRATED:
         _add_whole_orders(printed)
     else:
@@ -106,6 +108,28 @@ def _add_common(p: _Printed) -> None:
     for s in stations:
         for pod in period.inbound[s]:
             m += p.x[pod, s] == 1  # (6)
+
+
+def _add_stock(p: _Printed) -> None:
+    """The rows of finite stock. No pod gives more than the stations take: f_ip is cut off there."""
+    period, m, items = p.period, p.model, p.period.stock.items
+    if items is None:
+        return
+    stations, room = range(len(period.stations)), sum(period.capacities)
+    wanted: dict[int, list[tuple[int, int]]] = {}
+    for o, lines in enumerate(period.lines):
+        for i, d in lines:
+            wanted.setdefault(i, []).append((o, d))
+    taken: dict[tuple[int, int], list[mip.Var]] = {(i, s): [] for i in wanted for s in stations}
+    for pod, i, free in zip(items.pod.tolist(), items.sku.tolist(), items.number.tolist(), strict=True):
+        if i in wanted:
+            q = [m.add_var(var_type=mip.INTEGER) for _ in stations]
+            for s in stations:
+                m += q[s] <= min(free, room) * p.x[pod, s]  # q_ips <= f_ip x_ps
+                taken[i, s].append(q[s])
+            m += mip.xsum(q) <= min(free, room)  # sum over s of q_ips <= f_ip
+    for (i, s), variables in taken.items():
+        m += mip.xsum(variables) == mip.xsum(d * p.y_ios[i, o, s] for o, d in wanted[i])  # sum over p of q_ips
 
 
 def _add_whole_orders(p: _Printed) -> None:

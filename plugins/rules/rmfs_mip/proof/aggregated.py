@@ -4,6 +4,8 @@
 - y_Ts: how many orders of a type go to a station as a whole; n_T: how many are split.
 - q_ks: how many lines of a kind (SKU and number of items) that split orders have go to a station.
 - z_is: whether a SKU that P_s does not cover is brought to a station; where one class alone brings it, that is x_cs.
+- f_ips: how many items of a scarce SKU a station takes from a pod (q_ips of the printed form); lines of such a kind are
+  then counted in whole numbers, too.
 """
 
 from __future__ import annotations
@@ -11,17 +13,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from attrs import define, field
+from attrs import define, evolve, field
 from numpy.typing import NDArray
 
-from rmfs_mip.period.decoding import Counts
+from rmfs_mip.period.decoding import Counts, parts_of
 from rmfs_mip.period.period import Line
 from rmfs_mip.period.reduction import OrderType, Reduced
-from rmfs_mip.period.solution import Model, is_whole
+from rmfs_mip.period.solution import Model, Part, Visits, is_whole
+from rmfs_mip.printed.solver import Limits
 from rmfs_mip.proof.program import Program
 
 PREFERENCE = 1e-3
 """What the least preferred pod costs more than the one preferred most, at most."""
+CLOSE = 1e-6
+"""Objectives that differ by less are the same."""
 MOST_PREFERENCE = 0.1
 """What all pods together cost more, at most: with a whole W_u far less than any difference in (1)."""
 
@@ -93,23 +98,35 @@ class Builder:
         How many orders may newly be split; None for any number.
     gains
         The second objective; None to minimise objective (1).
+    sending
+        Whether pods may be sent to stations where they are not.
     """
 
-    def __init__(self, reduced: Reduced, weight: float, splits: int | None = None, gains: Gains | None = None) -> None:
+    def __init__(
+        self,
+        reduced: Reduced,
+        weight: float,
+        splits: int | None = None,
+        gains: Gains | None = None,
+        *,
+        sending: bool = True,
+    ) -> None:
         self.reduced = reduced
         self.weight = weight
         self.splits = splits if reduced.model is not Model.INTEGRATED else 0
         self.gains = gains
+        self.sending = sending
         self.model = Aggregated(Program(), self.splits)
         self.objective: dict[int, float] = {}  # objective (1), without its constant
         stations = range(len(reduced.capacities))
         self._filling: list[dict[int, float]] = [{} for _ in stations]  # columns and items that take places
         self._brought: list[dict[int, int]] = [{} for _ in stations]  # uncovered SKU -> column that makes it available
+        self._using: list[dict[int, dict[int, float]]] = [{} for _ in stations]  # scarce SKU -> columns that take items
         self._constant = reduced.period.visits_before + weight * sum(reduced.capacities)
 
     def build(self) -> Aggregated:
         """Return the model."""
-        for station in range(len(self.reduced.capacities)):
+        for station in range(len(self.reduced.capacities) if self.sending else 0):
             self._pods(station)
         if self.splits is not None:
             self._whole_orders()
@@ -118,6 +135,8 @@ class Builder:
         ):
             self._split_orders()
         self._limits()
+        if len(self.reduced.scarce):
+            self._scarce_skus()
         program = self.model.program
         if self.gains is None:
             for column, cost in self.objective.items():
@@ -146,11 +165,13 @@ class Builder:
         """x and z of a station."""
         reduced, program = self.reduced, self.model.program
         period = reduced.period
-        wanted = reduced.wanted(station) & ~period.covered[station]
+        wanted = reduced.wanted(station) & (~period.covered[station] | reduced.is_scarce)
         gains = None if self.gains is None else self.gains.pod
         value = period.preferred.pods if gains is None else gains + period.preferred.pods / 2
         bringing: dict[int, list[int]] = {}
         for pod in reduced.classes(wanted, value):
+            if pod in period.inbound[station]:
+                continue  # it would bring nothing but scarce SKUs, and is there already
             column = self.model.x[pod, station] = program.column()
             self.objective[column] = 1.0
             if gains is not None:
@@ -159,6 +180,8 @@ class Builder:
                 if wanted[sku]:
                     bringing.setdefault(sku, []).append(column)
         for sku, columns in sorted(bringing.items()):
+            if period.covered[station, sku]:
+                continue  # scarce, and so a matter of `_scarce_skus`
             if len(columns) == 1:
                 self._brought[station][sku] = columns[0]
                 continue
@@ -179,8 +202,8 @@ class Builder:
                 column = self.model.y[number, station] = self.model.program.column(upper=most)
                 self._take(station, column, kind.size)
                 self._gain(column, kind.size, kind.orders[0])
-                for sku, _ in kind.lines:
-                    self._need(station, sku, column, most)
+                for sku, quantity in kind.lines:
+                    self._need(station, sku, column, most, quantity)
 
     def _incomplete(self, kind: OrderType) -> bool:
         return len(kind.lines) < len(self.reduced.period.lines[kind.orders[0]])
@@ -252,9 +275,10 @@ class Builder:
             most = min(supply, room // quantity)
             if most < 1 or not self._obtainable(station, [line]):
                 continue
-            column = self.model.q[line, station] = program.column(upper=most, whole=not reduced.period.single_items)
+            whole = not reduced.period.single_items or len(reduced.scarce) > 0
+            column = self.model.q[line, station] = program.column(upper=most, whole=whole)
             self._take(station, column, quantity)
-            self._need(station, sku, column, most)
+            self._need(station, sku, column, most, quantity)
             columns.append(column)
         factors = [1.0] * len(columns) + [-1.0] * len(chosen)
         at_most = reduced.model is Model.SPLIT_OVER_TIME and not self._ranked
@@ -269,10 +293,39 @@ class Builder:
         if self.gains is not None and self.gains.order is not None:
             self.model.program.cost[column] = -float(self.gains.order[order]) * items
 
-    def _need(self, station: int, sku: int, column: int, most: int) -> None:
+    def _need(self, station: int, sku: int, column: int, most: int, items: int) -> None:
+        if self.reduced.is_scarce[sku]:
+            self._using[station].setdefault(sku, {})[column] = float(items)
         available = self._brought[station].get(sku)
         if available is not None:
             self.model.program.row([column, available], [1.0, -float(most)], "<", 0.0)  # (5)
+
+    def _scarce_skus(self) -> None:
+        """Add what stations take of scarce SKUs from each pod, which is at most what it has."""
+        program, period, items = self.model.program, self.reduced.period, self.reduced.period.stock.items
+        assert items is not None
+        taken: dict[tuple[int, int], list[int]] = {}  # by station and SKU
+        kept = self.reduced.is_scarce[items.sku]
+        entries = zip(items.pod[kept].tolist(), items.sku[kept].tolist(), items.number[kept].tolist(), strict=True)
+        for pod, sku, number in entries:
+            columns = []
+            for station, room in enumerate(self.reduced.capacities):
+                sent = self.model.x.get((pod, station))
+                there = pod in period.inbound[station]
+                if sku not in self._using[station] or (sent is None and not there):
+                    continue
+                column = program.column(upper=float(min(number, room)), whole=False)
+                if not there and sent is not None:
+                    program.row([column, sent], [1.0, -program.upper[column]], "<", 0.0)
+                taken.setdefault((station, sku), []).append(column)
+                columns.append(column)
+            if sum(program.upper[column] for column in columns) > number:
+                program.row(columns, [1.0] * len(columns), "<", number)
+        for station, using in enumerate(self._using):
+            for sku, columns_and_items in using.items():
+                giving = taken.get((station, sku), [])
+                factors = [*columns_and_items.values(), *([-1.0] * len(giving))]
+                program.row([*columns_and_items, *giving], factors, "<", 0.0)
 
     def _limits(self) -> None:
         program = self.model.program
@@ -287,3 +340,48 @@ class Builder:
                 columns.append(self.model.n[number])
             if sum(program.upper[column] for column in columns) > len(kind.orders):
                 program.row(columns, [1.0] * len(columns), "<", len(kind.orders))  # (3)
+
+
+def assigned_with(
+    reduced: Reduced, visits: Visits, weight: float, splits: int | None, limits: Limits, target: int
+) -> tuple[bool, tuple[Part, ...] | None]:
+    """Return whether it is known if some visits fill so many places with the items that the pods have, and how.
+
+    Parameters
+    ----------
+    reduced
+        The period.
+    visits
+        New visits.
+    weight
+        W_u.
+    splits
+        How many orders may newly be split; None for any number.
+    limits
+        Solver and limits.
+    target
+        Places to fill.
+    """
+    period = reduced.period
+    inbound = [set(pods) for pods in period.inbound]
+    for pod, station in visits:
+        inbound[station].add(pod)
+    there = np.array(sorted(set().union(*inbound)), dtype=np.int64)
+    items = period.stock.items
+    assert items is not None
+    number = np.where(np.isin(items.pod, there), items.number, 0)
+    stock = period.stock.with_items(items.pod, items.sku, number)
+    sent = evolve(period, stock=stock, inbound=tuple(tuple(sorted(pods)) for pods in inbound))
+    left = Reduced(sent, reduced.model)
+    if not left.candidates.any():
+        return True, () if target <= 0 else None
+    builder = Builder(left, weight, splits, sending=False)
+    model = builder.build()
+    if not builder.objective:
+        return True, () if target <= 0 else None
+    most = sent.visits_before + weight * (sum(period.capacities) - target)
+    builder.limit_objective(float("-inf"), most + CLOSE)
+    outcome = model.program.solve(limits, absolute_gap=weight * sum(period.capacities))
+    if outcome.values is None:
+        return outcome.bound == float("inf"), None
+    return True, parts_of(left, model.counts(outcome.values))

@@ -99,7 +99,7 @@ def fill_with_orders(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part
         candidates = [o for o in reduced.orders if fits[station].get(o) and o not in taken and sizes[o] <= room]
         # An order that no other station could take goes first.
         candidates.sort(key=lambda o: sum(o in at for at in fits))
-        for order in _subset([sizes[o] for o in candidates], room):
+        for order in subset([sizes[o] for o in candidates], room):
             taken.add(candidates[order])
             parts.append(_whole(reduced, candidates[order], station))
     return tuple(parts)
@@ -120,7 +120,7 @@ def _covered_orders(reduced: Reduced, covered: NDArray[np.bool_]) -> list[dict[i
     return [dict.fromkeys(everywhere[row[everywhere] == 0].tolist(), True) for row in missing]
 
 
-def _subset(sizes: Sequence[int], room: int) -> list[int]:
+def subset(sizes: Sequence[int], room: int) -> list[int]:
     """Return positions of sizes with the largest sum up to ``room``, the foremost where there is a choice."""
     reached = [1]
     limit = (1 << (room + 1)) - 1

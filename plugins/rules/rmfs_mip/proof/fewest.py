@@ -3,12 +3,15 @@
 A value is v = k visits and W_u for each of u places that stay free, which could be filled. Whether k visits fill all
 but u of those places is settled exactly by the compiled search for sets of pods (`rmfs_mip.compiled.pod_sets`), their
 stations (`rmfs_mip.compiled.spreading`) and the orders (`rmfs_mip.compiled.stacking`): the first v for which they do is
-the optimum.
+the optimum. These leave aside that SKUs may be scarce; whether the pods found have enough is settled by a program for
+their stations (`rmfs_mip.proof.aggregated.assigned_with`), and if not, the search goes on.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import prod
+from typing import Any
 
 import numpy as np
 from attrs import define, field
@@ -16,7 +19,13 @@ from numpy.typing import NDArray
 
 from rmfs_mip.compiled.arrays import LARGEST_ROOM, MOST_STATES, MOST_STATIONS, Arrays, arrays_of
 from rmfs_mip.period.reduction import Reduced
-from rmfs_mip.period.solution import Assigned, Model, Part
+from rmfs_mip.period.serving import short_of
+from rmfs_mip.period.solution import Assigned, Model, Part, Visits
+from rmfs_mip.printed.solver import Limits
+from rmfs_mip.proof.aggregated import assigned_with
+
+WORK_OF_A_PROGRAM = 10_000
+"""Steps that count for a program that says whether pods have enough: about as many as are done in its time."""
 
 
 @define
@@ -33,12 +42,15 @@ class FewestVisits:
         When to give up, in steps of the compiled searches.
     splits
         How many orders may newly be split; None for any number.
+    limits
+        Solver and limits.
     """
 
     reduced: Reduced
     weight: int
     most_work: int
     splits: int | None = None
+    limits: Limits = field(factory=Limits)
     _work: NDArray[np.int64] = field(factory=lambda: np.zeros(1, dtype=np.int64), init=False)
     _arrays: Arrays = field(init=False)
     _pods: list[int] = field(init=False)
@@ -77,24 +89,54 @@ class FewestVisits:
         stations = len(self.reduced.capacities)
         fewest = max(-(-visits // stations), self._too_few.get(target, -1) + 1)
         for number in range(fewest, min(visits, len(self._pods)) + 1):
-            answer, pods, masks, orders = spreading.pods_that_fill(
-                self._arrays, number, visits, target, self._work, self.most_work
-            )
-            if answer == spreading.FOUND:
-                sent = [
-                    (self._pods[pod], s)
-                    for pod, mask in zip(pods.tolist(), masks.tolist(), strict=True)
-                    for s in range(stations)
-                    if mask >> s & 1
-                ]
-                return True, (tuple(sent), self._parts(sent, orders.tolist()))
+            answer = spreading.NOT_FOUND
+            for answer, pods, masks, orders in self._answers(number, visits, target):
+                if answer == spreading.FOUND:
+                    sent = tuple(
+                        (self._pods[pod], s)
+                        for pod, mask in zip(pods, masks, strict=True)
+                        for s in range(stations)
+                        if mask >> s & 1
+                    )
+                    known, parts = self._served(sent, orders, target)
+                    if parts is not None:
+                        return True, (sent, parts)
+                    if not known:
+                        return False, None
             if answer == spreading.TOO_MANY:
                 return False, None
             if answer == spreading.NO_SETS:
                 self._too_few[target] = number
         return True, None
 
-    def _parts(self, visits: list[tuple[int, int]], orders: list[list[int]]) -> tuple[Part, ...]:
+    def _answers(self, number: int, visits: int, target: int) -> Iterator[tuple[int, list[int], list[int], Any]]:
+        """Yield what the search finds, one after the other where SKUs are scarce; last that it finds nothing more."""
+        from rmfs_mip.compiled import spreading
+
+        if not len(self.reduced.scarce):
+            answer, pods, masks, orders = spreading.pods_that_fill(
+                self._arrays, number, visits, target, self._work, self.most_work
+            )
+            yield answer, pods.tolist(), masks.tolist(), orders.tolist()
+            return
+        sets = spreading.sets_that_fill(self._arrays, number, target)
+        refused, last, answer = -1, None, spreading.FOUND
+        while answer == spreading.FOUND:
+            answer, pods, masks, orders = spreading.next_that_fills(
+                self._arrays, sets, refused, visits, target, self._work, self.most_work
+            )
+            refused, last = refused + 1 if pods.tolist() == last else 1, pods.tolist()
+            yield answer, last, masks.tolist(), orders.tolist()
+
+    def _served(self, sent: Visits, orders: list[list[int]], target: int) -> tuple[bool, tuple[Part, ...] | None]:
+        """Return whether it is known if these visits fill the target with the items that the pods have, and how."""
+        parts, reduced = self._parts(sent, orders), self.reduced
+        if not len(reduced.scarce) or short_of(reduced.period, sent, parts) is None:
+            return True, parts
+        self._work[0] += WORK_OF_A_PROGRAM
+        return assigned_with(reduced, sent, self.weight, self.splits, self.limits, target)
+
+    def _parts(self, visits: Visits, orders: list[list[int]]) -> tuple[Part, ...]:
         """Give the lines of each order to stations, as many items to each as was found."""
         period, reduced = self.reduced.period, self.reduced
         covered = period.covered_with(visits)

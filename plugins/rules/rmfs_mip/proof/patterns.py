@@ -13,6 +13,8 @@ Patterns are priced exactly (`rmfs_mip.proof.pricing`), so each round ends in a 
 
 What the relaxation leaves open is settled from its prices: every better solution consists of patterns that are nearly
 as good as the best one, so their sets of pods are few, and a small program chooses among them (`choose_among`).
+
+Where SKUs are scarce, patterns leave that aside, which bounds from below all the same; the small program does not.
 """
 
 from __future__ import annotations
@@ -33,7 +35,12 @@ from rmfs_mip.proof.program import Program
 
 
 def alike(reduced: Reduced) -> bool:
-    """Whether column generation applies: integrated, and several interchangeable stations."""
+    """Whether column generation applies: integrated, and several interchangeable stations.
+
+    With scarce SKUs they are only if there is no pod yet: what a pod has is not at each station that it is bound for.
+    """
+    if len(reduced.scarce) and any(reduced.period.inbound):
+        return False
     return reduced.model is Model.INTEGRATED and reduced.interchangeable and len(reduced.capacities) > 1
 
 
@@ -269,7 +276,34 @@ def _set_program(reduced: Reduced, sets: list[tuple[int, ...]], weight: float) -
         columns = [choice.orders[t] for choice in choices if t in choice.orders]
         if columns:
             program.row(columns, [1.0] * len(columns), "<", len(kind.orders))
+    if len(reduced.scarce):
+        _add_stock(reduced, program, choices)
     return program, choices
+
+
+def _add_stock(reduced: Reduced, program: Program, choices: list[_SetChoice]) -> None:
+    """Let the stations of a choice take scarce SKUs from its pods, and all stations no more than a pod has."""
+    items = reduced.period.stock.items
+    assert items is not None
+    shared: dict[tuple[int, int], list[int]] = {}
+    held = {pod: items.on(pod) for pod in {pod for choice in choices for pod in choice.pods}}
+    for choice in choices:
+        taking: dict[int, dict[int, float]] = {}
+        for t, column in choice.orders.items():
+            for sku, quantity in reduced.types[t].lines:
+                if reduced.is_scarce[sku]:
+                    taking.setdefault(sku, {})[column] = float(quantity)
+        for sku, taken in taking.items():
+            for pod in choice.pods:
+                if sku in held[pod]:
+                    given = program.column(upper=float(held[pod][sku]), whole=False)
+                    program.row([given, choice.stations], [1.0, -program.upper[given]], "<", 0.0)
+                    taken[given] = -1.0
+                    shared.setdefault((pod, sku), []).append(given)
+            program.row(list(taken), list(taken.values()), "<", 0.0)
+    for (pod, sku), columns in shared.items():
+        if len(columns) > 1:
+            program.row(columns, [1.0] * len(columns), "<", held[pod][sku])
 
 
 def _pack(reduced: Reduced, taken: dict[int, int], stations: int) -> list[list[int]] | None:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from attrs import define, evolve
 
 from rmfs_mip.period.reduction import Reduced
+from rmfs_mip.period.serving import short_of
 from rmfs_mip.period.solution import Part, Solution, Visits, is_useful, is_whole, items_of, newly_split
 from rmfs_mip.printed.solver import Limits
 
@@ -88,7 +89,7 @@ class Proof:
         return None if self.deadline is None else self.deadline - time.monotonic()
 
     def offer(self, visits: Visits, parts: tuple[Part, ...], how: str) -> None:
-        """Keep a solution if it is better and splits no more orders than allowed.
+        """Keep a solution if it is better, splits no more orders than allowed, and the pods have enough for it.
 
         Parameters
         ----------
@@ -105,6 +106,8 @@ class Proof:
         value = period.visits_before + len(used) + self.weight * free
         if self.best is not None and value >= self.best.objective:
             return
-        if self.splits is None or len(newly_split(period, parts)) <= self.splits:
+        if self.splits is not None and len(newly_split(period, parts)) > self.splits:
+            return
+        if not len(self.reduced.scarce) or short_of(period, visits, parts) is None:
             before = {(pod, s) for s, pods in enumerate(period.inbound) for pod in pods}
             self.best = Solution(parts, tuple(sorted(before | used)), value, self.bound, how)

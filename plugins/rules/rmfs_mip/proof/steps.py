@@ -10,7 +10,7 @@ Each step may offer a solution and raise the bound; the first after which they m
    above: what `rmfs_mip.proof.feasible` assigns to the visits that fill most.
 4. `by_relaxation`: where few orders may be split, all of this without that limit, which bounds it.
 5. `by_restriction`: there, for split-over-time with stations that are alike, also split-among-stations, whose solutions
-   are some of it.
+   are some of it; likewise integrated for split-among-stations where SKUs are scarce.
 6. `by_fewest_visits`: where orders are assigned completely, sets of pods for one value of the objective after another
    (`rmfs_mip.proof.fewest`). This alone proves split-among-stations at t = 1.
 7. `by_whole_orders`: a solution to fall back on, which is one of all three models.
@@ -39,6 +39,7 @@ from rmfs_mip.proof.flow import MOST_STATIONS, Network, fewest_visits, greedy_vi
 from rmfs_mip.proof.patterns import ColumnGeneration, alike, choose_among, lines_as_orders, orders_of_lines
 from rmfs_mip.proof.pricing import SAFE
 from rmfs_mip.proof.proof import Proof
+from rmfs_mip.proof.stocked import fill_from_stock, lines_from_stock, one_line_orders, orders_from_stock
 
 Step = Callable[[Proof], None]
 
@@ -48,6 +49,8 @@ MOST_WORK = {Model.INTEGRATED: 20_000, Model.SPLIT_AMONG_STATIONS: 300_000}
 """Steps of it before the solver takes over: about as many as the solver needs the time of."""
 MOST_WORK_ALIKE = 100_000_000
 """The same for split-among-stations where the stations are alike, as at t = 1: the solver may need hours."""
+WORK_ALIKE_SCARCE = 20_000
+"""And with scarce SKUs, for each pod and station: there the solver, too, has bounds that are close."""
 CLOSE_SETS = (100, 500, 2000)
 """Sets of pods from which a better solution, if there is one, is put together: first the best few, then more."""
 
@@ -120,12 +123,20 @@ def by_bounds(proof: Proof) -> None:
         proof.bound = base + max(1, fewest_visits(network))
         visits, _ = greedy_visits(network, reduced.period.preferred)
     _fill_by(proof, visits, "bounds" if visits else "flow")
+    if len(reduced.scarce) and not proof.proven and reduced.model is not Model.SPLIT_OVER_TIME:
+        lines = one_line_orders(reduced)
+        visits, _ = greedy_visits(network.with_demand_of(reduced, lines), reduced.period.preferred)
+        proof.offer(visits, lines_from_stock(reduced, visits, lines), "bounds" if visits else "flow")
 
 
 def _fill_by(proof: Proof, visits: Visits, how: str) -> None:
     """Offer what can be assigned with these new visits."""
     reduced = proof.reduced
-    if reduced.period.single_items or reduced.model is Model.INTEGRATED:
+    if not (reduced.period.single_items or reduced.model is Model.INTEGRATED):
+        return
+    if len(reduced.scarce):
+        proof.offer(visits, fill_from_stock(reduced, visits), how)
+    else:
         proof.offer(visits, fill(reduced, reduced.period.covered_with(visits)), how)
 
 
@@ -142,13 +153,23 @@ def by_relaxation(proof: Proof) -> None:
 
 
 def by_restriction(proof: Proof) -> None:
-    """Take the solution of split-among-stations for split-over-time, as far as that goes without the solver."""
+    """Where the stations are alike, take the solution of a model that is more restricted, without the solver.
+
+    That is split-among-stations for split-over-time with few splits, and integrated for split-among-stations where SKUs
+    are scarce.
+    """
     reduced = proof.reduced
-    if proof.splits is not None and reduced.model is Model.SPLIT_OVER_TIME and reduced.interchangeable:
+    if not reduced.interchangeable:
+        return
+    if proof.splits is not None and reduced.model is Model.SPLIT_OVER_TIME:
         among = Reduced(reduced.period, Model.SPLIT_AMONG_STATIONS)
         restricted = _part_of(proof, among, proof.splits, float(reduced.period.visits_before))
-        restricted.take_steps()
-        _offer_again(proof, restricted.incumbent)
+    elif len(reduced.scarce) and reduced.model is Model.SPLIT_AMONG_STATIONS:
+        restricted = _part_of(proof, Reduced(reduced.period, Model.INTEGRATED), None, proof.bound)
+    else:
+        return
+    restricted.take_steps()
+    _offer_again(proof, restricted.incumbent)
 
 
 def _part_of(proof: Proof, reduced: Reduced, splits: int | None, bound: float) -> Proof:
@@ -169,10 +190,12 @@ def by_fewest_visits(proof: Proof) -> None:
         return
     among = reduced.model is Model.SPLIT_AMONG_STATIONS
     most_work = MOST_WORK_ALIKE if among and reduced.interchangeable else MOST_WORK[reduced.model]
+    if len(reduced.scarce):
+        most_work = min(most_work, WORK_ALIKE_SCARCE * len(reduced.period.stock.pods) * len(reduced.capacities))
     left = proof.seconds_left
     if left is not None:
         most_work = min(most_work, int(max(left, 0) * WORK_PER_SECOND))
-    search = FewestVisits(reduced, int(proof.weight), most_work, proof.splits)
+    search = FewestVisits(reduced, int(proof.weight), most_work, proof.splits, proof.limits)
     if not search.possible:
         return
     least = reduced.period.visits_before + proof.weight * (sum(reduced.capacities) - reduced.reachable_sum)
@@ -187,7 +210,9 @@ def by_whole_orders(proof: Proof) -> None:
     """Make sure that there is a solution to fall back on: one of the integrated model is one of all three."""
     period = proof.reduced.period
     whole = Reduced(period, Model.INTEGRATED)
-    if whole.candidates.any():
+    if len(proof.reduced.scarce):
+        proof.offer(*orders_from_stock(whole, proof.weight), "search")
+    elif whole.candidates.any():
         visits = whole_order_visits(whole, proof.weight)
         proof.offer(visits, fill_with_orders(whole, period.covered_with(visits)), "search")
         _fill_by(proof, visits, "search")
@@ -222,7 +247,9 @@ def _try_bound(proof: Proof, generation: ColumnGeneration) -> bool:
     value = proof.bound - proof.reduced.period.visits_before
     limit = generation.least + value - generation.bound
     sets, complete = generation.pricing.close_sets(generation.prices, limit, CLOSE_SETS[-1])
-    for number in CLOSE_SETS:
+    # Where SKUs are scarce, more sets are close; if some are left out, the largest program would prove nothing.
+    numbers = CLOSE_SETS if complete or not len(generation.reduced.scarce) else CLOSE_SETS[:-1]
+    for number in numbers:
         left = proof.seconds_left
         if left is not None and left <= 0:
             return False

@@ -53,6 +53,13 @@ class Drawing:
 
 
 @define
+class Endless(Eager):
+    "POA: needs unlimited stock."
+
+    needs = ("unlimited stock",)
+
+
+@define
 class Roomy:
     "POA: needs item capacity."
 
@@ -67,7 +74,9 @@ class Roomy:
 @pytest.fixture
 def acme(install: Any) -> None:
     """Install the rules above, as another distribution."""
-    names = {name.lower(): f"acme_rules:{name}" for name in ("Eager", "Broken", "Careless", "Drawing", "Roomy")}
+    names = {
+        name.lower(): f"acme_rules:{name}" for name in ("Eager", "Broken", "Careless", "Drawing", "Endless", "Roomy")
+    }
     install("acme", names, acme_rules=f"from rmfs_core import JointDecision, OrderAssignment\n{RULES}")
 
 
@@ -159,8 +168,8 @@ def test_tasks(at_work: dict[str, Any]) -> None:
 def test_what_a_rule_needs_is_checked(by_hand: dict[str, Any], acme: None) -> None:
     """A state that lacks what a rule declares to need is refused, as a scenario would be."""
     by_hand["pods"]["P1"]["contents"]["milk"] = 5
-    with pytest.raises(InputError, match=r'rule "integrated" .* needs pods whose SKUs never run out'):
-        decide(state_from_dict(by_hand), RuleChoice("integrated"))
+    with pytest.raises(InputError, match=r'rule "endless" .* needs pods whose SKUs never run out'):
+        decide(state_from_dict(by_hand), RuleChoice("endless"), decides="POA")
     by_hand["stations"]["north"] = {"order_capacity": 1}
     with pytest.raises(InputError, match=r'rule "roomy" .* needs stations that count items'):
         decide(state_from_dict(by_hand), RuleChoice("roomy"))

@@ -115,17 +115,25 @@ def public_values(view: WarehouseView) -> dict[Any, Any]:
     values: dict[Any, Any] = {}
     for part in parts:
         for name in dir(part):
-            if not name.startswith("_") and name not in ("label", "travel", "backlog_lines"):
+            if not name.startswith("_") and name not in ("label", "travel", "backlog_lines", "free_items"):
                 value = getattr(part, name)
                 if not callable(value):
                     values[plain(part), name] = plain(value)
     for pod in view.pods:
         values["free", pod.id] = [pod.free_items(sku) for sku in pod.contents]
         values["home", pod.id] = view.home(pod)
-    lines = view.backlog_lines
-    values["arrays"] = [
-        array.tolist() for array in (lines.order, lines.sku, lines.quantity, view.open_demand(), view.available())
-    ]
+    lines, free = view.backlog_lines, view.free_items
+    arrays = (
+        lines.order,
+        lines.sku,
+        lines.quantity,
+        free.pod,
+        free.sku,
+        free.number,
+        view.open_demand(),
+        view.available(),
+    )
+    values["arrays"] = [array.tolist() for array in arrays]
     return values
 
 

@@ -56,7 +56,9 @@ def test_a_scenario_that_has_it_runs(install: Callable[..., None]) -> None:
     assert result.status == "complete"
     import acme_rules  # type: ignore[import-not-found]
 
-    assert {*check_rule(acme_rules.Eager()).left_out} == {"finite stock"}
+    left_out = check_rule(acme_rules.Eager()).left_out
+    assert len(left_out) == 9
+    assert all("finite stock" in name for name in left_out)
 
 
 @pytest.mark.parametrize(

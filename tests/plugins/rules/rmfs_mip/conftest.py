@@ -64,6 +64,34 @@ def splitting_period(seed: int, orders: int, stations: int, skus: int) -> Period
     )
 
 
+def scarce_period(seed: int) -> Period:
+    """Return a period that is small enough to try everything, whose pods run out, some of them at several stations."""
+    rng = np.random.default_rng((9, seed))
+    n_skus, n_pods, n_stations = (int(rng.integers(*span)) for span in ((2, 6), (2, 5), (1, 4)))
+    most_lines = int(np.log(2000) / np.log(n_stations + 1))
+    most_items, most_free = (3, 5) if seed % 4 == 0 else (1, 3)
+    lines: list[tuple[int, int, int]] = []
+    order = 0
+    while len(lines) < most_lines:
+        skus = rng.choice(n_skus, size=min(int(rng.geometric(0.5)), n_skus, most_lines - len(lines)), replace=False)
+        lines += [(order, int(sku), int(rng.integers(1, most_items + 1))) for sku in sorted(skus)]
+        order += 1
+    held = [rng.choice(n_skus, size=min(int(rng.integers(1, 4)), n_skus), replace=False) for _ in range(n_pods)]
+    items = [{int(sku): int(rng.integers(0, most_free)) for sku in skus} for skus in held]
+    inbound = [tuple(sorted(rng.choice(n_pods, rng.integers(0, 3), replace=False).tolist())) for _ in range(n_stations)]
+    return Period(
+        Stock.counted(items, n_skus),
+        tuple(range(n_stations)),
+        tuple(int(c) for c in rng.integers(1, 6, n_stations)),
+        tuple(inbound) if seed % 3 else ((),) * n_stations,
+        tuple(range(order)),
+        *np.array(lines, dtype=np.int64).T,
+        busy=tuple(sorted({pod for pods in inbound for pod in pods})) if seed % 3 else (),
+        begun=tuple(bool(b) for b in rng.integers(0, 2, order)) if seed % 2 else (),
+        split_open=int(rng.integers(0, 3)),
+    )
+
+
 def made_alike(period: Period) -> Period:
     """Return a period with all stations like its first: as at t = 1, though with pods there."""
     n = len(period.stations)
@@ -88,6 +116,43 @@ def brute_force(period: Period, model: Model, weight: float, splits: int | None 
             pods = sum(cheapest[s](frozenset(skus[s])) for s in stations)
             best = min(best, period.visits_before + pods + weight * (sum(period.capacities) - sum(items)))
     return best
+
+
+def brute_force_from_stock(period: Period, model: Model, weight: float, splits: int | None = None) -> float:
+    """Return the least objective (1) over all assignments and all sets of visits whose pods have enough items.
+
+    They have when no group of stations wants more of a SKU than the pods have that are at one of them.
+    """
+    stations, n_skus = range(len(period.stations)), period.stock.n_skus
+    groups = range(1, 1 << len(stations))
+    free = np.zeros((len(period.stock.pods), n_skus), dtype=np.int64)
+    free[period.stock.items.pod, period.stock.items.sku] = period.stock.items.number
+    there = [sum(1 << s for s, pods in enumerate(period.inbound) if pod in pods) for pod in range(len(free))]
+    by_number: dict[int, list[np.ndarray]] = {}
+    for at in product(*([m for m in range(1 << len(stations)) if m & before == before] for before in there)):
+        reach = np.array([[mask & group != 0 for mask in at] for group in groups], dtype=np.int64)
+        number = sum(mask.bit_count() for mask in at) - sum(mask.bit_count() for mask in there)
+        by_number.setdefault(number, []).append(reach @ free)
+    brought = [np.array(by_number[number]) for number in sorted(by_number)]
+    best = float("inf")
+    for choice in product(*(list(_choices(lines, len(stations), model)) for lines in period.lines)):
+        wanted = np.zeros((len(stations), n_skus), dtype=np.int64)
+        for lines, where in zip(period.lines, choice, strict=True):
+            for (sku, quantity), station in zip(lines, where, strict=True):
+                if station is not None:
+                    wanted[station, sku] += quantity
+        if splits is not None and _new_splits(period, choice) > splits:
+            continue
+        if (wanted.sum(axis=1) > period.capacities).any():
+            continue
+        value = period.visits_before + weight * (sum(period.capacities) - wanted.sum())
+        by_group = np.array([wanted[[s for s in stations if group >> s & 1]].sum(axis=0) for group in groups])
+        for number, tables in enumerate(brought):
+            if value + number >= best:
+                break
+            if (tables >= by_group).all(axis=(1, 2)).any():
+                best = value + number
+    return float(best)
 
 
 def _choices(lines, n_stations: int, model: Model) -> Iterator[tuple[int | None, ...]]:
@@ -160,6 +225,24 @@ def small_periods() -> list[Period]:
         and prod(1 + len(period.stations) ** len(lines) for lines in period.lines) <= 3000
         and Reduced(period, Model.SPLIT_AMONG_STATIONS).candidates.any()
     ]
+
+
+@pytest.fixture(scope="session", name="scarce_period")
+def scarce_period_fixture() -> Callable[[int], Period]:
+    """Return the function that makes a period whose pods run out."""
+    return scarce_period
+
+
+@pytest.fixture(scope="session")
+def scarce_periods() -> list[Period]:
+    """Return 60 of them."""
+    return [scarce_period(seed) for seed in range(60)]
+
+
+@pytest.fixture(scope="session", name="brute_force_from_stock")
+def brute_force_from_stock_fixture() -> Callable[..., float]:
+    """Return the brute force over assignments and visits."""
+    return brute_force_from_stock
 
 
 @pytest.fixture(scope="session", name="random_period")

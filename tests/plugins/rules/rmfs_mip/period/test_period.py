@@ -47,3 +47,21 @@ def test_without_a_preference_idle_pods_go_first(periods: list[Period]) -> None:
     for period in periods[:50]:
         assert period.preferred.once_sent == 0.0
         assert set(np.flatnonzero(period.preferred.pods == 0)) == set(period.busy)
+
+
+def test_free_items_follow_the_warehouse(scarce_periods):
+    """What ran out or came back is read anew, and the rest is as it was."""
+    rng = np.random.default_rng(3)
+    for period in scarce_periods[:20]:
+        entries = [(pod, sku) for pod in range(len(period.stock.pods)) for sku in range(period.stock.n_skus)]
+        stock = period.stock
+        for _ in range(4):
+            numbers = rng.integers(0, 3, len(entries))
+            held: list[dict[int, int]] = [{} for _ in period.stock.pods]
+            for (pod, sku), number in zip(entries, numbers.tolist(), strict=True):
+                held[pod][sku] = number
+            stock, anew = stock.with_items(*np.array(entries).T, numbers), Stock.counted(held, stock.n_skus)
+            assert stock.contents == anew.contents
+            assert (stock.holds == anew.holds).all()
+            for name in ("pod", "sku", "number"):
+                assert (getattr(stock.items, name) == getattr(anew.items, name)).all()

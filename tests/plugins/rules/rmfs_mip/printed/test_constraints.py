@@ -70,3 +70,16 @@ def test_packing_capacity(period):
     assert violation(period, left, OVER_TIME, 2, 1).startswith("(18) packing capacity")
     period.begun = (True, False)
     assert violation(period, left, OVER_TIME, 2, 1) is None
+
+
+def test_too_few_items_are_named():
+    """Two orders want SKU 0 at different stations, and the pod that goes to both has one item of it."""
+    lines = np.array([[0, 0, 1], [1, 0, 1]]).T
+    sent = solution([(0, 0, (0,)), (1, 1, (0,))], visits=((0, 0), (0, 1)))
+    for items, said in (
+        (1, "stock: the pods at the stations and sent to them have too few free items of SKU id 0"),
+        (2, None),
+    ):
+        period = Period(Stock.counted([{0: items}], 1), (0, 1), (2, 1), ((0,), ()), (10, 11), *lines)
+        for model in Model:
+            assert violation(period, sent, model, 2) == said

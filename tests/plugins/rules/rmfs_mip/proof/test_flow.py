@@ -8,6 +8,7 @@ import numpy as np
 
 from rmfs_mip.period.placing import Places
 from rmfs_mip.period.reduction import Reduced
+from rmfs_mip.period.serving import PlacesFromStock
 from rmfs_mip.period.solution import Model
 from rmfs_mip.proof.flow import Network, fewest_visits, greedy_visits
 
@@ -31,6 +32,32 @@ def test_flow_and_its_bound(periods):
                 for pod, station in chosen:
                     tried = tried.adding(pod, station)
                 assert tried.flow() < network.target
+
+
+def test_flow_from_stock_and_its_bound(scarce_periods):
+    """The same where SKUs are scarce: pods give no more than they have, and share it among their stations."""
+    scarce = 0
+    for period in scarce_periods:
+        reduced = Reduced(period, Model.SPLIT_OVER_TIME)
+        if not period.single_items or not len(reduced.scarce):
+            continue
+        scarce += 1
+        network, places = Network.of(reduced), PlacesFromStock(period, ())
+        units = period.line_sku[reduced.candidates].tolist()
+        assert network.flow() == sum(places.add(sku) for sku in units)
+        flows, _ = network.flows_with_one_more()
+        for station, pod in product(range(len(period.stations)), range(len(period.stock.pods))):
+            assert flows[station, pod] == network.adding(pod, station).flow()
+        _, filled = greedy_visits(network, period.preferred)
+        assert filled.flow() == network.target
+        least = fewest_visits(network)
+        pairs = list(product(range(len(period.stock.pods)), range(len(period.stations))))
+        for chosen in combinations(pairs, least - 1) if 0 < least <= 3 else ():
+            tried = network
+            for pod, station in chosen:
+                tried = tried.adding(pod, station)
+            assert tried.flow() < network.target
+    assert scarce > 15
 
 
 def _flow_by_paths(network):
