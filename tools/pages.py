@@ -32,6 +32,8 @@ from pathlib import Path
 from attrs import define, field
 
 WIDTH = 80
+SETTINGS = ("PYTHON", "PYTEST", "PIP_", "CI", "BUILD_NUMBER")
+"""How variables begin that commands do not see; pytest prints other lines where the last two are set."""
 _FENCE = re.compile(r"^(?P<indent> *)(?P<ticks>`{3,})(?:\{code-block\} *)?(?P<language>[\w-]+)\s*$")
 _MARK = re.compile(r"^ *% (?P<mark>not run|slow|exit):? (?P<text>.+)$")
 
@@ -162,7 +164,7 @@ def _environment(folder: Path) -> dict[str, str]:
     """Return the variables that commands see. A page may install something: it has an environment of its own."""
     scripts = _own_environment(folder)
     return {
-        **{name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "PYTEST", "PIP_"))},
+        **{name: value for name, value in os.environ.items() if not name.startswith(SETTINGS)},
         "PATH": f"{scripts}{os.pathsep}{os.environ.get('PATH', '')}",
         "COLUMNS": str(WIDTH),
         "NO_COLOR": "1",
