@@ -38,6 +38,13 @@ class Interrupted:
 
 
 @define
+class Endless(Nothing):
+    "POA: needs unlimited stock."
+
+    needs = ("unlimited stock",)
+
+
+@define
 class Both:
     "POA and PPS: the first of everything."
 
@@ -66,7 +73,7 @@ def bench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str
 def acme(install: Any) -> None:
     """Install the rules above, as another distribution."""
     head = "import numpy as np\nfrom rmfs_core.rule_helpers import assign_best_pairs, send_pods\n"
-    names = {name.lower(): f"acme_rules:{name}" for name in ("Nothing", "Interrupted", "Both")}
+    names = {name.lower(): f"acme_rules:{name}" for name in ("Nothing", "Interrupted", "Endless", "Both")}
     install("acme", names, acme_rules=head + RULES)
 
 
@@ -158,7 +165,7 @@ def test_an_interrupt_ends_it(acme: None, capsys: pytest.CaptureFixture[str]) ->
     ("arguments", "problem"),
     [
         (("first-comes",), "did you mean `first-come`"),
-        (("integrated", "--set", "instance.items_per_sku=5"), "needs pods whose SKUs never run out"),
+        (("endless", "--set", "instance.items_per_sku=5"), "needs pods whose SKUs never run out"),
         (("integrated", "--set", "instance.order=5"), "unknown key"),
         (("pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
         (("pod-match", "--set", "rules.poa.name=first-come"), "takes the place of `rules.poa`"),
@@ -168,7 +175,7 @@ def test_an_interrupt_ends_it(acme: None, capsys: pytest.CaptureFixture[str]) ->
         ((), "Missing argument"),
     ],
 )
-def test_wrong_input(capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str) -> None:
+def test_wrong_input(acme: None, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str) -> None:
     """What is wrong is one sentence; exit code 2."""
     code, out, err = bench(capsys, *arguments)
     assert (code, out) == (2, "")
