@@ -75,8 +75,8 @@ def test_check_says_what_a_rule_needs(tmp_path: Path, capsys: pytest.CaptureFixt
     code, out, err = run(capsys, "scenario", "check", str(file))
     assert (code, out) == (2, "")
     assert err.endswith(
-        f'Error: {file}, line 5, rules.poa: rule "endless.py:Endless" (endless.py inline) needs pods whose SKUs never run '
-        "out, but the instance has finite stock\n"
+        f'Error: {file}, line 5, rules.poa: rule "endless.py:Endless" (endless.py inline) needs pods whose SKUs '
+        "never run out, but the instance has finite stock\n"
     )
 
 
