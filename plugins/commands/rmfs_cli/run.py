@@ -136,7 +136,7 @@ def _announce_inline_rules(notes: Console, scenario: Scenario) -> None:
 def _report(console: Console, result: Result, folder: Path, record: Sequence[str]) -> None:
     """Say what is not complete, and where the files are."""
     from rmfs_core.results import RESULT_FILE, TABLE_FILES
-    from rmfs_core.results.running import load_recorder
+    from rmfs_core.results.recorders import load_recorder
 
     console.print()
     if result.status == "partial":

@@ -22,7 +22,7 @@ JOINT = ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time")
 def sequential(tmp_path_factory: pytest.TempPathFactory) -> str:
     """Folder of a recorded run with POA and PPS rules."""
     folder = tmp_path_factory.mktemp("sequential")
-    rmfs_core.run("examples/small", overrides=SETTINGS, out=folder, record_decisions=True)
+    rmfs_core.run("examples/small", overrides=SETTINGS, out=folder, record=["decisions"])
     return str(folder)
 
 
@@ -30,7 +30,7 @@ def sequential(tmp_path_factory: pytest.TempPathFactory) -> str:
 def joint(tmp_path_factory: pytest.TempPathFactory) -> str:
     """Folder of a recorded run with a joint rule."""
     folder = tmp_path_factory.mktemp("joint")
-    rmfs_core.run("examples/small", overrides=[*SETTINGS, *JOINT], out=folder, record_decisions=True)
+    rmfs_core.run("examples/small", overrides=[*SETTINGS, *JOINT], out=folder, record=["decisions"])
     return str(folder)
 
 

@@ -100,7 +100,7 @@ def test_rules_see_what_they_saw_in_the_run(tmp_path: Path, settings: tuple[str,
                 seen.append(public_values(question.warehouse))
 
     overrides = ["instance.orders=14", "instance.max_lines=5", "stations.item_capacity=6", *settings]
-    rmfs_core.run("examples/small", overrides=overrides, out=tmp_path, record_decisions=True, observers=[Note()])
+    rmfs_core.run("examples/small", overrides=overrides, out=tmp_path, record=["decisions"], observers=[Note()])
     for recorded, values in zip(read_recording(tmp_path), seen, strict=True):
         again = public_values(open_state(recorded.state()).view)
         assert {key: value for key, value in again.items() if values[key] != value} == {}

@@ -115,7 +115,7 @@ def test_metrics_of_a_run_can_be_recomputed_from_its_trace(tmp_path: Path) -> No
     file = tmp_path / "small.toml"
     file.write_text(SCENARIO, encoding="utf-8")
     recorder = Recorder()
-    result = rmfs_core.run(file, out=tmp_path / "out", trace=True, observers=[recorder])
+    result = rmfs_core.run(file, out=tmp_path / "out", record=["trace"], observers=[recorder])
     trace = read_trace(tmp_path / "out" / "trace.jsonl.gz")
     metrics = Metrics()
     metrics.begin(trace.instance, len(trace.stations))
