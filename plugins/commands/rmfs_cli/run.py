@@ -75,8 +75,8 @@ def run(
     from rmfs_cli.compiling import compiling_announced
     from rmfs_cli.progress import progress_for
     from rmfs_cli.summary import print_profile, print_summary
+    from rmfs_core import run as simulate
     from rmfs_core.errors import RunError
-    from rmfs_core.results.running import run as simulate
     from rmfs_core.scenario import load_scenario
 
     recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))

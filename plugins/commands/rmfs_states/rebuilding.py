@@ -8,6 +8,7 @@ from typing import NoReturn
 from attrs import frozen
 
 from rmfs_core.scenario.model import LayoutSection
+from rmfs_core.scenario.source import Source
 from rmfs_core.warehouse import Pod, Warehouse, WarehouseView
 from rmfs_core.warehouse.memento import ContradictionError, restore
 from rmfs_core.world import Instance, Layout, block_map, check_layout, parse_map
@@ -15,7 +16,6 @@ from rmfs_core.world.travel import travel_on
 from rmfs_states.mementos import QUEUE_LENGTH, memento_of
 from rmfs_states.names import Names
 from rmfs_states.state import LayoutState, State
-from rmfs_states.state_json import place_of
 
 
 class LacksError(Exception):
@@ -135,7 +135,7 @@ def _layout(state: State, names: Names) -> Layout:
     if state.layout is None:
         return _stand_in(len(state.stations), len(state.pods))
     longest = max(station.queue_length or QUEUE_LENGTH for station in state.stations.values())
-    layout = _layout_of(state.layout, longest, place_of(names.source, ("layout",)))
+    layout = _layout_of(state.layout, longest, Source(names.source).place_of(("layout",)))
     if len(layout.stations) != len(state.stations):
         names.wrong(
             ("stations",), f"found {len(state.stations)}; expected {len(layout.stations)}, as the layout has them"

@@ -14,8 +14,8 @@ from rmfs_core.errors import RuleError, StandstillError
 from rmfs_core.events import DecisionMade, Event
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.roles import Role
+from rmfs_core.rules import BoundRule, RuleSet
 from rmfs_core.rules.hooks import OBSERVER_HOOKS, marked_methods, new_manager
-from rmfs_core.rules.ruleset import BoundRule, RuleSet
 from rmfs_core.rules.traits import RuleTraits
 from rmfs_core.simulation.engine import Simulation
 from rmfs_testing.snapshot import Snapshot

@@ -9,9 +9,8 @@ import numpy as np
 from numba import njit
 
 from rmfs_core.decisions import Leg
-from rmfs_core.traffic import FOREVER, Query, Roads, TimedPath
+from rmfs_core.traffic import FOREVER, Query, Roads, TimedPath, run_between
 from rmfs_core.traffic.intervals import inlined
-from rmfs_core.traffic.paths import run_between
 
 
 @njit(cache=True)
