@@ -23,8 +23,8 @@ class LacksError(Exception):
 
 
 @frozen(eq=False)
-class Scene:
-    """A state come alive.
+class OpenState:
+    """A state that rules can be asked in: a warehouse made from it.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class _WithoutPlaces(WarehouseView):
         raise LacksError("storage locations")
 
 
-def open_state(state: State, source: str = "state") -> Scene:
+def open_state(state: State, source: str = "state") -> OpenState:
     """Return the warehouse that a state describes.
 
     Parameters
@@ -109,7 +109,7 @@ def open_state(state: State, source: str = "state") -> Scene:
     shown = _shown(state, names, warehouse)
     backlog = None if shown is None else [order for order in warehouse.backlog if order.id in shown]
     view = (_WithoutPlaces if state.layout is None else WarehouseView)(warehouse, backlog)
-    return Scene(state, names, instance, warehouse, view, shown, _period(state, warehouse))
+    return OpenState(state, names, instance, warehouse, view, shown, _period(state, warehouse))
 
 
 def _period(state: State, warehouse: Warehouse) -> int:

@@ -94,7 +94,7 @@ def test_decisions_of_every_kind(sequential: str, capsys: pytest.CaptureFixture[
     """Any decision can be explained by its number."""
     from rmfs_states import read_recording
 
-    number = next(recorded.number for recorded in read_recording(sequential) if recorded.decides == kind)
+    number = next(recorded.number for recorded in read_recording(sequential) if recorded.decides.label == kind)
     code, out, _ = explain(capsys, sequential, "--decision", str(number))
     assert code == 0
     assert f"Decision {number}: {kind} by" in out

@@ -11,6 +11,7 @@ import pytest
 
 import rmfs_core
 from rmfs_core import InputError, RuleError
+from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice
 from rmfs_states import decide, read_recording
 from rmfs_states.recording import RECORDING_FILE as DECISIONS_FILE
@@ -54,8 +55,8 @@ def test_nothing_else_changes(tmp_path: Path) -> None:
 def test_every_decision_is_there(tmp_path: Path) -> None:
     """Each row of periods.csv has its recorded decision, with the same numbers."""
     result = rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record=["decisions"])
-    recorded = [r for r in read_recording(tmp_path) if r.decides in ("POA", "PPS")]
-    assert [(r.period, r.time_s, r.decides, r.rule) for r in recorded] == [
+    recorded = [r for r in read_recording(tmp_path) if r.decides in (Role.POA, Role.PPS)]
+    assert [(r.period, r.time_s, r.decides.label, r.rule) for r in recorded] == [
         (row["period"], row["time_s"], row["decides"], row["rule"]) for row in result.periods
     ]
     for decision, row in zip(recorded, result.periods, strict=True):
