@@ -16,6 +16,7 @@ ROOT = Path(__file__).resolve().parent.parent
 KERNEL = ROOT / "rmfs_core"
 RULES = ROOT / "plugins" / "rules"
 COMMANDS = ROOT / "plugins" / "commands"
+PUBLIC = ROOT / "docs" / "reference" / "api.md"
 
 MOST_LINES, MOST_FILES, MOST_FOLDERS = 9_600, 75, 8
 """The kernel's budget. A capability may raise it by at most 300 lines, with its reason in the changelog."""
@@ -192,14 +193,34 @@ def test_a_command_imports_no_rule(package: str) -> None:
         assert not {origin.partition(".")[0] for origin, _ in module.imports()} & set(RULE_PACKAGES), module.name
 
 
-def test_plugins_import_the_kernels_public_modules_and_names() -> None:
-    """What begins with an underscore is the kernel's own; so is what it imports for itself."""
-    for module in everything():
-        if module.name.startswith("rmfs_core"):
-            continue
+def public_modules() -> tuple[list[str], list[str]]:
+    """Return the modules that the documentation names as public: for rules and observers, and for commands besides."""
+    text = PUBLIC.read_text(encoding="utf-8")
+    rules, commands = text.partition("## Modules for rules and observers")[2].split("## Modules for commands")
+    for_rules, for_commands = (
+        re.findall(r"^\| `(rmfs_core[\w.]*)` \|", part, re.MULTILINE) for part in (rules, commands)
+    )
+    return for_rules, for_commands
+
+
+def from_the_kernel(folder: Path) -> Iterator[tuple[str, str]]:
+    """Yield who imports which module of the kernel, among the modules of a folder of plugins."""
+    for module in modules(folder, folder).values():
         for origin, name in module.imports():
             if origin.partition(".")[0] == "rmfs_core":
                 assert not re.search(r"(^|\.)_", f"{origin}.{name or ''}"), f"{module.name}: {origin}.{name}"
+                yield module.name, f"{origin}.{name}" if f"{origin}.{name}" in kernel() else origin
+
+
+def test_plugins_import_the_kernels_public_modules() -> None:
+    """The documentation lists them. A rule needs fewer than a command; what begins with an underscore is nobody's."""
+    for_rules, for_commands = public_modules()
+    assert {*for_rules, *for_commands} <= kernel().keys()
+    assert not {*for_rules} & {*for_commands}
+    by_rules, by_commands = list(from_the_kernel(RULES)), list(from_the_kernel(COMMANDS))
+    assert [found for found in by_rules if found[1] not in for_rules] == []
+    assert [found for found in by_commands if found[1] not in (*for_rules, *for_commands)] == []
+    assert {*for_commands} <= {imported for _, imported in by_commands}, "what no command imports need not be public"
 
 
 @cache
@@ -246,3 +267,5 @@ def test_import_linter_knows_every_package() -> None:
         assert contracts[one]["source_modules"] == contracts[other]["forbidden_modules"]
     assert contracts["commands-and-rules"]["source_modules"] == RULE_PACKAGES
     assert contracts["rules-and-commands"]["source_modules"] == COMMAND_PACKAGES
+    layered = " ".join(contracts["commands"]["layers"]).replace("|", " ").split()
+    assert sorted(layered) == COMMAND_PACKAGES

@@ -104,9 +104,9 @@ class Simulation:
             if upcoming == math.inf:
                 raise StandstillError(self._standstill())
             if end is not None and upcoming > end:
-                self.warehouse.now = end
+                self.warehouse.advance(end)
                 break
-            self.warehouse.now = int(upcoming)
+            self.warehouse.advance(int(upcoming))
             self.env.step()
         self.status = "complete" if self._completed == orders else "partial"
 

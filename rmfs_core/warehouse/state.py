@@ -159,6 +159,10 @@ class Warehouse:
 
     # What the kernel does to it
 
+    def advance(self, tick: int) -> None:
+        """Set the clock."""
+        self.now = tick
+
     def order_arrives(self, order: Order) -> None:
         """Put an order into the backlog."""
         self.arrived[order.id] = order
@@ -417,6 +421,7 @@ class _FreeItems:
 
 
 def promise(request: Request, pod: Pod) -> None:
+    """Promise a free item of a pod to a request that is uncovered."""
     request._pod = pod
     pod._touched.add(pod)
     by_station = pod._promised.setdefault(request.sku, {})

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from rmfs_core.events import DecisionMade, OrderArrived, OrderAssigned, OrderCompleted, TripDecided
 from rmfs_core.roles import Role
+from rmfs_core.wording import listed
 from rmfs_validation.case import Case, Handlers, seconds
 from rmfs_validation.state import OrderState, State
 
-DECISIONS = tuple(role.label for role in (Role.POA, Role.PPS, Role.POA_PPS))
+DECISIONS = (Role.POA, Role.PPS, Role.POA_PPS)
 
 
 class OrderCheck:
@@ -145,28 +146,30 @@ class DecisionCheck:
 
     def decided(self, event: DecisionMade) -> None:
         """Check number and size of a decision."""
+        label = event.decides.label
         if event.decides not in DECISIONS:
-            self.case.add(
-                "unknown-id", event.tick, f"a decision on {event.decides!r}; expected {' or '.join(DECISIONS)}"
-            )
+            expected_of = listed((role.label for role in DECISIONS), "or")
+            self.case.add("unknown-id", event.tick, f"a decision on {label}; expected {expected_of}")
         seen = self.backlog + self.closed
         if event.backlog > seen or (event.backlog < seen and not self.filtered):
             self.case.add(
                 "backlog",
                 event.tick,
-                f"the {event.decides} decision of period {event.period} saw {event.backlog} orders in the backlog; "
+                f"the {label} decision of period {event.period} saw {event.backlog} orders in the backlog; "
                 f"there were {seen}",
             )
-        expected = self.period + ("POA" in event.decides)
+        expected = self.period + event.decides.assigns
         if event.period != expected:
             self.case.add(
-                "period", event.tick, f"the {event.decides} decision has period {event.period}; expected {expected}"
+                "period",
+                event.tick,
+                f"the {label} decision has period {event.period}; expected {expected}",
             )
         if (event.assignments, event.trips) != (self.assignments, self.trips):
             self.case.add(
                 "decision-size",
                 event.tick,
-                f"the {event.decides} decision of period {event.period} reports {event.assignments} assignments "
+                f"the {label} decision of period {event.period} reports {event.assignments} assignments "
                 f"and {event.trips} trips; it had {self.assignments} and {self.trips}",
             )
         self.period = event.period

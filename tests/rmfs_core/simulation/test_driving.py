@@ -204,7 +204,7 @@ def test_a_standstill_names_a_robot_that_is_leaving_the_cell_it_wants(tiny_run: 
     course = driving.courses[0]
     simulation.start()
     while course.under_way is None:
-        simulation.warehouse.now = int(simulation.env.peek())
+        simulation.warehouse.advance(int(simulation.env.peek()))
         simulation.env.step()
     left, reached = course.robot.cell, course.under_way[1].cell
     course.goal = left
@@ -228,13 +228,13 @@ class Moves:
 
 def overlapping(moves: list[RobotMoved], roads: Roads) -> int:
     """Runs that, when they begin, overlap what another robot has until it begins its next run, or for ever."""
-    quarter = int(roads.passing.turns[1])
+    quarter = int(roads.travel.turns[1])
     begun: dict[int, dict[int, dict[int, tuple[int, int]]]] = {}
     now: dict[int, dict[int, tuple[int, int]]] = {}
     for move in moves:
         now.setdefault(move.robot, {move.origin: (0, FOREVER)})
         heading = (move.heading - move.turn_ticks // quarter) % 4  # turns to the left take as long
-        begin = move.tick - move.turn_ticks - int(roads.passing.runs[move.distance_m])
+        begin = move.tick - move.turn_ticks - int(roads.travel.runs[move.distance_m])
         path = timed_path(roads, Query(move.robot, move.origin, heading, begin, move.to), (Leg(move.to),))
         has = occupancy(roads, path)
         cells = zip(has.cells.tolist(), zip(has.since.tolist(), has.until.tolist(), strict=True), strict=True)
@@ -347,7 +347,7 @@ def on_its_way(tiny: Any, legs: int) -> tuple[WindowedDriving, Course]:
     driving, course = simulation.driving, simulation.driving.courses[0]
     simulation.start()
     while course.under_way is None or len(course.legs) < legs:
-        simulation.warehouse.now = int(simulation.env.peek())
+        simulation.warehouse.advance(int(simulation.env.peek()))
         simulation.env.step()
     return driving, course
 

@@ -24,7 +24,7 @@ MOTIONS = st.builds(
 def test_a_run_of_three_cells() -> None:
     """With 1 m/s^2 and 1.5 m/s: 3.5 s; the second cell is passed after sqrt(2) s, the third as long before the end."""
     passing = PassingTimes(Motion(), 5)
-    assert passing.runs[3] == 3500
+    assert Motion().run_ticks(3) == 3500
     assert passing.leave[3, 0] == 1415
     assert list(passing.enter[3, :4]) == [0, 0, 1414, 2085]
     assert list(passing.leave[3, :3]) == [1415, 2086, 3500]

@@ -5,7 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
-from rmfs_cli.progress import LiveProgress, PlainProgress, progress_for
+from rmfs_cli.progress import RunLines, RunPanel, run_display
 from rmfs_core.events import ItemPicked, OrderCompleted, VisitStarted
 from rmfs_core.info import RunInfo
 
@@ -20,8 +20,8 @@ EVENTS = (
 def test_plain_lines_tell_the_same_of_equal_runs(tiny: RunInfo) -> None:
     """One line at the start, one when a further tenth of the orders is complete, one at the end; no wall-clock time."""
     stream = io.StringIO()
-    progress = progress_for(Console(file=stream, width=20), "a [run]")
-    assert isinstance(progress, PlainProgress)
+    progress = run_display(Console(file=stream, width=20), "a [run]")
+    assert isinstance(progress, RunLines)
     progress.run_started(tiny)
     for event in EVENTS:
         progress.on_event(event)
@@ -37,8 +37,8 @@ def test_plain_lines_tell_the_same_of_equal_runs(tiny: RunInfo) -> None:
 def test_the_live_display_fits_the_terminal(tiny: RunInfo, width: int) -> None:
     """On a terminal, orders, figures and every station's state are shown without cutting anything off."""
     stream = io.StringIO()
-    progress = progress_for(Console(file=stream, force_terminal=True, width=width, height=30), "small")
-    assert isinstance(progress, LiveProgress)
+    progress = run_display(Console(file=stream, force_terminal=True, width=width, height=30), "small")
+    assert isinstance(progress, RunPanel)
     progress.run_started(tiny)
     for event in EVENTS:
         progress.on_event(event)
@@ -54,7 +54,7 @@ def test_the_live_display_fits_the_terminal(tiny: RunInfo, width: int) -> None:
 
 def test_the_live_display_can_be_closed_twice(tiny: RunInfo) -> None:
     """The terminal is given back once, whatever ended the run."""
-    progress = LiveProgress("small", Console(file=io.StringIO(), force_terminal=True))
+    progress = RunPanel("small", Console(file=io.StringIO(), force_terminal=True))
     progress.run_started(tiny)
     progress.close()
     progress.close()
