@@ -26,6 +26,144 @@ NAMES_A_PLUGIN = {
 }
 """Modules of the kernel that name a plugin, with the reason."""
 
+NO_TEST_OF_ITS_OWN = {
+    "rmfs_core/hookspecs.py": "declares the hooks; tests/test_documentation.py runs an example of each",
+    "rmfs_core/info.py": "declares what observers are handed, and does nothing",
+    "rmfs_core/rule_helpers.py": "other names for what plugins/rules/rmfs_rule_helpers offers, which is tested there",
+    "rmfs_core/testing.py": "other names for what plugins/commands/rmfs_testing offers, which is tested there",
+}
+"""Code files without a test file, with the reason."""
+
+TESTS_OF_SEVERAL = {
+    "tests/plugins/commands/rmfs_kit/test_fresh_environment.py": "a new project, built and installed",
+    "tests/plugins/commands/rmfs_states/test_replay.py": "every decision of a run, recorded, rebuilt and decided again",
+    "tests/plugins/commands/rmfs_testing/test_needs.py": "rules that need something, through all tools",
+    "tests/plugins/commands/rmfs_testing/test_shipped_rules.py": "every shipped rule against what all promise",
+    "tests/plugins/commands/rmfs_validation/test_good_runs.py": "whole runs that are possible",
+    "tests/plugins/commands/rmfs_validation/test_injected.py": "one fault of each kind, put into a good trace",
+    "tests/plugins/commands/rmfs_validation/test_reported.py": "faults that users have reported",
+    "tests/plugins/rules/rmfs_mip/test_examples.py": "the paper's examples through all three models",
+    "tests/plugins/rules/rmfs_mip/test_finite_stock.py": "finite stock in all folders of the package",
+    "tests/plugins/rules/rmfs_mip/test_folders.py": "which folder of the package imports which",
+    "tests/plugins/rules/rmfs_mip/test_propositions.py": "what the paper proves, of all three models",
+    "tests/plugins/rules/test_oracles.py": "rules of several packages against plain ones",
+    "tests/rmfs_core/simulation/test_invariants.py": "what holds in every run, whatever rules and worlds",
+    "tests/rmfs_core/simulation/test_misbehaving.py": "rules and observers that do wrong, in whole runs",
+    "tests/rmfs_core/simulation/test_no_standstill.py": "random worlds run to their end",
+}
+"""Test files named after what they show, because it is of several code files."""
+
+TO_COME = {
+    "tests/plugins/commands/rmfs_experiments/test_report.py",
+    "tests/rmfs_core/rules/test_refused.py",
+    "tests/rmfs_core/simulation/test_driving.py",
+    "rmfs_core/clock.py",
+    "rmfs_core/decisions.py",
+    "rmfs_core/entrypoints.py",
+    "rmfs_core/errors.py",
+    "rmfs_core/events.py",
+    "rmfs_core/results/catalogue.py",
+    "rmfs_core/rules/hooks.py",
+    "rmfs_core/rules/parameters.py",
+    "rmfs_core/rules/traits.py",
+    "rmfs_core/scenario/checks.py",
+    "rmfs_core/scenario/model.py",
+    "rmfs_core/scenario/rulenames.py",
+    "rmfs_core/scenario/structuring.py",
+    "rmfs_core/scenario/tomltext.py",
+    "rmfs_core/simulation/applying.py",
+    "rmfs_core/simulation/asking.py",
+    "rmfs_core/simulation/checks.py",
+    "rmfs_core/simulation/context.py",
+    "rmfs_core/simulation/driving/base.py",
+    "rmfs_core/simulation/driving/complete.py",
+    "rmfs_core/simulation/driving/free.py",
+    "rmfs_core/simulation/driving/reserved.py",
+    "rmfs_core/simulation/driving/windowed.py",
+    "rmfs_core/simulation/rounds.py",
+    "rmfs_core/simulation/setup.py",
+    "rmfs_core/traffic/intervals.py",
+    "rmfs_core/traffic/paths.py",
+    "rmfs_core/traffic/roads.py",
+    "rmfs_core/warehouse/parts.py",
+    "rmfs_core/warehouse/view.py",
+    "rmfs_core/wording.py",
+    "rmfs_core/world/grid.py",
+    "rmfs_core/world/instance.py",
+    "rmfs_core/world/layout_making.py",
+    "rmfs_core/world/travel_search.py",
+    "plugins/rules/rmfs_balanced/sharing.py",
+    "plugins/rules/rmfs_rule_helpers/__init__.py",
+    "plugins/rules/rmfs_rule_helpers/searching.py",
+    "plugins/rules/rmfs_sipp/compiled.py",
+    "plugins/rules/rmfs_sipp/states.py",
+    "plugins/rules/rmfs_whca/compiled.py",
+    "plugins/commands/rmfs_bench/bench.py",
+    "plugins/commands/rmfs_bench/worlds.py",
+    "plugins/commands/rmfs_cli/description.py",
+    "plugins/commands/rmfs_cli/options.py",
+    "plugins/commands/rmfs_cli/shipped.py",
+    "plugins/commands/rmfs_cli/summary.py",
+    "plugins/commands/rmfs_cli/toml_scenario.py",
+    "plugins/commands/rmfs_convert/lines.py",
+    "plugins/commands/rmfs_convert/tables.py",
+    "plugins/commands/rmfs_convert/times.py",
+    "plugins/commands/rmfs_experiments/changes.py",
+    "plugins/commands/rmfs_experiments/experiment.py",
+    "plugins/commands/rmfs_experiments/local.py",
+    "plugins/commands/rmfs_experiments/outcome.py",
+    "plugins/commands/rmfs_experiments/report/files.py",
+    "plugins/commands/rmfs_experiments/report/html.py",
+    "plugins/commands/rmfs_experiments/report/numbers.py",
+    "plugins/commands/rmfs_experiments/report/plots.py",
+    "plugins/commands/rmfs_experiments/report/tables.py",
+    "plugins/commands/rmfs_experiments/report/terminal.py",
+    "plugins/commands/rmfs_experiments/rows.py",
+    "plugins/commands/rmfs_experiments/store.py",
+    "plugins/commands/rmfs_experiments/watching.py",
+    "plugins/commands/rmfs_experiments/workers.py",
+    "plugins/commands/rmfs_kit/names.py",
+    "plugins/commands/rmfs_plan/collisions.py",
+    "plugins/commands/rmfs_plan/movingai.py",
+    "plugins/commands/rmfs_plan/planners.py",
+    "plugins/commands/rmfs_plan/planning.py",
+    "plugins/commands/rmfs_plan/roads.py",
+    "plugins/commands/rmfs_plan/trips.py",
+    "plugins/commands/rmfs_reproduction/grids.py",
+    "plugins/commands/rmfs_reproduction/html.py",
+    "plugins/commands/rmfs_reproduction/machine.py",
+    "plugins/commands/rmfs_reproduction/markdown.py",
+    "plugins/commands/rmfs_reproduction/overview.py",
+    "plugins/commands/rmfs_reproduction/plots.py",
+    "plugins/commands/rmfs_reproduction/report_files.py",
+    "plugins/commands/rmfs_reproduction/reproducing.py",
+    "plugins/commands/rmfs_states/answers.py",
+    "plugins/commands/rmfs_states/explain_tables.py",
+    "plugins/commands/rmfs_states/mementos.py",
+    "plugins/commands/rmfs_states/names.py",
+    "plugins/commands/rmfs_states/recorded.py",
+    "plugins/commands/rmfs_states/snapshots.py",
+    "plugins/commands/rmfs_states/state.py",
+    "plugins/commands/rmfs_testing/snapshot.py",
+    "plugins/commands/rmfs_testing/traces.py",
+    "plugins/commands/rmfs_testing/trial.py",
+    "plugins/commands/rmfs_testing/worlds.py",
+    "plugins/commands/rmfs_trace/reader.py",
+    "plugins/commands/rmfs_validation/case.py",
+    "plugins/commands/rmfs_validation/checking.py",
+    "plugins/commands/rmfs_validation/collisions.py",
+    "plugins/commands/rmfs_validation/fault.py",
+    "plugins/commands/rmfs_validation/header.py",
+    "plugins/commands/rmfs_validation/lines.py",
+    "plugins/commands/rmfs_validation/metrics.py",
+    "plugins/commands/rmfs_validation/orders.py",
+    "plugins/commands/rmfs_validation/picking.py",
+    "plugins/commands/rmfs_validation/pods.py",
+    "plugins/commands/rmfs_validation/state.py",
+    "plugins/commands/rmfs_validation/validator.py",
+}
+"""Code files whose tests are still to be written, and test files to be taken apart."""
+
 PRIVATE = re.compile(r"_[A-Za-z](\w*[^\W_])?")
 DOCUMENTED = ("os._exit",)
 """Underscored names that are public all the same."""
@@ -233,6 +371,38 @@ def test_nobody_reaches_into_private_attributes() -> None:
                     continue
             found.append(f"{module.file.relative_to(ROOT)}, line {node.lineno}: {ast.unparse(node)}")
     assert found == []
+
+
+def place_of_test(code: str) -> str:
+    """Return where the test of a code file is: in the same folder below tests/, by the same name.
+
+    The test of code in an ``__init__.py``, a rule in one file, is ``test_rule.py``.
+    """
+    folder, _, name = code.rpartition("/")
+    return f"tests/{folder}/test_{'rule.py' if name == '__init__.py' else name}"
+
+
+def code_files() -> list[str]:
+    """Return the code files that a test file may be named after: no ``__init__.py`` that only says what is there."""
+    return [
+        module.file.relative_to(ROOT).as_posix()
+        for module in everything()
+        if module.file.name != "__init__.py"
+        or any(isinstance(node, ast.FunctionDef | ast.ClassDef) for node in module.tree.body)
+    ]
+
+
+def test_every_code_file_has_a_test_of_its_name() -> None:
+    """Who looks for the test of a file finds it by its name."""
+    without = {code for code in code_files() if not (ROOT / place_of_test(code)).exists()}
+    assert sorted(without - TO_COME) == sorted(NO_TEST_OF_ITS_OWN)
+
+
+def test_every_test_file_is_named_after_a_code_file() -> None:
+    """Who reads a test finds the code by its name."""
+    below = (ROOT / "tests" / "rmfs_core", ROOT / "tests" / "plugins")
+    found = {file.relative_to(ROOT).as_posix() for folder in below for file in folder.rglob("test_*.py")}
+    assert sorted(found - {*map(place_of_test, code_files())} - TO_COME) == sorted(TESTS_OF_SEVERAL)
 
 
 def test_import_linter_knows_every_package() -> None:
