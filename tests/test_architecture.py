@@ -48,15 +48,12 @@ TESTS_OF_SEVERAL = {
     "tests/plugins/rules/rmfs_mip/test_propositions.py": "what the paper proves, of all three models",
     "tests/plugins/rules/test_oracles.py": "rules of several packages against plain ones",
     "tests/rmfs_core/simulation/test_invariants.py": "what holds in every run, whatever rules and worlds",
-    "tests/rmfs_core/simulation/test_misbehaving.py": "rules and observers that do wrong, in whole runs",
     "tests/rmfs_core/simulation/test_no_standstill.py": "random worlds run to their end",
 }
 """Test files named after what they show, because it is of several code files."""
 
 TO_COME = {
     "tests/plugins/commands/rmfs_experiments/test_report.py",
-    "tests/rmfs_core/rules/test_refused.py",
-    "tests/rmfs_core/simulation/test_driving.py",
     "rmfs_core/clock.py",
     "rmfs_core/decisions.py",
     "rmfs_core/entrypoints.py",
