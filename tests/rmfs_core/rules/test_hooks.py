@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from rmfs_core import InputError, hookimpl
 from rmfs_core.roles import Role
+from rmfs_core.rules.hooks import ARGUMENTS, OBSERVER_HOOKS, check_hooks, decided, marked_methods, roles_of
 from rmfs_core.scenario.model import RuleChoice
 
 Install = Callable[..., None]
@@ -97,3 +99,63 @@ def test_a_misspelt_hook_is_refused_before_the_run(refusal: Refusal, tmp_path: P
     assert "Bad" in text
     assert f"{role.hook}x" in text
     assert role.hook in text.replace(f"{role.hook}x", "")
+
+
+def test_a_hook_without_arguments_says_so() -> None:
+    """There is no list of valid arguments to give."""
+
+    class Watch:
+        @hookimpl
+        def measured(self, run: object) -> dict[str, float]:
+            """Ask for what the hook does not have."""
+            return {}
+
+    with pytest.raises(InputError) as caught:
+        check_hooks("observer Watch", Watch(), "Watch")
+    assert str(caught.value) == ("observer Watch: class Watch: hook `measured` has no argument `run`; it has none")
+
+
+class Several:
+    """POA under another method's name, a filter, and an observer; `select_pods` is only a method."""
+
+    @hookimpl(specname="assign_orders")
+    def decide(self, warehouse: object, weight: int = 1) -> list[object]:
+        """An argument with a default is the class's own affair."""
+        return []
+
+    @hookimpl
+    def filter_backlog(self, orders: list[object]) -> list[object]:
+        """Arguments may be left out."""
+        return orders
+
+    @hookimpl
+    def run_ended(self) -> None:
+        """Observe."""
+
+    def select_pods(self) -> None:
+        """Not marked."""
+
+
+def test_hooks_are_found_by_their_mark() -> None:
+    """By the name of the hook, wherever the method's own name differs; what is not marked is none."""
+    assert marked_methods(Several) == {
+        "assign_orders": "decide",
+        "filter_backlog": "filter_backlog",
+        "run_ended": "run_ended",
+    }
+    assert marked_methods(Several()) == marked_methods(Several)
+    check_hooks("here", Several, "Several")
+    check_hooks("here", Several(), "Several")
+
+
+def test_roles_follow_from_hooks() -> None:
+    """Any observer hook makes an observer; a class may play several roles, or none."""
+    assert roles_of(Several) == (Role.POA, Role.FILTER, Role.OBSERVER)
+    assert roles_of(object) == ()
+    assert decided(roles_of(Several)) == "POA, filter and observer"
+    assert decided(()) == "nothing (it implements no hook)"
+
+
+def test_every_role_has_a_hook_that_exists() -> None:
+    """And every hook belongs to a role."""
+    assert {role.hook for role in Role} | OBSERVER_HOOKS == set(ARGUMENTS)

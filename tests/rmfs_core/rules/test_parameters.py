@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal, Optional
 
 import pytest
+from attrs import define, field
 
+from rmfs_core.errors import InputError
 from rmfs_core.rules import RuleSet
+from rmfs_core.rules.parameters import build, parameters_of, type_name
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 
 Install = Callable[..., None]
@@ -97,3 +100,56 @@ def test_a_class_that_raises_at_construction(refusal: Refusal, install: Install)
     assert refusal(poa=RuleChoice("mine", {"weight": 13})) == (
         "rules.poa: rule \"mine\" (acme 1.0) cannot be created: KeyError: 'x'"
     )
+
+
+@define
+class Shelf:
+    """A rule's class with what scenarios can and cannot set."""
+
+    width: int
+    _depth: float = 2.5
+    labels: list[str] = field(factory=list)
+    found: int = field(init=False, default=0)
+    anything: Any = None
+    doubled: int = field(default=1, converter=lambda value: 2 * int(value))
+
+
+def test_parameters_are_the_fields_that_init_takes() -> None:
+    """By the name that the class is called with: without the underscore, and not what it makes itself."""
+    assert list(parameters_of(Shelf)) == ["width", "depth", "labels", "anything", "doubled"]
+
+
+def test_a_class_is_built_from_its_parameters() -> None:
+    """Types are held, but for those that the class converts itself or leaves open."""
+    shelf = build(Shelf, {"width": 3, "depth": 1, "anything": {"a": [1]}, "doubled": "4"}, "rules.pr", "rule")
+    assert shelf == Shelf(width=3, depth=1.0, anything={"a": [1]}, doubled=4)
+    assert "depth=1.0" in repr(shelf)
+    assert build(Shelf, {"width": 1}, "p", "r").labels is not build(Shelf, {"width": 1}, "p", "r").labels
+
+
+def test_what_is_unknown_is_said_before_what_is_missing() -> None:
+    """A misspelt name is why the right one is missing."""
+    with pytest.raises(InputError, match=r"^here\.widht: it has no parameter `widht` \(did you mean `width`\?\)"):
+        build(Shelf, {"widht": 3}, "here", "it")
+    with pytest.raises(InputError, match=r"^here\.width: it needs the parameter `width`, which is missing$"):
+        build(Shelf, {"depth": 3.0}, "here", "it")
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        (int, "a whole number"),
+        (float | None, "a number or nothing"),
+        (Optional[str], "a text or nothing"),  # noqa: UP045 - the older spelling is another class
+        (Literal["slow", 3], "one of 'slow', 3"),
+        (list[bool], "a list, each true or false"),
+        (tuple[int, ...], "a list, each a whole number"),
+        (tuple[int, str], "a list of a whole number and a text"),
+        (list[tuple[int, int]], "a list, each a list of a whole number and a whole number"),
+        (Shelf, "Shelf"),
+        (Any, "Any"),
+    ],
+)
+def test_types_are_named_for_people(kind: Any, name: str) -> None:
+    """As a message ends: expected ..."""
+    assert type_name(kind) == name
