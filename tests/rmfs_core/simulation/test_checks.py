@@ -6,11 +6,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from bad_rules import prepare_bad, what_ends
+from rmfs_core.decisions import Leg, OrderAssignment, PodTrip, TaskAssignment
 from rmfs_core.errors import RuleError
 from rmfs_core.events import OrderAssigned
+from rmfs_core.simulation import checks
+from rmfs_core.simulation.asking import ImpossibleError
+from rmfs_core.traffic import ReservedError
+from rmfs_core.warehouse import Warehouse
+from rmfs_testing import small_world
 
 WRONG = [
     # POA
@@ -127,3 +134,120 @@ def test_numpy_integers_are_ids_too(tiny_run: Callable[..., Any], tmp_path: Path
     with pytest.raises(RuleError, match="it takes 3 items"):  # only because the order is too large
         run.simulation.run()
     assert len(run.recorder.of(OrderAssigned)) >= 1
+
+
+def impossible(check: Callable[..., object], *arguments: object) -> str:
+    """Return why a check finds a decision impossible."""
+    with pytest.raises(ImpossibleError) as caught:
+        check(*arguments)
+    return str(caught.value)
+
+
+@pytest.fixture
+def world() -> Warehouse:
+    """Three orders, the last of them unknown yet; pods of a, of b and of a; one station for two orders, one for two."""
+    return small_world(
+        {"1": ["a"], "2": ["a", "b"], "3": ["b"]},
+        {"p": ["a"], "q": ["b"], "r": ["a"]},
+        capacities=[2, 2],
+        counts_orders=True,
+    )
+
+
+@pytest.mark.parametrize("value", [3, np.int64(3), np.int8(3), np.uint16(3)])
+def test_whole_numbers_of_numpy_are_whole_numbers(value: object) -> None:
+    """They become Python's own, so that what is told and written does not depend on how a rule computes."""
+    found = checks.whole("pod", value)
+    assert (found, type(found)) == (3, int)
+
+
+@pytest.mark.parametrize("value", [True, np.True_, 3.0, np.float64(3), "3", None])
+def test_nothing_else_is_a_whole_number(value: object) -> None:
+    """Also not what Python would take for one."""
+    assert impossible(checks.whole, "pod", value) == f"named pod {value!r}; expected a whole number"
+
+
+def test_ids_begin_at_0() -> None:
+    """The last one is not found by -1."""
+    assert checks.known("pod", 1, "ab") == "b"
+    assert impossible(checks.known, "pod", -1, "ab") == "named pod -1, which does not exist; ids are 0 to 1"
+    assert impossible(checks.known, "pod", 2, "ab") == "named pod 2, which does not exist; ids are 0 to 1"
+
+
+def test_where_orders_are_counted_each_takes_one_place(world: Warehouse) -> None:
+    """A second part of the same order and period takes none; the sentence has the unit."""
+    one, two, three = world.orders
+    station = world.stations[0]
+    world.assign(two, station, [0], period=1)
+    world.assign(one, station, [0], period=1)
+    assert checks.assignment(world, OrderAssignment(1, 0), None, 1) == (two, station, [1])
+    assert impossible(checks.assignment, world, OrderAssignment(1, 0), None, 2) == (
+        "assigned order 2 (id 1) to station 1 (id 0): it takes 1 orders, but only 0 of 2 are free"
+    )
+    assert checks.assignment(world, OrderAssignment(2, 1), {2}, 2) == (three, world.stations[1], [1])
+
+
+def test_a_pod_in_use_is_not_selected(world: Warehouse) -> None:
+    """Bound for a station, or on a robot; one that leaves a station may go on."""
+    p, q, r = world.pods
+    here, there = world.stations
+    world.place_at_station(world.robots[0], p, here)
+    world.bind(r, here)
+    uncovered = [{0}, {0, 1}]
+    for pod in (p, r):
+        text = impossible(checks.selected_trip, world, PodTrip(pod.id, 1), set(), uncovered)
+        assert text == f"sent pod {pod.label} to station 2 (id 1), but the pod is in use"
+    assert checks.selected_trip(world, PodTrip(0, 1), {0}, uncovered) == (p, there)
+    assert checks.selected_trip(world, PodTrip(1, 1), set(), uncovered) == (q, there)
+    assert impossible(checks.selected_trip, world, PodTrip(1, 0), set(), uncovered) == (
+        "sent pod q (id 1) to station 1 (id 0), but it holds no item of any request uncovered there"
+    )
+
+
+def test_a_path_is_checked_leg_by_leg() -> None:
+    """From where the one before ends; numpy's cells become whole numbers, and waiting on the spot is a leg."""
+    world = small_world({"1": ["a"]}, {"p": ["a"]})
+    robot, travel = world.robots[0], world.travel
+    start, goal = robot.cell, world.pods[0].cell
+    fastest = travel.fastest_path(start, robot.heading, goal, loaded=False)
+    legs = [Leg(start, 70), *(Leg(np.int64(leg.to)) for leg in fastest)]  # type: ignore[arg-type]
+    found = checks.path(world, robot, start, goal, legs)
+    assert found == [Leg(start, 70), *fastest]
+    assert all(type(leg.to) is int for leg in found)
+    assert checks.path(world, robot, goal, goal, []) == []
+    assert impossible(checks.path, world, robot, start, goal, legs[::-1]).startswith(
+        "gave robot 1 (id 0) an impossible "
+    )
+    most = checks.LONGEST_WAIT_TICKS
+    assert checks.path(world, robot, start, goal, [Leg(start, most)]) == [Leg(start, most)]
+    assert impossible(checks.path, world, robot, start, goal, [Leg(start, -1)]) == (
+        f"gave robot 1 (id 0) a leg that waits -1 ticks and goes nowhere; expected 0 to {most}, "
+        "and at least 1 for a leg that only waits"
+    )
+
+
+def test_a_hit_names_who_was_there_first() -> None:
+    """People count robots, rows and columns from 1."""
+    layout = small_world({}, {"p": ["a"]}).travel.layout
+    error = checks.hit(layout, 4, ReservedError(layout.width + 2, owner=0, since=12_500, until=13_000))
+    assert str(error) == ("gave robot 5 a path that hits a reservation: robot 1 has row 2, column 3 from 12.500 s on")
+
+
+def test_a_pod_is_stored_where_nothing_stands(world: Warehouse) -> None:
+    """Nor is on its way to."""
+    pod, free = world.pods[0], world.free_locations[0]
+    assert checks.storage_location(world, pod, np.int64(free)) == free
+    world.reserve(free)
+    assert impossible(checks.storage_location, world, pod, free).endswith(f"(cell {free}), which is taken")
+
+
+def test_only_idle_robots_fetch_only_waiting_pods(world: Warehouse) -> None:
+    """The pod is bound for a station, and no robot is on its way to it."""
+    pod, (one, other) = world.pods[0], world.robots
+    world.bind(pod, world.stations[0])
+    assert checks.task(world, TaskAssignment(1, 0)) == (other, pod)
+    world.take_task(one, pod)
+    assert impossible(checks.task, world, TaskAssignment(0, 0)) == "gave pod p (id 0) to robot 1 (id 0), which is busy"
+    assert impossible(checks.task, world, TaskAssignment(1, 0)) == (
+        "gave pod p (id 0) to robot 2 (id 1), but the pod does not wait for a robot"
+    )
