@@ -402,7 +402,7 @@ def names_in(file: Path) -> set[str]:
 
 
 def wrong_places(table: str, root: Path) -> list[str]:
-    """List the files of a page's tables that are not there, and the names that no file of their line has in its code."""
+    """List the files of a page's tables that are not there, and the names that are in the code of none of them."""
     wrong = []
     for line in table.splitlines():
         codes = re.findall(r"`([^`\s]+)`", line)
