@@ -7,8 +7,8 @@ from difflib import get_close_matches
 
 
 def listed(names: Iterable[str], last: str = "and") -> str:
-    """Names for a sentence: ``a``, ``a and b``, ``a, b and c``."""
-    *most, end = list(names)
+    """Names for a sentence: ``a``, ``a and b``, ``a, b and c``; ``nothing`` where there are none."""
+    *most, end = [*names] or ["nothing"]
     return f"{', '.join(most)} {last} {end}" if most else end
 
 

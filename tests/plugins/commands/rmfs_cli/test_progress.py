@@ -9,6 +9,8 @@ from rmfs_cli.progress import RunLines, RunPanel, run_display
 from rmfs_core.events import ItemPicked, OrderCompleted, VisitStarted
 from rmfs_core.info import RunInfo
 
+HIDE_CURSOR, SHOW_CURSOR, ERASE_LINE = "\x1b[?25l", "\x1b[?25h", "\x1b[1A\x1b[2K"
+
 EVENTS = (
     VisitStarted(1000, 1, robot=0, pod=0, station=1),
     ItemPicked(8000, 1000, 14_000, visit=1, station=1, pod=0, order=0, sku=0),
@@ -53,8 +55,14 @@ def test_the_live_display_fits_the_terminal(tiny: RunInfo, width: int) -> None:
 
 
 def test_the_live_display_can_be_closed_twice(tiny: RunInfo) -> None:
-    """The terminal is given back once, whatever ended the run."""
-    progress = RunPanel("small", Console(file=io.StringIO(), force_terminal=True))
+    """The terminal is given back once, with its cursor and without the panel, whatever ended the run."""
+    stream = io.StringIO()
+    progress = RunPanel("small", Console(file=stream, force_terminal=True, width=80, height=30))
     progress.run_started(tiny)
+    assert (stream.getvalue().count(HIDE_CURSOR), stream.getvalue().count(SHOW_CURSOR)) == (1, 0)
     progress.close()
+    given_back = stream.getvalue()
+    assert given_back.count(SHOW_CURSOR) == 1
+    assert given_back.endswith(ERASE_LINE)
     progress.close()
+    assert stream.getvalue() == given_back
