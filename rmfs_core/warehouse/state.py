@@ -101,7 +101,7 @@ class Warehouse:
 
     def size_at(self, order: Order, station: Station) -> int:
         """Capacity that the open lines of an order take up at a station."""
-        return 1 if station.counts_orders else order.open_items
+        return int(not order.has_place_at(station.id)) if station.counts_orders else order.open_items
 
     def in_backlog(self, order: Order) -> bool:
         """Whether an order has arrived and has open lines."""
@@ -176,7 +176,7 @@ class Warehouse:
         What one period assigns of an order to a station is one part, in however many steps it does. Whatever the
         steps, the promises to all that it assigns are a maximum flow over the pods; earlier promises stay.
         """
-        was_split = order.split
+        was_split, had_place = order.split, order.has_place_at(station.id)
         lines = [order._open.pop(sku) for sku in skus]
         items = sum(line.quantity for line in lines)
         _drop(self._sizes, order._open_size)
@@ -193,8 +193,7 @@ class Warehouse:
         if part is None:
             part = Part(order, station.id, period)
             order._parts.append(part)
-            station._load += station.counts_orders
-        station._load += 0 if station.counts_orders else items
+        station._load += int(not had_place) if station.counts_orders else items
         part._skus += skus
         part._items += items
         part._unpicked += items
@@ -313,7 +312,7 @@ class Warehouse:
         order._unpicked -= 1
         part._unpicked -= 1
         if part._unpicked == 0:
-            station._load -= 1 if station.counts_orders else part._items
+            station._load -= int(not order.has_place_at(station.id)) if station.counts_orders else part._items
         if order._unpicked == 0 and order.split:
             self.split_orders_open -= 1
 

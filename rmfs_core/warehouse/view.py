@@ -152,7 +152,7 @@ class WarehouseView(ReadOnly):
         return self._state.size_at(order, station) <= station.free_capacity
 
     def size_at(self, order: Order, station: Station) -> int:
-        """Capacity that the open lines of an order take up at a station: items, or 1 with order capacity."""
+        """Capacity that the open lines of an order take up at a station: items, or with order capacity 1; 0 if it has a place."""
         return self._state.size_at(order, station)
 
     def open_demand(self) -> NDArray[np.int64]:

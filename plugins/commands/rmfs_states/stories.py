@@ -113,7 +113,7 @@ def free_capacity(content: Content, station: str) -> int:
     given = content["stations"][station]
     parts = {(r["order"], _part_of(content, station, r)): r["order"] for r in given["requests"]}
     if "order_capacity" in given:
-        return int(given["order_capacity"] - len(parts))
+        return int(given["order_capacity"] - len({order for order, _ in parts}))
     items = 0
     for order, part in parts:
         lines = content["orders"][order]["lines"]

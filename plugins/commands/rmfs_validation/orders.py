@@ -62,7 +62,10 @@ class OrderCheck:
         old, items = order.size[part], sum(lines.values())
         order.part_of |= dict.fromkeys(lines, part)
         order.left[part] += items
-        order.size[part] = 1 if header["counts_orders"] else old + items
+        if header["counts_orders"]:  # a later part joins the earlier one, as long as that is there
+            order.size[part] = int(not any(at == event.station and size for (at, _), size in order.size.items()) or old)
+        else:
+            order.size[part] = old + items
         station.open.update(lines)
         station.load += order.size[part] - old
         if station.load > header["capacity"]:

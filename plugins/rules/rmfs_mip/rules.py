@@ -27,7 +27,6 @@ class _Joint:
 
     model: ClassVar[Model]
     splits_over_time: ClassVar[bool] = False
-    needs: ClassVar[tuple[str, ...]] = ("item capacity",)
     libraries: ClassVar[tuple[str, ...]] = ("highspy", "mip")
 
     formulation: Literal["aggregated", "paper"] = field(

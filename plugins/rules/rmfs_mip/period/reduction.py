@@ -62,11 +62,16 @@ class Reduced:
         """C_s."""
         return self.period.capacities
 
+    @property
+    def rooms(self) -> tuple[int, ...]:
+        """Most items that each station can get."""
+        return self.period.rooms
+
     @cached_property
     def most(self) -> int:
         """Largest number of items of an order that can be assigned at all (for split-over-time: of a line)."""
         one_order = self.model is Model.SPLIT_AMONG_STATIONS
-        return sum(self.capacities) if one_order else max(self.capacities, default=0)
+        return sum(self.rooms) if one_order else max(self.rooms, default=0)
 
     @cached_property
     def interchangeable(self) -> bool:
@@ -86,7 +91,7 @@ class Reduced:
     def candidates(self) -> NDArray[np.bool_]:
         """Lines that can be assigned. Shape (lines,)."""
         period = self.period
-        largest = max(period.capacities, default=0)
+        largest = max(period.rooms, default=0)
         good: NDArray[np.bool_] = self._obtainable & (period.line_quantity <= largest)
         if self.model is Model.SPLIT_OVER_TIME:
             return good
@@ -112,7 +117,7 @@ class Reduced:
         items = self.period.stock.items
         if items is None:
             return np.zeros(0, dtype=np.int64)
-        most = np.minimum(self.demand, sum(self.capacities))
+        most = np.minimum(self.demand, sum(self.rooms))
         return np.unique(items.sku[items.number < most[items.sku]])
 
     @cached_property
@@ -150,16 +155,17 @@ class Reduced:
         """Lines of an order that can be assigned."""
         if self.model is not Model.SPLIT_OVER_TIME:
             return self.period.lines[order]
-        supply, largest = self.period.supply, max(self.capacities)
+        supply, largest = self.period.supply, max(self.rooms)
         return tuple((i, q) for i, q in self.period.lines[order] if supply[i] >= q and q <= largest)
 
     @cached_property
     def types(self) -> tuple[OrderType, ...]:
         """Types of the orders with lines that can be assigned, in the order of their oldest."""
         found: dict[tuple[tuple[Line, ...], bool, int], list[int]] = {}
+        joining = {order for order, _ in self.period.joined}
         for order in self.orders:
             lines = self.lines_of(order)
-            alone = not self.counted or len(lines) < len(self.period.lines[order])
+            alone = not self.counted or order in joining or len(lines) < len(self.period.lines[order])
             key = (lines, self.period.begun_before(order), order if alone else -1)
             found.setdefault(key, []).append(order)
         return tuple(
@@ -189,7 +195,7 @@ class Reduced:
 
     def wanted(self, station: int) -> NDArray[np.bool_]:
         """Return the SKUs of lines that can be assigned to a station (for integrated: with their whole order)."""
-        period, room = self.period, self.capacities[station]
+        period, room = self.period, self.rooms[station]
         kept = self.candidates & (period.line_quantity <= room)
         if self.model is Model.INTEGRATED:
             n = len(period.orders)
