@@ -13,6 +13,7 @@ from rmfs_mip.period.solution import Model, Solution
 from rmfs_mip.printed.constraints import violation
 from rmfs_mip.printed.models import solve_printed
 from rmfs_mip.printed.solver import Limits, check_installed, collecting_later
+from rmfs_mip.proof.parts import with_joining_lines
 from rmfs_mip.proof.steps import proof_of
 from rmfs_mip.proof.ties import break_ties
 
@@ -134,6 +135,7 @@ class _Joint:
                 proof = proof_of(period, self.model, weight, limits, packing)
                 proof.run()
                 solution = break_ties(proof, self.tie_break)
+            solution = with_joining_lines(period, solution, self.model)
         wrong = violation(period, solution, self.model, weight, packing)
         if wrong is not None:
             raise RuntimeError(f"the solution violates the printed model: {wrong}")

@@ -202,7 +202,9 @@ class Period:
             begun=tuple(bool(order.stations) for order in backlog) if packing else (),
             split_open=warehouse.split_orders_open if packing else 0,
             counting_orders=frozenset(at for at, _ in counting),
-            joined=frozenset((o, at) for o, order in begun for at, station in counting if order.has_place_at(station.id)),
+            joined=frozenset(
+                (o, at) for o, order in begun for at, station in counting if order.has_place_at(station.id)
+            ),
         )
 
     @cached_property
@@ -283,10 +285,10 @@ class Period:
 
     @cached_property
     def factors(self) -> tuple[int, ...]:
-        """What a free place at each station costs in (1), in W_u: 1; with order capacity, the items of the largest order.
+        """W_u of a free place at each station: times 1, or with order capacity, the items of the largest order.
 
-        A place for an item is worth W_u > 1 because filling it takes one visit at most. A place for an order may take as
-        many as the order has items.
+        With W_u > 1, a place for an item is worth filling, as that takes one visit at most. A place for an order may
+        take as many visits as the order has items.
         """
         if not self.counting_orders:
             return (1,) * len(self.capacities)

@@ -28,7 +28,7 @@ class OrderType:
     lines
         SKU ids and numbers of items.
     size
-        Items of all lines.
+        Places that an order takes: items of all lines, or 1 where all stations count orders.
     begun
         Whether parts were assigned in earlier periods.
     orders
@@ -77,7 +77,13 @@ class Reduced:
     def interchangeable(self) -> bool:
         """Whether the stations have equal room and cover the same SKUs, as at t = 1."""
         covered = self.period.covered
-        return len(set(self.capacities)) == 1 and bool((covered == covered[0]).all())
+        by_orders = not self.period.counting_orders or self.by_orders
+        return len(set(self.capacities)) == 1 and by_orders and bool((covered == covered[0]).all())
+
+    @cached_property
+    def by_orders(self) -> bool:
+        """Whether a whole order takes one place, wherever it goes."""
+        return len(self.period.counting_orders) == len(self.capacities) and not self.period.joined
 
     @cached_property
     def _obtainable(self) -> NDArray[np.bool_]:
@@ -169,7 +175,7 @@ class Reduced:
             key = (lines, self.period.begun_before(order), order if alone else -1)
             found.setdefault(key, []).append(order)
         return tuple(
-            OrderType(lines, sum(q for _, q in lines), begun, tuple(orders))
+            OrderType(lines, 1 if self.by_orders else sum(q for _, q in lines), begun, tuple(orders))
             for (lines, begun, _), orders in found.items()
         )
 

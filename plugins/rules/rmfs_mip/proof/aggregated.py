@@ -216,7 +216,7 @@ class Builder:
                 continue
             column = self.model.y[number, station] = self.model.program.column(upper=most)
             self._take(station, column, places)
-            self._gain(column, kind.size, kind.orders[0])
+            self._gain(column, sum(quantity for _, quantity in kind.lines), kind.orders[0])
             for sku, quantity in kind.lines:
                 self._need(station, sku, column, most, quantity)
 
