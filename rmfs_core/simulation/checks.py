@@ -52,7 +52,10 @@ def assignment(
         raise ImpossibleError(f"assigned order {order.label} to station {station.label}, but the order {why}")
     quantities = {line.sku: line.quantity for line in order.open_lines}
     skus = list(quantities) if given.skus is None else _skus(order, given.skus, quantities)
-    size = warehouse.size_at(order, station) if station.counts_orders else sum(quantities[sku] for sku in skus)
+    if station.counts_orders or len(skus) == len(quantities):
+        size = warehouse.size_at(order, station)
+    else:
+        size = sum(quantities[sku] for sku in skus)
     if size > station.free_capacity:
         unit = "orders" if station.counts_orders else "items"
         raise ImpossibleError(

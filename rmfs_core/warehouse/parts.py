@@ -335,13 +335,13 @@ class Station(ReadOnly):
 
     @property
     def load(self) -> int:
-        """Capacity in use: items of the parts that still have unpicked items here; with order capacity, their orders."""
+        """Capacity in use: items of the parts that still have unpicked items here, or their orders (order capacity)."""
         return self._load
 
     @property
     def free_capacity(self) -> int:
         """Items (or orders, with order capacity) that can still be assigned now."""
-        return self.capacity - self._load
+        return max(self.capacity - self._load, 0)
 
     @property
     def open_requests(self) -> tuple[Request, ...]:

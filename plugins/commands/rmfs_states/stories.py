@@ -118,7 +118,7 @@ def free_capacity(content: Content, station: str) -> int:
     for order, part in parts:
         lines = content["orders"][order]["lines"]
         items += sum(lines[sku] for sku in content["orders"][order]["parts"][part]["skus"])
-    return int(given["item_capacity"] - items)
+    return max(int(given["item_capacity"] - items), 0)
 
 
 def _part_of(content: Content, station: str, request: Mapping[str, Any]) -> int:
