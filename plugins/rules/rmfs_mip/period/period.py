@@ -12,7 +12,7 @@ from attrs import define, evolve, field, frozen
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rmfs_core.warehouse import Pod, WarehouseView
+    from rmfs_core.warehouse import Order, Pod, Station, WarehouseView
 
 Line = tuple[int, int]
 """SKU id and number of items."""
@@ -172,7 +172,9 @@ class Period:
     joined: frozenset[tuple[int, int]] = frozenset()
 
     @classmethod
-    def of(cls, warehouse: WarehouseView, stock: Stock, *, packing: bool = False) -> Period:
+    def of(
+        cls, warehouse: WarehouseView, stock: Stock, *, packing: bool = False, without: Station | None = None
+    ) -> Period:
         """Read the period that begins now.
 
         Parameters
@@ -183,8 +185,10 @@ class Period:
             What its pods hold.
         packing
             Whether to look up which orders are split already.
+        without
+            A station that takes nothing now.
         """
-        free = [station for station in warehouse.stations if station.free_capacity > 0]
+        free = [station for station in warehouse.stations if station.free_capacity > 0 and station is not without]
         backlog, lines = warehouse.backlog, warehouse.backlog_lines
         position = range(len(stock.pods)) if stock.pods == tuple(range(len(stock.pods))) else _positions(stock.pods)
         counting = [(at, station) for at, station in enumerate(free) if station.counts_orders]
@@ -205,6 +209,21 @@ class Period:
             joined=frozenset(
                 (o, at) for o, order in begun for at, station in counting if order.has_place_at(station.id)
             ),
+        )
+
+    @classmethod
+    def alone(cls, warehouse: WarehouseView, stock: Stock, order: Order, station: Station) -> Period:
+        """Read a period of one order and one station, which has as many places as the order has items."""
+        return cls(
+            stock=stock,
+            stations=(station.id,),
+            capacities=(order.open_items,),
+            inbound=(tuple(sorted(stock.pods.index(pod.id) for pod in station.inbound_pods)),),
+            orders=(order.id,),
+            line_order=[0] * len(order.open_lines),
+            line_sku=[line.sku for line in order.open_lines],
+            line_quantity=[line.quantity for line in order.open_lines],
+            busy=tuple(sorted({stock.pods.index(pod.id) for at in warehouse.stations for pod in at.inbound_pods})),
         )
 
     @cached_property
