@@ -112,12 +112,12 @@ def free_capacity(content: Content, station: str) -> int:
     given = content["stations"][station]
     parts = {(r["order"], _part_of(content, station, r)): r["order"] for r in given["requests"]}
     if "order_capacity" in given:
-        return int(given["order_capacity"] - len(parts))
+        return int(given["order_capacity"] - len({order for order, _ in parts}))
     items = 0
     for order, part in parts:
         lines = content["orders"][order]["lines"]
         items += sum(lines[sku] for sku in content["orders"][order]["parts"][part]["skus"])
-    return int(given["item_capacity"] - items)
+    return max(int(given["item_capacity"] - items), 0)
 
 
 def _part_of(content: Content, station: str, request: Mapping[str, Any]) -> int:

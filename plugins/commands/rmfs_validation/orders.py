@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from rmfs_core.events import DecisionMade, OrderArrived, OrderAssigned, OrderCompleted, TripDecided
 from rmfs_core.roles import Role
 from rmfs_core.wording import listed
@@ -63,10 +65,13 @@ class OrderCheck:
         old, items = order.size[part], sum(lines.values())
         order.part_of |= dict.fromkeys(lines, part)
         order.left[part] += items
-        order.size[part] = 1 if header["counts_orders"] else old + items
+        if header["counts_orders"]:  # a later part joins the earlier one, as long as that is there
+            order.size[part] = int(not any(at == event.station and size for (at, _), size in order.size.items()) or old)
+        else:
+            order.size[part] = old + items
         station.open.update(lines)
         station.load += order.size[part] - old
-        if station.load > header["capacity"]:
+        if station.load > header["capacity"] and not self._alone(order, items, station.load):
             unit = "orders" if header["counts_orders"] else "items"
             case.add(
                 "capacity-exceeded",
@@ -74,6 +79,12 @@ class OrderCheck:
                 f"{case.order(event.order)} is assigned to {case.station(event.station)}, "
                 f"which has {station.load} {unit} then; its capacity is {header['capacity']}",
             )
+
+    def _alone(self, order: OrderState, items: int, load: int) -> bool:
+        """Whether all that was left of an order, more than any station takes, went to a station that was empty."""
+        sizes = [math.inf if station["counts_orders"] else station["capacity"] for station in self.case.trace.stations]
+        refused = self.case.trace.scenario["stations"].get("oversize") == "refuse"
+        return not refused and not order.unassigned and load == items > max(sizes)
 
     def completed(self, event: OrderCompleted) -> None:
         """Check that nothing is left of an order, and that its last item was picked just now."""
