@@ -6,6 +6,8 @@ import importlib
 
 
 def __getattr__(name: str) -> object:
+    if name == "__path__":  # this is no package: else its modules could be imported twice
+        raise AttributeError(name)
     return getattr(importlib.import_module("rmfs_testing"), name)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from attrs import define, frozen
 
-from rmfs_core.errors import InputError, RunError
+from rmfs_core.errors import InputError, RmfsError, RunError
 from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.files import output_folder
 from rmfs_core.results.metrics import Metrics
@@ -19,6 +19,7 @@ from rmfs_core.results.tables import Tables
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, load_scenario, located
 from rmfs_core.simulation.engine import Simulation
+from rmfs_core.wording import one_line
 from rmfs_core.world import make_instance, make_layout
 
 
@@ -120,7 +121,7 @@ class _Outcome:
 
     status: str
     wall_s: float
-    error: Exception | None = None
+    error: BaseException | None = None
     interrupted: bool = False
 
 
@@ -169,7 +170,7 @@ def _simulate(simulation: Simulation) -> _Outcome:
         outcome.status = simulation.status
     except KeyboardInterrupt:
         outcome.interrupted = True
-    except Exception as error:  # not only a rule's fault, a RunError: what was measured is kept all the same
+    except BaseException as error:  # not only a rule's fault, a RunError: what was measured is kept all the same
         outcome.status, outcome.error = "failed", error
     outcome.wall_s = time.perf_counter() - started
     return outcome
@@ -178,9 +179,12 @@ def _simulate(simulation: Simulation) -> _Outcome:
 def _conclude(measured: _Measured, outcome: _Outcome) -> Result:
     """Tell the observers that the run is over; one that fails at that makes it a failed run, and takes nothing away."""
     simulation, metrics, tables = measured.simulation, measured.metrics, measured.tables
-    found, error = simulation.context.observers.end(outcome.status)
-    if error is not None and outcome.error is None:
-        outcome.status, outcome.error = "failed", error
+    found, errors = simulation.context.observers.end(outcome.status)
+    outcome.interrupted |= any(isinstance(error, KeyboardInterrupt) for error in errors)
+    error = next((error for error in (outcome.error, *errors) if not isinstance(error, KeyboardInterrupt | None)), None)
+    outcome.error, outcome.status = error, "failed" if error else outcome.status
+    if outcome.interrupted and outcome.status == "complete":  # not all that is measured may be there
+        outcome.status = "partial"
     asker, profile = simulation.context.asker, simulation.context.profile
     return Result(
         scenario=simulation.scenario,
@@ -200,7 +204,7 @@ def _conclude(measured: _Measured, outcome: _Outcome) -> Result:
         orders=tables.orders,
         visits=tables.visits,
         periods=tables.periods,
-        error=None if outcome.error is None else str(outcome.error),
+        error=str(error) if isinstance(error, RmfsError) else None if error is None else one_line(error),
         interrupted=outcome.interrupted,
         hook_calls=dict(asker.calls),
     )

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import suppress
+from typing import Any
 
 import attrs
 import pluggy
@@ -33,16 +35,19 @@ ARGUMENTS: Mapping[str, tuple[str, ...]] = {
     if not name.startswith("_")
 }
 """Every hook's name and the names of its arguments."""
+_OPTIONS = ("wrapper", "hookwrapper", "tryfirst", "trylast", "optionalhook")
 
 
 def marked_methods(plugin: object) -> dict[str, str]:
     """Return hook name to method name for every ``@hookimpl`` method of a rule's class or of an object."""
-    found = {}
+    return {options.get("specname") or method: method for method, options in _marked(plugin)}
+
+
+def _marked(plugin: object) -> Iterator[tuple[str, Any]]:
     for method in dir(plugin):
-        options = _reader.parse_hookimpl_opts(plugin, method)
-        if options is not None:
-            found[options.get("specname") or method] = method
-    return found
+        with suppress(Exception, SystemExit):  # a property that raises is no hook
+            if (options := _reader.parse_hookimpl_opts(plugin, method)) is not None:
+                yield method, options
 
 
 def roles_of(rule: type) -> tuple[Role, ...]:
@@ -52,7 +57,13 @@ def roles_of(rule: type) -> tuple[Role, ...]:
 
 
 def check_hooks(place: str, plugin: object, class_name: str) -> None:
-    """Raise `InputError` for a misspelt hook, or an argument that a hook does not have."""
+    """Raise `InputError` for a misspelt hook, an option of pluggy's, or an argument that a hook does not have."""
+    for method, options in _marked(plugin):
+        asked = [option for option in _OPTIONS if options.get(option)]
+        if asked:  # who is asked or told first, and what comes of an answer, is up to the kernel
+            raise InputError(
+                place, f"class {class_name}: `{method}` is marked with {asked[0]}; expected @hookimpl alone"
+            )
     for hook, method in marked_methods(plugin).items():
         if hook not in ARGUMENTS:
             raise InputError(
