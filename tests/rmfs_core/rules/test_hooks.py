@@ -175,7 +175,7 @@ def test_a_property_that_raises_is_no_hook() -> None:
     """It is the observer's own affair."""
 
     class Mine:
-        dear = property(lambda self: 1 / 0)  # noqa: ARG005
+        dear = property(lambda self: 1 / 0)
 
         @hookimpl
         def on_event(self) -> None:

@@ -152,8 +152,7 @@ def test_two_distributions_with_one_name_clash_only_when_it_is_selected(refusal:
     install("acme", {"mine": "acme_rules:MyRule"}, acme_rules="")
     install("bolt", {"mine": "bolt_rules:MyRule"}, bolt_rules="")
     assert refusal(poa=RuleChoice("mine")) == (
-        'rules.poa: rule "mine" is offered by acme 1.0 and bolt 1.0; '
-        "expected one of them: `acme:mine` or `bolt:mine`"
+        'rules.poa: rule "mine" is offered by acme 1.0 and bolt 1.0; expected one of them: `acme:mine` or `bolt:mine`'
     )
     RuleSet.load(RulesSection(poa=RuleChoice("pod-match"), pps=RuleChoice("demand")), ".")
     assert 'rule "mine" (bolt 1.0) cannot be imported' in refusal(poa=RuleChoice("bolt:mine"))

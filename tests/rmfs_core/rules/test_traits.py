@@ -100,7 +100,7 @@ def test_a_trait_that_cannot_be_read_or_compared_is_one_sentence() -> None:
     """Whatever it is."""
 
     class Raising:
-        needs = property(lambda self: 1 / 0)  # noqa: ARG005
+        needs = property(lambda self: 1 / 0)
 
     with pytest.raises(InputError, match=r"^here: it has needs = ZeroDivisionError\('division by zero'\); expected a "):
         RuleTraits.of(Raising(), "here", "it")

@@ -252,5 +252,5 @@ def test_a_name_too_long_for_a_file_is_a_file_that_is_not_there() -> None:
     name = "a" * 300
     with pytest.raises(InputError, match="there is no such file"):
         load_scenario(f"{name}.toml")
-    with pytest.raises(InputError, match="there is no file `.*aaa"):
+    with pytest.raises(InputError, match=r"there is no file `.*aaa"):
         load_scenario("examples/small", [f"rules.poa=./{name}.py:Mine"])

@@ -170,5 +170,7 @@ def test_a_rule_that_cannot_be_prepared_is_named(tiny_run: Prepare, tmp_path: Pa
         f"    def plan_path(self): pass\n    def prepare(self, roads):\n        {body}\n",
         encoding="utf-8",
     )
-    with pytest.raises(InputError, match=r"rules\.pp: rule .*bad\.py inline\), prepare: (ZeroDivisionError|SystemExit)"):
+    with pytest.raises(
+        InputError, match=r"rules\.pp: rule .*bad\.py inline\), prepare: (ZeroDivisionError|SystemExit)"
+    ):
         tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), pp="./bad.py:Bad")
