@@ -96,13 +96,7 @@ def show(metric: Metric, value: float | None) -> str:
 
 
 def described_by(observers: Iterable[object]) -> dict[str, Metric]:
-    """Return the metrics that observers describe in their attribute ``measures``, by name.
-
-    Raises
-    ------
-    InputError
-        When it is no tuple or list of `Metric`.
-    """
+    """Return the metrics that observers describe in their attribute ``measures``, by name."""
     found: dict[str, Metric] = {}
     for observer in observers:
         try:

@@ -13,7 +13,7 @@ from rmfs_core.errors import InputError, RmfsError, RunError
 from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.files import output_folder
 from rmfs_core.results.metrics import Metrics
-from rmfs_core.results.recorders import delete_left_over, make_recorder
+from rmfs_core.results.recorders import delete_left_over, make_recorders
 from rmfs_core.results.result import RESULT_FILE, TABLE_FILES, Result
 from rmfs_core.results.tables import Tables
 from rmfs_core.rules import RuleSet
@@ -71,14 +71,17 @@ def run(
     if record and out is None:
         raise InputError(record[0], "what is recorded needs a folder to be written to; expected `out` with it")
     resolved = _resolve(scenario, seed, overrides)
-    recorders = [make_recorder(name) for name in dict.fromkeys(record)]
+    recorders = make_recorders(record)
     told = [*((observer, None) for observer in observers), *recorders]
-    measured = _prepare(resolved, told, allow_inline_rules, out)
+    files = [recorder.file for recorder, _ in recorders]
+    again = out is not None and (Path(out) / RESULT_FILE).exists()
+    measured = _prepare(resolved, told, allow_inline_rules, out, files)
     outcome = _simulate(measured.simulation)
     result = _conclude(measured, outcome)
     if measured.folder is not None:
         result.save(measured.folder)
-        delete_left_over(measured.folder, [recorder.file for recorder, _ in recorders])
+        if again:
+            delete_left_over(measured.folder, files)
     if isinstance(outcome.error, RunError):
         outcome.error.result = result
     if outcome.error is not None:
@@ -98,10 +101,10 @@ class _Measured:
     folder: Path | None
 
 
-def _folder_for_results(out: str | Path, scenario: Scenario) -> Path:
-    """Return the output folder, unless results would replace what is no result."""
+def _folder_for_results(out: str | Path, scenario: Scenario, files: Sequence[str]) -> Path:
+    """Return the output folder, unless results, or the files of recorders, would replace what is no result."""
     folder = output_folder(out)
-    names = [name for name, _ in TABLE_FILES.values()]
+    names = [*(name for name, _ in TABLE_FILES.values()), *files]
     for key in ("orders_file", "pods_file"):
         given = getattr(scenario.instance, key)
         if given is not None and (Path(scenario.folder) / given).resolve() in [(folder / n).resolve() for n in names]:
@@ -134,7 +137,11 @@ def _resolve(scenario: Scenario | str | Path, seed: int | None, overrides: Seque
 
 
 def _prepare(
-    scenario: Scenario, told: Sequence[tuple[object, str | None]], allow_inline_rules: bool, out: str | Path | None
+    scenario: Scenario,
+    told: Sequence[tuple[object, str | None]],
+    allow_inline_rules: bool,
+    out: str | Path | None,
+    files: Sequence[str],
 ) -> _Measured:
     with located(scenario):
         rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
@@ -145,7 +152,7 @@ def _prepare(
         rules.register_observer(observer, name)
     rules.check()
     described = described_by(rules.instances)
-    folder = None if out is None else _folder_for_results(out, scenario)
+    folder = None if out is None else _folder_for_results(out, scenario, files)
     simulation = Simulation(scenario, instance, layout, rules, folder)
     return _Measured(simulation, metrics, tables, versions_of(rules, scenario.folder), described, folder)
 

@@ -72,13 +72,7 @@ class RuleTraits:
 
     @classmethod
     def of(cls, rule: object, place: str, name: str) -> RuleTraits:
-        """Return the traits of an instance of a rule's class.
-
-        Raises
-        ------
-        InputError
-            For one of the wrong type; ``place`` and ``name`` are where the rule was named, and what to call it.
-        """
+        """Return the traits of a rule, named at ``place``, that messages call ``name``; InputError for a wrong one."""
         found: dict[str, Any] = {}
         for trait, (expected, holds) in _EXPECTED.items():
             try:

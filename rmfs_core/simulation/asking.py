@@ -64,17 +64,7 @@ class Observers:
         return answer
 
     def end(self, status: str) -> tuple[dict[str, float | None], list[BaseException]]:
-        """Tell every observer that the run is over, also where another fails at that or is interrupted.
-
-        Parameters
-        ----------
-        status
-            ``"complete"``, ``"partial"`` or ``"failed"``.
-
-        Returns
-        -------
-        What the observers have measured, by name, and what they raised.
-        """
+        """Tell every observer that the run is over; return what they have measured, by name, and what they raised."""
         errors: list[BaseException] = []
         found: dict[str, float | None] = {}
         for _, tell in self._rules.told("run_ended"):

@@ -160,13 +160,7 @@ class Memento:
 
 
 def restore(memento: Memento, travel: Travel) -> Warehouse:
-    """Return a new warehouse as a memento tells it, on which a decision can be tried out.
-
-    Raises
-    ------
-    ContradictionError
-        Where the memento contradicts itself or the layout.
-    """
+    """Return a new warehouse as a memento tells it; ContradictionError where that contradicts itself or the layout."""
     _check_names(memento, travel)
     cells = travel.layout.stations
     warehouse = Warehouse(
@@ -213,9 +207,9 @@ def _check_names(memento: Memento, travel: Travel) -> None:
         for sku, number in items:
             _at(memento.skus, sku, section, i, key)
             _check(number is None or number >= 0, f"found {number} items; expected 0 or more", section, i, key)
-    places = {NOWHERE, *travel.layout.storage_locations}
+    places = {*travel.layout.storage_locations}
     for i, pod in enumerate(memento.pods):
-        _check(pod.home in places, f"found {pod.home}; expected a storage location", "pods", i, "home")
+        _check(pod.home in {NOWHERE, *places}, f"found {pod.home}; expected a storage location", "pods", i, "home")
     for key, cells in (("blocked", memento.blocked), ("reserved", memento.reserved)):
         for cell in cells:
             _check(cell in places, f"found {cell}; expected a storage location that is not named before", key)
