@@ -23,10 +23,7 @@ def describe(kind: str, name: str, distribution: str, version: str) -> str:
 
 
 def offers(group: str) -> dict[str, tuple[EntryPoint, ...]]:
-    """Return a group's entry points by name, ascending; more than one where distributions clash.
-
-    Each of these is there as ``DISTRIBUTION:NAME``, too.
-    """
+    """Return a group's entry points by name; several where distributions clash, each as ``DISTRIBUTION:NAME``, too."""
     found: dict[str, list[EntryPoint]] = {}
     for entry in sorted(entry_points(group=group), key=lambda entry: entry.name):
         found.setdefault(entry.name, []).append(entry)

@@ -23,7 +23,7 @@ class Recorder(Protocol):
     """
 
     file: ClassVar[str]
-    """Name of the file; one that an earlier run has left is deleted where a run does not record it."""
+    """Name of the file, a plain one; one that an earlier run has left is deleted where a run does not record it."""
 
     def __init__(self) -> None: ...
 

@@ -6,6 +6,7 @@ import hashlib
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from attrs import define, frozen
 
@@ -73,15 +74,14 @@ def run(
     resolved = _resolve(scenario, seed, overrides)
     recorders = make_recorders(record)
     told = [*((observer, None) for observer in observers), *recorders]
-    files = [recorder.file for recorder, _ in recorders]
     again = out is not None and (Path(out) / RESULT_FILE).exists()
-    measured = _prepare(resolved, told, allow_inline_rules, out, files)
+    measured = _prepare(resolved, told, allow_inline_rules, out)
     outcome = _simulate(measured.simulation)
     result = _conclude(measured, outcome)
     if measured.folder is not None:
         result.save(measured.folder)
         if again:
-            delete_left_over(measured.folder, files)
+            delete_left_over(measured.folder, [recorder.file for recorder, _ in recorders])
     if isinstance(outcome.error, RunError):
         outcome.error.result = result
     if outcome.error is not None:
@@ -137,11 +137,7 @@ def _resolve(scenario: Scenario | str | Path, seed: int | None, overrides: Seque
 
 
 def _prepare(
-    scenario: Scenario,
-    told: Sequence[tuple[object, str | None]],
-    allow_inline_rules: bool,
-    out: str | Path | None,
-    files: Sequence[str],
+    scenario: Scenario, told: Sequence[tuple[Any, str | None]], allow_inline_rules: bool, out: str | Path | None
 ) -> _Measured:
     with located(scenario):
         rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
@@ -152,6 +148,7 @@ def _prepare(
         rules.register_observer(observer, name)
     rules.check()
     described = described_by(rules.instances)
+    files = [recorder.file for recorder, described in told if described is not None]
     folder = None if out is None else _folder_for_results(out, scenario, files)
     simulation = Simulation(scenario, instance, layout, rules, folder)
     return _Measured(simulation, metrics, tables, versions_of(rules, scenario.folder), described, folder)

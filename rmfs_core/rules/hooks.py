@@ -35,7 +35,6 @@ ARGUMENTS: Mapping[str, tuple[str, ...]] = {
     if not name.startswith("_")
 }
 """Every hook's name and the names of its arguments."""
-_OPTIONS = ("wrapper", "hookwrapper", "tryfirst", "trylast", "optionalhook")
 
 
 def marked_methods(plugin: object) -> dict[str, str]:
@@ -59,11 +58,10 @@ def roles_of(rule: type) -> tuple[Role, ...]:
 def check_hooks(place: str, plugin: object, class_name: str) -> None:
     """Raise `InputError` for a misspelt hook, an option of pluggy's, or an argument that a hook does not have."""
     for method, options in _marked(plugin):
-        asked = [option for option in _OPTIONS if options.get(option)]
-        if asked:  # who is asked or told first, and what comes of an answer, is up to the kernel
-            raise InputError(
-                place, f"class {class_name}: `{method}` is marked with {asked[0]}; expected @hookimpl alone"
-            )
+        for option in ("wrapper", "hookwrapper", "tryfirst", "trylast", "optionalhook"):
+            if options.get(option):  # who is asked or told first, and what comes of an answer, is up to the kernel
+                problem = f"`{method}` is marked with {option}; expected @hookimpl alone"
+                raise InputError(place, f"class {class_name}: {problem}")
     for hook, method in marked_methods(plugin).items():
         if hook not in ARGUMENTS:
             raise InputError(

@@ -312,6 +312,6 @@ def _register(
 
 def _versions(rules: Iterable[BoundRule]) -> dict[str, str]:
     libraries = {*LIBRARIES, *(name for rule in rules for name in rule.traits.libraries)}
-    found = {name: str(installed_version(name)) for name in libraries} | {"python": platform.python_version()}
+    found = {name: installed_version(name) for name in libraries} | {"python": platform.python_version()}
     found |= {rule.source.distribution: rule.source.version for rule in rules if rule.source.version != INLINE}
     return dict(sorted(found.items()))

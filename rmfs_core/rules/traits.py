@@ -93,13 +93,8 @@ class RuleTraits:
         return None
 
 
-@cache
-def installed_version(distribution: str) -> str | None:
-    """Return the version of an installed distribution, read once; None where there is none."""
-    try:
-        return version(distribution)
-    except (PackageNotFoundError, ValueError):
-        return None
+installed_version = cache(version)
+"""Version of an installed distribution, read once."""
 
 
 def _texts(value: Any) -> bool:
@@ -107,7 +102,10 @@ def _texts(value: Any) -> bool:
 
 
 def _installed(value: Any) -> bool:
-    return _texts(value) and all(map(installed_version, value))
+    try:
+        return _texts(value) and all(map(installed_version, value))
+    except (PackageNotFoundError, ValueError):
+        return False
 
 
 _EXPECTED: dict[str, tuple[str, Callable[[Any], bool]]] = {

@@ -195,8 +195,8 @@ def _numbers(answer: object, known: Container[str]) -> dict[str, float | None]:
             raise ImpossibleError(f"named a metric {name!r}, which there is already")
         plain = isinstance(number, int | float) and not isinstance(number, bool) and abs(number) < 1 << 63
         if number is not None and not plain:
-            found = shown_short(number)
-            raise ImpossibleError(f"measured {name} = {found}; expected an int or float below 2^63, or None")
+            told = f"measured {name} = {shown_short(number)}"
+            raise ImpossibleError(f"{told}; expected an int or float below 2^63, or None")
     return numbers
 
 

@@ -16,10 +16,6 @@ from rmfs_core.world.travel import Travel
 T = TypeVar("T")
 
 
-NOWHERE = -1
-"""The home of a pod that is not known."""
-
-
 class ContradictionError(ValueError):
     """A memento of what no warehouse can be: the path of the value that is wrong (fields and ids), and one sentence."""
 
@@ -62,7 +58,7 @@ class OrderMemento:
 
 @frozen
 class PodMemento:
-    """A pod with what it holds now; ``cell`` is its storage location, None while a robot carries it."""
+    """A pod and what it holds; ``cell`` is its storage location, None while it is carried; ``home`` -1: not known."""
 
     data: PodData
     cell: int | None
@@ -209,7 +205,7 @@ def _check_names(memento: Memento, travel: Travel) -> None:
             _check(number is None or number >= 0, f"found {number} items; expected 0 or more", section, i, key)
     places = {*travel.layout.storage_locations}
     for i, pod in enumerate(memento.pods):
-        _check(pod.home in {NOWHERE, *places}, f"found {pod.home}; expected a storage location", "pods", i, "home")
+        _check(pod.home in {-1, *places}, f"found {pod.home}; expected a storage location", "pods", i, "home")
     for key, cells in (("blocked", memento.blocked), ("reserved", memento.reserved)):
         for cell in cells:
             _check(cell in places, f"found {cell}; expected a storage location that is not named before", key)

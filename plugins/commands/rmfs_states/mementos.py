@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from rmfs_core.clock import to_ticks
 from rmfs_core.warehouse.memento import (
-    NOWHERE,
     Memento,
     OrderMemento,
     PartMemento,
@@ -21,6 +20,9 @@ from rmfs_states.state import OrderState, PartState, State
 
 QUEUE_LENGTH = 12
 """Pods that can wait at a station that does not say how many: the paper's number."""
+
+NOWHERE = -1
+"""Cell that a state does not tell: the home of a pod, or where a robot is."""
 
 Requested = dict[str, dict[str, list[str]]]
 """Order -> station -> SKUs that have requests there."""
