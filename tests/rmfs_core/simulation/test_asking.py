@@ -205,9 +205,9 @@ def end_with(folder: Path, *answers: object) -> tuple[dict[str, float | None], E
     observers = [Measuring(answer) for answer in answers]
     for number, observer in enumerate(observers, 1):
         run.rules.register_observer(observer, f"observer {number}")
-    found, error = Observers(run.rules, world).end("partial")
+    found, errors = Observers(run.rules, world).end("partial")
     assert all(observer.ended == (5000, "partial") for observer in observers)
-    return found, error, observers
+    return found, errors[0] if errors else None, observers
 
 
 def test_what_observers_measure_is_put_together(tmp_path: Path) -> None:
