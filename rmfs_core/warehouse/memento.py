@@ -205,7 +205,8 @@ def _check_names(memento: Memento, travel: Travel) -> None:
             _check(number is None or number >= 0, f"found {number} items; expected 0 or more", section, i, key)
     places = {*travel.layout.storage_locations}
     for i, pod in enumerate(memento.pods):
-        _check(pod.home in {-1, *places}, f"found {pod.home}; expected a storage location", "pods", i, "home")
+        known = pod.home in places or pod.home in (-1, pod.cell)  # the cell is looked at later
+        _check(known, f"found {pod.home}; expected a storage location", "pods", i, "home")
     for key, cells in (("blocked", memento.blocked), ("reserved", memento.reserved)):
         for cell in cells:
             _check(cell in places, f"found {cell}; expected a storage location that is not named before", key)
