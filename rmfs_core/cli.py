@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import os
 import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from errno import EBADF, EIO, ENOSPC, EPIPE
 from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Any
 
 import click
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError, RmfsError
-from rmfs_core.wording import nearest
+from rmfs_core.wording import nearest, one_line
 
 CLOSED_PIPE = 141
 """Exit code where the reader of the output has closed it (`rmfs run ... | head`): a shell's for SIGPIPE."""
+EXIT_CODES = (0, 1, 2, 130, CLOSED_PIPE)
 
 
 class Commands(click.Group):
@@ -30,7 +37,7 @@ class Commands(click.Group):
         try:
             return _load(known[cmd_name])
         except InputError as error:
-            return _Unusable(cmd_name, error)
+            return _unusable(cmd_name, error)
 
     def _offers(self, ctx: click.Context) -> dict[str, tuple[EntryPoint, ...]]:
         """Return the entry points; what is installed is looked through once a call, for it takes its time."""
@@ -48,43 +55,62 @@ class Commands(click.Group):
             raise click.UsageError(f'there is no command "{args[0]}"{nearest(args[0], names)}', ctx)
         return super().resolve_command(ctx, args)
 
-    def invoke(self, ctx: click.Context) -> object:
-        """Call the command; end quietly when whoever reads its output goes away."""
+    def make_context(self, *arguments: Any, **options: Any) -> click.Context:
+        """Read what was called; `--help` writes already."""
+        with _writing():
+            return super().make_context(*arguments, **options)
+
+    def invoke(self, ctx: click.Context) -> None:
+        """Call the command; what it raises that is not meant for who called it names it and its distribution."""
         try:
-            result: object = super().invoke(ctx)
-            sys.stdout.flush()  # what is left would be written when nobody can catch an error any more
-        except (BrokenPipeError, SystemExit) as end:  # rich makes the one of the other
-            if not isinstance(end, BrokenPipeError) and not isinstance(end.__context__, BrokenPipeError):
-                raise
+            with _writing():
+                super().invoke(ctx)  # what it returns is no exit code
+        except (click.ClickException, click.Abort, click.exceptions.Exit, RmfsError):
+            raise
+        except Exception as error:
+            name = str(ctx.invoked_subcommand)
+            described = entrypoints.describe("command", name, *entrypoints.origin(self._offers(ctx)[name][0]))
+            shown = "RMFS_TRACEBACK=1 in the environment shows where"
+            raise RmfsError(f"{described} raised {one_line(error)}; {shown}") from error
+
+
+@contextmanager
+def _writing() -> Iterator[None]:
+    """Raise `InputError` where the output cannot be written, because whoever read it is gone or a disk is full."""
+    try:
+        yield
+    except (OSError, SystemExit) as end:  # rich makes the one of the other
+        lost = end if isinstance(end, OSError) else end.__context__
+        if not isinstance(lost, OSError) or lost.filename or lost.errno not in (EPIPE, ENOSPC, EBADF, EIO):
+            raise
+        with suppress(OSError):  # what is left in the buffer would be written at the end
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            raise click.exceptions.Exit(CLOSED_PIPE) from None
-        return result
+        raise InputError("output", f"cannot be written: {lost.strerror or lost}") from lost
 
 
-class _Unusable(click.Command):
-    """Stands for a command that cannot be had; takes any arguments."""
+def _unusable(name: str, error: InputError) -> click.Command:
+    """Return what stands for a command that cannot be had: it takes any arguments, and says why."""
 
-    def __init__(self, name: str, error: InputError) -> None:
-        super().__init__(
-            name,
-            short_help=f"(not usable: {error.problem})",
-            add_help_option=False,
-            context_settings={"ignore_unknown_options": True, "allow_extra_args": True},
-        )
-        self._error = error
+    def say_why() -> None:
+        raise error
 
-    def invoke(self, ctx: click.Context) -> None:  # noqa: ARG002
-        """Say why."""
-        raise self._error
+    settings = {"ignore_unknown_options": True, "allow_extra_args": True}
+    short_help = f"(not usable: {error.problem})"
+    return click.Command(name, settings, say_why, short_help=short_help, add_help_option=False)
 
 
 def _load(entries: tuple[EntryPoint, ...]) -> click.Command:
     place = f"rmfs {entries[0].name}"
     command = entrypoints.load(entries, place, "command")
-    if not isinstance(command, click.Command):
-        described = entrypoints.describe("command", entries[0].name, *entrypoints.origin(entries[0]))
-        raise InputError(place, f"{described} is {type(command).__name__}; expected a click.Command")
-    return command
+    try:
+        if isinstance(command, click.Command):
+            command.get_short_help_str()  # for the list of all commands
+            return command
+        problem = f"is {type(command).__name__}; expected a click.Command"
+    except Exception as error:
+        problem = f"cannot say what it does: {one_line(error)}"
+    described = entrypoints.describe("command", entries[0].name, *entrypoints.origin(entries[0]))
+    raise InputError(place, f"{described} {problem}")
 
 
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
@@ -96,19 +122,32 @@ def rmfs() -> None:
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of ``rmfs``.
 
-    Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 interrupted, 141 whoever read the output went away.
+    Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 interrupted, 141 whoever read the output went away;
+    any other that a command ends with is 1.
     """
+    if sys.stdout is None:  # closed by who calls (`>&-`): the next file opened would take its place
+        sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115 (open to the end)
+    text: str | None = None
     try:
-        # Outside its standalone mode click returns the code of `ctx.exit` (and a command's value otherwise).
-        code = rmfs.main(arguments, standalone_mode=False)
-        if isinstance(code, int) and code:
-            sys.exit(code)
+        with _writing():
+            # Outside its standalone mode click returns the code of `ctx.exit`.
+            code: object = rmfs.main(arguments, standalone_mode=False) or 0
+            sys.stdout.flush()  # what is left would be written when nobody can catch an error any more
+    except SystemExit as end:
+        code, text = (1, end.code) if isinstance(end.code, str) else (end.code or 0, None)
     except click.ClickException as error:
-        error.show()
-        sys.exit(2)
+        code = 2
+        with suppress(OSError):
+            error.show()
     except RmfsError as error:
-        click.echo(f"Error: {error}", err=True)
-        sys.exit(error.exit_code)
+        gone = isinstance(error.__cause__, BrokenPipeError)
+        code, text = (CLOSED_PIPE, None) if gone else (error.exit_code, f"Error: {error}")
+        if os.environ.get("RMFS_TRACEBACK"):
+            text = "".join(traceback.format_exception(error))
     except (KeyboardInterrupt, click.Abort):
-        click.echo("Interrupted.", err=True)
-        sys.exit(130)
+        code, text = 130, "Interrupted."
+    with suppress(OSError):  # who has closed this as well learns it by the exit code
+        if text:
+            click.echo(text, err=True)
+    if code:
+        sys.exit(code if code in EXIT_CODES else 1)

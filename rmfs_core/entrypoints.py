@@ -23,12 +23,15 @@ def describe(kind: str, name: str, distribution: str, version: str) -> str:
 
 
 def offers(group: str) -> dict[str, tuple[EntryPoint, ...]]:
-    """Return a group's entry points by name, ascending; more than one where distributions clash."""
+    """Return a group's entry points by name; several where distributions clash, each as ``DISTRIBUTION:NAME``, too."""
     found: dict[str, list[EntryPoint]] = {}
     for entry in sorted(entry_points(group=group), key=lambda entry: entry.name):
         found.setdefault(entry.name, []).append(entry)
-    # Who offers an entry point is read from files: only where it matters.
-    return {name: tuple(sorted(same, key=origin) if len(same) > 1 else same) for name, same in found.items()}
+    for name, same in list(found.items()):
+        if len(same) > 1:  # who offers an entry point is read from files: only where it matters
+            same.sort(key=origin)
+            found |= {f"{origin(entry)[0]}:{name}": [entry] for entry in same}
+    return {name: tuple(same) for name, same in found.items()}
 
 
 def load(entries: tuple[EntryPoint, ...], place: str, kind: str) -> object:
@@ -50,8 +53,9 @@ def load(entries: tuple[EntryPoint, ...], place: str, kind: str) -> object:
     """
     entry = entries[0]
     if len(entries) > 1:
-        clash = f"more than one installed distribution: {listed(' '.join(origin(entry)) for entry in entries)}"
-        raise InputError(place, f'{kind} "{entry.name}" is offered by {clash}; uninstall all but one')
+        clash = listed(" ".join(origin(entry)) for entry in entries)
+        ways = listed((f"`{origin(entry)[0]}:{entry.name}`" for entry in entries), "or")
+        raise InputError(place, f'{kind} "{entry.name}" is offered by {clash}; expected one of them: {ways}')
     try:
         target: object = entry.load()
     except (Exception, SystemExit) as error:

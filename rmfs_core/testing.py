@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib
 
+__path__: list[str] = []  # not that of the other: its modules could be imported twice
+
 
 def __getattr__(name: str) -> object:
     return getattr(importlib.import_module("rmfs_testing"), name)

@@ -31,6 +31,14 @@ def nearest(name: str, valid: Iterable[str]) -> str:
 
 
 def one_line(error: BaseException) -> str:
-    """An exception as one line: its class and its text."""
-    text = " ".join(str(error).split())
+    """An exception as one line: its class and its text, if it can say it."""
+    try:
+        text = " ".join(str(error).split())
+    except Exception:
+        text = ""
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
+def shown_short(value: object) -> str:
+    """Any value as one line of at most 80 characters."""
+    return " ".join(repr(value).split())[:80]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from attrs import Factory, field, frozen, validators
+from attrs import Factory, frozen
 
 from rmfs_core.errors import InputError
+from rmfs_core.wording import shown_short
 
 
 @frozen
@@ -26,8 +27,13 @@ class Metric:
     name: str
     label: str = Factory(lambda self: self.name, takes_self=True)
     unit: str = ""
-    digits: int = field(default=2, validator=[validators.instance_of(int), validators.ge(0)])
+    digits: int = 2
     meaning: str = ""
+
+    def __attrs_post_init__(self) -> None:
+        texts = (self.name, self.label, self.unit, self.meaning)
+        if not all(isinstance(text, str) and text.isprintable() for text in texts) or self.digits not in range(16):
+            raise ValueError(f"expected texts of one line and 0 to 15 digits, found {shown_short(self)}")
 
 
 METRICS: dict[str, tuple[Metric, ...]] = {
@@ -90,18 +96,15 @@ def show(metric: Metric, value: float | None) -> str:
 
 
 def described_by(observers: Iterable[object]) -> dict[str, Metric]:
-    """Return the metrics that observers describe in their attribute ``measures``, by name.
-
-    Raises
-    ------
-    InputError
-        When it is no tuple or list of `Metric`.
-    """
+    """Return the metrics that observers describe in their attribute ``measures``, by name."""
     found: dict[str, Metric] = {}
     for observer in observers:
-        measures = getattr(observer, "measures", ())
+        try:
+            measures = getattr(observer, "measures", ())
+        except Exception as error:
+            measures = error
         if not isinstance(measures, tuple | list) or not all(isinstance(one, Metric) for one in measures):
             place, expected = f"class {type(observer).__name__}", "a tuple of rmfs_core.results.catalogue.Metric"
-            raise InputError(place, f"expected `measures` to be {expected}, found {measures!r:.80}")
+            raise InputError(place, f"expected `measures` to be {expected}, found {shown_short(measures)}")
         found |= {metric.name: metric for metric in measures}
     return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import ClassVar, Protocol
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.results.result import RESULT_FILE, TABLE_FILES
-from rmfs_core.wording import nearest, one_line
+from rmfs_core.wording import listed, nearest, one_line
 
 _FILES_OF_RESULTS = frozenset({RESULT_FILE, *(file for file, _ in TABLE_FILES.values())})
 
@@ -22,40 +23,40 @@ class Recorder(Protocol):
     """
 
     file: ClassVar[str]
-    """Name of the file; one that an earlier run has left is deleted where a run does not record it."""
+    """Name of the file, a plain one; one that an earlier run has left is deleted where a run does not record it."""
 
     def __init__(self) -> None: ...
 
 
 def load_recorder(name: str) -> type[Recorder]:
-    """Return the class of an installed recorder.
-
-    Raises
-    ------
-    InputError
-        When there is none of that name, or it is no recorder.
-    """
+    """Return the class of an installed recorder; raise `InputError` when there is none of that name, or it is none."""
     place = f"record {name}"
     known = entrypoints.offers(entrypoints.RECORDERS)
     if name not in known:
         raise InputError(place, f'there is no recorder "{name}"{nearest(name, known)}')
     kind = entrypoints.load(known[name], place, "recorder")
     file = getattr(kind, "file", None)
-    named = isinstance(file, str) and Path(file).name == file and file not in ("", *_FILES_OF_RESULTS)
+    plain = isinstance(file, str) and re.fullmatch(r"[A-Za-z0-9][\w.-]{0,99}", file, re.ASCII) is not None
+    named = plain and str(file).lower() not in _FILES_OF_RESULTS
     if not isinstance(kind, type) or not named:
         described = entrypoints.describe("recorder", name, *entrypoints.origin(known[name][0]))
         raise InputError(place, f"{described} is no recorder: expected a class with the name of its file as `file`")
     return kind
 
 
-def make_recorder(name: str) -> tuple[Recorder, str]:
-    """Return a recorder, and what messages call it.
+def make_recorders(names: Iterable[str]) -> list[tuple[Recorder, str]]:
+    """Return recorders, and what messages call them; raise `InputError` when two write one file, or one is none."""
+    made = {name: _make_recorder(name) for name in names}
+    for name, (recorder, _) in made.items():
+        same = [described for other, described in made.values() if other.file == recorder.file]
+        if len(same) > 1:
+            raise InputError(
+                f"record {name}", f"{listed(same)} write the same file, {recorder.file}; expected one of them"
+            )
+    return list(made.values())
 
-    Raises
-    ------
-    InputError
-        When there is none of that name, it is no recorder, or it cannot be made.
-    """
+
+def _make_recorder(name: str) -> tuple[Recorder, str]:
     kind = load_recorder(name)
     (entry,) = entrypoints.offers(entrypoints.RECORDERS)[name]
     described = entrypoints.describe("recorder", name, *entrypoints.origin(entry))

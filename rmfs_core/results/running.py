@@ -6,19 +6,21 @@ import hashlib
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from attrs import define, frozen
 
-from rmfs_core.errors import InputError, RunError
+from rmfs_core.errors import InputError, RmfsError, RunError
 from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.files import output_folder
 from rmfs_core.results.metrics import Metrics
-from rmfs_core.results.recorders import delete_left_over, make_recorder
+from rmfs_core.results.recorders import delete_left_over, make_recorders
 from rmfs_core.results.result import RESULT_FILE, TABLE_FILES, Result
 from rmfs_core.results.tables import Tables
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, load_scenario, located
 from rmfs_core.simulation.engine import Simulation
+from rmfs_core.wording import one_line
 from rmfs_core.world import make_instance, make_layout
 
 
@@ -70,14 +72,16 @@ def run(
     if record and out is None:
         raise InputError(record[0], "what is recorded needs a folder to be written to; expected `out` with it")
     resolved = _resolve(scenario, seed, overrides)
-    recorders = [make_recorder(name) for name in dict.fromkeys(record)]
+    recorders = make_recorders(record)
     told = [*((observer, None) for observer in observers), *recorders]
+    again = out is not None and (Path(out) / RESULT_FILE).exists()
     measured = _prepare(resolved, told, allow_inline_rules, out)
     outcome = _simulate(measured.simulation)
     result = _conclude(measured, outcome)
     if measured.folder is not None:
         result.save(measured.folder)
-        delete_left_over(measured.folder, [recorder.file for recorder, _ in recorders])
+        if again:
+            delete_left_over(measured.folder, [recorder.file for recorder, _ in recorders])
     if isinstance(outcome.error, RunError):
         outcome.error.result = result
     if outcome.error is not None:
@@ -97,10 +101,10 @@ class _Measured:
     folder: Path | None
 
 
-def _folder_for_results(out: str | Path, scenario: Scenario) -> Path:
-    """Return the output folder, unless results would replace what is no result."""
+def _folder_for_results(out: str | Path, scenario: Scenario, files: Sequence[str]) -> Path:
+    """Return the output folder, unless results, or the files of recorders, would replace what is no result."""
     folder = output_folder(out)
-    names = [name for name, _ in TABLE_FILES.values()]
+    names = [*(name for name, _ in TABLE_FILES.values()), *files]
     for key in ("orders_file", "pods_file"):
         given = getattr(scenario.instance, key)
         if given is not None and (Path(scenario.folder) / given).resolve() in [(folder / n).resolve() for n in names]:
@@ -120,7 +124,7 @@ class _Outcome:
 
     status: str
     wall_s: float
-    error: Exception | None = None
+    error: BaseException | None = None
     interrupted: bool = False
 
 
@@ -133,7 +137,7 @@ def _resolve(scenario: Scenario | str | Path, seed: int | None, overrides: Seque
 
 
 def _prepare(
-    scenario: Scenario, told: Sequence[tuple[object, str | None]], allow_inline_rules: bool, out: str | Path | None
+    scenario: Scenario, told: Sequence[tuple[Any, str | None]], allow_inline_rules: bool, out: str | Path | None
 ) -> _Measured:
     with located(scenario):
         rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
@@ -144,7 +148,8 @@ def _prepare(
         rules.register_observer(observer, name)
     rules.check()
     described = described_by(rules.instances)
-    folder = None if out is None else _folder_for_results(out, scenario)
+    files = [recorder.file for recorder, described in told if described is not None]
+    folder = None if out is None else _folder_for_results(out, scenario, files)
     simulation = Simulation(scenario, instance, layout, rules, folder)
     return _Measured(simulation, metrics, tables, versions_of(rules, scenario.folder), described, folder)
 
@@ -169,7 +174,7 @@ def _simulate(simulation: Simulation) -> _Outcome:
         outcome.status = simulation.status
     except KeyboardInterrupt:
         outcome.interrupted = True
-    except Exception as error:  # not only a rule's fault, a RunError: what was measured is kept all the same
+    except BaseException as error:  # not only a rule's fault, a RunError: what was measured is kept all the same
         outcome.status, outcome.error = "failed", error
     outcome.wall_s = time.perf_counter() - started
     return outcome
@@ -178,9 +183,12 @@ def _simulate(simulation: Simulation) -> _Outcome:
 def _conclude(measured: _Measured, outcome: _Outcome) -> Result:
     """Tell the observers that the run is over; one that fails at that makes it a failed run, and takes nothing away."""
     simulation, metrics, tables = measured.simulation, measured.metrics, measured.tables
-    found, error = simulation.context.observers.end(outcome.status)
-    if error is not None and outcome.error is None:
-        outcome.status, outcome.error = "failed", error
+    found, errors = simulation.context.observers.end(outcome.status)
+    outcome.interrupted |= any(isinstance(error, KeyboardInterrupt) for error in errors)
+    error = next((error for error in (outcome.error, *errors) if not isinstance(error, KeyboardInterrupt | None)), None)
+    outcome.error, outcome.status = error, "failed" if error else outcome.status
+    if outcome.interrupted and outcome.status == "complete":  # not all that is measured may be there
+        outcome.status = "partial"
     asker, profile = simulation.context.asker, simulation.context.profile
     return Result(
         scenario=simulation.scenario,
@@ -200,7 +208,7 @@ def _conclude(measured: _Measured, outcome: _Outcome) -> Result:
         orders=tables.orders,
         visits=tables.visits,
         periods=tables.periods,
-        error=None if outcome.error is None else str(outcome.error),
+        error=str(error) if isinstance(error, RmfsError) else None if error is None else one_line(error),
         interrupted=outcome.interrupted,
         hook_calls=dict(asker.calls),
     )

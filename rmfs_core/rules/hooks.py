@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import suppress
+from typing import Any
 
 import attrs
 import pluggy
@@ -37,12 +39,14 @@ ARGUMENTS: Mapping[str, tuple[str, ...]] = {
 
 def marked_methods(plugin: object) -> dict[str, str]:
     """Return hook name to method name for every ``@hookimpl`` method of a rule's class or of an object."""
-    found = {}
+    return {options.get("specname") or method: method for method, options in _marked(plugin)}
+
+
+def _marked(plugin: object) -> Iterator[tuple[str, Any]]:
     for method in dir(plugin):
-        options = _reader.parse_hookimpl_opts(plugin, method)
-        if options is not None:
-            found[options.get("specname") or method] = method
-    return found
+        with suppress(Exception, SystemExit):  # a property that raises is no hook
+            if (options := _reader.parse_hookimpl_opts(plugin, method)) is not None:
+                yield method, options
 
 
 def roles_of(rule: type) -> tuple[Role, ...]:
@@ -52,7 +56,12 @@ def roles_of(rule: type) -> tuple[Role, ...]:
 
 
 def check_hooks(place: str, plugin: object, class_name: str) -> None:
-    """Raise `InputError` for a misspelt hook, or an argument that a hook does not have."""
+    """Raise `InputError` for a misspelt hook, an option of pluggy's, or an argument that a hook does not have."""
+    for method, options in _marked(plugin):
+        for option in ("wrapper", "hookwrapper", "tryfirst", "trylast", "optionalhook"):
+            if options.get(option):  # who is asked or told first, and what comes of an answer, is up to the kernel
+                problem = f"`{method}` is marked with {option}; expected @hookimpl alone"
+                raise InputError(place, f"class {class_name}: {problem}")
     for hook, method in marked_methods(plugin).items():
         if hook not in ARGUMENTS:
             raise InputError(

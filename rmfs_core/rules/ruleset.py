@@ -5,8 +5,7 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from functools import cache, partial, wraps
-from importlib.metadata import version
+from functools import partial, wraps
 from typing import Any
 
 import pluggy
@@ -27,7 +26,7 @@ from rmfs_core.rules.hooks import (
 )
 from rmfs_core.rules.parameters import build
 from rmfs_core.rules.sources import INLINE, RuleSource, RuleSources
-from rmfs_core.rules.traits import RuleTraits
+from rmfs_core.rules.traits import RuleTraits, installed_version
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.scenario.rulenames import rule_choices
 from rmfs_core.scenario.source import dotted
@@ -90,20 +89,7 @@ class _Registered:
 
 
 class ObserverError(Exception):
-    """An observer that the scenario names raised in one of its observer hooks; the cause is what it raised.
-
-    Parameters
-    ----------
-    name
-        The observer, as messages call it.
-    hook
-        The hook.
-    """
-
-    def __init__(self, name: str, hook: str) -> None:
-        super().__init__(name, hook)
-        self.name = name
-        self.hook = hook
+    """An observer raised; the arguments are what messages call it, and the hook, the cause is what it raised."""
 
 
 def _named(method: Callable[..., Any], name: str, hook: str) -> Callable[..., Any]:
@@ -113,9 +99,9 @@ def _named(method: Callable[..., Any], name: str, hook: str) -> Callable[..., An
     def call(*arguments: Any) -> Any:
         try:
             return method(*arguments)
-        except InputError:  # a sentence for a person: of a file that cannot be written, say
+        except (InputError, KeyboardInterrupt):  # a sentence for a person: of a file that cannot be written, say
             raise
-        except (Exception, SystemExit, GeneratorExit) as error:  # whatever an observer does, the run ends in order
+        except BaseException as error:  # whatever an observer does, the run ends in order
             raise ObserverError(name, hook) from error
 
     return call
@@ -218,8 +204,6 @@ class RuleSet:
         Who was registered last comes first, as pluggy calls them.
         """
         for implementation in reversed(getattr(self.pm.hook, hook).get_hookimpls()):
-            if implementation.wrapper or implementation.hookwrapper:
-                continue
             names, function = implementation.argnames, implementation.function
             call = partial(_called_by_name, function, names)
             yield implementation.plugin.described or f"observer {type(implementation.plugin.instance).__name__}", call
@@ -326,14 +310,8 @@ def _register(
     return registered
 
 
-@cache
-def _installed(library: str) -> str:
-    """Version of a library, read once."""
-    return version(library)
-
-
 def _versions(rules: Iterable[BoundRule]) -> dict[str, str]:
     libraries = {*LIBRARIES, *(name for rule in rules for name in rule.traits.libraries)}
-    found = {name: _installed(name) for name in libraries} | {"python": platform.python_version()}
+    found = {name: installed_version(name) for name in libraries} | {"python": platform.python_version()}
     found |= {rule.source.distribution: rule.source.version for rule in rules if rule.source.version != INLINE}
     return dict(sorted(found.items()))

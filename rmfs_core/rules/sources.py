@@ -92,12 +92,10 @@ class RuleSources:
         if path not in self._modules:
             self._modules[path] = _load_file(path, name, place)
         module = self._modules[path]
-        if not hasattr(module, class_name):
-            classes = [
-                key for key, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__
-            ]
+        if class_name not in vars(module):
+            classes = [key for key, value in vars(module).items() if isinstance(value, type)]
             raise InputError(place, f"{path} has no class `{class_name}`{did_you_mean(class_name, classes)}")
-        return RuleSource(name, getattr(module, class_name), Path(path).name, INLINE, path)
+        return RuleSource(name, vars(module)[class_name], Path(path).name, INLINE, path)
 
 
 def _load_file(path: str, name: str, place: str) -> types.ModuleType:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from attrs import frozen
@@ -10,7 +12,7 @@ from attrs import frozen
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import Scenario
 from rmfs_core.traffic import Roads
-from rmfs_core.wording import listed
+from rmfs_core.wording import listed, shown_short
 from rmfs_core.world import Instance
 
 NEEDS: dict[str, tuple[Callable[[Scenario, Instance], bool], str]] = {
@@ -70,19 +72,16 @@ class RuleTraits:
 
     @classmethod
     def of(cls, rule: object, place: str, name: str) -> RuleTraits:
-        """Return the traits of an instance of a rule's class.
-
-        Raises
-        ------
-        InputError
-            For one of the wrong type; ``place`` and ``name`` are where the rule was named, and what to call it.
-        """
+        """Return the traits of a rule, named at ``place``, that messages call ``name``; InputError for a wrong one."""
         found: dict[str, Any] = {}
         for trait, (expected, holds) in _EXPECTED.items():
-            value = getattr(rule, trait, None)
+            try:
+                value = getattr(rule, trait, None)
+            except Exception as error:
+                value = error
             if value is not None:
                 if not holds(value):
-                    raise InputError(place, f"{name} has {trait} = {value!r}; expected {expected}")
+                    raise InputError(place, f"{name} has {trait} = {shown_short(value)}; expected {expected}")
                 found[trait] = value
         return cls(**found)
 
@@ -94,16 +93,27 @@ class RuleTraits:
         return None
 
 
+installed_version = cache(version)
+"""Version of an installed distribution, read once."""
+
+
 def _texts(value: Any) -> bool:
     return isinstance(value, tuple) and all(isinstance(text, str) for text in value)
 
 
+def _installed(value: Any) -> bool:
+    try:
+        return _texts(value) and all(map(installed_version, value))
+    except (PackageNotFoundError, ValueError):
+        return False
+
+
 _EXPECTED: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "needs": (f"a tuple of {listed(map(repr, NEEDS), 'or')}", lambda value: _texts(value) and {*value} <= NEEDS.keys()),
-    "libraries": ("a tuple of distributions' names", _texts),
+    "libraries": ("a tuple of installed distributions' names", _installed),
     "splits_over_time": ("True or False", lambda value: isinstance(value, bool)),
     "whole_orders": ("True or False", lambda value: isinstance(value, bool)),
     "packing_capacity": ("a whole number >= 0, or None", lambda value: type(value) is int and value >= 0),
-    "reserves": (listed(map(repr, (*RESERVES, None)), "or"), lambda value: value in RESERVES),
+    "reserves": (listed(map(repr, (*RESERVES, None)), "or"), lambda value: _texts((value,)) and value in RESERVES),
     "prepare": ("a method", callable),
 }

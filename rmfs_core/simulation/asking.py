@@ -13,6 +13,7 @@ from rmfs_core.events import Event
 from rmfs_core.info import Question
 from rmfs_core.rules import BoundRule, ObserverError, RuleSet
 from rmfs_core.warehouse import Warehouse
+from rmfs_core.wording import one_line, shown_short
 
 T = TypeVar("T")
 
@@ -56,42 +57,29 @@ class Observers:
         try:
             answer = hook(**arguments)
         except ObserverError as error:
-            cause = error.__cause__
+            (name, called), cause = error.args, error.__cause__
             assert cause is not None
-            raise fault(self._warehouse, error.name, error.hook, f"raised {_raised(cause)}") from cause
+            raise fault(self._warehouse, name, called, f"raised {_raised(cause)}") from cause
         self.seconds += time.perf_counter() - started
         return answer
 
-    def end(self, status: str) -> tuple[dict[str, float | None], Exception | None]:
-        """Tell every observer that the run is over, also where another fails at that.
-
-        Parameters
-        ----------
-        status
-            ``"complete"``, ``"partial"`` or ``"failed"``.
-
-        Returns
-        -------
-        What the observers have measured, by name, and the first error that one of them raised.
-        """
-        errors: list[Exception] = []
+    def end(self, status: str) -> tuple[dict[str, float | None], list[BaseException]]:
+        """Tell every observer that the run is over; return what they have measured, by name, and what they raised."""
+        errors: list[BaseException] = []
         found: dict[str, float | None] = {}
         for _, tell in self._rules.told("run_ended"):
             try:
                 self.call(tell, tick=self._warehouse.now, status=status)
-            except Exception as error:
+            except BaseException as error:
                 errors.append(error)
         for name, ask in self._rules.told("measured"):
             try:
-                numbers = self.call(ask)
-            except Exception as error:
+                found.update(_numbers(self.call(ask), found))
+            except ImpossibleError as problem:
+                errors.append(fault(self._warehouse, name, "measured", str(problem)))
+            except BaseException as error:
                 errors.append(error)
-                continue
-            if problem := _faulty_measurement(numbers, found):
-                errors.append(fault(self._warehouse, name, "measured", problem))
-            else:
-                found.update(numbers)
-        return found, errors[0] if errors else None
+        return found, errors
 
 
 class Asker:
@@ -147,7 +135,8 @@ class Asker:
         self.tables_in[name] = self.tables_in.get(name, 0.0) + travel.seconds - tables
         self.calls[name] = self.calls.get(name, 0) + 1
         if observers is not None:
-            observers.call(observers.hooks.rule_answered, question=question, answer=answer)
+            told = list(answer) if isinstance(answer, list) else answer  # a list is the one answer that can be changed
+            observers.call(observers.hooks.rule_answered, question=question, answer=told)
         if self._limit_s is not None and seconds > self._limit_s:
             raise self.error(rule, f"took {seconds:.3g} s; the scenario allows run.decision_limit_s = {self._limit_s}")
         return answer, seconds
@@ -191,27 +180,32 @@ def instance_of(answer: object, kind: type[T]) -> T:
     return answer
 
 
-def _faulty_measurement(numbers: object, known: Container[str]) -> str | None:
-    """Return what is wrong with an answer of ``measured``; ``known`` has the metrics that there are already."""
-    if not isinstance(numbers, Mapping):
-        return f"returned {_a(numbers)}; expected numbers by name"
+def _numbers(answer: object, known: Container[str]) -> dict[str, float | None]:
+    """Return an answer of ``measured``, checked; ``known`` has the metrics that there are already."""
+    if not isinstance(answer, Mapping):
+        raise ImpossibleError(f"returned {_a(answer)}; expected numbers by name")
+    try:
+        numbers = dict(answer.items())
+    except Exception as error:
+        raise ImpossibleError(f"returned {_a(answer)}, which raised {_raised(error)}") from error
     for name, number in numbers.items():
         if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
-            return f"named a metric {name!r}; expected letters, digits and underscores"
+            raise ImpossibleError(f"named a metric {shown_short(name)}; expected letters, digits and underscores")
         if name in known:
-            return f"named a metric {name!r}, which there is already"
+            raise ImpossibleError(f"named a metric {name!r}, which there is already")
         plain = isinstance(number, int | float) and not isinstance(number, bool) and abs(number) < 1 << 63
         if number is not None and not plain:
-            return f"measured {name} = {number!r:.80}; expected an int or float below 2^63, or None"
-    return None
+            told = f"measured {name} = {shown_short(number)}"
+            raise ImpossibleError(f"{told}; expected an int or float below 2^63, or None")
+    return numbers
 
 
 def _a(answer: object) -> str:
-    return "None" if answer is None else f"{type(answer).__name__} {answer!r:.80}"
+    return "None" if answer is None else f"{type(answer).__name__} {shown_short(answer)}"
 
 
 def _raised(error: BaseException) -> str:
-    text = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    text = one_line(error)
     frame = error.__traceback__
     while frame is not None and frame.tb_next is not None:
         frame = frame.tb_next

@@ -11,7 +11,7 @@ from typing import Any
 import simpy
 
 from rmfs_core.clock import to_seconds, to_ticks
-from rmfs_core.errors import StandstillError
+from rmfs_core.errors import InputError, StandstillError
 from rmfs_core.events import (
     ItemPicked,
     OrderArrived,
@@ -31,6 +31,7 @@ from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.simulation.setup import check_needs, open_warehouse
 from rmfs_core.traffic import roads_on
 from rmfs_core.warehouse import Pod, Request, Robot, Station
+from rmfs_core.wording import one_line
 from rmfs_core.world import Instance, Layout
 
 
@@ -60,8 +61,11 @@ class Simulation:
         self.decisions = Decisions(self.context, self._start_task)
         self.driving = WAYS[rules.pp.traits.reserves](self.context)
         for rule in rules.deciding:  # what they have compiled is loaded now, so that no decision's time has it in
-            if rule.traits.prepare is not None:
-                rule.traits.prepare(roads_on(opening.warehouse.travel))
+            try:
+                if rule.traits.prepare is not None:
+                    rule.traits.prepare(roads_on(opening.warehouse.travel))
+            except (Exception, SystemExit) as error:
+                raise InputError(f"rules.{rule.role.key}", f"{rule.describe()}, prepare: {one_line(error)}") from error
         # Short names for what the processes use
         self.scenario, self.rules, self.warehouse = scenario, rules, opening.warehouse
         self.env, self.view, self._tell = self.context.env, self.context.view, self.context.tell

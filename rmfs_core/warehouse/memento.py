@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
 
-from attrs import frozen
+from attrs import field, frozen, validators
 
 from rmfs_core.warehouse.parts import UNLIMITED, Order, Pod, Request, Robot, Station
 from rmfs_core.warehouse.state import Warehouse, promise
@@ -58,7 +58,7 @@ class OrderMemento:
 
 @frozen
 class PodMemento:
-    """A pod with what it holds now; ``cell`` is its storage location, None while a robot carries it."""
+    """A pod and what it holds; ``cell`` is its storage location, None while it is carried; ``home`` -1: not known."""
 
     data: PodData
     cell: int | None
@@ -102,7 +102,7 @@ class RobotMemento:
 
     name: str
     cell: int
-    heading: int
+    heading: int = field(validator=validators.in_(range(4)))
     task: int | None
 
     @classmethod
@@ -129,7 +129,7 @@ class Memento:
         Cells of storage locations that hold an empty pod, and of those that a pod is on its way to.
     """
 
-    now: int
+    now: int = field(validator=validators.ge(0))
     skus: tuple[str, ...]
     orders: tuple[OrderMemento, ...]
     pods: tuple[PodMemento, ...]
@@ -156,13 +156,8 @@ class Memento:
 
 
 def restore(memento: Memento, travel: Travel) -> Warehouse:
-    """Return a new warehouse as a memento tells it, on which a decision can be tried out.
-
-    Raises
-    ------
-    ContradictionError
-        Where the memento contradicts itself or the layout.
-    """
+    """Return a new warehouse as a memento tells it; ContradictionError where that contradicts itself or the layout."""
+    _check_names(memento, travel)
     cells = travel.layout.stations
     warehouse = Warehouse(
         Instance(memento.skus, tuple(o.data for o in memento.orders), tuple(p.data for p in memento.pods)),
@@ -198,6 +193,26 @@ def _at(among: Sequence[T], number: int, *path: str | int) -> T:
     return among[number]
 
 
+def _check_names(memento: Memento, travel: Travel) -> None:
+    """Check that there are the stations, SKUs and storage locations that are named, and the cells once each."""
+    n, most = len(memento.stations), len(travel.layout.stations)
+    _check(n <= most, f"found {n}; the layout has {most}", "stations")
+    wanted = (("orders", "lines", i, one.data.lines) for i, one in enumerate(memento.orders))
+    held = (("pods", "contents", i, one.data.contents) for i, one in enumerate(memento.pods))
+    for section, key, i, items in (*wanted, *held):
+        for sku, number in items:
+            _at(memento.skus, sku, section, i, key)
+            _check(number is None or number >= 0, f"found {number} items; expected 0 or more", section, i, key)
+    places = {*travel.layout.storage_locations}
+    for i, pod in enumerate(memento.pods):
+        known = pod.home in places or pod.home in (-1, pod.cell)  # the cell is looked at later
+        _check(known, f"found {pod.home}; expected a storage location", "pods", i, "home")
+    for key, cells in (("blocked", memento.blocked), ("reserved", memento.reserved)):
+        for cell in cells:
+            _check(cell in places, f"found {cell}; expected a storage location that is not named before", key)
+            places.remove(cell)
+
+
 def _assign(warehouse: Warehouse, order: Order, given: OrderMemento, skus: Sequence[str]) -> None:
     for i, part in enumerate(given.parts):
         path = ("orders", order.id, "parts", i)
@@ -229,6 +244,8 @@ def _keep_requests(warehouse: Warehouse, station: Station, given: StationMemento
     for picked in assigned.values():
         for request in picked:
             warehouse.close(request)
+    problem = f"found {given.capacity}; expected at least {station.load}, what is assigned and not picked"
+    _check(given.capacity >= station.load, problem, "stations", station.id, "capacity")
     station._requests, station._by_sku = kept, {}
     for request in kept.values():
         station._by_sku.setdefault(request.sku, {})[request.id] = request
@@ -278,6 +295,9 @@ def _carry(warehouse: Warehouse, memento: Memento) -> None:
             )
             in_line.add(number)
             warehouse.join_line(warehouse.robots[robot_id], station)
+        room = station.queue_length + 1 - len(told.line)
+        problem = f"found {told.queue_room}; expected 0 to {room}, what the line leaves"
+        _check(0 <= told.queue_room <= room, problem, "stations", station.id, "queue_room")
         station._claims = station.queue_length + 1 - told.queue_room
 
 

@@ -88,13 +88,19 @@ def test_a_broken_command_costs_one_sentence(
 
 
 def test_commands_of_one_name_are_refused(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
-    """Neither is preferred, not even rmfs's own; the others work."""
+    """Neither is preferred, not even rmfs's own: each is there under its distribution's name; the others work."""
     source = "import click\n@click.command()\ndef tool():\n    click.echo('hello')\n"
     for name in ("acme", "bolt"):
         install(name, {"tool": f"{name}_tool:tool"}, group=COMMANDS, **{f"{name}_tool": source})
     install("acme_two", {"validate": "acme_two:tool", "hello": "acme_two:tool"}, group=COMMANDS, acme_two=source)
-    assert "acme 1.0 and bolt 1.0" in sentence(["tool"], capsys)
+    assert sentence(["tool"], capsys) == (
+        'Error: rmfs tool: command "tool" is offered by acme 1.0 and bolt 1.0; '
+        "expected one of them: `acme:tool` or `bolt:tool`"
+    )
     assert "acme_two 1.0 and rmfs " in sentence(["validate", "out"], capsys)
+    assert "out: cannot be read" in sentence(["rmfs:validate", "out"], capsys)
+    main(["acme_two:validate"])
+    assert capsys.readouterr().out == "hello\n"
     main(["hello"])
     assert capsys.readouterr().out == "hello\n"
     main(["--help"])
@@ -111,6 +117,8 @@ def test_an_unknown_command_is_named(capsys: pytest.CaptureFixture[str]) -> None
 
 
 PRINTING = [
+    ("--help",),
+    ("rules", "--help"),
     ("rules",),
     ("rules", "--json"),
     ("scenario", "list"),
@@ -138,3 +146,98 @@ def test_a_reader_that_goes_away_ends_a_command_quietly(arguments: tuple[str, ..
         assert word not in errors
     if arguments[0] == "run":
         assert (tmp_path / "out" / "result.json").exists()
+
+
+ENDING = """
+import sys
+import click
+
+
+class Told(click.Command):
+    def get_short_help_str(self, limit=45):
+        return 1 / 0
+
+
+told = Told("told")
+
+
+@click.command()
+@click.argument("how")
+@click.pass_context
+def tool(context, how):
+    if how == "raise":
+        raise LookupError("no\\npods")
+    if how == "return":
+        return 5
+    if how == "exit":
+        context.exit(77)
+    sys.exit(how if how == "text" else int(how))
+"""
+
+
+@pytest.fixture
+def tool(install: Install) -> None:
+    """Install a command that ends in many ways, and one that cannot say what it does."""
+    install("acme", {"acme-tool": "acme_tool:tool", "told": "acme_tool:told"}, group=COMMANDS, acme_tool=ENDING)
+
+
+@pytest.mark.usefixtures("tool")
+def test_a_command_that_raises_is_named(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """One sentence with its distribution; its traceback for who asks for it."""
+    with pytest.raises(SystemExit) as stop:
+        main(["acme-tool", "raise"])
+    assert stop.value.code == 1
+    assert capsys.readouterr().err == (
+        'Error: command "acme-tool" (acme 1.0) raised LookupError: no pods; RMFS_TRACEBACK=1 in the environment shows '
+        "where\n"
+    )
+    monkeypatch.setenv("RMFS_TRACEBACK", "1")
+    with pytest.raises(SystemExit):
+        main(["acme-tool", "raise"])
+    assert "in tool\n" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("tool")
+@pytest.mark.parametrize(("how", "code"), [("exit", 1), ("77", 1), ("256", 1), ("-1", 1), ("2", 2), ("text", 1)])
+def test_a_command_ends_with_an_exit_code_that_is_documented(how: str, code: int) -> None:
+    """Any other is 1, also one that a shell would see as 0."""
+    with pytest.raises(SystemExit) as stop:
+        main(["acme-tool", "--", how])
+    assert stop.value.code == code
+
+
+@pytest.mark.usefixtures("tool")
+def test_what_a_command_returns_is_no_exit_code() -> None:
+    """It is done."""
+    main(["acme-tool", "return"])
+
+
+@pytest.mark.usefixtures("tool")
+def test_a_command_that_cannot_say_what_it_does_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    """With the reason; so are all others."""
+    main(["--help"])
+    listed = " ".join(capsys.readouterr().out.split())
+    assert "told (not usable: command" in listed
+    assert "validate Check the trace" in listed
+    assert 'command "told" (acme 1.0) cannot say what it does: ZeroDivisionError' in sentence(["told"], capsys)
+
+
+FULL = "Error: output: cannot be written: No space left on device\n"
+
+
+@pytest.mark.parametrize(
+    ("call", "code", "said"),
+    [
+        ("--help >/dev/full", 2, FULL),
+        ("scenario list >/dev/full", 2, FULL),
+        ("scenario list >/dev/full 2>/dev/full", 2, ""),
+        ("nope 2>/dev/full", 2, ""),
+        ("--help >&-", 0, ""),
+        ("scenario list >&- 2>&-", 0, ""),
+    ],
+)
+def test_output_that_cannot_be_written_is_no_traceback(call: str, code: int, said: str) -> None:
+    """A full disk is one sentence, and exit code 2; output that nobody wants is none."""
+    program = f"{sys.executable} -c 'from rmfs_core.cli import main; main()'"
+    done = subprocess.run(f"{program} {call}", shell=True, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (code, said)

@@ -57,9 +57,10 @@ def test_a_name_of_several_distributions_is_refused(install: Install) -> None:
     with pytest.raises(InputError) as caught:
         load(offers(GROUP)["thing"], "rmfs thing", "command")
     assert str(caught.value) == (
-        'rmfs thing: command "thing" is offered by more than one installed distribution: acme 1.0, acme_two 1.0 and '
-        "bolt 1.0; uninstall all but one"
+        'rmfs thing: command "thing" is offered by acme 1.0, acme_two 1.0 and bolt 1.0; expected one of them: '
+        "`acme:thing`, `acme_two:thing` or `bolt:thing`"
     )
+    assert [entry.value for entry in offers(GROUP)["bolt:thing"]] == ["bolt_missing:Thing"]
 
 
 def test_messages_call_what_is_offered_by_name_and_origin() -> None:

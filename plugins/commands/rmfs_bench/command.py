@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rmfs_cli import completion
+from rmfs_cli.notes import notes_console
 from rmfs_cli.options import decides_option, json_option
 from rmfs_cli.screen import print_json, print_named, table_console
 from rmfs_core.roles import Role
@@ -64,7 +65,6 @@ def bench(
     the same are held against each other; a POA+PPS rule takes the place of both rules, so it is held against POA rules.
     Quality is the same each time, wall-clock time is not. Exit code 1 if a run failed.
     """
-    from rich.console import Console
 
     from rmfs_bench.bench import bench as run_all
     from rmfs_bench.bench import contestant
@@ -76,7 +76,7 @@ def bench(
         contestant(text, parse_choice(text, "RULE"), decides=decides, allow_inline=allow_inline)
         for text in dict.fromkeys(rules)
     ]
-    notes = Console(stderr=True)
+    notes = notes_console()
     with notes.status("...") as status:
         runs = list(
             run_all(contestants, worlds, seeds, overrides=overrides, allow_inline=allow_inline, before=status.update)

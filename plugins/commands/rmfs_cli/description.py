@@ -77,15 +77,15 @@ class RuleDescription:
 def installed_rules() -> list[RuleDescription]:
     """Describe every installed rule, by what it decides and by name; rules that cannot be imported carry the error."""
     found = [
-        _describe(entry, len(entries) > 1)
-        for entries in entrypoints.offers(entrypoints.RULES).values()
-        for entry in entries
+        _describe(name, entries[0])
+        for name, entries in entrypoints.offers(entrypoints.RULES).items()
+        if len(entries) == 1  # each of several that share a name has one of its own, too
     ]
     labels = [role.label for role in Role]
     return sorted(found, key=lambda rule: [labels.index(label) for label in rule.decides] or [len(labels)])
 
 
-def _describe(entry: EntryPoint, clash: bool) -> RuleDescription:
+def _describe(name: str, entry: EntryPoint) -> RuleDescription:
     distribution, version = entrypoints.origin(entry)
     try:
         source = load_entry((entry,), entry.name)
@@ -93,12 +93,12 @@ def _describe(entry: EntryPoint, clash: bool) -> RuleDescription:
         check_hooks(entry.name, rule, rule.__name__)
         parameters = tuple(_parameters(rule))
     except InputError as error:
-        return RuleDescription(entry.name, distribution, version, error=error.problem)
+        return RuleDescription(name, distribution, version, error=error.problem)
     except Exception as error:  # a class that cannot even be looked at must not hide the others
-        return RuleDescription(entry.name, distribution, version, error=one_line(error))
+        return RuleDescription(name, distribution, version, error=one_line(error))
     doc = inspect.getdoc(rule) or ""
     return RuleDescription(
-        name=entry.name,
+        name=name,
         distribution=distribution,
         version=version,
         decides=tuple(role.label for role in roles_of(rule)),
@@ -106,7 +106,6 @@ def _describe(entry: EntryPoint, clash: bool) -> RuleDescription:
         summary=doc.partition("\n")[0],
         reference=sections(doc).get("References", ""),
         doc=doc,
-        error="offered by more than one installed distribution; uninstall all but one" if clash else None,
     )
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rmfs_cli.completion import SetCommand, recorders
+from rmfs_cli.notes import notes_console
 from rmfs_cli.options import json_option, scenario_argument, seed_option, set_option
 from rmfs_cli.screen import print_json, say
 
@@ -83,7 +84,7 @@ def run(
     resolved = load_scenario(scenario, overrides, seed)
     name = Path(scenario).stem
     folder = default_folder(name, resolved.seed, overrides) if out is None else out
-    notes = Console(stderr=True, quiet=quiet)
+    notes = notes_console(quiet=quiet)
     if not no_inline_rules:
         _announce_inline_rules(notes, resolved)
     progress: RunDisplay | None = None if quiet else run_display(notes, name)

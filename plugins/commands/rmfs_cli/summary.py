@@ -84,5 +84,6 @@ def _group(name: str, metrics: Sequence[Metric], values: Mapping[str, Any]) -> T
     table.add_column(style="dim", no_wrap=True, min_width=1)
     for metric in metrics:
         value = values.get(metric.name)
-        table.add_row(metric.label, show(metric, value), metric.unit if value is not None else "")
+        unit = metric.unit if value is not None else ""
+        table.add_row(Text(metric.label), show(metric, value), Text(unit))  # an observer's are no markup
     return table

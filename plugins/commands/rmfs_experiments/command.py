@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rmfs_cli.completion import experiments
+from rmfs_cli.notes import notes_console
 from rmfs_cli.options import dask_option, jobs_option, json_option
 from rmfs_cli.screen import print_json, say
 from rmfs_cli.shipped import print_shipped
@@ -67,7 +68,7 @@ def compare(
         raise click.UsageError("expected an experiment: a file, or one of `rmfs compare --list`")
     loaded = load_experiment(experiment)
     folder = out or Path("rmfs-runs") / loaded.name
-    notes = Console(stderr=True, quiet=quiet)
+    notes = notes_console(quiet=quiet)
     for file in () if no_inline_rules else loaded.rule_files():
         say(notes, f"Loading code from {file}.")
     compile_searches(notes, load_scenario("examples/small"))

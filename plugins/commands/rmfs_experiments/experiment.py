@@ -113,6 +113,8 @@ class Job:
         Hash of resolved scenario (with the contents of the files it names), seed and versions.
     measures
         Metrics that its observers describe, by name.
+    observed
+        Whether it has observers that measure something.
     """
 
     instance: str
@@ -123,6 +125,7 @@ class Job:
     versions: Mapping[str, str]
     key: str
     measures: Mapping[str, Metric] = field(factory=dict)
+    observed: bool = False
 
     def __str__(self) -> str:
         return f"{self.instance}, {self.rule_set}, seed {self.seed}"
@@ -222,8 +225,7 @@ class Experiment:
             is unknown, and there is no rule or observer that measures something.
         """
         found: list[Job] = []
-        loaded: dict[tuple[str, str], tuple[dict[str, str], dict[str, Metric]]] = {}  # most have the same rules
-        somebody_measures = False
+        loaded: dict[tuple[str, str], tuple[dict[str, str], dict[str, Metric], bool]] = {}  # most have the same rules
         for instance, base, points in self._instances():
             values = {"scenario": base.name} | {a.name: p.value for a, p in zip(self.axes, points, strict=True)}
             for rule_set in self.rule_sets:
@@ -237,22 +239,22 @@ class Experiment:
                 with located_in(place):
                     if chosen not in loaded:
                         rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
-                        loaded[chosen] = versions_of(rules, scenario.folder), described_by(rules.instances)
-                        somebody_measures |= bool(rules.pm.hook.measured.get_hookimpls())
-                    versions, measures = loaded[chosen]
+                        observed = bool(rules.pm.hook.measured.get_hookimpls())
+                        loaded[chosen] = versions_of(rules, scenario.folder), described_by(rules.instances), observed
+                    versions, measures, observed = loaded[chosen]
                     key = run_key(scenario, versions)
-                found += [
-                    Job(instance, rule_set.name, seed, values, scenario.with_seed(seed), versions, key(seed), measures)
-                    for seed in self.seeds
-                ]
-        if not somebody_measures:
+                for seed in self.seeds:
+                    of_seed = scenario.with_seed(seed), versions, key(seed), measures, observed
+                    found.append(Job(instance, rule_set.name, seed, values, *of_seed))
+        if not any(observed for _, _, observed in loaded.values()):
             self.check_metrics(CATALOGUE)
         return found
 
     def check_metrics(self, known: Collection[str]) -> None:
         """Raise `InputError` when a metric is not among those that are known."""
+        known = {*known} - {*LABELS}
         for metric in self.metrics:
-            if metric not in known or metric in LABELS:
+            if metric not in known:
                 problem = f'there is no metric "{metric}"{nearest(metric, known)}'
                 raise InputError(f"{self.place}, metrics", problem)
 

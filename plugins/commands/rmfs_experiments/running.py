@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from contextlib import closing
 from pathlib import Path
@@ -64,7 +64,7 @@ class ExperimentResult:
         """
         one = self.experiment
         if len(self.failed) < len(self.rows):
-            one.check_metrics({*CATALOGUE, *(name for row in self.rows for name in row if name.isidentifier())})
+            one.check_metrics({*CATALOGUE, *_metrics(self.rows)})
         return summary(self.rows, one.baseline, one.metrics, by=one.by or ("instance",), measures=self.measures)
 
 
@@ -102,7 +102,8 @@ def run_experiment(
     Raises
     ------
     InputError
-        When a scenario is wrong, or the store cannot be written to; before anything is run.
+        When a scenario is wrong, or the store cannot be written to; before anything is run. When the comparison asks
+        for a metric that nobody measures: as soon as there is a run of all observers that measure something.
     RunError
         When the Dask scheduler is lost.
     KeyboardInterrupt
@@ -113,6 +114,10 @@ def run_experiment(
     different = {job.key: job for job in all_jobs}
     runs = RunStore(store)
     todo = [job for job in different.values() if job not in runs]
+    expected = _Expected(experiment, all_jobs)
+    for job in different.values():
+        if expected.waits_for(job) and job in runs:
+            expected.see(job, runs.row(job))
     not_stored: dict[str, Outcome] = {}
     if todo:
         with (
@@ -126,13 +131,42 @@ def run_experiment(
                         not_stored[job.key] = outcome
                     else:
                         runs.save(job, outcome)
-                    watcher.run_finished(job, _row(job, runs, not_stored))
+                    row = _row(job, runs, not_stored)
+                    watcher.run_finished(job, row)
+                    if expected.waits_for(job):
+                        expected.see(job, row)
             finally:
                 watcher.ended()
     rows = [_row(job, runs, not_stored) for job in all_jobs]
     versions = {name: version for job in all_jobs for name, version in job.versions.items()}
     measures = {name: metric for job in all_jobs for name, metric in job.measures.items()}
     return ExperimentResult(experiment, rows, dict(sorted(versions.items())), len(todo), measures)
+
+
+class _Expected:
+    """Metrics that are compared but not yet known: what observers measure is seen when a run of theirs is finished."""
+
+    def __init__(self, experiment: Experiment, jobs: Iterable[Job]) -> None:
+        self._experiment = experiment
+        self._unseen = {repr(job.scenario.rules) for job in jobs if job.observed}
+        self._known = set(CATALOGUE)
+
+    def waits_for(self, job: Job) -> bool:
+        """Whether no run with a job's observers was seen."""
+        return bool(self._unseen) and job.observed and repr(job.scenario.rules) in self._unseen
+
+    def see(self, job: Job, row: Row) -> None:
+        """Look at a finished run; when it is the last that was waited for, raise InputError for an unknown metric."""
+        if row["status"] == "failed":
+            return
+        self._unseen.discard(repr(job.scenario.rules))
+        self._known |= _metrics([row])
+        if not self._unseen:
+            self._experiment.check_metrics(self._known)
+
+
+def _metrics(rows: Iterable[Row]) -> set[str]:
+    return {name for row in rows for name in row if name.isidentifier()}
 
 
 def _workers(runs: int, jobs: int | None, dask: str | None) -> Workers:

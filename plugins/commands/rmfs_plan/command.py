@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rmfs_cli import completion
+from rmfs_cli.notes import notes_console
 from rmfs_cli.options import json_option
 from rmfs_cli.screen import print_json
 
@@ -63,7 +64,7 @@ def plan(
 
     roads = roads_of_map(read_map(map_file))
     planner = find_planner(rule_name_from(pp, ".", "."), _parameters(values), stream(seed, f"rule pp {pp}"))
-    with compiling_announced(Console(stderr=True)):
+    with compiling_announced(notes_console()):
         trips = random_trips(roads, agents, seed, map_file) if scen is None else read_trips(scen, roads.layout, agents)
         _check_reach(roads, trips, scen or map_file)
         started = time.perf_counter()

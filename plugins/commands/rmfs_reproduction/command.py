@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rmfs_cli.notes import notes_console
 from rmfs_cli.options import dask_option, jobs_option, json_option
 from rmfs_cli.screen import print_json, say
 
@@ -63,7 +64,7 @@ def reproduce(
 
     parts = choose_parts(only, quick)
     folder = out or Path("rmfs-runs") / ("reproduce-quick" if quick else "reproduce")
-    notes = Console(stderr=True, quiet=quiet)
+    notes = notes_console(quiet=quiet)
     compile_searches(notes, load_scenario("paper-250-integrated"))
     try:
         done = run_parts(

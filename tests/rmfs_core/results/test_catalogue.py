@@ -43,8 +43,6 @@ def test_a_metric_of_a_third_party_is_called_by_its_name_where_it_has_no_label()
     """Everything but the name may be left out."""
     assert Metric("queries").label == "queries"
     assert Metric("queries", "Path queries").label == "Path queries"
-    with pytest.raises(ValueError, match="'digits' must be >= 0"):
-        Metric("queries", digits=-1)
 
 
 def test_observers_describe_what_they_measure() -> None:
@@ -67,3 +65,25 @@ def test_a_wrong_description_is_refused(measures: object) -> None:
     assert str(caught.value) == (
         f"class Walks: expected `measures` to be a tuple of rmfs_core.results.catalogue.Metric, found {measures!r:.80}"
     )
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"label": 5}, {"unit": None}, {"label": "two\nlines"}, {"digits": -1}, {"digits": 10**9}, {"digits": "2"}]
+)
+def test_a_metric_is_shown_on_a_line(wrong: dict[str, object]) -> None:
+    """What a table could not show is refused when it is made."""
+    with pytest.raises(ValueError, match="expected texts of one line and 0 to 15 digits, found Metric"):
+        Metric("legs", **wrong)  # type: ignore[arg-type]
+
+
+def test_measures_that_cannot_be_read_are_one_sentence() -> None:
+    """With the class that has them."""
+
+    class Watching:
+        @property
+        def measures(self) -> tuple[Metric, ...]:
+            raise LookupError("none")
+
+    expected = r"class Watching: expected `measures` to be .*, found LookupError\('none'\)"
+    with pytest.raises(InputError, match=expected):
+        described_by([Watching()])

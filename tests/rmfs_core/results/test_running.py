@@ -1,13 +1,16 @@
 """Running a scenario into a folder."""
 
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
 import rmfs_core
 from rmfs_core.cli import main
+from rmfs_core.results import load_result
 
 
 def test_results_never_replace_the_input(tmp_path: Path) -> None:
@@ -133,3 +136,96 @@ def test_how_metrics_are_shown_is_checked_before_the_run() -> None:
 
     with pytest.raises(rmfs_core.InputError, match=r"class Watching: expected `measures` to be a tuple of .*Metric"):
         rmfs_core.run("examples/small", observers=[Watching()])
+
+
+class Observing:
+    """Observer that does something in one of its hooks, and has something else to tell."""
+
+    def __init__(self, hook: str, act: Callable[[], object]) -> None:
+        self.hook, self.act = hook, act
+        self.ended = False
+
+    @rmfs_core.hookimpl
+    def run_ended(self) -> None:
+        """Note it."""
+        self.ended = True
+        if self.hook == "run_ended":
+            self.act()
+
+    @rmfs_core.hookimpl
+    def measured(self) -> object:
+        """Measure one thing, or act."""
+        return self.act() if self.hook == "measured" else {f"by_{self.hook}": 1}
+
+
+def interrupt() -> None:
+    """As Ctrl-C would."""
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("hook", ["run_ended", "measured"])
+def test_an_interrupt_at_the_end_of_a_run_loses_nothing(hook: str, tmp_path: Path) -> None:
+    """The other observers are told all the same, and what was measured is saved; the run counts as interrupted."""
+    other, interrupted = Observing("nothing", interrupt), Observing(hook, interrupt)
+    result = rmfs_core.run(
+        "examples/small", overrides=["instance.orders=3"], out=tmp_path, observers=[other, interrupted]
+    )
+    assert (result.interrupted, result.status, other.ended) == (True, "partial", True)
+    saved = load_result(tmp_path)
+    assert (saved.metrics["orders_completed"], saved.metrics["by_nothing"]) == (3, 1)
+
+
+@pytest.mark.parametrize("hook", ["run_ended", "measured"])
+def test_an_observer_that_leaves_at_the_end_of_a_run_loses_nothing(hook: str, tmp_path: Path) -> None:
+    """Not even with what is no error of a program's."""
+    with pytest.raises(SystemExit):
+        rmfs_core.run("examples/small", out=tmp_path, observers=[Observing(hook, lambda: sys.exit(3))])
+    assert load_result(tmp_path).error == "SystemExit: 3"
+
+
+class Unreadable(dict[str, int]):
+    """A mapping that cannot be read."""
+
+    def items(self) -> NoReturn:  # type: ignore[override]
+        """Raise."""
+        raise LookupError("not yet")
+
+
+class Speechless(Exception):  # noqa: N818
+    """An exception that cannot say what it is."""
+
+    def __str__(self) -> str:
+        raise ValueError
+
+
+def speechless() -> None:
+    """Raise it."""
+    raise Speechless
+
+
+def two_lines() -> None:
+    """Raise what takes two lines to say."""
+    raise LookupError("one\ntwo")
+
+
+@pytest.mark.parametrize(
+    ("act", "problem"),
+    [
+        (
+            lambda: Unreadable(a=1),
+            r"measured, at .* s: returned Unreadable \{'a': 1\}, which raised LookupError: not yet",
+        ),
+        (lambda: [1], r"measured, at .* s: returned list \[1\]; expected numbers by name"),
+        (lambda: {"a\n": 1}, r"named a metric 'a\\n'; expected letters"),
+        (speechless, "^Speechless$"),
+        (two_lines, "^LookupError: one two$"),
+    ],
+)
+def test_what_cannot_be_measured_is_one_sentence(act: Callable[[], object], problem: str, tmp_path: Path) -> None:
+    """Everything else is saved, with the sentence."""
+    with pytest.raises((rmfs_core.RuleError, LookupError, Speechless)):
+        rmfs_core.run("examples/small", out=tmp_path, observers=[Observing("measured", act)])
+    saved = load_result(tmp_path)
+    assert saved.metrics["picks"] > 0
+    assert re.search(problem, str(saved.error))
+    assert "\n" not in str(saved.error)

@@ -159,3 +159,26 @@ def test_roles_follow_from_hooks() -> None:
 def test_every_role_has_a_hook_that_exists() -> None:
     """And every hook belongs to a role."""
     assert {role.hook for role in Role} | OBSERVER_HOOKS == set(ARGUMENTS)
+
+
+@pytest.mark.parametrize("option", ["wrapper", "hookwrapper", "tryfirst", "trylast"])
+def test_who_is_told_first_is_up_to_the_kernel(option: str, refusal: Refusal, install: Install) -> None:
+    """An observer stands neither before the built-in metrics nor around the others."""
+    source = f"@define\nclass Mine:\n    @hookimpl({option}=True)\n    def on_event(self, event):\n        yield\n"
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=source)
+    assert refusal(observers=(RuleChoice("mine"),)) == (
+        f"rules.observers[0]: class Mine: `on_event` is marked with {option}; expected @hookimpl alone"
+    )
+
+
+def test_a_property_that_raises_is_no_hook() -> None:
+    """It is the observer's own affair."""
+
+    class Mine:
+        dear = property(lambda self: 1 / 0)
+
+        @hookimpl
+        def on_event(self) -> None:
+            pass
+
+    assert marked_methods(Mine()) == {"on_event": "on_event"}

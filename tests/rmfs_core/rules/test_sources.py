@@ -152,7 +152,13 @@ def test_two_distributions_with_one_name_clash_only_when_it_is_selected(refusal:
     install("acme", {"mine": "acme_rules:MyRule"}, acme_rules="")
     install("bolt", {"mine": "bolt_rules:MyRule"}, bolt_rules="")
     assert refusal(poa=RuleChoice("mine")) == (
-        'rules.poa: rule "mine" is offered by more than one installed distribution: acme 1.0 and bolt 1.0; '
-        "uninstall all but one"
+        'rules.poa: rule "mine" is offered by acme 1.0 and bolt 1.0; expected one of them: `acme:mine` or `bolt:mine`'
     )
     RuleSet.load(RulesSection(poa=RuleChoice("pod-match"), pps=RuleChoice("demand")), ".")
+    assert 'rule "mine" (bolt 1.0) cannot be imported' in refusal(poa=RuleChoice("bolt:mine"))
+
+
+def test_a_module_that_makes_names_up(refusal: Refusal, tmp_path: Path) -> None:
+    """What is not there is not asked for."""
+    (tmp_path / "mine.py").write_text("def __getattr__(name):\n    raise RuntimeError(name)\n", encoding="utf-8")
+    assert refusal(tmp_path, poa=RuleChoice("./mine.py:Mine")).endswith("mine.py has no class `Mine`")

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from attrs import evolve
 
@@ -55,8 +56,10 @@ def test_what_is_declared_is_read() -> None:
     [
         ("needs", "unlimited stock", "a tuple of 'unlimited stock' or 'item capacity'"),  # a text is no tuple of them
         ("needs", ("luck",), "a tuple of 'unlimited stock' or 'item capacity'"),
-        ("libraries", ["highspy"], "a tuple of distributions' names"),
-        ("libraries", (1,), "a tuple of distributions' names"),
+        ("libraries", ["highspy"], "a tuple of installed distributions' names"),
+        ("libraries", (1,), "a tuple of installed distributions' names"),
+        ("libraries", ("no-such-distribution",), "a tuple of installed distributions' names"),
+        ("libraries", ("",), "a tuple of installed distributions' names"),
         ("splits_over_time", 1, "True or False"),
         ("packing_capacity", -1, "a whole number >= 0, or None"),
         ("packing_capacity", True, "a whole number >= 0, or None"),
@@ -91,3 +94,15 @@ def test_what_a_rule_needs_is_held_against_the_scenario(tiny: RunInfo) -> None:
     assert both.lacks(tiny.scenario, finite) == stock
     assert both.lacks(by_orders, finite) == items
     assert RuleTraits().lacks(by_orders, finite) is None
+
+
+def test_a_trait_that_cannot_be_read_or_compared_is_one_sentence() -> None:
+    """Whatever it is."""
+
+    class Raising:
+        needs = property(lambda self: 1 / 0)
+
+    with pytest.raises(InputError, match=r"^here: it has needs = ZeroDivisionError\('division by zero'\); expected a "):
+        RuleTraits.of(Raising(), "here", "it")
+    with pytest.raises(InputError, match=r"^here: it has reserves = array\(\[\[1, 2\], \[3, 4\]\]\); expected "):
+        RuleTraits.of(SimpleNamespace(reserves=np.array([[1, 2], [3, 4]])), "here", "it")

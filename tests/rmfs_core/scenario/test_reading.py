@@ -245,3 +245,12 @@ def test_keys_that_a_file_replaces_are_refused(tmp_path: Path, text: str, key: s
     file.write_text(text + RULES, encoding="utf-8")
     with pytest.raises(InputError, match=rf"line 2, {key}: has no meaning beside `\w+\.\w+_file`; leave one of them"):
         load_scenario(file)
+
+
+def test_a_name_too_long_for_a_file_is_a_file_that_is_not_there() -> None:
+    """Of a scenario and of a rule."""
+    name = "a" * 300
+    with pytest.raises(InputError, match="there is no such file"):
+        load_scenario(f"{name}.toml")
+    with pytest.raises(InputError, match=r"there is no file `.*aaa"):
+        load_scenario("examples/small", [f"rules.poa=./{name}.py:Mine"])

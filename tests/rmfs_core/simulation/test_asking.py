@@ -205,9 +205,9 @@ def end_with(folder: Path, *answers: object) -> tuple[dict[str, float | None], E
     observers = [Measuring(answer) for answer in answers]
     for number, observer in enumerate(observers, 1):
         run.rules.register_observer(observer, f"observer {number}")
-    found, error = Observers(run.rules, world).end("partial")
+    found, errors = Observers(run.rules, world).end("partial")
     assert all(observer.ended == (5000, "partial") for observer in observers)
-    return found, error, observers
+    return found, errors[0] if errors else None, observers
 
 
 def test_what_observers_measure_is_put_together(tmp_path: Path) -> None:
@@ -249,3 +249,28 @@ def test_an_observer_that_fails_at_the_end_keeps_nothing_from_the_others(
         assert found == {"runs": 1}
         number = answers.index(failing) + 1
         assert str(error).startswith(f"observer {number}, {hook}, at 5.000 s: raised OSError: disk full (")
+
+
+def test_an_observer_changes_no_answer(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
+    """What it is told of is its own."""
+    (tmp_path / "bad.py").write_text(
+        "from attrs import define\nfrom rmfs_core import hookimpl\n@define\nclass Bad:\n    @hookimpl\n"
+        "    def rule_answered(self, answer):\n        if isinstance(answer, list):\n            answer.clear()\n",
+        encoding="utf-8",
+    )
+    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), observers=["./bad.py:Bad"])
+    run.simulation.run()
+    assert run.simulation.status == "complete"
+
+
+def test_an_observer_that_cannot_say_what_is_wrong_is_named(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
+    """Its error is named, and the run ends in order."""
+    (tmp_path / "bad.py").write_text(
+        "from attrs import define\nfrom rmfs_core import hookimpl\n"
+        "class Speechless(Exception):\n    def __str__(self): return 1 / 0\n"
+        "@define\nclass Bad:\n    @hookimpl\n    def on_event(self): raise Speechless\n",
+        encoding="utf-8",
+    )
+    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), observers=["./bad.py:Bad"])
+    with pytest.raises(RuleError, match=r'rule "\./bad\.py:Bad" .*: raised Speechless \(.*line 8\)'):
+        run.simulation.run()

@@ -2,10 +2,11 @@
 
 from collections.abc import Callable
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
-from rmfs_core.errors import StandstillError
+from rmfs_core.errors import InputError, StandstillError
 from rmfs_core.events import (
     ItemPicked,
     OrderArrived,
@@ -159,3 +160,17 @@ def test_a_run_that_stands_still_says_what_is_left(tiny_run: Prepare) -> None:
         "pod can serve; 0 pods waiting for a robot), and no rule decides anything (asked last: "
         'rule "pod-match" (rmfs 0.2.0.dev0), rule "demand" (rmfs 0.2.0.dev0), rule "nearest-robot" (rmfs 0.2.0.dev0)).'
     )
+
+
+@pytest.mark.parametrize("body", ["1 / 0", "raise SystemExit(3)"])
+def test_a_rule_that_cannot_be_prepared_is_named(tiny_run: Prepare, tmp_path: Path, body: str) -> None:
+    """Before the run: one sentence, whatever it raises."""
+    (tmp_path / "bad.py").write_text(
+        "from attrs import define\nfrom rmfs_core import hookimpl\n@define\nclass Bad:\n    @hookimpl\n"
+        f"    def plan_path(self): pass\n    def prepare(self, roads):\n        {body}\n",
+        encoding="utf-8",
+    )
+    with pytest.raises(
+        InputError, match=r"rules\.pp: rule .*bad\.py inline\), prepare: (ZeroDivisionError|SystemExit)"
+    ):
+        tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), pp="./bad.py:Bad")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import pytest
 from attrs import evolve
 
@@ -11,6 +14,7 @@ from rmfs_core.info import Question, RunInfo
 from rmfs_core.roles import Role
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_core.warehouse.memento import ContradictionError, Memento, PartMemento, RequestMemento, restore
+from rmfs_core.world import OrderData, PodData
 from rmfs_testing import small_world
 
 SKUS = ("a", "b")
@@ -111,6 +115,13 @@ def test_promises_that_are_not_told_are_made() -> None:
         ("stations", {"line": (0, 1)}, ("stations", 0, "line", 1), 'names pod "q", which no robot carries'),
         ("robots", {"task": 2}, ("robots", 0, "task"), "found the id 2"),
         ("robots", {"cell": 10_000}, ("robots", 0, "cell"), "expected a cell of the layout"),
+        ("orders", {"data": OrderData("1", 0, ((0, 2), (9, 1)))}, ("orders", 0, "lines"), "the id 9"),
+        ("orders", {"data": OrderData("1", 0, ((0, -2),))}, ("orders", 0, "lines"), "found -2 items"),
+        ("pods", {"data": PodData("p", ((-1, 3),))}, ("pods", 0, "contents"), "the id -1"),
+        ("pods", {"home": 0}, ("pods", 0, "home"), "found 0; expected a storage location"),
+        ("stations", {"capacity": 2}, ("stations", 0, "capacity"), "found 2; expected at least 3"),
+        ("stations", {"queue_room": -1}, ("stations", 0, "queue_room"), "found -1; expected 0 to "),
+        ("stations", {"queue_room": 99}, ("stations", 0, "queue_room"), "found 99; expected 0 to "),
     ],
 )
 def test_contradictions(part: str, change: dict[str, object], path: tuple[str | int, ...], problem: str) -> None:
@@ -118,8 +129,36 @@ def test_contradictions(part: str, change: dict[str, object], path: tuple[str | 
     world = at_work()
     memento = Memento.of(WarehouseView(world), SKUS)
     first, *others = getattr(memento, part)
+    assert restore(memento, world.travel).now == memento.now
     with pytest.raises(ContradictionError) as caught:
         restore(evolve(memento, **{part: (evolve(first, **change), *others)}), world.travel)
     assert caught.value.path == path
     assert problem in caught.value.problem
     assert str(caught.value) == f"{'.'.join(map(str, path))}: {caught.value.problem}"
+
+
+@pytest.mark.parametrize(
+    ("changed", "key"),
+    [
+        (lambda memento: {"stations": memento.stations * 2}, "stations"),
+        (lambda memento: {"blocked": (0,)}, "blocked"),
+        (lambda memento: {"reserved": (10_000,)}, "reserved"),
+        (lambda memento: {"blocked": (memento.pods[1].home,), "reserved": (memento.pods[1].home,)}, "reserved"),
+    ],
+)
+def test_contradictions_of_the_whole(changed: Callable[[Memento], dict[str, Any]], key: str) -> None:
+    """More stations than the layout has, cells that are no storage locations, or twice one."""
+    world = at_work()
+    memento = Memento.of(WarehouseView(world), SKUS)
+    with pytest.raises(ContradictionError) as caught:
+        restore(evolve(memento, **changed(memento)), world.travel)
+    assert caught.value.path == (key,)
+
+
+def test_a_memento_has_no_time_before_the_start_and_no_fifth_heading() -> None:
+    """What is wrong by itself is refused when it is made."""
+    memento = Memento.of(WarehouseView(at_work()), SKUS)
+    with pytest.raises(ValueError, match="'now' must be >= 0: -1"):
+        evolve(memento, now=-1)
+    with pytest.raises(ValueError, match="'heading' must be in range"):
+        evolve(memento.robots[0], heading=4)

@@ -24,6 +24,7 @@ DPI = 150
 DIFFERENCES = "differences"
 STYLE: dict[Any, Any] = {
     "svg.hashsalt": "rmfs",  # else ids in the SVG are random
+    "text.parse_math": False,  # a dollar in a label is a dollar
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -59,12 +60,18 @@ def make_plots(rows: Sequence[Mapping[str, Any]], comparison: Comparison) -> lis
 
     with mpl.rc_context(STYLE):
         plots = [
-            _drawn(metric, _title(comparison, metric), _runs(rows, comparison, metric)) for metric in comparison.metrics
+            _drawn(plot_name(metric), _title(comparison, metric), _runs(rows, comparison, metric))
+            for metric in comparison.metrics
         ]
         if len(comparison.rule_sets) > 1:
             heading = f"Differences from {comparison.baseline}"
             plots.insert(0, _drawn(DIFFERENCES, heading, _differences(comparison)))
     return plots
+
+
+def plot_name(metric: str) -> str:
+    """Return what the plot of a metric is called: an observer's may have the name of the plot of all differences."""
+    return f"metrics.{metric}" if metric.lower() == DIFFERENCES else metric
 
 
 def _title(comparison: Comparison, metric: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
@@ -61,7 +62,7 @@ def _counts(comparison: Comparison) -> Table:
 
 def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: bool) -> Table:
     shown_as = comparison.described(metric)
-    title = numbers.title(shown_as)
+    title = escape(numbers.title(shown_as))
     table = Table(title=title, title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0))
     table.add_column("Rule set")
     for name in ("Pairs", "Mean", *(["Difference"] if wide else []), "Relative", "p (Holm)"):

@@ -161,3 +161,21 @@ def test_metrics_of_observers_are_shown_as_they_describe_them(result: Experiment
         rows = [row for row in csv.DictReader(stream) if row["metric"] == "balance" and row["rule_set"] == "good"]
     assert [row["mean"] for row in rows] == ["", "", ""]
     assert pandas.read_parquet(tmp_path / "runs.parquet")["balance"].isna().sum() == 7
+
+
+def test_an_observers_metric_is_called_what_it_likes(
+    result: ExperimentResult, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its plot is a file beside that of all differences; its label is neither markup nor a formula."""
+    label = "Price [s] [/nope] in $^$"
+    rows = [row | {"differences": row["seed"] * 1.5} for row in result.rows]
+    experiment = evolve(result.experiment, metrics=("differences", "pile_on"))
+    measures = {"differences": Metric("differences", label)}
+    one = evolve(result, rows=rows, experiment=experiment, measures=measures)
+    comparison = one.comparison()
+    write_report(one, comparison, tmp_path)
+    print_comparison(Console(width=120), one, comparison)
+    assert label in capsys.readouterr().out
+    plots = {path.name for path in (tmp_path / "plots").glob("*.svg")}
+    assert plots == {"differences.svg", "metrics.differences.svg", "pile_on.svg"}
+    assert len(set(re.findall(r'<img src="([^"]+)"', (tmp_path / "report.html").read_text("utf-8")))) == 3
