@@ -7,7 +7,7 @@ from rmfs_core.world.grid import EAST, NORTH, SOUTH, STEPS, WEST, CellKind, Layo
 from rmfs_core.world.instance import Instance, OrderData, PodData
 from rmfs_core.world.instance_making import make_instance
 from rmfs_core.world.layout_making import check_layout, make_layout
-from rmfs_core.world.textmap import draw_map, parse_map
+from rmfs_core.world.textmap import parse_map
 
 __all__ = [
     "EAST",
@@ -23,7 +23,6 @@ __all__ = [
     "StationCells",
     "block_map",
     "check_layout",
-    "draw_map",
     "generate_instance",
     "make_instance",
     "make_layout",

@@ -83,5 +83,5 @@ def run_of(world: Warehouse, folder: Path, scenario: Scenario | None = None, **r
 def until_nothing_happens(run: RunContext) -> None:
     """Let everything happen that is due, as the engine does: the warehouse's clock goes with the events."""
     while run.env.peek() < float("inf"):
-        run.warehouse.now = int(run.env.peek())
+        run.warehouse.advance(int(run.env.peek()))
         run.env.step()

@@ -66,8 +66,9 @@ def map_(scenario: str, overrides: tuple[str, ...]) -> None:
     # is a storage location, O a picking station, . floor; > < ^ v and lines are floor that robots leave in these
     directions, arrows the cells of a queue, @ is wall.
     """
+    from rmfs_cli.map_drawing import draw_map
     from rmfs_core.scenario import load_scenario
-    from rmfs_core.world import draw_map, make_layout
+    from rmfs_core.world import make_layout
 
     click.echo(draw_map(make_layout(load_scenario(scenario, overrides))), nl=False)
 

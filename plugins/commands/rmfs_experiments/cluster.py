@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from concurrent.futures import Future
 from typing import Any
 
 from rmfs_core.errors import InputError, RunError
@@ -18,7 +16,7 @@ QUEUED_PER_THREAD = 2
 
 
 class ClusterWorkers:
-    """Dask workers, reached through joblib's Dask backend.
+    """Dask workers, each reached through the scheduler.
 
     They need the same versions of everything as here (a run on others is refused), and the scenario's files under the
     same names. Results come back and are stored here.
@@ -66,10 +64,9 @@ class ClusterWorkers:
     def run(self, job: Job) -> Outcome:
         """Run a job somewhere on the cluster. Dask itself repeats it elsewhere when a worker is lost."""
         from distributed import KilledWorker
-        from joblib import Parallel, delayed
 
         try:
-            (outcome,) = Parallel(n_jobs=-1, backend=_backend(self._client))([delayed(simulate)(job)])
+            outcome = self._client.submit(simulate, job, pure=False).result()
         except KilledWorker as error:
             problem = f"{error.allowed_failures + 1} Dask workers died of it, {error.last_worker.address} last"
             raise WorkerDiedError(problem, repeated=True) from error
@@ -85,33 +82,3 @@ class ClusterWorkers:
         """Drop the runs that are handed over, and the connection."""
         self.closed = True
         self._client.close(timeout=TIMEOUT_S)
-
-
-def _backend(client: Any) -> Any:
-    from joblib._dask import DaskDistributedBackend
-
-    class Backend(DaskDistributedBackend):  # type: ignore[misc]
-        """joblib's Dask backend, mended in two places for runs that may kill their worker."""
-
-        def effective_n_jobs(self, n_jobs: int) -> int:  # noqa: ARG002
-            """Return two: where joblib counts one worker, it runs the job here instead of there."""
-            return 2
-
-        def submit(self, func: Any, callback: Callable[[Any], None] | None = None) -> Future[Any]:
-            """Submit, and tell joblib of a run that ends without an answer, too: else it waits for ever."""
-
-            def tell(done: Future[Any]) -> None:
-                if callback is not None and not done.cancelled() and done.exception() is not None:
-                    callback(done.exception())
-
-            future: Future[Any] = super().submit(func, callback)
-            future.add_done_callback(tell)
-            return future
-
-        def retrieve_result_callback(self, out: Any) -> Any:
-            """Return a result, or raise the error."""
-            if isinstance(out, BaseException):
-                raise out
-            return super().retrieve_result_callback(out)
-
-    return Backend(client=client)

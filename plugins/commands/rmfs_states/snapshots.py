@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
+from rmfs_cli.map_drawing import draw_map
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
     Event,
@@ -19,7 +20,6 @@ from rmfs_core.events import (
     VisitEnded,
 )
 from rmfs_core.warehouse.memento import OrderMemento, PodMemento, RobotMemento, StationMemento
-from rmfs_core.world import draw_map
 from rmfs_states.patches import difference
 from rmfs_states.state import FORMAT, VERSION
 

@@ -1,43 +1,107 @@
-"""Recorders: which files are theirs."""
+"""Recorders: switched on by their names, and what is left of those that are not."""
 
-from __future__ import annotations
-
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import rmfs_core
+from rmfs_core.cli import main
 from rmfs_core.errors import InputError
 from rmfs_core.results.recorders import load_recorder
 
 RECORDER = """
 @define
 class Recorder:
-    file = {file!r}
+    file = "acme.txt"
 
     @hookimpl
     def run_started(self, run):
         (run.out / self.file).write_text("recorded")
 """
-GROUP = "rmfs.recorders"
-Install = Callable[..., None]
+
+
+def writing(file: object) -> str:
+    """Source of a recorder of a file."""
+    return RECORDER.replace('"acme.txt"', repr(file))
+
+
+def test_a_third_partys_recorder_is_switched_on_by_its_name(install: Callable[..., None], tmp_path: Path) -> None:
+    """It writes beside the results; a run that does not record it deletes what it wrote before."""
+    install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=RECORDER)
+    rmfs_core.run("examples/small", out=tmp_path, record=["acme-log"])
+    assert (tmp_path / "acme.txt").read_text(encoding="utf-8") == "recorded"
+    rmfs_core.run("examples/small", out=tmp_path)
+    assert not (tmp_path / "acme.txt").exists()
+
+
+def test_only_recorders_that_are_switched_on_are_imported(install: Callable[..., None], tmp_path: Path) -> None:
+    """Others are when the folder holds a file that one of them may have left."""
+    install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=RECORDER)
+    for _ in range(2):
+        rmfs_core.run("examples/small", out=tmp_path, record=["trace"])
+    assert "acme_log" not in sys.modules
+    (tmp_path / "notes.txt").touch()
+    rmfs_core.run("examples/small", out=tmp_path, record=["trace"])
+    assert "acme_log" in sys.modules
+    assert (tmp_path / "notes.txt").exists()
+
+
+@pytest.mark.parametrize(
+    ("source", "problem"),
+    [
+        ("import acme_missing", "cannot be imported from acme_log:Recorder: ModuleNotFoundError"),
+        ("raise SystemExit(1)", "cannot be imported from acme_log:Recorder: SystemExit: 1"),
+        ("Recorder = 3", "is no recorder: expected a class with the name of its file as `file`"),
+        ("class Recorder:\n    pass", "is no recorder: expected a class"),
+        ("class Recorder:\n    file = '../up.txt'", "is no recorder: expected a class"),
+        ("class Recorder:\n    file = 'result.json'", "is no recorder: expected a class"),
+        (
+            "class Recorder:\n    file = 'a.txt'\n    def __init__(self, path): pass",
+            "cannot be made: TypeError: Recorder.__init__() missing 1 required positional argument: 'path'",
+        ),
+        ("class Recorder:\n    file = 'a.txt'", "observer Recorder: it implements no observer hook"),
+    ],
+)
+def test_a_broken_recorder_costs_one_sentence(
+    source: str, problem: str, install: Callable[..., None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Exit code 2 before anything is run; who does not ask for it does not notice."""
+    install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=source)
+    with pytest.raises(SystemExit) as stop:
+        main(["run", "examples/small", "--quiet", "--out", str(tmp_path / "out"), "--record", "acme-log"])
+    assert stop.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert problem in line
+    assert not (tmp_path / "out").exists()
+    assert rmfs_core.run("examples/small", out=tmp_path / "out", record=["trace"]).status == "complete"
+    assert (tmp_path / "out" / "trace.jsonl.gz").exists()
+
+
+def test_a_recorder_that_raises_is_named(install: Callable[..., None], tmp_path: Path) -> None:
+    """The run ends with one error that says whose it is; what was measured is kept."""
+    source = RECORDER.replace('(run.out / self.file).write_text("recorded")', "return 1 / 0")
+    install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=source)
+    with pytest.raises(rmfs_core.RuleError, match=r'^recorder "acme-log" \(acme 1.0\), run_started, .* ZeroDivision'):
+        rmfs_core.run("examples/small", out=tmp_path, record=["acme-log"])
+    assert (tmp_path / "result.json").exists()
 
 
 @pytest.mark.parametrize(
     "file",
     ["", ".", "..", "../up.txt", "/tmp.txt", "a/b.txt", "a/", ".hidden", "nul\0.txt", "a" * 300, "Orders.csv", 3],
 )
-def test_a_recorder_names_one_plain_file(file: object, install: Install) -> None:
+def test_a_recorder_names_one_plain_file(file: object, install: Callable[..., None]) -> None:
     """Anything else is refused: it could be a folder, elsewhere, too long, or a file of the results."""
-    install("acme", {"acme-log": "acme_log:Recorder"}, group=GROUP, acme_log=RECORDER.format(file=file))
+    install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=writing(file))
     with pytest.raises(InputError, match=r'recorder "acme-log" \(acme 1.0\) is no recorder: expected a class with'):
         load_recorder("acme-log")
 
 
-def test_two_recorders_of_one_file_are_not_switched_on_together(install: Install, tmp_path: Path) -> None:
+def test_two_recorders_of_one_file_are_not_switched_on_together(install: Callable[..., None], tmp_path: Path) -> None:
     """One would replace what the other wrote."""
-    install("acme", {"acme-log": "acme_log:Recorder"}, group=GROUP, acme_log=RECORDER.format(file="trace.jsonl.gz"))
+    install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=writing("trace.jsonl.gz"))
     expected = (
         r'recorder "trace" \(rmfs .*\) and recorder "acme-log" \(acme 1.0\) write the same file, trace.jsonl.gz; '
     )
@@ -46,9 +110,9 @@ def test_two_recorders_of_one_file_are_not_switched_on_together(install: Install
     assert not (tmp_path / "out").exists()
 
 
-def test_a_file_that_no_run_has_written_is_left_alone(install: Install, tmp_path: Path) -> None:
+def test_a_file_that_no_run_has_written_is_left_alone(install: Callable[..., None], tmp_path: Path) -> None:
     """Neither deleted nor replaced; among the results of an earlier run it is a recorder's."""
-    install("acme", {"acme-log": "acme_log:Recorder"}, group=GROUP, acme_log=RECORDER.format(file="notes.txt"))
+    install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=writing("notes.txt"))
     mine = tmp_path / "out" / "notes.txt"
     mine.parent.mkdir()
     mine.write_text("mine", encoding="utf-8")

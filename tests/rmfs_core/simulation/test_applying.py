@@ -48,7 +48,7 @@ def selected(world: Warehouse, trips: Sequence[PodTrip], max_fetches: int) -> li
 def test_an_order_is_assigned_whole_or_line_by_line() -> None:
     """The event has what was assigned, the period, and whether anything is left in the backlog."""
     world = small_world({"1": {"a": 2, "b": 1}, "2": ["b"]}, {"p": ["a", "b"]}, capacities=[5])
-    world.now = 70
+    world.advance(70)
     events = assigned(world, [OrderAssignment(0, 0, skus=(1,)), OrderAssignment(1, 0)], period=4)
     assert events == [
         OrderAssigned(70, order=0, station=0, skus=(1,), items=1, period=4, complete=False),

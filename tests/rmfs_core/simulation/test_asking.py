@@ -16,6 +16,7 @@ from rmfs_core.decisions import PodTrip
 from rmfs_core.errors import RuleError
 from rmfs_core.events import ItemPicked
 from rmfs_core.info import Question
+from rmfs_core.roles import Role
 from rmfs_core.scenario.model import RunSection
 from rmfs_core.simulation.asking import Asker, ImpossibleError, Observers, instance_of, sequence_of
 from rmfs_testing import small_instance, small_world
@@ -118,7 +119,7 @@ def test_observers_hear_questions_and_answers(tmp_path: Path) -> None:
     asker.ask(first.rules.pp, **arguments)
     question, (same, answer) = listener.heard
     assert (question is same, answer) == (True, "over there")
-    assert (question.decides, question.hook, question.period) == ("PP", "plan_path", 3)
+    assert (question.decides, question.hook, question.period) == (Role.PP, "plan_path", 3)
     assert question.rule == "./scripted_rules.py:Scripted"
     assert (question.warehouse, question.rng) == (first.view, arguments["rng"])
     assert question.arguments == {"robot": 7, "goal": 5, "traffic": None}
@@ -131,7 +132,7 @@ def test_what_a_check_finds_is_the_rules_fault(tmp_path: Path) -> None:
     """Rule, hook and simulated time are named; what is no fault of the decision is not laid to its charge."""
     world = small_world({"1": ["a"]}, {"p": ["a"]})
     run, _ = run_of(world, tmp_path)
-    world.now = 12_345
+    world.advance(12_345)
 
     def impossible() -> None:
         raise ImpossibleError("sent the wrong pod")
@@ -200,7 +201,7 @@ class Measuring:
 def end_with(folder: Path, *answers: object) -> tuple[dict[str, float | None], Exception | None, list[Measuring]]:
     """End a run with observers that measure these answers; the one registered last is asked first."""
     world = small_world({"1": ["a"]}, {"p": ["a"]})
-    world.now = 5000
+    world.advance(5000)
     run, _ = run_of(world, folder)
     observers = [Measuring(answer) for answer in answers]
     for number, observer in enumerate(observers, 1):

@@ -13,6 +13,7 @@ from bad_rules import prepare_bad
 from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
 from rmfs_core.errors import RuleError
 from rmfs_core.events import DecisionMade, OrderAssigned, TaskAssigned, TripDecided
+from rmfs_core.roles import Role
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.warehouse import Pod, Robot
@@ -59,7 +60,7 @@ def test_a_round_goes_from_orders_to_pods_to_robots(tmp_path: Path) -> None:
         OrderAssigned, DecisionMade, DecisionMade, TripDecided, DecisionMade, TaskAssigned,
     ]  # fmt: skip
     made = [event for event in events if isinstance(event, DecisionMade)]
-    assert [(event.decides, event.period) for event in made] == [("POA", 1), ("POA", 2), ("PPS", 2)]
+    assert [(event.decides, event.period) for event in made] == [(Role.POA, 1), (Role.POA, 2), (Role.PPS, 2)]
     assert [(event.assignments, event.trips) for event in made] == [(1, 0), (0, 0), (0, 1)]
     assert started == [(world.robots[1], world.pods[0])]
 
@@ -104,7 +105,7 @@ def test_a_joint_rule_leaves_nothing_for_pods(tmp_path: Path) -> None:
     deciding, events, _ = decisions(run)
     deciding.round()
     (made,) = (event for event in events if isinstance(event, DecisionMade))
-    assert (made.decides, made.rule, made.backlog) == ("POA+PPS", "./scripted_rules.py:Joint", 1)
+    assert (made.decides, made.rule, made.backlog) == (Role.POA_PPS, "./scripted_rules.py:Joint", 1)
     assert (made.assignments, made.trips, made.status) == (1, 1, "stopped")
     assert (made.objective, made.bound, made.stopped_early) == (4, 3.5, True)
     assert list(world.waiting) == [0]

@@ -103,10 +103,10 @@ def test_a_conflict_is_the_first_of_what_was_asked_for() -> None:
     assert conflict(9, (0, 0, 10), (1, 4, 6), (0, 10, 11)) == (1, arrays.first[1])
     assert conflict(7, (0, 0, 30), (1, 0, 5)) == (-1, -1)
     assert conflict(7, (0, 0, 30), (2, 4, 5)) == (1, arrays.first[2])
-    assert intervals.is_free(0, 0, 10, 9, arrays.looked_at)
-    assert intervals.is_free(0, 20, 25, 9, arrays.looked_at)
-    assert not intervals.is_free(0, 19, 25, 9, arrays.looked_at)
-    assert intervals.is_free(0, 0, 30, 7, arrays.looked_at)
+    assert conflict(9, (0, 0, 10)) == (-1, -1)
+    assert conflict(9, (0, 20, 25)) == (-1, -1)
+    assert conflict(9, (0, 19, 25)) == (0, arrays.first[0])
+    assert conflict(7, (0, 0, 30)) == (-1, -1)
 
 
 def test_what_is_over_is_forgotten() -> None:
@@ -132,7 +132,8 @@ def test_intervals_are_the_ticks_of_each_owner(steps: list[tuple[int, int, int, 
     for cell, begin, length, owner, action in steps:
         wanted = set(range(begin, begin + length))
         others = set().union(*(found for (at, who), found in ticks.items() if at == cell and who != owner))
-        free = bool(intervals.is_free(cell, begin, begin + length, owner, arrays.looked_at))
+        asked = (column(cell), column(begin), column(begin + length))
+        free = intervals.conflict(*asked, owner, *arrays.looked_at) == (-1, -1)
         assert free == (not wanted & others)
         if action == 0:
             intervals.remove(column(cell), owner, *arrays.looked_at)

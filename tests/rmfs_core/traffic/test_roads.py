@@ -22,9 +22,9 @@ def test_runs_of_one_process_share_them() -> None:
 
 def test_passing_times_reach_across_the_grid() -> None:
     """The longest run is the longer side of the grid."""
-    assert (ROADS.cells, ROADS.passing.longest) == (24, 6)
+    assert (ROADS.cells, len(ROADS.passing.common)) == (24, 7)
     tall = parse_map("#\n.\n" + ".\n" * 7, "tall")
-    assert Roads(travel_on(tall, Motion())).passing.longest == 9
+    assert len(Roads(travel_on(tall, Motion())).passing.common) == 10
     assert ROADS.turns == (0, 625, 1250, 625)
 
 

@@ -37,7 +37,7 @@ def test_the_view_shows_the_warehouse_as_it_is_now() -> None:
     pod, robot, station = world.pods[0], world.robots[0], world.stations[0]
     assert (view.now_tick, view.now_s) == (0, 0.0)
     assert (view.free_pods, view.waiting_pods, view.idle_robots) == (world.pods, (), world.robots)
-    world.now = 1500
+    world.advance(1500)
     world.bind(pod, station)
     assert (view.now_tick, view.now_s) == (1500, 1.5)
     assert (view.free_pods, view.waiting_pods) == (world.pods[1:], (pod,))

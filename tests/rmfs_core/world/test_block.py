@@ -2,9 +2,10 @@
 
 import pytest
 
+from rmfs_cli.map_drawing import draw_map
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import LayoutSection
-from rmfs_core.world import CellKind, block_map, check_layout, draw_map, parse_map
+from rmfs_core.world import CellKind, block_map, check_layout, parse_map
 
 
 def test_the_papers_layout() -> None:

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rmfs_cli.map_drawing import draw_map
 from rmfs_core.cli import main
 from rmfs_core.errors import RunError
 from rmfs_core.traffic import Query, Reservations, timed_path
-from rmfs_core.world import draw_map
 from rmfs_plan import (
     Trip,
     collisions,

@@ -252,4 +252,4 @@ def test_a_decision_of_another_state(by_hand: dict[str, Any]) -> None:
     """What cannot have been decided in a state has no outcome there."""
     decision = {"assignments": [{"order": "C", "station": "north", "skus": ["milk"]}]}
     with pytest.raises(InputError, match="does not belong to the state"):
-        outcome_of(state_from_dict(by_hand), "POA", decision)
+        outcome_of(state_from_dict(by_hand), Role.POA, decision)

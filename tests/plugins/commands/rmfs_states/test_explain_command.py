@@ -12,6 +12,7 @@ from rich.console import Console
 
 import rmfs_core
 from rmfs_core.cli import main
+from rmfs_core.roles import Role
 from rmfs_states import Recorded
 
 SETTINGS = ("instance.orders=14", "instance.max_lines=5", "stations.item_capacity=6", "rules.pp=free-flow")
@@ -210,11 +211,11 @@ def test_long_names_of_rules_are_whole(width: int) -> None:
     name = "a-rule-with-a-long-name-of-somebody"
     stream = io.StringIO()
     console = Console(file=stream, width=width)
-    print_story(console, "order 1", [Episode(1, (1, 20), (0.0, 123_456.0), "POA+PPS", name, "waited, " * 9)])
+    print_story(console, "order 1", [Episode(1, (1, 20), (0.0, 123_456.0), Role.POA_PPS, name, "waited, " * 9)])
     recorded = Recorded(
-        1, "TA", name, {"ask": {}}, {"tasks": [{"robot": str(n), "pod": "p"} for n in range(9)]}, None, "x"
+        1, Role.TA, name, {"ask": {}}, {"tasks": [{"robot": str(n), "pod": "p"} for n in range(9)]}, None, "x"
     )
-    print_comparison(console, recorded, None, [(name, Answer(name, "d", "1", "TA", {"tasks": []}, None, None))])
+    print_comparison(console, recorded, None, [(name, Answer(name, "d", "1", Role.TA, {"tasks": []}, None, None))])
     lines = stream.getvalue().splitlines()
     assert max(map(len, lines)) <= width
     assert sum(name in line for line in lines) == 3

@@ -90,7 +90,7 @@ def test_what_a_failing_rule_saw_is_kept(tmp_path: Path, install: Any, rule: str
     with pytest.raises(RuleError, match=problem):
         rmfs_core.run("examples/small", overrides=[*SETTINGS, f"rules.poa={rule}"], out=tmp_path, record=["decisions"])
     *_, last = read_recording(tmp_path)
-    assert (last.decides, last.decision) == ("POA", None)
+    assert (last.decides, last.decision) == (Role.POA, None)
     with pytest.raises(RuleError, match=problem):
         decide(last.state(), RuleChoice(rule))
 

@@ -115,7 +115,7 @@ def test_who_arrives_is_told_where_from_and_how_far(world: Warehouse, tmp_path: 
     world.lift(robot, pod)
     events: list[object] = []
     way.run.tell = events.append
-    world.now = 9000
+    world.advance(9000)
     way.arrive(robot, Leg(4, 70), EAST, start=2000, turn_ticks=625)
     assert (robot.cell, robot.heading, pod.cell) == (4, EAST, 4)
     assert events == [
