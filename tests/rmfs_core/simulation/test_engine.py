@@ -151,9 +151,11 @@ def test_full_queues_do_not_block_each_other(tiny_run: Prepare) -> None:
 
 
 COUNTS_ITEMS = """
+from attrs import define
 from rmfs_core import OrderAssignment, hookimpl
 
 
+@define
 class CountsItems:
     @hookimpl
     def assign_orders(self, warehouse):
