@@ -103,7 +103,7 @@ class Warehouse:
     def size_at(self, order: Order, station: Station) -> int:
         """Capacity that the open lines of an order take up at a station: all of it, if no station has enough."""
         if station.counts_orders:
-            return int(not order.has_place_at(station.id))
+            return 0 if order._open and order.has_place_at(station.id) else 1
         return min(order.open_items, station.capacity) if order.open_items > self._largest else order.open_items
 
     def in_backlog(self, order: Order) -> bool:

@@ -26,7 +26,7 @@ from rmfs_core.scenario.structuring import KeyProblem, fields_of, section_class
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.simulation.setup import open_warehouse
 from rmfs_core.world import Instance, Layout, make_layout
-from rmfs_core.world.instance_making import instance_problems, unchecked_instance
+from rmfs_core.world.instance_making import instance_problems, oversize_orders, unchecked_instance
 
 ROLES = {role.key: role for role in Role}
 LISTS = (Role.FILTER.key, Role.OBSERVER.key)
@@ -43,12 +43,15 @@ class Checked:
         Place and problem of each thing that is wrong.
     sizes
         How many of what the scenario has, when nothing is wrong.
+    notes
+        What is not wrong, but may be a surprise.
     inline_files
         Files that code was loaded from.
     """
 
     problems: list[dict[str, str]] = field(factory=list)
     sizes: dict[str, int] = field(factory=dict)
+    notes: list[str] = field(factory=list)
     inline_files: list[str] = field(factory=list)
 
 
@@ -250,6 +253,12 @@ class _Check:
             "stations": len(layout.stations),
             "robots": scenario.robots.count,
         }
+        if scenario.stations.oversize == "alone":
+            refusing = evolve(scenario, stations=evolve(scenario.stations, oversize="refuse"))
+            for problem in oversize_orders(instance, refusing):
+                self.found.notes.append(
+                    f"Note: {problem.problem.partition(';')[0]}; rules that do not split them give each an empty one."
+                )
 
 
 def _mended_opening(scenario: Scenario, path: KeyPath, layout: Layout) -> Scenario:

@@ -41,6 +41,8 @@ def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline
         (_, orders), (_, items), *rest = checked.sizes.items()
         others = ", ".join(f"{number} {what}" for what, number in rest)
         click.echo(f"{scenario} is valid: {orders} orders of {items} items, {others}.")
+        for note in checked.notes:
+            click.echo(note)
     if checked.problems:
         raise click.exceptions.Exit(2)
 

@@ -98,12 +98,12 @@ def assign_best_pairs(
         any station, which waits `OVERSIZE_WAIT_S`; of these one at a time keeps a station.
     :return: the assignments in the order in which they were chosen.
     """
-    stations = [station for station in warehouse.stations if station.free_capacity > 0]
+    stations = [station for station in warehouse.stations if station.free_capacity > 0 or station.counts_orders]
     if not stations or not warehouse.backlog:
         return []
     items = items_per_order(warehouse)
     oversize = items > largest_capacity(warehouse)
-    sizes = np.column_stack([_sizes_at(station, items, oversize) for station in stations])
+    sizes = np.column_stack([_sizes_at(warehouse, station, items, oversize) for station in stations])
     free = np.array([station.free_capacity for station in stations])
     load = [station.load for station in stations]
     unassigned = np.ones(len(items), dtype=bool)
@@ -135,7 +135,7 @@ def assign_best_pairs(
             room = {station.id: 0 for station in warehouse.stations}
             room |= {station.id: int(number) for station, number in zip(stations, free, strict=True)}
             lacking = {
-                station.id: int(_sizes_at(station, items, oversize)[position]) - room[station.id]
+                station.id: warehouse.size_at(warehouse.backlog[position], station) - room[station.id]
                 for station in warehouse.stations
                 if station.id not in kept
             }
@@ -153,9 +153,13 @@ def assign_best_pairs(
     return chosen
 
 
-def _sizes_at(station: Station, items: NDArray[np.int64], oversize: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return the capacity that orders take at a station; those that are larger than any station take all of it."""
-    return np.ones_like(items) if station.counts_orders else np.where(oversize, station.capacity, items)
+def _sizes_at(
+    warehouse: WarehouseView, station: Station, items: NDArray[np.int64], oversize: NDArray[np.bool_]
+) -> NDArray[np.int64]:
+    """Return `WarehouseView.size_at` of all orders of the backlog."""
+    if station.counts_orders:
+        return np.array([not order.has_place_at(station.id) for order in warehouse.backlog], dtype=np.int64)
+    return np.where(oversize, station.capacity, items)
 
 
 def _late(warehouse: WarehouseView, oversize: NDArray[np.bool_], max_wait_s: float | None) -> list[int]:

@@ -150,15 +150,32 @@ def test_full_queues_do_not_block_each_other(tiny_run: Prepare) -> None:
     assert len(run.recorder.of(ItemPicked)) == 8
 
 
-def test_a_run_that_stands_still_says_what_is_left(tiny_run: Prepare) -> None:
-    """When no rule decides anything and nothing is under way, the error counts what is left."""
-    run = tiny_run(small_instance({"1": ["a", "b"]}, {"p": ["a", "b"]}), capacity=1)
+COUNTS_ITEMS = """
+from attrs import define
+from rmfs_core import OrderAssignment, hookimpl
+
+
+@define
+class CountsItems:
+    @hookimpl
+    def assign_orders(self, warehouse):
+        fitting = [order for order in warehouse.backlog if order.items <= warehouse.stations[0].free_capacity]
+        return [OrderAssignment(order.id, 0) for order in fitting[:1]]
+"""
+
+
+def test_a_run_that_stands_still_says_what_is_left(tiny_run: Prepare, tmp_path: Path) -> None:
+    """When no rule decides anything and nothing is under way, the error counts what is left, and what it could take."""
+    (tmp_path / "own.py").write_text(COUNTS_ITEMS, encoding="utf-8")
+    run = tiny_run(small_instance({"1": ["a", "b"]}, {"p": ["a", "b"]}), capacity=1, poa="./own.py:CountsItems")
     with pytest.raises(StandstillError) as caught:
         run.simulation.run()
     assert str(caught.value) == (
         "The run stands still at 0.000 s: 1 orders are not complete (1 in the backlog; 0 open requests that no inbound "
         "pod can serve; 0 pods waiting for a robot), and no rule decides anything (asked last: "
-        'rule "pod-match" (rmfs 0.2.0.dev0), rule "demand" (rmfs 0.2.0.dev0), rule "nearest-robot" (rmfs 0.2.0.dev0)).'
+        'rule "./own.py:CountsItems" (own.py inline), rule "demand" (rmfs 0.2.0.dev0), '
+        'rule "nearest-robot" (rmfs 0.2.0.dev0)); 1 in the backlog have more than 1 items and fit an empty station '
+        "alone, as `fits` says."
     )
 
 
@@ -174,3 +191,10 @@ def test_a_rule_that_cannot_be_prepared_is_named(tiny_run: Prepare, tmp_path: Pa
         InputError, match=r"rules\.pp: rule .*bad\.py inline\), prepare: (ZeroDivisionError|SystemExit)"
     ):
         tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), pp="./bad.py:Bad")
+
+
+def test_a_station_takes_an_order_larger_than_it_is(tiny_run: Prepare) -> None:
+    """When it is empty; the order is picked like any other."""
+    run = tiny_run(small_instance({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]}), capacity=1)
+    run.simulation.run()
+    assert [event.order for event in run.recorder.of(OrderCompleted)] == [0, 1]

@@ -41,6 +41,47 @@ def test_order_capacity_counts_orders() -> None:
     assert not view.fits(world.orders[1], world.stations[0])
 
 
+def test_with_order_capacity_a_later_part_joins_the_earlier_one() -> None:
+    """It takes no further place while the earlier one is there; the place is free when both are picked."""
+    world = small_world({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]}, capacities=[1], counts_orders=True)
+    order, station = world.orders[0], world.stations[0]
+    put_at_station(world, 0)
+    world.assign(order, station, [0], period=1)
+    assert (world.size_at(order, station), world.size_at(world.orders[1], station)) == (0, 1)
+    world.assign(order, station, [1], period=2)
+    free = []
+    while (request := world.next_request(station, world.pods[0])) is not None:
+        free.append(station.free_capacity)
+        world.fulfil(request, world.pods[0])
+    assert free == [0, 0]
+    assert station.free_capacity == 1
+
+
+def test_an_order_larger_than_any_station_takes_all_of_an_empty_one() -> None:
+    """It fits when the station is empty, a smaller station as well; until it is picked nothing else does."""
+    world = small_world({"1": {"a": 5}, "2": {"a": 3}, "3": {"a": 1}}, {"p": ["a"]}, capacities=[3, 4])
+    view, (large, small, one), (first, second) = WarehouseView(world), world.orders, world.stations
+    assert [view.size_at(large, station) for station in world.stations] == [3, 4]
+    assert [view.size_at(small, station) for station in world.stations] == [3, 3]
+    world.assign(one, second, [0])
+    assert (view.fits(large, first), view.fits(large, second)) == (True, False)
+    world.assign(large, first, [0])
+    assert (first.load, first.free_capacity) == (5, 0)
+    assert not view.fits(small, first)
+
+
+def test_a_rule_is_asked_when_a_station_is_empty_for_an_order_larger_than_any() -> None:
+    """Else only when the smallest order fits."""
+    world = small_world({"1": {"a": 5}, "2": {"a": 1}}, {"p": ["a"]}, capacities=[3])
+    world.assign(world.orders[1], world.stations[0], [0])
+    put_at_station(world, 0)
+    assert not world.fits_smallest(single_line=False)
+    request = world.next_request(world.stations[0], world.pods[0])
+    assert request is not None
+    world.fulfil(request, world.pods[0])
+    assert world.fits_smallest(single_line=False)
+
+
 def test_one_period_makes_one_part_of_an_order_at_a_station() -> None:
     """Lines assigned one by one in the same period count together until the last is picked; the order is not split."""
     world = small_world({"1": ["a", "b", "c"]}, {"p": ["a", "b", "c"]}, capacities=[5])

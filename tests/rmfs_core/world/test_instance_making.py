@@ -17,6 +17,7 @@ pods_file = "pods.csv"
 pods_at_stations = {at}
 [stations]
 item_capacity = [2, 3, 2, 1]
+oversize = "refuse"
 [rules]
 poa = "pod-match"
 pps = "demand"
@@ -42,7 +43,8 @@ WRONG = [
         "1,0,a,3\n2,0,a,4\n",
         "p,a,\n",
         "{}",
-        "{orders}, line 3: order 2 has 4 items, more than any station takes at a time (3)",
+        "{orders}, line 3: order 2 has 4 items, more than any station takes at a time (3); "
+        'expected a larger `stations.item_capacity` or `stations.oversize` = "alone"',
     ),
     # pods at stations
     (
@@ -91,13 +93,20 @@ def test_the_size_of_orders_does_not_matter_where_orders_are_counted(tmp_path: P
     assert make_instance(load_scenario(file, ["stations.order_capacity=2"])).orders[0].items == 9
 
 
+def test_orders_larger_than_any_station_may_go_to_one_alone(tmp_path: Path) -> None:
+    """That is the default; only who asks for it has them refused."""
+    file = write(tmp_path, "1,0,a,9\n", "p,a,\n")
+    assert make_instance(load_scenario(file, ["stations.oversize=alone"])).orders[0].items == 9
+    assert load_scenario("paper-250").stations.oversize == "alone"
+
+
 def test_generated_orders_that_are_too_large_say_what_to_change() -> None:
     """A small station and long generated orders: the message names both keys."""
     with pytest.raises(InputError) as caught:
-        make_instance(load_scenario("paper-250", ["stations.item_capacity=2"]))
+        make_instance(load_scenario("paper-250", ["stations.item_capacity=2", "stations.oversize=refuse"]))
     assert str(caught.value).endswith(
-        "more, more than any station takes at a time (2); "
-        "expected a smaller `instance.max_lines` or a larger `stations.item_capacity`"
+        "more, more than any station takes at a time (2); expected a smaller `instance.max_lines`, "
+        'a larger `stations.item_capacity` or `stations.oversize` = "alone"'
     )
 
 

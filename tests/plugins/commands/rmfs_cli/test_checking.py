@@ -88,7 +88,7 @@ def test_short_skus_and_large_orders_are_named_together(tmp_path: Path) -> None:
     file = tmp_path / "short.toml"
     file.write_text(
         '[instance]\norders_file = "orders.csv"\npods_file = "pods.csv"\n'
-        'pods_at_stations = { 1 = ["q"], 9 = ["p"] }\n[stations]\nitem_capacity = 7\n'
+        'pods_at_stations = { 1 = ["q"], 9 = ["p"] }\n[stations]\nitem_capacity = 7\noversize = "refuse"\n'
         '[rules]\npoa = "pod-match"\npps = "demand"\n',
         encoding="utf-8",
     )
@@ -97,7 +97,8 @@ def test_short_skus_and_large_orders_are_named_together(tmp_path: Path) -> None:
         "SKU a (2 wanted, 1 there), SKU c (on no pod), SKU s3 (on no pod), SKU s4 (on no pod), SKU s5 (on no pod) "
         "and 4 more",
         f"{tmp_path}/orders.csv, line 4: order 2 has 9 items, order 3 has 8 items, order 4 has 8 items, "
-        "order 5 has 8 items, order 6 has 8 items and 3 more, more than any station takes at a time (7)",
+        "order 5 has 8 items, order 6 has 8 items and 3 more, more than any station takes at a time (7); "
+        'expected a larger `stations.item_capacity` or `stations.oversize` = "alone"',
         f"{file}, line 4, instance.pods_at_stations.1: there is no pod q with contents",
         f"{file}, line 4, instance.pods_at_stations.9: no station 9; expected 1 to 4",
     ]

@@ -36,6 +36,9 @@ RULE_SETS = {
     "integrated": (*JOINT, "rules.poa_pps=integrated"),
     "split-among-stations": (*JOINT, "rules.poa_pps=split-among-stations"),
     "split-over-time": (*JOINT, "rules.poa_pps=split-over-time", "rules.pr=random"),
+    "order capacity, split-over-time": (*JOINT, "rules.poa_pps=split-over-time", "stations.order_capacity=2"),
+    "orders larger than any station": ("stations.item_capacity=3",),
+    "orders larger than any station, integrated": (*JOINT, "rules.poa_pps=integrated", "stations.item_capacity=3"),
     "packing capacity": (*JOINT, 'rules.poa_pps={rule="split-over-time",packing_capacity=2}'),
 }
 
@@ -85,7 +88,8 @@ def test_a_recorded_state_is_one_json_object(record: Any) -> None:
     [
         ("instance.items_per_sku=20", "stations.order_capacity=2"),
         ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time", 'rules.filters=[{rule="most-covered",n=4}]'),
-        ("rules.pp=free-flow",),
+        ("stations.order_capacity=2", "rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time"),
+        ("rules.pp=free-flow", "stations.item_capacity=3"),
         ("rules.pp=sipp",),
     ],
 )

@@ -114,7 +114,9 @@ def test_where_a_pod_went() -> None:
 
 def test_figures_are_those_of_the_warehouse(record: Any) -> None:
     """Free capacity and open lines, read off the JSON, are what the warehouse made from it has."""
-    for settings in ((), ("stations.order_capacity=2",), ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time")):
+    joint = ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time")
+    by_orders, small = ("stations.order_capacity=2",), ("stations.item_capacity=3",)
+    for settings in ((), by_orders, small, joint, (*joint, *by_orders)):
         for recorded in record(*settings):
             opened = open_state(recorded.state())
             for station in opened.view.stations:

@@ -305,8 +305,8 @@ def test_worlds_without_what_a_rule_needs_are_left_out() -> None:
     """They are named in the report, with what they lack."""
     report = check_rule(NeedsEndlessPods())
     assert {name for name in report.left_out if "finite stock" not in name} == {"order capacity"}
-    assert len(report.left_out) == 10
-    assert len(report.worlds) == 7
+    assert len(report.left_out) == 11
+    assert len(report.worlds) == 8
     assert 'Left out: "finite stock", for it needs pods whose SKUs never run out' in str(report)
 
 

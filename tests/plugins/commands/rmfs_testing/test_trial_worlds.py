@@ -110,6 +110,12 @@ def test_one_order_fits_only_an_empty_largest_station() -> None:
     assert max(order.items for order in world.instance.orders) == max(world.scenario.stations.item_capacity)
 
 
+def test_one_order_fits_no_station_beside_others() -> None:
+    """The largest station has fewer places than it has items."""
+    world = WORLDS["an order larger than the largest station"]
+    assert max(order.items for order in world.instance.orders) > max(world.scenario.stations.item_capacity)
+
+
 def test_orders_come_later() -> None:
     """None is there at the start, and the last long after the one before."""
     ticks = [order.arrival_tick for order in WORLDS["later orders"].instance.orders]

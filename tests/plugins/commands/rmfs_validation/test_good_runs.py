@@ -51,6 +51,8 @@ def test_joint_rules(joint: str, pp: str, tmp_path: Path) -> None:
     [
         ("stations.order_capacity=2",),
         ("stations.order_capacity=[1, 4]",),
+        ("stations.item_capacity=3",),
+        ("stations.order_capacity=2", "rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time"),
         ("stations.item_capacity=[15, 20]", "stations.queue_length=1", "robots.count=8"),
         ("instance.items_per_sku=40", "instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=400"),
         ("run.until_s=200",),

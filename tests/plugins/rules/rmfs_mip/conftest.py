@@ -144,10 +144,8 @@ def brute_force_from_stock(period: Period, model: Model, weight: float, splits: 
     stations, n_skus = range(len(period.stations)), period.stock.n_skus
     groups = range(1, 1 << len(stations))
     free = np.zeros((len(period.stock.pods), n_skus), dtype=np.int64)
-    if period.stock.items is None:
-        free[:] = 1000 * period.stock.holds
-    else:
-        free[period.stock.items.pod, period.stock.items.sku] = period.stock.items.number
+    items = period.stock.items or Stock.counted([dict.fromkeys(s, 99) for s in period.stock.contents], n_skus).items
+    free[items.pod, items.sku] = items.number
     largest = max(sum(quantity for _, quantity in lines) for lines in period.lines)
     worth = np.array([largest if s in period.counting_orders else 1 for s in stations])
     there = [sum(1 << s for s, pods in enumerate(period.inbound) if pod in pods) for pod in range(len(free))]

@@ -50,13 +50,6 @@ def test_a_pod_that_is_there_costs_nothing():
         assert decision.trips == ()
 
 
-@pytest.mark.parametrize("rule", RULES)
-def test_what_the_models_do_not_cover_is_refused(rule):
-    """What a rule needs and the scenario lacks is said before the run."""
-    with pytest.raises(InputError, match="needs stations that count items, but the scenario sets"):
-        rmfs_core.run(f"paper-250-{rule.model}", overrides=[*SMALL, "stations.order_capacity=6"])
-
-
 @pytest.mark.parametrize(
     "wrong",
     [
