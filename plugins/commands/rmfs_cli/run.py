@@ -13,7 +13,7 @@ import click
 
 from rmfs_cli.completion import SetCommand, recorders
 from rmfs_cli.options import json_option, scenario_argument, seed_option, set_option
-from rmfs_cli.screen import print_json, say
+from rmfs_cli.screen import output_console, print_json, say
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -105,7 +105,7 @@ def run(
     if as_json:
         print_json({**result.to_dict(), "folder": str(folder)})
     else:
-        console = Console(quiet=quiet)
+        console = output_console(quiet=quiet)
         print_summary(console, name, result)
         if profile:
             print_profile(console, result)

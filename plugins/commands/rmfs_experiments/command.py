@@ -9,7 +9,7 @@ import click
 
 from rmfs_cli.completion import experiments
 from rmfs_cli.options import dask_option, jobs_option, json_option
-from rmfs_cli.screen import print_json, say
+from rmfs_cli.screen import output_console, print_json, say
 from rmfs_cli.shipped import print_shipped
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def compare(
         }
         print_json({**about, **attrs.asdict(comparison)})
     else:
-        console = Console(quiet=quiet)
+        console = output_console(quiet=quiet)
         print_comparison(console, result, comparison)
         _conclude(console, folder)
     if result.failed:

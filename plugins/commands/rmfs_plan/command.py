@@ -11,7 +11,7 @@ import click
 
 from rmfs_cli import completion
 from rmfs_cli.options import json_option
-from rmfs_cli.screen import print_json
+from rmfs_cli.screen import new_table, output_console, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -76,7 +76,7 @@ def plan(
         rows = [_row(roads, robot, one) for robot, one in enumerate(plans, 1)]
         print_json({**_document(plans, hits, about), "trips": rows})
     else:
-        _print(Console(), title, roads, plans, hits, wall_s)
+        _print(output_console(), title, roads, plans, hits, wall_s)
     if out is not None:
         _write(out, roads, plans, hits, about)
     stuck = [str(number) for number, one in enumerate(plans, 1) if not one.arrived]
@@ -141,9 +141,7 @@ def _costs(plans: Sequence[Plan], hits: Sequence[Collision]) -> dict[str, Any]:
 def _print(
     console: Console, title: str, roads: Roads, plans: Sequence[Plan], hits: Sequence[Collision], wall_s: float
 ) -> None:
-    from rich.table import Table
-
-    table = Table(title=title, title_justify="left", title_style="bold")
+    table = new_table(title)
     for column in ("Robot", "From", "To"):
         table.add_column(column)
     for column in ("Arrives s", "Delay s", "Stops", "Queries"):

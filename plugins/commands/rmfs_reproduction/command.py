@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rmfs_cli.options import dask_option, jobs_option, json_option
-from rmfs_cli.screen import print_json, say
+from rmfs_cli.screen import new_table, output_console, print_json, say
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -84,7 +84,7 @@ def reproduce(
         counted = {"runs": len(done.rows), "failed": len(done.failed)}
         print_json({"folder": str(folder), "files": list(done.files), **counted, "overview": rows})
     else:
-        console = Console(quiet=quiet)
+        console = output_console(quiet=quiet)
         _print_overview(console, done)
         console.print()
         say(console, f"Report in {folder}:")
@@ -95,11 +95,10 @@ def reproduce(
 
 def _print_overview(console: Console, done: Reproduction) -> None:
     """Print the verdicts by exhibit, and how the runs ended."""
-    from rich.table import Table
     from rich.text import Text
 
     overview, runs = done.report.grids[:2]
-    table = Table(title=overview.title, title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0))
+    table = new_table(overview.title)
     for number, column in enumerate(overview.columns):
         table.add_column(Text(column), justify="right" if number in overview.right else "left", overflow="fold")
     for row in overview.rows:

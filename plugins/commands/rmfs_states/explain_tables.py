@@ -6,14 +6,13 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from rich import box
 from rich.console import Console, JustifyMethod
 from rich.padding import Padding
 from rich.rule import Rule
 from rich.table import Table
 from rich.text import Text
 
-from rmfs_cli.screen import print_named, say
+from rmfs_cli.screen import ROOM_FOR_WORDS, new_table, print_named, say
 from rmfs_core.clock import to_seconds
 from rmfs_core.roles import Role
 from rmfs_core.rule_helpers import ticks_to_station
@@ -23,9 +22,6 @@ from rmfs_core.warehouse import Order, Pod
 from rmfs_states import Answer, Outcome, Recorded, Recording, State
 from rmfs_states.rebuilding import OpenState, open_state
 from rmfs_states.stories import Episode, where_in
-
-ROOM_FOR_WORDS = 36
-"""Columns that sentences want, at least, beside the name of a rule."""
 
 UNUSED_WEIGHT = 2
 """What a free place counts against a pod-station visit: W_u of the paper's objective (1)."""
@@ -141,7 +137,7 @@ def print_comparison(
 
 
 def _outcomes(rows: Sequence[tuple[str, Mapping[str, Any], Mapping[str, Any] | None, Outcome | None]]) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, header_style="bold cyan", pad_edge=False, collapse_padding=True)
+    table = new_table()
     table.add_column("Rule")
     weighted = f"Visits +\n{UNUSED_WEIGHT} unused"
     for heading in ("Orders", "Items", "New\nvisits", "Unused", weighted, "Not\ncovered", "Objective\n/ bound"):
@@ -295,7 +291,7 @@ def _span(first: str, last: str) -> str:
 
 
 def _table(*columns: str, right: Sequence[str] = (), whole: Sequence[str] = ()) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, header_style="bold cyan", pad_edge=False)
+    table = new_table()
     for column in (*columns, *(name for name in right if name not in columns)):
         justify: JustifyMethod = "right" if column in right else "left"
         table.add_column(column, justify=justify, overflow="fold", no_wrap=column in whole)

@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from rmfs_cli.screen import print_named
+from rmfs_cli.screen import new_table, print_named
 from rmfs_experiments.compare import Comparison
 from rmfs_experiments.report import numbers
 from rmfs_experiments.running import ExperimentResult
@@ -41,7 +41,7 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
 
 
 def _counts(comparison: Comparison) -> Table:
-    table = Table(title="Runs", title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0))
+    table = new_table("Runs")
     table.add_column("Rule set")
     for name in ("Runs", "Complete", "Partial", "Failed", "Stood still", "Stopped early"):
         table.add_column(name, justify="right")
@@ -62,7 +62,7 @@ def _counts(comparison: Comparison) -> Table:
 def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: bool) -> Table:
     shown_as = comparison.described(metric)
     title = numbers.title(shown_as)
-    table = Table(title=title, title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0))
+    table = new_table(title)
     table.add_column("Rule set")
     for name in ("Pairs", "Mean", *(["Difference"] if wide else []), "Relative", "p (Holm)"):
         table.add_column(name, justify="right")
