@@ -65,14 +65,15 @@ def bench(
 
     from rmfs_bench.bench import bench as run_all
     from rmfs_bench.bench import contestant
-    from rmfs_cli.choices import parse_choice
+    from rmfs_cli.choices import option_named, parse_choice
 
     worlds, seeds = worlds or WORLDS[:2], seeds or (1, 2, 3)
     allow_inline = not no_inline_rules
-    contestants = [
-        contestant(text, parse_choice(text, "RULE"), decides=decides, allow_inline=allow_inline)
-        for text in dict.fromkeys(rules)
-    ]
+    contestants = []
+    for text in dict.fromkeys(rules):
+        with option_named("rule", f"RULE {text}"):
+            choice = parse_choice(text, f"RULE {text}")
+            contestants.append(contestant(text, choice, decides=decides, allow_inline=allow_inline))
     notes = Console(stderr=True)
     with notes.status("...") as status:
         runs = list(

@@ -72,15 +72,16 @@ def run(
     """
     from rich.console import Console
 
+    from rmfs_cli.checking import load_checked
     from rmfs_cli.compiling import compiling_announced
     from rmfs_cli.progress import run_display
     from rmfs_cli.summary import print_profile, print_summary
     from rmfs_core import run as simulate
     from rmfs_core.errors import RunError
-    from rmfs_core.scenario import load_scenario
 
+    _check_recorders(record)
     recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
-    resolved = load_scenario(scenario, overrides, seed)
+    resolved = load_checked(scenario, overrides, seed)
     name = Path(scenario).stem
     folder = default_folder(name, resolved.seed, overrides) if out is None else out
     notes = Console(stderr=True, quiet=quiet)
@@ -123,6 +124,18 @@ def default_folder(name: str, seed: int, overrides: tuple[str, ...] = ()) -> Pat
         digest = hashlib.sha256("\n".join(overrides).encode()).hexdigest()[:8]
         suffix = f"{suffix[: LONGEST_SUFFIX - 9]}-{digest}"
     return Path(RUNS_FOLDER) / f"{name}-seed{seed}{suffix}"
+
+
+def _check_recorders(names: Sequence[str]) -> None:
+    """Name the option that names a recorder which cannot be had."""
+    from rmfs_core.errors import InputError
+    from rmfs_core.results.running import load_recorder
+
+    for name in names:
+        try:
+            load_recorder(name)
+        except InputError as error:
+            raise InputError(f"--record {name}", error.problem) from error
 
 
 def _announce_inline_rules(notes: Console, scenario: Scenario) -> None:

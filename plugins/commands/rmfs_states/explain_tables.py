@@ -19,6 +19,7 @@ from rmfs_core.rule_helpers import ticks_to_station
 from rmfs_core.scenario import RuleChoice
 from rmfs_core.scenario.tomltext import toml_value
 from rmfs_core.warehouse import Order, Pod
+from rmfs_core.wording import counted
 from rmfs_states import Answer, Outcome, Recorded, Recording, State
 from rmfs_states.rebuilding import OpenState, open_state
 from rmfs_states.stories import Episode, where_in
@@ -189,7 +190,11 @@ def _print_backlog(console: Console, opened: OpenState, assigned: Mapping[str, S
     backlog, whole = opened.view.backlog, opened.warehouse.backlog
     items = sum(order.open_items for order in backlog)
     hidden = f" (the prefilters left out {len(whole) - len(backlog)} more)" if len(whole) > len(backlog) else ""
-    say(console, f"Backlog: {len(backlog):,} orders with {items:,} open items{hidden}; decided for: {len(assigned):,}.")
+    say(
+        console,
+        f"Backlog: {counted(len(backlog), 'order')} with {counted(items, 'open item')}{hidden}; "
+        f"decided for: {len(assigned):,}.",
+    )
     table = _table("Order", "Waits", "Open lines (SKUs)", "Goes to station", right=("Waits",))
     rows = [order for order in backlog if order.name in assigned]
     rows += [order for order in backlog if order.name not in assigned][: max(limit - len(rows), 0)]
