@@ -24,7 +24,7 @@ JSON_FORMAT = "rmfs-bench"
 JSON_VERSION = 1
 
 
-@click.command()
+@click.command(short_help="Measure rules in the same worlds: how good, how quick.")
 @click.argument("rules", metavar="RULE...", nargs=-1, required=True, shell_complete=completion.rules)
 @click.option(
     "--world",

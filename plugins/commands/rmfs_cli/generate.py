@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rmfs_core.scenario import RuleChoice, RulesSection, Scenario
 
 
-@click.command(cls=SetCommand)
+@click.command(cls=SetCommand, short_help="Write a scenario's orders and pods as CSV.")
 @scenario_argument
 @click.option("--out", required=True, metavar="DIR", help="Folder to write to; it is made if it is not there.")
 @set_option

@@ -21,7 +21,7 @@ WIDE = 120
 """From this many columns on there is room for a table."""
 
 
-@click.command()
+@click.command(short_help="List the rules, or show everything about one.")
 @click.argument("name", required=False, shell_complete=completion.rules)
 @json_option
 def rules(name: str | None, as_json: bool) -> None:

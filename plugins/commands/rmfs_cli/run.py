@@ -26,7 +26,7 @@ RUNS_FOLDER = "rmfs-runs"
 LONGEST_SUFFIX = 60
 
 
-@click.command(cls=SetCommand)
+@click.command(cls=SetCommand, short_help="Simulate a scenario.")
 @scenario_argument
 @seed_option
 @set_option

@@ -58,7 +58,7 @@ def show(scenario: str, overrides: tuple[str, ...], seed: int | None) -> None:
     click.echo(to_toml(load_checked(scenario, overrides, seed)), nl=False)
 
 
-@scenario.command(name="map", cls=SetCommand)
+@scenario.command(name="map", cls=SetCommand, short_help="Print the layout of SCENARIO as a text map.")
 @scenario_argument
 @set_option
 def map_(scenario: str, overrides: tuple[str, ...]) -> None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 RUNS_FOLDER = "runs"
 
 
-@click.command()
+@click.command(short_help="Run an experiment and compare its rule sets.")
 @click.argument("experiment", metavar="EXPERIMENT", required=False, shell_complete=experiments)
 @jobs_option
 @dask_option

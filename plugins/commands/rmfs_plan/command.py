@@ -23,7 +23,7 @@ SHOWN = 12
 """Robots that the table lists, those with the longest delay first."""
 
 
-@click.command()
+@click.command(short_help="Plan the paths of robots on a map, without orders.")
 @click.argument("map_file", metavar="MAP")
 @click.option("--agents", type=click.IntRange(min=1), default=10, show_default=True, help="Number of robots.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the random trips.")

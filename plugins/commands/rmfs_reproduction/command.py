@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rmfs_reproduction import Reproduction
 
 
-@click.command()
+@click.command(short_help="Run the paper's evaluation, figure by figure.")
 @click.option(
     "--only",
     multiple=True,

@@ -23,7 +23,7 @@ def _print_schema(ctx: click.Context, _parameter: click.Parameter, wanted: bool)
     ctx.exit()
 
 
-@click.command()
+@click.command(short_help="Ask a rule what it decides in a state.")
 @click.argument("state", metavar="STATE.json", type=click.Path(path_type=Path))
 @click.option(
     "--rule",

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rmfs_states.stories import Episode
 
 
-@click.command()
+@click.command(short_help="Say why something was decided in a run.")
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 @click.option("--period", type=click.IntRange(min=1), metavar="N", help="Explain how orders were assigned in period N.")
 @click.option("--decision", type=click.IntRange(min=1), metavar="K", help="Explain decision number K, of any kind.")

@@ -19,7 +19,7 @@ PIPE_WIDTH = 200
 """Columns of the table where the output is no terminal."""
 
 
-@click.command()
+@click.command(short_help="Check the trace of a run for impossible things.")
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 @click.option(
     "--collisions/--no-collisions",
