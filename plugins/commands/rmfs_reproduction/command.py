@@ -105,5 +105,4 @@ def _print_overview(console: Console, done: Reproduction) -> None:
         table.add_row(*map(Text, row))
     console.print()
     console.print(table)
-    console.print()
     say(console, runs.notes[0])

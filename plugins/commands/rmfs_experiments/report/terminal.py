@@ -28,10 +28,10 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
         console.print(Text.assemble(("Failed: ", "red"), text), soft_wrap=True)
     if len(result.failed) > MOST_ERRORS:
         console.print(f"and {len(result.failed) - MOST_ERRORS} more failed runs.", highlight=False)
-    for metric in comparison.metrics:
+    if result.failed:
         console.print()
+    for metric in comparison.metrics:
         print_named(console, _metric(comparison, metric, shown, console.width >= WIDE))
-    console.print()
     console.print(
         f'Differences from "{comparison.baseline}", means of pairs of runs of the same instance and seed, with 95 % '
         "Student t intervals; p of the paired t test, corrected for the number of rule sets after Holm.",
