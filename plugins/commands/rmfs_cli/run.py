@@ -129,7 +129,7 @@ def default_folder(name: str, seed: int, overrides: tuple[str, ...] = ()) -> Pat
 def _check_recorders(names: Sequence[str]) -> None:
     """Name the option that names a recorder which cannot be had."""
     from rmfs_core.errors import InputError
-    from rmfs_core.results.running import load_recorder
+    from rmfs_core.results.recorders import load_recorder
 
     for name in names:
         try:
