@@ -12,6 +12,11 @@ def listed(names: Iterable[str], last: str = "and") -> str:
     return f"{', '.join(most)} {last} {end}" if most else end
 
 
+def counted(number: int, thing: str) -> str:
+    """Return a number of things: ``1 station``, ``1,200 stations``."""
+    return f"{number:,} {thing}{'' if number == 1 else 's'}"
+
+
 def first_few(things: Sequence[str]) -> str:
     """Things for a sentence, cut short: ``a, b, c and 7 more``."""
     return listed([*things[:5], f"{len(things) - 5} more"]) if len(things) > 5 else listed(things)
@@ -19,7 +24,9 @@ def first_few(things: Sequence[str]) -> str:
 
 def did_you_mean(name: str, valid: Iterable[str]) -> str:
     """Return `` (did you mean `x` or `y`?)`` for the valid names nearest to a misspelt one, else an empty text."""
-    close = [f"`{found}`" for found in get_close_matches(name, sorted(valid), n=3, cutoff=0.6)]
+    names = sorted(valid)
+    ends = [found for found in names if found.rpartition("/")[2] == name]  # `small` for `examples/small`
+    close = [f"`{found}`" for found in ends or get_close_matches(name, names, n=3, cutoff=0.6)]
     return f" (did you mean {listed(close, 'or')}?)" if close else ""
 
 

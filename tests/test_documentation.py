@@ -367,6 +367,8 @@ SHOWN = (
     *("Stood still", "Stopped early"),
     *("Free", "Not covered", "Queue room", "Inbound pods", "Order", "Waits", "Drive", "New visits", "Unused"),
     *("Visits + 2 unused", "Objective", "Bound", "Period"),
+    *("Scenario", "Experiment", "Metric", "Event", "Trace", "Recorder", "Fault", "Hook", "Observer", "Inline rule"),
+    *("Optimal", "Stopped", "Below", "Above", "In range", "Same", "Pile-on", "Visits per order", "ms /call", "s /run"),
     *("Calls", "Makespan", "Sum of costs", "Delay", "Stops", "Queries", "Collisions"),
 )
 """Words of the live display, of comparisons, explanations, benchmarks and plans."""

@@ -43,8 +43,8 @@ def run(
     seed
         Replaces the scenario's seed.
     overrides
-        ``key=value`` each, replacing values of the file; not for a `Scenario` object (see `attrs.evolve`). Rules from
-        files are looked up in the current directory.
+        ``key=value`` each, replacing values of the file; not for a `Scenario` object (see `attrs.evolve`). Files
+        that they name are looked up in the current directory.
     out
         Folder to write the result's files to. Files of an earlier run there are replaced; what its recorders wrote is
         deleted.

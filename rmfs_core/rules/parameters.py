@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import types
 import typing
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 import attrs
@@ -35,7 +37,7 @@ def build(rule: type, values: Mapping[str, Any], place: str, rule_name: str) -> 
     for name, field in valid.items():
         if field.default is attrs.NOTHING and name not in values:
             raise InputError(f"{place}.{name}", f"{rule_name} needs the parameter `{name}`, which is missing")
-    hints = _type_hints(rule)
+    hints = type_hints(rule)
     ready = {name: _structure(valid[name], hints, value, f"{place}.{name}") for name, value in values.items()}
     try:
         return rule(**ready)
@@ -46,11 +48,15 @@ def build(rule: type, values: Mapping[str, Any], place: str, rule_name: str) -> 
         raise InputError(place, f"{rule_name} cannot be created: {one_line(error)}") from error
 
 
-def _type_hints(rule: type) -> Mapping[str, Any]:
-    try:
-        return typing.get_type_hints(rule)
-    except NameError:  # a type imported under TYPE_CHECKING only: fields go unchecked
-        return {}
+def type_hints(rule: type) -> Mapping[str, Any]:
+    """Return the types of a rule's fields; one whose name is imported under TYPE_CHECKING alone is left out."""
+    found: dict[str, Any] = {}
+    for cls in reversed(rule.__mro__):
+        for name, hint in inspect.get_annotations(cls).items():
+            with suppress(NameError):
+                alone = {"__annotations__": {name: hint}, "__module__": cls.__module__}
+                found |= typing.get_type_hints(type(name, (), alone))
+    return found
 
 
 def _structure(field: attrs.Attribute[Any], hints: Mapping[str, Any], value: Any, place: str) -> Any:
@@ -71,7 +77,7 @@ def type_name(kind: Any) -> str:
     if origin in (typing.Union, types.UnionType):
         return listed((type_name(part) for part in arguments), "or")
     if origin is typing.Literal:
-        return f"one of {', '.join(repr(value) for value in arguments)}"
+        return f"one of {', '.join(map(shown, arguments))}"
     if origin is tuple and arguments[1:] != (...,):
         return f"a list of {listed(type_name(part) for part in arguments)}"
     if origin in (list, tuple):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +12,18 @@ from attrs import evolve, frozen
 
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
-from rmfs_core.scenario.model import RuleChoice, Scenario
-from rmfs_core.scenario.rulenames import rule_name_from
+from rmfs_core.scenario.model import DRAWN, GENERATED, RuleChoice, Scenario
+from rmfs_core.scenario.rulenames import file_name_from, rule_name_from
 from rmfs_core.scenario.structuring import fields_of, section_class
 from rmfs_core.scenario.tomltext import shown
 from rmfs_core.wording import nearest
+
+DATA_FILES: Mapping[tuple[str, ...], frozenset[str]] = {
+    ("instance", "orders_file"): GENERATED,
+    ("instance", "pods_file"): GENERATED,
+    ("layout", "map_file"): DRAWN,
+}
+"""Section and key of every file with data that a scenario may name, and the keys that it takes the place of."""
 
 
 @frozen
@@ -69,13 +76,19 @@ def _value(raw: str, place: str) -> Any:
 def apply_overrides(data: dict[str, Any], overrides: Sequence[Override]) -> dict[str, Any]:
     """Return ``data`` with the overrides applied, one after another.
 
-    Setting ``rules.poa_pps`` takes the rules of ``rules.poa`` and ``rules.pps`` out, and the other way round.
+    Setting ``rules.poa_pps`` takes the rules of ``rules.poa`` and ``rules.pps`` out, and the other way round; setting a
+    file of data takes out what ``data`` says of how to make the same.
     """
     rules = data.get("rules")
     if isinstance(rules, dict):
         chosen = {part for one in overrides if (part := _chosen(one)) is not None}
         replaced = {other for role in Role if role.key in chosen for other in role.excludes}
         data = {**data, "rules": {role: choice for role, choice in rules.items() if role not in replaced}}
+    for override in overrides:
+        section = data.get(override.path[0])
+        if override.path in DATA_FILES and override.value is not None and isinstance(section, dict):
+            rest = {key: value for key, value in section.items() if key not in DATA_FILES[override.path]}
+            data = {**data, override.path[0]: rest}
     for override in overrides:
         data = _applied(data, override, override.path)
     return data
@@ -88,29 +101,21 @@ def _chosen(override: Override) -> str | None:
 
 
 def anchored(override: Override, there: Path, folder: Path) -> Override:
-    """Return an override whose rules from files (``./my.py:MyRule``) are looked up in ``there``: see `rule_name_from`.
+    """Return an override for a scenario in ``folder``; the files that it names are looked up in ``there``."""
 
-    Parameters
-    ----------
-    override
-        The override.
-    there
-        The folder to look in.
-    folder
-        The scenario's folder.
-    """
-
-    def within(value: Any, depth: int) -> Any:
-        """Go down from `rules` (0) over its keys (1) and lists to the choices, and to their rule (2)."""
-        if isinstance(value, list):
-            return [within(entry, depth) for entry in value]
+    def within(value: Any, path: tuple[str, ...]) -> Any:
+        """Go down to the names of files; a list's entries are where the list is."""
+        if isinstance(value, list) and path[0] == "rules":
+            return [within(entry, path) for entry in value]
         if isinstance(value, dict):
-            return {key: within(one, depth + 1) if depth == 0 or key == "rule" else one for key, one in value.items()}
-        return rule_name_from(value, there, folder) if isinstance(value, str) else value
+            return {key: within(entry, (*path, key)) for key, entry in value.items()}
+        if not isinstance(value, str):
+            return value
+        if path[0] == "rules" and path[2:] in ((), ("rule",)):
+            return rule_name_from(value, there, folder)
+        return file_name_from(value, there, folder) if path in DATA_FILES else value
 
-    if override.path[0] != "rules" or (len(override.path) > 2 and override.path[2:] != ("rule",)):
-        return override
-    return evolve(override, value=within(override.value, len(override.path) - 1))
+    return evolve(override, value=within(override.value, override.path))
 
 
 def _applied(table: dict[str, Any], override: Override, path: tuple[str, ...]) -> dict[str, Any]:

@@ -31,7 +31,7 @@ def load_scenario(path: str | Path, overrides: Sequence[str] = (), seed: int | N
         A file, or the name of a shipped scenario: ``paper-250``, ``examples/small``.
     overrides
         ``key=value`` each, as after ``--set``: a dotted key and a TOML value (or a plain text) that replaces the
-        file's. Nothing after the ``=`` takes a key out. Rules from files are looked up in the current directory.
+        file's. Nothing after the ``=`` takes a key out. Files that they name are looked up in the current directory.
     seed
         Replaces the file's seed.
 

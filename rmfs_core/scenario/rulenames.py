@@ -28,17 +28,23 @@ def is_inline(name: str) -> bool:
     return name.startswith((".", "/")) or ".py:" in name or name.endswith(".py")
 
 
-def rule_name_from(name: str, there: str | Path, folder: str | Path) -> str:
-    """Return what a scenario in ``folder`` calls the rule that has this name in the folder ``there``.
+def file_name_from(name: str, there: str | Path, folder: str | Path) -> str:
+    """Return what a scenario in ``folder`` calls the file that has this name in the folder ``there``.
 
-    Only a file's name changes: in the scenario's folder it is named as a scenario file would, any other by its absolute
-    path, so that what is stored of the scenario leads to it from everywhere.
+    In the scenario's folder it is named as a scenario file would, any other by its absolute path, so that what is
+    stored of the scenario leads to it from everywhere.
     """
+    path, home = (Path(there) / name).resolve(), Path(folder).resolve()
+    return path.relative_to(home).as_posix() if path.is_relative_to(home) else str(path)
+
+
+def rule_name_from(name: str, there: str | Path, folder: str | Path) -> str:
+    """Return what a scenario in ``folder`` calls the rule of this name in ``there``: only a file's name changes."""
     file, colon, class_name = name.rpartition(":")
     if not colon or not is_inline(name):
         return name
-    path, home = (Path(there) / file).resolve(), Path(folder).resolve()
-    return f"{f'./{path.relative_to(home).as_posix()}' if path.is_relative_to(home) else path}:{class_name}"
+    found = file_name_from(file, there, folder)
+    return f"{found if Path(found).is_absolute() else f'./{found}'}:{class_name}"
 
 
 def inline_parts(name: str) -> tuple[str, str]:

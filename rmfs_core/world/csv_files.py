@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,7 +24,16 @@ _WHOLE = re.compile(r"[0-9]{1,15}")
 _NUMBER = re.compile(r"[0-9]{1,12}(\.[0-9]*)?([eE][+-]?[0-9]{1,2})?|\.[0-9]+")
 
 
-def read_instance(orders_file: Path, pods_file: Path) -> Instance:
+Wrong = Callable[[InputError], None]
+"""What is called with a mistake; when it returns, the row is left out."""
+
+
+def refuse(error: InputError) -> None:
+    """Raise the first mistake."""
+    raise error
+
+
+def read_instance(orders_file: Path, pods_file: Path, wrong: Wrong = refuse) -> Instance:
     """Read orders and pods.
 
     Orders get their ids in the order of arrival, then of first appearance in the file; pods in the order of first
@@ -37,14 +46,10 @@ def read_instance(orders_file: Path, pods_file: Path) -> Instance:
         rows of one order need not be adjacent; a SKU that comes twice in an order is one line of both quantities.
     pods_file
         CSV with the columns ``pod,sku,quantity``. An empty quantity is an unlimited number of items.
-
-    Raises
-    ------
-    InputError
-        With file, line and column of the first mistake.
+    wrong
+        Called with each mistake: an `InputError` with file, line and column. It raises the first unless told otherwise.
     """
-    orders = _read_orders(orders_file)
-    pods = _read_pods(pods_file)
+    orders, pods = _read_orders(orders_file, wrong), _read_pods(pods_file, wrong)
     names = {sku for _, lines in orders.values() for sku in lines} | {sku for pod in pods.values() for sku in pod}
     skus = tuple(sorted(names, key=_natural))
     id_of = {sku: i for i, sku in enumerate(skus)}
@@ -68,58 +73,67 @@ def line_of(orders_file: Path, order: str, sku: str | None = None) -> int:
     return next(line for line, (name, _, wanted, _) in rows if name == order and sku in (None, wanted))
 
 
-def _read_orders(file: Path) -> dict[str, tuple[int, dict[str, int]]]:
+def _read_orders(file: Path, wrong: Wrong) -> dict[str, tuple[int, dict[str, int]]]:
     orders: dict[str, tuple[int, dict[str, int]]] = {}
-    for line, (name, arrival, sku, quantity) in _rows(file, ORDER_COLUMNS):
-        tick = _tick(arrival, file, line)
+
+    def add(line: int, name: str, arrival: str, sku: str, quantity: str) -> None:
+        tick, items = _tick(arrival, file, line), _quantity(quantity, file, line, "a whole number >= 1")
         known_tick, lines = orders.setdefault(name, (tick, {}))
         if tick != known_tick:
             raise InputError(
                 f"{file}, line {line}, arrival_s",
                 f"expected {known_tick / 1000:g} as in the first row of order {name}, found {arrival}",
             )
-        lines[sku] = lines.get(sku, 0) + _quantity(quantity, file, line, "a whole number >= 1")
+        lines[sku] = lines.get(sku, 0) + items
+
+    _each_row(file, ORDER_COLUMNS, add, wrong)
     return orders
 
 
-def _read_pods(file: Path) -> dict[str, dict[str, int | None]]:
+def _read_pods(file: Path, wrong: Wrong) -> dict[str, dict[str, int | None]]:
     pods: dict[str, dict[str, int | None]] = {}
-    for line, (name, sku, quantity) in _rows(file, POD_COLUMNS):
+
+    def add(line: int, name: str, sku: str, quantity: str) -> None:
+        expected = "a whole number >= 1, or nothing for an unlimited number"
+        items = _quantity(quantity, file, line, expected) if quantity else None
         contents = pods.setdefault(name, {})
-        if not quantity:
-            contents[sku] = None
-            continue
-        items = _quantity(quantity, file, line, "a whole number >= 1, or nothing for an unlimited number")
         held = contents.get(sku, 0)
-        contents[sku] = None if held is None else held + items
+        contents[sku] = None if held is None or items is None else held + items
+
+    _each_row(file, POD_COLUMNS, add, wrong)
     return pods
 
 
-def _rows(file: Path, columns: tuple[str, ...]) -> Iterator[tuple[int, list[str]]]:
+def _each_row(file: Path, columns: tuple[str, ...], add: Callable[..., None], wrong: Wrong) -> None:
+    for line, row in _rows(file, columns, wrong):
+        try:
+            add(line, *row)
+        except InputError as error:
+            wrong(error)
+
+
+def _rows(file: Path, columns: tuple[str, ...], wrong: Wrong = refuse) -> Iterator[tuple[int, list[str]]]:
     """Yield the line number and the fields of ``columns``, without spaces around them, of every row."""
     try:
         with file.open(encoding="utf-8-sig", newline="") as stream:
             reader = csv.reader(stream, strict=True)
             try:
-                yield from _fields(file, reader, columns)
+                yield from _fields(file, reader, columns, wrong)
             except csv.Error as error:
-                raise InputError(f"{file}, line {reader.line_num}", f"this is no valid CSV: {error}") from None
+                wrong(InputError(f"{file}, line {reader.line_num}", f"this is no valid CSV: {error}"))
     except OSError as error:
-        raise InputError(str(file), f"cannot be read: {error.strerror}") from None
+        wrong(InputError(str(file), f"cannot be read: {error.strerror}"))
     except UnicodeDecodeError as error:
-        raise InputError(str(file), f"expected UTF-8 text, found the byte 0x{error.object[error.start]:02x}") from None
+        wrong(InputError(str(file), f"expected UTF-8 text, found the byte 0x{error.object[error.start]:02x}"))
 
 
-def _fields(file: Path, reader: CsvReader, columns: tuple[str, ...]) -> Iterator[tuple[int, list[str]]]:
+def _fields(file: Path, reader: CsvReader, columns: tuple[str, ...], wrong: Wrong) -> Iterator[tuple[int, list[str]]]:
     header = [name.strip() for name in next(reader, [])]
     for column in columns:
         if column not in header:
-            found = ",".join(header)
-            raise InputError(
-                f"{file}, line 1",
-                f"expected a header with the columns {','.join(columns)}, found "
-                + (f"`{found}` without `{column}`" if found else "none"),
-            )
+            found = f"`{','.join(header)}` without `{column}`" if header else "none"
+            problem = f"expected a header with the columns {','.join(columns)}, found {found}"
+            return wrong(InputError(f"{file}, line 1", problem))
     places = [header.index(column) for column in columns]
     named = [pair for pair in zip(columns, places, strict=True) if pair[0] in _NAMES]
     for row in reader:
@@ -127,13 +141,13 @@ def _fields(file: Path, reader: CsvReader, columns: tuple[str, ...]) -> Iterator
             continue
         line = reader.line_num
         if len(row) != len(header):
-            raise InputError(
-                f"{file}, line {line}", f"expected {len(header)} fields as in the header, found {len(row)}"
+            wrong(
+                InputError(f"{file}, line {line}", f"expected {len(header)} fields as in the header, found {len(row)}")
             )
-        for column, place in named:
-            if not row[place].strip():
-                raise InputError(f"{file}, line {line}, {column}", "expected a name, found nothing")
-        yield line, [row[place].strip() for place in places]
+        elif empty := [column for column, place in named if not row[place].strip()]:
+            wrong(InputError(f"{file}, line {line}, {empty[0]}", "expected a name, found nothing"))
+        else:
+            yield line, [row[place].strip() for place in places]
 
 
 def _tick(text: str, file: Path, line: int) -> int:

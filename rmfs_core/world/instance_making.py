@@ -11,7 +11,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import InstanceSection, Scenario
 from rmfs_core.scenario.reading import located
 from rmfs_core.wording import did_you_mean, first_few
-from rmfs_core.world.csv_files import line_of, read_instance
+from rmfs_core.world.csv_files import Wrong, line_of, read_instance, refuse
 from rmfs_core.world.generator import generate_instance
 from rmfs_core.world.instance import Instance
 
@@ -32,13 +32,19 @@ def make_instance(scenario: Scenario) -> Instance:
     return instance
 
 
-def unchecked_instance(scenario: Scenario) -> Instance:
-    """Generate or read the instance, as `make_instance` does, without asking whether it can be run."""
+def unchecked_instance(scenario: Scenario, wrong: Wrong = refuse) -> Instance:
+    """Generate or read the instance, as `make_instance` does, without asking whether it can be run.
+
+    ``wrong`` is called with each mistake in its files, as `read_instance` does.
+    """
     section = scenario.instance
     if section.orders_file is None or section.pods_file is None:
         return generate_instance(section, scenario.seed)
-    folder = Path(scenario.folder)
-    return read_instance(folder / section.orders_file, folder / section.pods_file)
+    orders, pods = (Path(scenario.folder) / file for file in (section.orders_file, section.pods_file))
+    for key, file in (("orders_file", orders), ("pods_file", pods)):
+        if not file.exists():
+            raise InputError(f"instance.{key}", f"there is no file {file}")
+    return read_instance(orders, pods, wrong)
 
 
 Place = Callable[..., str]

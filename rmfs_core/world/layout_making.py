@@ -30,7 +30,9 @@ def make_layout(scenario: Scenario) -> Layout:
     path = Path(scenario.folder) / section.map_file
     try:
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+    except OSError as error:
+        raise InputError("layout.map_file", f"{path} cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
         raise InputError(str(path), f"cannot read the map: {error}") from error
     return _map_layout(text, str(path), scenario.stations.queue_length)
 

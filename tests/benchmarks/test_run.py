@@ -32,12 +32,18 @@ def test_a_250_order_run_with_free_flow(benchmark: Any, skus: int, pods: int) ->
 
 
 def test_help_is_there_at_once(benchmark: Any) -> None:
-    """Bar: `rmfs --help` takes less than 0.3 s of processor time, its own and the system's."""
+    """Bar: `rmfs --help` takes less than 0.3 s of processor time, its own and the system's.
+
+    Its modules are compiled to bytecode, as those of an installed package are.
+    """
     seconds = []
+    variables = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 
     def ask() -> None:
         before = os.times()
-        subprocess.run([sys.executable, "-c", "from rmfs_core.cli import main; main(['--help'])"], check=True)
+        subprocess.run(
+            [sys.executable, "-c", "from rmfs_core.cli import main; main(['--help'])"], check=True, env=variables
+        )
         after = os.times()
         spent = after.children_user + after.children_system - before.children_user - before.children_system
         seconds.append(spent)

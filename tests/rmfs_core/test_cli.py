@@ -46,6 +46,16 @@ def test_the_help_of_every_command_imports_nothing_slow() -> None:
     assert done.stdout.splitlines()[-1] == "slow: []"
 
 
+def test_the_list_of_commands_is_whole(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """What each command is for fits its line at 80 columns: click would cut it short."""
+    monkeypatch.setenv("COLUMNS", "80")
+    for arguments in (["--help"], ["scenario", "--help"], ["convert", "--help"]):
+        main(arguments)
+        lines = capsys.readouterr().out.partition("Commands:\n")[2].splitlines()
+        assert lines
+        assert [line for line in lines if not line.endswith(".") or line.endswith("...")] == []
+
+
 def sentence(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     """Return the one line that a call ends with, exit code 2."""
     capsys.readouterr()

@@ -10,7 +10,7 @@ import click
 from rmfs_cli import completion
 from rmfs_cli.notes import notes_console
 from rmfs_cli.options import decides_option, json_option
-from rmfs_cli.screen import print_json, print_named, table_console
+from rmfs_cli.screen import new_table, output_console, print_json, print_named
 from rmfs_core.roles import Role
 
 if TYPE_CHECKING:
@@ -21,14 +21,11 @@ if TYPE_CHECKING:
 
 WORLDS = ("small", "250", "2000")
 ROLES = tuple(role for role in Role if role is not Role.OBSERVER)
-PIPE_WIDTH = 120
-"""Columns of the tables where the output is no terminal."""
-
 JSON_FORMAT = "rmfs-bench"
 JSON_VERSION = 1
 
 
-@click.command()
+@click.command(short_help="Measure rules in the same worlds: how good, how quick.")
 @click.argument("rules", metavar="RULE...", nargs=-1, required=True, shell_complete=completion.rules)
 @click.option(
     "--world",
@@ -68,14 +65,15 @@ def bench(
 
     from rmfs_bench.bench import bench as run_all
     from rmfs_bench.bench import contestant
-    from rmfs_cli.choices import parse_choice
+    from rmfs_cli.choices import option_named, parse_choice
 
     worlds, seeds = worlds or WORLDS[:2], seeds or (1, 2, 3)
     allow_inline = not no_inline_rules
-    contestants = [
-        contestant(text, parse_choice(text, "RULE"), decides=decides, allow_inline=allow_inline)
-        for text in dict.fromkeys(rules)
-    ]
+    contestants = []
+    for text in dict.fromkeys(rules):
+        with option_named("rule", f"RULE {text}"):
+            choice = parse_choice(text, f"RULE {text}")
+            contestants.append(contestant(text, choice, decides=decides, allow_inline=allow_inline))
     notes = notes_console()
     with notes.status("...") as status:
         runs = list(
@@ -84,7 +82,7 @@ def bench(
     if as_json:
         print_json(_plain(contestants, overrides, runs))
     else:
-        _print(table_console(PIPE_WIDTH), contestants, worlds, seeds, runs)
+        _print(output_console(), contestants, worlds, seeds, runs)
     failed = [run for run in runs if run.error is not None]
     for run in failed:
         click.echo(f"{run.rule}, {run.world}, seed {run.seed} failed: {run.error}", err=True)
@@ -119,13 +117,11 @@ def _print(
 
 
 def _table(rows: Mapping[str, Sequence[Measured]]) -> Table:
-    from rich import box
-    from rich.table import Table
     from rich.text import Text
 
     from rmfs_bench.bench import QUALITY
 
-    table = Table(box=box.SIMPLE_HEAD, header_style="bold cyan", pad_edge=False, collapse_padding=True)
+    table = new_table()
     table.add_column("Rule")
     for heading in QUALITY.values():
         table.add_column(heading, justify="right", no_wrap=True)

@@ -11,13 +11,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import click
 from attrs import define, evolve, field
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule, RuleSet, load_rule
-from rmfs_core.scenario import Scenario
+from rmfs_core.scenario import Scenario, load_scenario
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.scenario.reading import Given, read_tables
 from rmfs_core.scenario.rulenames import is_inline, rule_choices
@@ -31,6 +32,10 @@ from rmfs_core.world.instance_making import instance_problems, oversize_orders, 
 ROLES = {role.key: role for role in Role}
 LISTS = (Role.FILTER.key, Role.OBSERVER.key)
 """Keys of ``rules`` that hold any number of rules."""
+
+
+MOST_IN_FILES = 20
+"""Mistakes in CSV files that are named."""
 
 
 @define
@@ -77,6 +82,22 @@ def check_scenario(path: str, overrides: Sequence[str], seed: int | None, *, all
         if not check.found.problems:
             check.whole(scenario, instance, layout)
     return check.found
+
+
+def load_checked(path: str, overrides: Sequence[str], seed: int | None = None) -> Scenario:
+    """Return a scenario, as `load_scenario` does; of several wrong overrides all but the last are said right away."""
+    try:
+        return load_scenario(path, overrides, seed)
+    except InputError as error:
+        if not error.place.startswith("--set "):
+            raise
+        check = _Check(read_tables(path, (), seed), allow_inline=False)
+        check.override(path, overrides, seed)
+        check.structured()
+        *others, last = [one for one in check.found.problems if one["place"].startswith("--set ")]
+        for one in others:
+            click.echo(f"Error: {one['place']}: {one['problem']}", err=True)
+        raise InputError(last["place"], last["problem"]) from error
 
 
 class _Check:
@@ -188,10 +209,16 @@ class _Check:
         """Return the instance, if it can be made."""
         if "instance" in self.doubtful:
             return None
+        mistakes: list[InputError] = []
         try:
-            instance = unchecked_instance(scenario)
+            instance = unchecked_instance(scenario, mistakes.append)
         except InputError as error:
-            self.note(error.place, error.problem)
+            mistakes = [error]
+        for mistake in mistakes[:MOST_IN_FILES]:
+            self.note(mistake.place, mistake.problem)
+        if len(mistakes) > MOST_IN_FILES:
+            self.note("instance", f"and {len(mistakes) - MOST_IN_FILES:,} more mistakes in its files")
+        if mistakes:
             return None
         for problem in instance_problems(instance, scenario):
             self.note(problem.place, problem.problem)

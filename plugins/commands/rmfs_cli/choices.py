@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from attrs import evolve
@@ -14,6 +15,30 @@ from rmfs_core.scenario.overrides import parse_override
 from rmfs_core.scenario.rulenames import rule_name_from
 from rmfs_core.scenario.source import Source
 from rmfs_core.scenario.structuring import KeyProblem, structure_as
+
+
+@contextmanager
+def option_named(place: str, option: str, settings: Sequence[str] = ()) -> Iterator[None]:
+    """Name what was typed in every InputError raised within at a rule's place.
+
+    Parameters
+    ----------
+    place
+        The rule's place; its parameters' are below it.
+    option
+        What was typed for the rule: ``--rule demand``.
+    settings
+        What was typed for its parameters, after ``--set``.
+    """
+    try:
+        yield
+    except InputError as error:
+        rule, _, parameter = error.place.removeprefix(place).partition(".")
+        if rule or not error.place.startswith(place):
+            raise
+        typed = [text for text in settings if text.partition("=")[0].strip() == parameter]
+        named = f"--set {typed[-1]}" if typed else ", ".join(filter(None, (option, parameter)))
+        raise InputError(named, error.problem) from error
 
 
 def parse_choice(text: str, place: str) -> RuleChoice:

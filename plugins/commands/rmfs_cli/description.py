@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import re
-import typing
 from collections.abc import Iterator
 from importlib.metadata import EntryPoint
 from typing import Any
@@ -16,7 +15,7 @@ from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.rules.hooks import check_hooks, require_attrs_class, roles_of
-from rmfs_core.rules.parameters import parameters_of, type_name
+from rmfs_core.rules.parameters import parameters_of, type_hints, type_name
 from rmfs_core.rules.sources import load_entry
 from rmfs_core.scenario.tomltext import toml_value
 from rmfs_core.wording import one_line
@@ -103,7 +102,7 @@ def _describe(name: str, entry: EntryPoint) -> RuleDescription:
         version=version,
         decides=tuple(role.label for role in roles_of(rule)),
         parameters=parameters,
-        summary=doc.partition("\n")[0],
+        summary=doc.partition("\n")[0].replace("``", "`"),
         reference=sections(doc).get("References", ""),
         doc=doc,
     )
@@ -117,10 +116,7 @@ def sections(doc: str) -> dict[str, str]:
 
 def _parameters(rule: type) -> Iterator[Parameter]:
     documented = _documented_parameters(sections(inspect.getdoc(rule) or "").get("Parameters", ""))
-    try:
-        hints = typing.get_type_hints(rule)
-    except NameError:
-        hints = {}
+    hints = type_hints(rule)
     for name, field in parameters_of(rule).items():
         doc = field.metadata.get("doc") or documented.get(name, "")
         in_brackets = re.search(r"\(([^()\s]{1,12})\)\.?$", doc)

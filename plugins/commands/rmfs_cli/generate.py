@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rmfs_core.scenario import RuleChoice, RulesSection, Scenario
 
 
-@click.command(cls=SetCommand)
+@click.command(cls=SetCommand, short_help="Write a scenario's orders and pods as CSV.")
 @scenario_argument
 @click.option("--out", required=True, metavar="DIR", help="Folder to write to; it is made if it is not there.")
 @set_option
@@ -26,13 +26,14 @@ def generate(scenario: str, out: str, overrides: tuple[str, ...], seed: int | No
 
     DIR/scenario.toml runs on the same instance as SCENARIO. A text map and rules from files are copied along.
     """
+    from rmfs_cli.checking import load_checked
     from rmfs_cli.csv_writing import orders_csv, pods_csv
     from rmfs_cli.toml_scenario import to_toml
     from rmfs_core.results.files import output_folder
-    from rmfs_core.scenario import load_scenario
+    from rmfs_core.wording import counted
     from rmfs_core.world import make_instance
 
-    loaded = load_scenario(scenario, overrides, seed)
+    loaded = load_checked(scenario, overrides, seed)
     instance = make_instance(loaded)
     moved, copied = _with_files(loaded)
     files = {
@@ -44,7 +45,7 @@ def generate(scenario: str, out: str, overrides: tuple[str, ...], seed: int | No
     folder = output_folder(out)
     _write(folder, files, force)
     click.echo(
-        f"Wrote {len(instance.orders)} orders and {len(instance.pods)} pods to {folder}: "
+        f"Wrote {counted(len(instance.orders), 'order')} and {counted(len(instance.pods), 'pod')} to {folder}: "
         f"{', '.join(sorted(files))}. Run them with: rmfs run {folder / 'scenario.toml'}"
     )
 

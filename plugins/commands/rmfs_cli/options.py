@@ -21,9 +21,10 @@ set_option = click.option(
     multiple=True,
     metavar="KEY=VALUE",
     shell_complete=completion.overrides,
-    help="Replace a value of the scenario, such as `instance.orders=50` or `rules.poa=first-come`. A rule from a file "
-    "(`rules.pps=./my.py:MyRule`) is looked up in the current folder. `rules.poa_pps` takes the place of `rules.poa` "
-    "and `rules.pps`, and the other way round. Nothing after the `=`, or None, takes a key out. Repeatable.",
+    help="Replace a value of the scenario, such as `instance.orders=50` or `rules.poa=first-come`. Files "
+    "(`instance.orders_file=my.csv`, `rules.pps=./my.py:MyRule`) are looked up in the current folder. `rules.poa_pps` "
+    "takes the place of `rules.poa` and `rules.pps`, and the other way round. Nothing after the `=`, or None, takes a "
+    "key out. Repeatable.",
 )
 
 

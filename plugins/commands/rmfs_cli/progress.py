@@ -15,6 +15,7 @@ from rmfs_cli.display import Display, PanelDisplay, duration, figures, progress_
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import DecisionMade, Event, ItemPicked, OrderCompleted, VisitStarted
 from rmfs_core.hookspecs import hookimpl
+from rmfs_core.wording import counted
 
 if TYPE_CHECKING:
     from rmfs_core.info import RunInfo
@@ -70,8 +71,9 @@ def about(run: RunInfo) -> str:
     """Say what a run is in one line: its size and its seed."""
     instance, warehouse = run.instance, run.warehouse
     return (
-        f"{len(instance.orders):,} orders, {len(instance.skus):,} SKUs, {len(instance.pods):,} pods, "
-        f"{len(warehouse.stations)} stations, {len(warehouse.robots)} robots, seed {run.scenario.seed}"
+        f"{counted(len(instance.orders), 'order')}, {counted(len(instance.skus), 'SKU')}, "
+        f"{counted(len(instance.pods), 'pod')}, {counted(len(warehouse.stations), 'station')}, "
+        f"{counted(len(warehouse.robots), 'robot')}, seed {run.scenario.seed}"
     )
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import click
 
 from rmfs_cli import completion
 from rmfs_cli.options import json_option
-from rmfs_cli.screen import print_json, table_console
+from rmfs_cli.screen import new_table, output_console, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -18,11 +20,8 @@ if TYPE_CHECKING:
 WIDE = 120
 """From this many columns on there is room for a table."""
 
-PIPE_WIDTH = 200
-"""Columns of the table where the output is no terminal."""
 
-
-@click.command()
+@click.command(short_help="List the rules, or show everything about one.")
 @click.argument("name", required=False, shell_complete=completion.rules)
 @json_option
 def rules(name: str | None, as_json: bool) -> None:
@@ -42,7 +41,7 @@ def rules(name: str | None, as_json: bool) -> None:
         for rule in found:
             _print_details(rule)
     else:
-        console = table_console(PIPE_WIDTH)
+        console = output_console()
         (_print_table if console.width >= WIDE else _print_list)(console, found)
     for rule in found:
         if rule.error is not None:
@@ -61,11 +60,9 @@ def _only(name: str, found: list[RuleDescription]) -> list[RuleDescription]:
 
 
 def _print_table(console: Console, found: list[RuleDescription]) -> None:
-    from rich import box
-    from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=box.SIMPLE_HEAD, header_style="bold cyan", pad_edge=False)
+    table = new_table()
     table.add_column("Rule", no_wrap=True, style="bold")
     table.add_column("Decides", no_wrap=True)
     table.add_column("From", no_wrap=True, style="dim")
@@ -102,13 +99,54 @@ def _print_list(console: Console, found: list[RuleDescription]) -> None:
 def _print_details(rule: RuleDescription) -> None:
     from rich.text import Text
 
-    console = table_console(PIPE_WIDTH)
+    console = output_console()
     head = Text.assemble((rule.name, "bold"), f"  decides {', '.join(rule.decides) or '?'}; ")
     console.print(head + Text(f"from {rule.distribution} {rule.version}", style="dim"))
     console.print()
-    console.print(Text(rule.doc))
+    # What its section "Parameters" says is told below, as a scenario has it.
+    doc = re.sub(r"^Parameters\n-+\n(.*\n)*?(?=\S.*\n-+\n|\Z)", "", f"{rule.doc}\n", flags=re.MULTILINE)
+    for line in reflowed(doc.rstrip(), console.width):
+        console.print(Text(line), soft_wrap=True)
     if rule.parameters:
         console.print()
         console.print(Text("In a scenario", style="bold cyan"))
-        for parameter in rule.parameters:
-            console.print(Text(f"  {parameter.shown()}  # {parameter.type}. {parameter.doc}".rstrip(" .#")))
+    for parameter in rule.parameters:
+        about = f"{parameter.type}. {parameter.doc}".rstrip(" .").replace("``", "`")
+        lines = [f"  {parameter.shown()}  # {about}"]
+        if len(lines[0]) > console.width:
+            lines = [f"  {parameter.shown()}", *_filled(about, console.width, "    # ")]
+        for line in lines:
+            console.print(Text(line), soft_wrap=True)
+
+
+def reflowed(doc: str, width: int) -> list[str]:
+    """Return the lines of a docstring for a width: prose that is wider is filled anew, all else stays as it is."""
+    lines: list[str] = []
+    block: list[str] = []
+
+    def finish() -> None:
+        if any(len(line) > width for line in block):
+            lines.extend(_filled(" ".join(map(str.strip, block)), width, " " * _indent(block[0])))
+        else:
+            lines.extend(block)
+        block.clear()
+
+    for line in [*doc.replace("``", "`").split("\n"), ""]:
+        heading = line.startswith("---")
+        if not line.strip() or heading or (block and _indent(line) != _indent(block[0])):
+            finish()
+        if not line.strip() or heading:
+            lines.append(line)
+        else:
+            block.append(line)
+    return lines[:-1]
+
+
+def _filled(text: str, width: int, before: str) -> list[str]:
+    """Return a text in lines that begin in the same way; names, numbers and addresses are not broken."""
+    lines = wrap(text, max(width - len(before), 1), break_long_words=False, break_on_hyphens=False)
+    return [before + line for line in lines]
+
+
+def _indent(line: str) -> int:
+    return len(line) - len(line.lstrip())

@@ -14,7 +14,7 @@ import click
 from rmfs_cli.completion import SetCommand, recorders
 from rmfs_cli.notes import notes_console
 from rmfs_cli.options import json_option, scenario_argument, seed_option, set_option
-from rmfs_cli.screen import print_json, say
+from rmfs_cli.screen import output_console, print_json, say
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -27,7 +27,7 @@ RUNS_FOLDER = "rmfs-runs"
 LONGEST_SUFFIX = 60
 
 
-@click.command(cls=SetCommand)
+@click.command(cls=SetCommand, short_help="Simulate a scenario.")
 @scenario_argument
 @seed_option
 @set_option
@@ -71,17 +71,17 @@ def run(
     Shows the run while it goes on, then its metrics, and writes result.json, orders.csv, visits.csv and periods.csv.
     Ctrl-C ends a run early and keeps what was measured until then.
     """
-    from rich.console import Console
 
+    from rmfs_cli.checking import load_checked
     from rmfs_cli.compiling import compiling_announced
     from rmfs_cli.progress import run_display
     from rmfs_cli.summary import print_profile, print_summary
     from rmfs_core import run as simulate
     from rmfs_core.errors import RunError
-    from rmfs_core.scenario import load_scenario
 
+    _check_recorders(record)
     recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
-    resolved = load_scenario(scenario, overrides, seed)
+    resolved = load_checked(scenario, overrides, seed)
     name = Path(scenario).stem
     folder = default_folder(name, resolved.seed, overrides) if out is None else out
     notes = notes_console(quiet=quiet)
@@ -106,7 +106,7 @@ def run(
     if as_json:
         print_json({**result.to_dict(), "folder": str(folder)})
     else:
-        console = Console(quiet=quiet)
+        console = output_console(quiet=quiet)
         print_summary(console, name, result)
         if profile:
             print_profile(console, result)
@@ -124,6 +124,18 @@ def default_folder(name: str, seed: int, overrides: tuple[str, ...] = ()) -> Pat
         digest = hashlib.sha256("\n".join(overrides).encode()).hexdigest()[:8]
         suffix = f"{suffix[: LONGEST_SUFFIX - 9]}-{digest}"
     return Path(RUNS_FOLDER) / f"{name}-seed{seed}{suffix}"
+
+
+def _check_recorders(names: Sequence[str]) -> None:
+    """Name the option that names a recorder which cannot be had."""
+    from rmfs_core.errors import InputError
+    from rmfs_core.results.recorders import load_recorder
+
+    for name in names:
+        try:
+            load_recorder(name)
+        except InputError as error:
+            raise InputError(f"--record {name}", error.problem) from error
 
 
 def _announce_inline_rules(notes: Console, scenario: Scenario) -> None:

@@ -28,6 +28,7 @@ def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline
     is wrong, 2 something is.
     """
     from rmfs_cli.checking import check_scenario
+    from rmfs_core.wording import counted
 
     checked = check_scenario(scenario, overrides, seed, allow_inline=not no_inline_rules)
     for file in checked.inline_files:
@@ -39,8 +40,8 @@ def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline
             click.echo(f"Error: {problem['place']}: {problem['problem']}", err=True)
     else:
         (_, orders), (_, items), *rest = checked.sizes.items()
-        others = ", ".join(f"{number} {what}" for what, number in rest)
-        click.echo(f"{scenario} is valid: {orders} orders of {items} items, {others}.")
+        others = ", ".join(counted(number, what.removesuffix("s")) for what, number in rest)
+        click.echo(f"{scenario} is valid: {counted(orders, 'order')} of {counted(items, 'item')}, {others}.")
         for note in checked.notes:
             click.echo(note)
     if checked.problems:
@@ -53,13 +54,13 @@ def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline
 @seed_option
 def show(scenario: str, overrides: tuple[str, ...], seed: int | None) -> None:
     """Print SCENARIO as TOML with every key, defaults included."""
+    from rmfs_cli.checking import load_checked
     from rmfs_cli.toml_scenario import to_toml
-    from rmfs_core.scenario import load_scenario
 
-    click.echo(to_toml(load_scenario(scenario, overrides, seed)), nl=False)
+    click.echo(to_toml(load_checked(scenario, overrides, seed)), nl=False)
 
 
-@scenario.command(name="map", cls=SetCommand)
+@scenario.command(name="map", cls=SetCommand, short_help="Print the layout of SCENARIO as a text map.")
 @scenario_argument
 @set_option
 def map_(scenario: str, overrides: tuple[str, ...]) -> None:
@@ -68,11 +69,14 @@ def map_(scenario: str, overrides: tuple[str, ...]) -> None:
     # is a storage location, O a picking station, . floor; > < ^ v and lines are floor that robots leave in these
     directions, arrows the cells of a queue, @ is wall.
     """
+    from rmfs_cli.checking import load_checked
     from rmfs_cli.map_drawing import draw_map
-    from rmfs_core.scenario import load_scenario
+    from rmfs_core.scenario import located
     from rmfs_core.world import make_layout
 
-    click.echo(draw_map(make_layout(load_scenario(scenario, overrides))), nl=False)
+    loaded = load_checked(scenario, overrides)
+    with located(loaded):
+        click.echo(draw_map(make_layout(loaded)), nl=False)
 
 
 @scenario.command()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -9,12 +11,60 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 
-def table_console(pipe_width: int) -> Console:
-    """Return a console as wide as the terminal; ``pipe_width`` columns wide where the output is none."""
+PIPE_WIDTH = 80
+"""Columns where the output is no terminal, unless the variable COLUMNS says another number."""
+
+ROOM_FOR_WORDS = 36
+"""Columns that sentences want, at least, beside a name."""
+
+
+def output_console(*, quiet: bool = False) -> Console:
+    """Return where a command prints: as wide as the terminal, or `PIPE_WIDTH` columns; no line ends in blanks."""
     from rich.console import Console
 
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=pipe_width)
+    from rmfs_cli.trimming import WithoutTrailingBlanks
+
+    console = Console(highlight=False, quiet=quiet)
+    if not (console.is_terminal or os.environ.get("COLUMNS")):  # rich would ask the terminal of another stream
+        console = Console(highlight=False, quiet=quiet, width=PIPE_WIDTH)
+    console.push_render_hook(WithoutTrailingBlanks())
+    return console
+
+
+def new_table(title: str | None = None) -> Table:
+    """Return a table as all commands have them: a line below the headings, no box."""
+    from rich import box
+    from rich.table import Table
+
+    return Table(
+        title=title,
+        title_justify="left",
+        title_style="bold",
+        box=box.SIMPLE_HEAD,
+        header_style="bold cyan",
+        pad_edge=False,
+        collapse_padding=True,
+    )
+
+
+def print_described(console: Console, described: Mapping[str, str]) -> None:
+    """Print names and what they are: side by side, or one below the other where there is no room for that."""
+    from rich.padding import Padding
+    from rich.table import Table
+    from rich.text import Text
+
+    longest = max(map(len, described), default=0)
+    if longest + 2 + ROOM_FOR_WORDS <= console.width:
+        grid = Table.grid(padding=(0, 2, 0, 0))
+        grid.add_column(no_wrap=True)
+        grid.add_column()
+        for name, text in described.items():
+            grid.add_row(Text(name), Text(text))
+        console.print(grid)
+        return
+    for name, text in described.items():
+        console.print(Text(name), soft_wrap=True)
+        console.print(Padding(Text(text), (0, 0, 0, 4)))
 
 
 def print_named(console: Console, table: Table) -> None:

@@ -5,20 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-import click
-
 
 def print_shipped(files: Mapping[str, Path], as_json: bool) -> None:
     """Print names, and the first comment line of each file, which says what it is for."""
-    from rmfs_cli.screen import print_json
+    from rmfs_cli.screen import output_console, print_described, print_json
 
     found = {name: summary(file) for name, file in files.items()}
     if as_json:
         print_json([{"name": name, "summary": text, "file": str(files[name])} for name, text in found.items()])
         return
-    width = max(map(len, found), default=0)
-    for name, text in found.items():
-        click.echo(f"{name:{width}}  {text}".rstrip())
+    print_described(output_console(), found)
 
 
 def summary(path: Path) -> str:

@@ -10,6 +10,7 @@ from rich.rule import Rule
 from rich.table import Table
 from rich.text import Text
 
+from rmfs_cli.screen import new_table
 from rmfs_core.results import Result
 from rmfs_core.results.catalogue import METRICS, TIMING, Metric, show
 
@@ -57,10 +58,10 @@ def print_profile(console: Console, result: Result) -> None:
     """Print what the wall-clock time of a run went to, and the time in each hook."""
     seconds, hooks = result.timing["profile_s"], result.timing["hook_s"]
     total = sum(seconds.values())
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column("Where the time went", header_style="bold cyan")
-    table.add_column("s", justify="right", header_style="bold cyan")
-    table.add_column("%", justify="right", header_style="bold cyan")
+    table = new_table()
+    table.add_column("Where the time went")
+    table.add_column("s", justify="right")
+    table.add_column("%", justify="right")
     for key, label in PROFILE.items():
         table.add_row(label, f"{seconds[key]:.3f}", f"{100 * seconds[key] / total:.1f}" if total else "")
     table.add_section()

@@ -19,7 +19,7 @@ def convert() -> None:
     """Make a scenario's files from the tables of a warehouse."""
 
 
-@convert.command()
+@convert.command(short_help="Make orders.csv from a table of order lines.")
 @click.argument("table", metavar="LINES", type=click.Path(path_type=Path))
 @click.option("--out", required=True, metavar="DIR", type=click.Path(path_type=Path), help="Folder to write to.")
 @click.option("--order", "order_column", required=True, metavar="COL", help="Column with the order's number or name.")
@@ -141,6 +141,7 @@ def _write(
 
     from rmfs_convert.placement import items_on
     from rmfs_core.results.files import AtomicFile, write_text
+    from rmfs_core.wording import counted
 
     with AtomicFile(folder / "orders.csv") as stream:
         text = io.TextIOWrapper(stream, encoding="utf-8", newline="", write_through=True)
@@ -151,13 +152,13 @@ def _write(
         examples = ", ".join(f"row {row}" + (f' "{found}"' if found else "") for row, found in dropped.examples)
         click.echo(f"Left out: {dropped.rows:,} with {reason}" + (f": {examples}" if examples else "") + ".")
     if lines.joined:
-        click.echo(f"{lines.joined:,} rows repeat a SKU of their order; their quantities are added up.")
+        click.echo(f"SKUs that an order repeats: {counted(lines.joined, 'row')}; quantities are added up.")
     if lines.several_times:
-        click.echo(f"{lines.several_times:,} orders have lines with different times; the earliest is the order's.")
+        click.echo(f"Lines with different times: {counted(lines.several_times, 'order')}; the earliest is the order's.")
     click.echo(
-        f"Wrote {folder / 'orders.csv'}: {lines.n_orders:,} orders, {lines.n_lines:,} lines, {totals['items']:,} items "
-        f"of {len(skus):,} SKUs; time 0 is {lines.clock.iso(zero)}, the last order arrives "
-        f"{totals['last'] / 3_600_000:.1f} hours later."
+        f"Wrote {folder / 'orders.csv'}: {counted(lines.n_orders, 'order')}, {counted(lines.n_lines, 'line')}, "
+        f"{counted(totals['items'], 'item')} of {counted(len(skus), 'SKU')}; "
+        f"time 0 is {lines.clock.iso(zero)}, the last order arrives {totals['last'] / 3_600_000:.1f} hours later."
     )
     if held is None:
         return

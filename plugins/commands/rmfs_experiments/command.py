@@ -10,7 +10,7 @@ import click
 from rmfs_cli.completion import experiments
 from rmfs_cli.notes import notes_console
 from rmfs_cli.options import dask_option, jobs_option, json_option
-from rmfs_cli.screen import print_json, say
+from rmfs_cli.screen import output_console, print_json, say
 from rmfs_cli.shipped import print_shipped
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 RUNS_FOLDER = "runs"
 
 
-@click.command()
+@click.command(short_help="Run an experiment and compare its rule sets.")
 @click.argument("experiment", metavar="EXPERIMENT", required=False, shell_complete=experiments)
 @jobs_option
 @dask_option
@@ -52,7 +52,6 @@ def compare(
     report.html and plots. Exit code 1 when a run failed; the others are finished and compared.
     """
     import attrs
-    from rich.console import Console
 
     from rmfs_cli.compiling import compile_searches
     from rmfs_core.errors import RunError
@@ -99,7 +98,7 @@ def compare(
         }
         print_json({**about, **attrs.asdict(comparison)})
     else:
-        console = Console(quiet=quiet)
+        console = output_console(quiet=quiet)
         print_comparison(console, result, comparison)
         _conclude(console, folder)
     if result.failed:

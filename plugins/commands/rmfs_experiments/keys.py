@@ -15,7 +15,7 @@ from pathlib import Path
 from rmfs_core.errors import InputError
 from rmfs_core.results.files import json_ready
 from rmfs_core.scenario import Scenario, scenario_to_dict
-from rmfs_experiments.resolving import DATA_FILES
+from rmfs_core.scenario.overrides import DATA_FILES
 
 KEY_LENGTH = 24
 """Hexadecimal digits: 96 bits, so that a million runs collide with a probability of 1e-17."""

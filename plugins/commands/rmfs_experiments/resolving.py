@@ -12,15 +12,12 @@ from attrs import evolve
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
 from rmfs_core.scenario.model import replaced_keys
-from rmfs_core.scenario.overrides import Override, apply_overrides
+from rmfs_core.scenario.overrides import DATA_FILES, Override, apply_overrides
 from rmfs_core.scenario.rulenames import is_inline, rule_choices
 from rmfs_core.scenario.tomltext import shown
 
 Changes = Mapping[str, Any]
 """Dotted scenario keys (``rules.poa``) and their values."""
-
-DATA_FILES = (("instance", "orders_file"), ("instance", "pods_file"), ("layout", "map_file"))
-"""Section and key of every file with data that a scenario may name."""
 
 
 def resolve(base: Scenario, changes: Changes, folder: str, place: str) -> Scenario:

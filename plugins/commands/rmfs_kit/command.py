@@ -12,7 +12,7 @@ COMMAND = "command"
 """What can be written besides rules: a command of `rmfs`."""
 
 
-@click.command(name="new-rule")
+@click.command(name="new-rule", short_help="Write a distribution with a rule of your own.")
 @click.argument("name", metavar="NAME")
 @click.option(
     "--decides",

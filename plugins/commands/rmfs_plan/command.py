@@ -12,7 +12,7 @@ import click
 from rmfs_cli import completion
 from rmfs_cli.notes import notes_console
 from rmfs_cli.options import json_option
-from rmfs_cli.screen import print_json
+from rmfs_cli.screen import new_table, output_console, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -24,7 +24,7 @@ SHOWN = 12
 """Robots that the table lists, those with the longest delay first."""
 
 
-@click.command()
+@click.command(short_help="Plan the paths of robots on a map, without orders.")
 @click.argument("map_file", metavar="MAP")
 @click.option("--agents", type=click.IntRange(min=1), default=10, show_default=True, help="Number of robots.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the random trips.")
@@ -54,8 +54,8 @@ def plan(
 
     Each robot has one trip: random ones, or those of a scenario. The paths are checked for collisions.
     """
-    from rich.console import Console
 
+    from rmfs_cli.choices import option_named
     from rmfs_cli.compiling import compiling_announced
     from rmfs_core.errors import RunError
     from rmfs_core.randomness import stream
@@ -63,7 +63,8 @@ def plan(
     from rmfs_plan import collisions, find_planner, plan_trips, random_trips, read_map, read_trips, roads_of_map
 
     roads = roads_of_map(read_map(map_file))
-    planner = find_planner(rule_name_from(pp, ".", "."), _parameters(values), stream(seed, f"rule pp {pp}"))
+    with option_named("--pp", f"--pp {pp}", values):
+        planner = find_planner(rule_name_from(pp, ".", "."), _parameters(values), stream(seed, f"rule pp {pp}"))
     with compiling_announced(notes_console()):
         trips = random_trips(roads, agents, seed, map_file) if scen is None else read_trips(scen, roads.layout, agents)
         _check_reach(roads, trips, scen or map_file)
@@ -77,7 +78,7 @@ def plan(
         rows = [_row(roads, robot, one) for robot, one in enumerate(plans, 1)]
         print_json({**_document(plans, hits, about), "trips": rows})
     else:
-        _print(Console(), title, roads, plans, hits, wall_s)
+        _print(output_console(), title, roads, plans, hits, wall_s)
     if out is not None:
         _write(out, roads, plans, hits, about)
     stuck = [str(number) for number, one in enumerate(plans, 1) if not one.arrived]
@@ -142,9 +143,7 @@ def _costs(plans: Sequence[Plan], hits: Sequence[Collision]) -> dict[str, Any]:
 def _print(
     console: Console, title: str, roads: Roads, plans: Sequence[Plan], hits: Sequence[Collision], wall_s: float
 ) -> None:
-    from rich.table import Table
-
-    table = Table(title=title, title_justify="left", title_style="bold")
+    table = new_table(title)
     for column in ("Robot", "From", "To"):
         table.add_column(column)
     for column in ("Arrives s", "Delay s", "Stops", "Queries"):

@@ -11,7 +11,7 @@ import click
 
 from rmfs_cli.notes import notes_console
 from rmfs_cli.options import dask_option, jobs_option, json_option
-from rmfs_cli.screen import print_json, say
+from rmfs_cli.screen import new_table, output_console, print_json, say
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rmfs_reproduction import Reproduction
 
 
-@click.command()
+@click.command(short_help="Run the paper's evaluation, figure by figure.")
 @click.option(
     "--only",
     multiple=True,
@@ -53,7 +53,6 @@ def reproduce(
     reproduction goes on where it stopped; delete that folder to compute everything again. The report, report.html and
     report.md, has every table and figure of that section beside ours. Exit code 1 when a run failed.
     """
-    from rich.console import Console
 
     from rmfs_cli.compiling import compile_searches
     from rmfs_core.errors import RunError
@@ -85,7 +84,7 @@ def reproduce(
         counted = {"runs": len(done.rows), "failed": len(done.failed)}
         print_json({"folder": str(folder), "files": list(done.files), **counted, "overview": rows})
     else:
-        console = Console(quiet=quiet)
+        console = output_console(quiet=quiet)
         _print_overview(console, done)
         console.print()
         say(console, f"Report in {folder}:")
@@ -96,16 +95,14 @@ def reproduce(
 
 def _print_overview(console: Console, done: Reproduction) -> None:
     """Print the verdicts by exhibit, and how the runs ended."""
-    from rich.table import Table
     from rich.text import Text
 
     overview, runs = done.report.grids[:2]
-    table = Table(title=overview.title, title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0))
+    table = new_table(overview.title)
     for number, column in enumerate(overview.columns):
         table.add_column(Text(column), justify="right" if number in overview.right else "left", overflow="fold")
     for row in overview.rows:
         table.add_row(*map(Text, row))
     console.print()
     console.print(table)
-    console.print()
     say(console, runs.notes[0])

@@ -23,7 +23,7 @@ def _print_schema(ctx: click.Context, _parameter: click.Parameter, wanted: bool)
     ctx.exit()
 
 
-@click.command()
+@click.command(short_help="Ask a rule what it decides in a state.")
 @click.argument("state", metavar="STATE.json", type=click.Path(path_type=Path))
 @click.option(
     "--rule",
@@ -58,7 +58,7 @@ def decide(
     """
     import attrs
 
-    from rmfs_cli.choices import parse_choice, with_parameters
+    from rmfs_cli.choices import option_named, parse_choice, with_parameters
     from rmfs_core.results.files import to_json
     from rmfs_states import decide as ask
     from rmfs_states import read_state
@@ -66,8 +66,9 @@ def decide(
     given = read_state(state)
     if seed is not None:
         given = attrs.evolve(given, seed=seed, random=None)
-    choice = with_parameters(parse_choice(name, "--rule"), settings)
-    answer = ask(given, choice, decides=decides, allow_inline=not no_inline_rules, source=str(state))
+    choice = with_parameters(parse_choice(name, f"--rule {name}"), settings)
+    with option_named("rule", f"--rule {name}", settings):
+        answer = ask(given, choice, decides=decides, allow_inline=not no_inline_rules, source=str(state))
     asked = {"rule": answer.rule, "distribution": answer.distribution, "version": answer.version}
     written = {**asked, "decides": answer.decides.label, **answer.decision}
     if answer.report is not None:

@@ -10,7 +10,7 @@ import click
 
 from rmfs_cli import completion
 from rmfs_cli.options import json_option
-from rmfs_cli.screen import print_json, table_console
+from rmfs_cli.screen import output_console, print_json
 from rmfs_core.roles import Role
 
 if TYPE_CHECKING:
@@ -20,11 +20,8 @@ if TYPE_CHECKING:
     from rmfs_states import Answer, Outcome, Recorded, Recording
     from rmfs_states.stories import Episode
 
-PIPE_WIDTH = 120
-"""Columns of the tables where the output is no terminal."""
 
-
-@click.command()
+@click.command(short_help="Say why something was decided in a run.")
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 @click.option("--period", type=click.IntRange(min=1), metavar="N", help="Explain how orders were assigned in period N.")
 @click.option("--decision", type=click.IntRange(min=1), metavar="K", help="Explain decision number K, of any kind.")
@@ -74,7 +71,7 @@ def explain(
     if (against or state_file) and not (period or decision):
         raise click.UsageError("--against and --state need --period or --decision.")
     recording = read_recording(folder)
-    console = table_console(PIPE_WIDTH)
+    console = output_console()
     if order is not None:
         _tell(console, recording, "order", order, as_json)
     elif pod is not None:

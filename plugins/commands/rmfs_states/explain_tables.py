@@ -6,26 +6,23 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from rich import box
 from rich.console import Console, JustifyMethod
 from rich.padding import Padding
 from rich.rule import Rule
 from rich.table import Table
 from rich.text import Text
 
-from rmfs_cli.screen import print_named, say
+from rmfs_cli.screen import ROOM_FOR_WORDS, new_table, print_named, say
 from rmfs_core.clock import to_seconds
 from rmfs_core.roles import Role
 from rmfs_core.rule_helpers import ticks_to_station
 from rmfs_core.scenario import RuleChoice
 from rmfs_core.scenario.tomltext import toml_value
 from rmfs_core.warehouse import Order, Pod
+from rmfs_core.wording import counted
 from rmfs_states import Answer, Outcome, Recorded, Recording, State
 from rmfs_states.rebuilding import OpenState, open_state
 from rmfs_states.stories import Episode, where_in
-
-ROOM_FOR_WORDS = 36
-"""Columns that sentences want, at least, beside the name of a rule."""
 
 UNUSED_WEIGHT = 2
 """What a free place counts against a pod-station visit: W_u of the paper's objective (1)."""
@@ -141,7 +138,7 @@ def print_comparison(
 
 
 def _outcomes(rows: Sequence[tuple[str, Mapping[str, Any], Mapping[str, Any] | None, Outcome | None]]) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, header_style="bold cyan", pad_edge=False, collapse_padding=True)
+    table = new_table()
     table.add_column("Rule")
     weighted = f"Visits +\n{UNUSED_WEIGHT} unused"
     for heading in ("Orders", "Items", "New\nvisits", "Unused", weighted, "Not\ncovered", "Objective\n/ bound"):
@@ -193,7 +190,11 @@ def _print_backlog(console: Console, opened: OpenState, assigned: Mapping[str, S
     backlog, whole = opened.view.backlog, opened.warehouse.backlog
     items = sum(order.open_items for order in backlog)
     hidden = f" (the prefilters left out {len(whole) - len(backlog)} more)" if len(whole) > len(backlog) else ""
-    say(console, f"Backlog: {len(backlog):,} orders with {items:,} open items{hidden}; decided for: {len(assigned):,}.")
+    say(
+        console,
+        f"Backlog: {counted(len(backlog), 'order')} with {counted(items, 'open item')}{hidden}; "
+        f"decided for: {len(assigned):,}.",
+    )
     table = _table("Order", "Waits", "Open lines (SKUs)", "Goes to station", right=("Waits",))
     rows = [order for order in backlog if order.name in assigned]
     rows += [order for order in backlog if order.name not in assigned][: max(limit - len(rows), 0)]
@@ -295,7 +296,7 @@ def _span(first: str, last: str) -> str:
 
 
 def _table(*columns: str, right: Sequence[str] = (), whole: Sequence[str] = ()) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, header_style="bold cyan", pad_edge=False)
+    table = new_table()
     for column in (*columns, *(name for name in right if name not in columns)):
         justify: JustifyMethod = "right" if column in right else "left"
         table.add_column(column, justify=justify, overflow="fold", no_wrap=column in whole)

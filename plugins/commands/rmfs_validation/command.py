@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rmfs_cli.options import json_option
-from rmfs_cli.screen import print_json, table_console
+from rmfs_cli.screen import new_table, output_console, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -19,7 +19,7 @@ PIPE_WIDTH = 200
 """Columns of the table where the output is no terminal."""
 
 
-@click.command()
+@click.command(short_help="Check the trace of a run for impossible things.")
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 @click.option(
     "--collisions/--no-collisions",
@@ -40,7 +40,7 @@ def validate(folder: Path, collisions: bool | None, limit: int, as_json: bool) -
     if as_json:
         print_json(report)
         raise click.exceptions.Exit(1 if report.faults else 0)
-    console = table_console(PIPE_WIDTH)
+    console = output_console()
     if report.faults:
         _print_faults(console, report.faults, limit)
     for line in _remarks(report):
@@ -50,13 +50,12 @@ def validate(folder: Path, collisions: bool | None, limit: int, as_json: bool) -
 
 
 def _print_faults(console: Console, faults: list[Fault], limit: int) -> None:
-    from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column("time", justify="right", no_wrap=True)
-    table.add_column("kind", style="bold red", no_wrap=True)
-    table.add_column("fault")
+    table = new_table()
+    table.add_column("Time", justify="right", no_wrap=True)
+    table.add_column("Kind", style="bold red", no_wrap=True)
+    table.add_column("Fault")
     for fault in faults[:limit]:
         table.add_row(f"{fault.time_s:.3f} s", fault.kind, Text(fault.sentence))
     console.print(table)

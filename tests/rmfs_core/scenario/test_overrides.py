@@ -155,6 +155,39 @@ def test_rules_in_a_scenario_file_stay_relative_to_its_folder(tmp_path: Path, mo
     assert str(caught.value) == f"--set rules.pps=./my.py:X: there is no file `{tmp_path}/other/my.py`"
 
 
+def test_files_of_data_are_looked_up_where_the_command_is_called(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A shipped scenario gets them by their absolute path and without what they replace; a file's own stay its own."""
+    monkeypatch.chdir(tmp_path)
+    files = {"orders_file": "o.csv", "pods_file": "../p.csv"}
+    scenario = load_scenario(
+        "paper-250", [*(f"instance.{key}={file}" for key, file in files.items()), "layout.map_file=my/map.txt"]
+    )
+    assert scenario.instance.orders_file == str(tmp_path / "o.csv")
+    assert scenario.instance.pods_file == str(tmp_path.parent / "p.csv")
+    assert scenario.layout.map_file == str(tmp_path / "my" / "map.txt")
+    (tmp_path / "below").mkdir()
+    own = tmp_path / "below" / "own.toml"
+    own.write_text(
+        '[instance]\norders_file = "o.csv"\npods_file = "p.csv"\n[rules]\npoa = "pod-match"\npps = "demand"\n',
+        encoding="utf-8",
+    )
+    assert load_scenario(own).instance.orders_file == "o.csv"
+    assert load_scenario(own, ["instance.orders_file=below/new.csv"]).instance.orders_file == "new.csv"
+    whole = load_scenario(own, ['instance={orders_file="o.csv", pods_file="below/p.csv"}']).instance
+    assert (whole.orders_file, whole.pods_file) == (str(tmp_path / "o.csv"), "p.csv")
+
+
+def test_what_a_file_of_data_replaces_is_refused_beside_it() -> None:
+    """Where both are set on the command line, the one that would be ignored is named."""
+    with pytest.raises(InputError) as caught:
+        load_scenario("paper-250", ["layout.map_file=map.txt", "layout.block_rows=3"])
+    assert str(caught.value) == (
+        "--set layout.block_rows=3: has no meaning beside `layout.map_file`; leave one of them out"
+    )
+
+
 def test_sections_that_the_file_lacks_are_made() -> None:
     """An override may set a key of a section that the file does not have."""
     assert load_scenario("examples/small", ["run.until_s=100"]).run.until_s == 100.0

@@ -7,7 +7,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from rmfs_cli.screen import print_named
+from rmfs_cli.screen import new_table, print_named
 from rmfs_experiments.compare import Comparison
 from rmfs_experiments.report import numbers
 from rmfs_experiments.running import ExperimentResult
@@ -29,10 +29,10 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
         console.print(Text.assemble(("Failed: ", "red"), text), soft_wrap=True)
     if len(result.failed) > MOST_ERRORS:
         console.print(f"and {len(result.failed) - MOST_ERRORS} more failed runs.", highlight=False)
-    for metric in comparison.metrics:
+    if result.failed:
         console.print()
+    for metric in comparison.metrics:
         print_named(console, _metric(comparison, metric, shown, console.width >= WIDE))
-    console.print()
     console.print(
         f'Differences from "{comparison.baseline}", means of pairs of runs of the same instance and seed, with 95 % '
         "Student t intervals; p of the paired t test, corrected for the number of rule sets after Holm.",
@@ -42,7 +42,7 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
 
 
 def _counts(comparison: Comparison) -> Table:
-    table = Table(title="Runs", title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0))
+    table = new_table("Runs")
     table.add_column("Rule set")
     for name in ("Runs", "Complete", "Partial", "Failed", "Stood still", "Stopped early"):
         table.add_column(name, justify="right")
@@ -62,8 +62,7 @@ def _counts(comparison: Comparison) -> Table:
 
 def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: bool) -> Table:
     shown_as = comparison.described(metric)
-    title = escape(numbers.title(shown_as))
-    table = Table(title=title, title_justify="left", title_style="bold", box=None, padding=(0, 2, 0, 0))
+    table = new_table(escape(numbers.title(shown_as)))
     table.add_column("Rule set")
     for name in ("Pairs", "Mean", *(["Difference"] if wide else []), "Relative", "p (Holm)"):
         table.add_column(name, justify="right")

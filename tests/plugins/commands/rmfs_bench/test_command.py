@@ -116,7 +116,7 @@ def test_long_names_of_rules_are_whole(
     width: int, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """At 80 columns a name that has no room beside the figures stands above them."""
-    monkeypatch.setattr("rmfs_bench.command.PIPE_WIDTH", width)
+    monkeypatch.setenv("COLUMNS", str(width))
     name = '{ rule = "most-covered", n = 3 }'
     code, out, _ = bench(capsys, name, *FEW, "--seed", "1")
     assert code == 0

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rmfs_cli.checking import check_scenario
+from rmfs_cli.checking import check_scenario, load_checked
 from rmfs_core.errors import InputError
 
 RULE = """
@@ -158,3 +158,44 @@ def test_a_file_that_cannot_be_read_is_the_only_problem(tmp_path: Path) -> None:
     """Then there is nothing to check."""
     with pytest.raises(InputError, match="there is no such file"):
         check_scenario(str(tmp_path / "none.toml"), (), None, allow_inline=True)
+
+
+def test_every_mistake_in_csv_files_is_named(tmp_path: Path) -> None:
+    """Of both files, up to a number; then how many more there are."""
+    (tmp_path / "o.csv").write_text(
+        "order,arrival_s,sku,quantity\n1,0,a,1\n1,5,b,1\n2,soon,a,1\n3,0,,1\n4,0,a\n5,0,a,0\n", encoding="utf-8"
+    )
+    (tmp_path / "p.csv").write_text("pod,sku,quantity\np,a,lots\n", encoding="utf-8")
+    files = [f"instance.orders_file={tmp_path}/o.csv", f"instance.pods_file={tmp_path}/p.csv"]
+    at = f"{tmp_path}/o.csv, line"
+    assert problems("paper-250", *files) == [
+        f"{at} 3, arrival_s: expected 0 as in the first row of order 1, found 5",
+        f'{at} 4, arrival_s: expected a number of seconds >= 0, found "soon"',
+        f"{at} 5, sku: expected a name, found nothing",
+        f"{at} 6: expected 4 fields as in the header, found 3",
+        f'{at} 7, quantity: expected a whole number >= 1, found "0"',
+        f"{tmp_path}/p.csv, line 2, quantity: expected a whole number >= 1, or nothing for an unlimited number, "
+        'found "lots"',
+    ]
+    (tmp_path / "o.csv").write_text("order,arrival_s,sku,quantity\n" + 30 * "1,0,a,x\n", encoding="utf-8")
+    *named, more = problems("paper-250", *files)
+    assert len(named) == 20
+    assert more.endswith(": and 11 more mistakes in its files")
+    (tmp_path / "o.csv").write_text("order\n1\n", encoding="utf-8")
+    assert [one.partition(":")[0] for one in problems("paper-250", *files)] == [
+        f"{tmp_path}/o.csv, line 1",
+        f"{tmp_path}/p.csv, line 2, quantity",
+    ]
+
+
+def test_all_wrong_overrides_are_said_at_once(capsys: pytest.CaptureFixture[str]) -> None:
+    """Each with its sentence; what is wrong elsewhere is a matter of the file."""
+    wrong = ("robots.cuont=3", "seed", "rules.poa=demnd")
+    with pytest.raises(InputError) as last:
+        load_checked("paper-250", wrong)
+    assert [*capsys.readouterr().err.splitlines(), f"Error: {last.value}"] == [
+        "Error: --set seed: expected key=value, such as instance.orders=50",
+        "Error: --set robots.cuont=3: unknown key (did you mean `count`?)",
+        'Error: --set rules.poa=demnd: there is no rule "demnd" (did you mean `demand`?)',
+    ]
+    assert load_checked("paper-250", ("robots.count=3",)).robots.count == 3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rmfs_cli.choices import parse_choice, with_parameters
+from rmfs_cli.choices import option_named, parse_choice, with_parameters
 from rmfs_core import InputError
 from rmfs_core.scenario import RuleChoice
 
@@ -25,3 +25,20 @@ def test_choices() -> None:
     for wrong, problem in (("a.b=1", "expected a parameter of the rule"), ("gap", "expected parameter=value")):
         with pytest.raises(InputError, match=problem):
             with_parameters(table, [wrong])
+
+
+@pytest.mark.parametrize(
+    ("place", "named"),
+    [
+        ("rule", "--rule mine"),
+        ("rule.x", "--set x = 2"),
+        ("rule.y", "--rule mine, y"),
+        ("rules", "rules"),
+        ("state.json", "state.json"),
+    ],
+)
+def test_an_error_names_what_was_typed(place: str, named: str) -> None:
+    """The option of the rule or of its parameter, the last where it was set twice; other places stay as they are."""
+    with pytest.raises(InputError) as caught, option_named("rule", "--rule mine", ["x=1", "x = 2"]):
+        raise InputError(place, "wrong")
+    assert str(caught.value) == f"{named}: wrong"

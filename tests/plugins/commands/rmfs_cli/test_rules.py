@@ -61,8 +61,9 @@ def as_json() -> dict[str, dict[str, Any]]:
     return {rule["name"]: rule for rule in json.loads(invoke("--json").stdout)}
 
 
-def test_the_table_shows_every_column() -> None:
-    """Rule, decision, distribution, parameters with defaults and units, summary and reference."""
+def test_the_table_shows_every_column(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where it is wide enough: rule, decision, distribution, parameters with defaults and units, summary, reference."""
+    monkeypatch.setenv("COLUMNS", "200")
     result = invoke()
     assert (result.exit_code, result.stderr) == (0, "")
     for text in (
@@ -114,6 +115,17 @@ def test_the_details_of_one_rule(install: Install) -> None:
     assert "Another report, 1999." in result.stdout
     assert "  patience_s = (required) s  # a number. How long to wait (s)\n" in result.stdout
     assert '  mode = "slow"  # a text. Fast or slow\n' in result.stdout
+    assert "\nParameters\n" not in result.stdout  # they are told once
+
+
+@pytest.mark.parametrize("name", ["integrated", "balanced", "common-lines", "sipp"])
+def test_details_fit_80_columns(name: str) -> None:
+    """Prose is filled anew, formulas stay as they are, and types are in words."""
+    lines = invoke(name).stdout.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert not any(line != line.rstrip() or "``" in line or "Literal" in line for line in lines)
+    if name == "common-lines":
+        assert "    number of open lines of o whose SKU is wanted by an open request at s," in lines
 
 
 def test_a_rule_that_cannot_be_imported_is_shown_with_its_error(install: Install) -> None:
@@ -153,7 +165,7 @@ def test_an_unknown_name_is_a_wrong_input(capsys: pytest.CaptureFixture[str]) ->
 def test_nothing_set_is_said_in_words(install: Install) -> None:
     """A default is printed as TOML has it; where it is none, that the key is not set."""
     shown = invoke("integrated").stdout
-    assert "  max_seconds = (not set) s  # " in shown or "  max_seconds = (not set)  # " in shown
+    assert "  max_seconds = (not set)\n    # a number or nothing." in shown
     assert "None" not in invoke().stdout
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules=DOCUMENTED)
     assert "  names = []  # " in invoke("mine").stdout
@@ -162,7 +174,7 @@ def test_nothing_set_is_said_in_words(install: Install) -> None:
 @pytest.mark.parametrize("width", [80, 140])
 def test_long_names_are_whole(install: Install, monkeypatch: pytest.MonkeyPatch, width: int) -> None:
     """A rule's and its parameters' names are not broken; no line is wider than the screen."""
-    monkeypatch.setattr("rmfs_cli.rules.PIPE_WIDTH", width)
+    monkeypatch.setenv("COLUMNS", str(width))
     name = "a-rule-with-a-long-name-of-somebody"
     install("acme", {name: "acme_rules:Mine"}, acme_rules=DOCUMENTED)
     lines = invoke().stdout.splitlines()

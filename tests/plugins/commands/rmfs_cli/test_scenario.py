@@ -35,7 +35,7 @@ WRONG = [
     # the instance
     (
         '[instance]\norders_file = "no.csv"\npods_file = "no.csv"\n' + RULES,
-        "Error: {folder}/no.csv: cannot be read: No such file or directory\n",
+        "Error: {file}, line 2, instance.orders_file: there is no file {folder}/no.csv\n",
     ),
     # pods, robots and stations against the layout
     (
@@ -133,8 +133,9 @@ def test_schema_is_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert json.loads(out)["$schema"] == "https://json-schema.org/draft/2020-12/schema"
 
 
-def test_list_names_the_shipped_scenarios(capsys: pytest.CaptureFixture[str]) -> None:
-    """Each shipped scenario is a line with its name and what it is for."""
+def test_list_names_the_shipped_scenarios(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each shipped scenario is a line with its name and what it is for, where there is room."""
+    monkeypatch.setenv("COLUMNS", "200")
     code, out, _ = run(capsys, "scenario", "list")
     assert code == 0
     assert [line.split()[0] for line in out.splitlines()] == list(shipped_scenarios())
@@ -184,3 +185,32 @@ def test_the_shipped_text_map_is_used() -> None:
     assert "####.@@@@.####" in (shipped_folder() / "examples" / "text-map-hall.txt").read_text(encoding="utf-8")
     result = simulate("examples/text-map")
     assert (result.status, result.metrics["orders_completed"]) == ("complete", 40)
+
+
+def test_one_station_is_one_station(capsys: pytest.CaptureFixture[str]) -> None:
+    """Numbers and their words agree."""
+    code, out, _ = run(capsys, "scenario", "check", "examples/small", "--set", "layout.stations_east=1")
+    assert (code, out) == (
+        0,
+        "examples/small is valid: 50 orders of 130 items, 20 SKUs, 30 pods, 1 station, 4 robots.\n",
+    )
+
+
+def test_the_last_part_of_a_shipped_name_is_understood(capsys: pytest.CaptureFixture[str]) -> None:
+    """Who leaves the folder out learns the whole name."""
+    code, _, error = run(capsys, "scenario", "show", "small")
+    assert code == 2
+    assert error.endswith("no shipped scenario of that name (did you mean `examples/small`?)\n")
+
+
+@pytest.mark.parametrize("width", [60, 80, 140])
+def test_the_list_fits_the_screen(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, width: int
+) -> None:
+    """Names are whole, and no line is wider."""
+    monkeypatch.setenv("COLUMNS", str(width))
+    code, out, _ = run(capsys, "scenario", "list")
+    assert code == 0
+    assert max(map(len, out.splitlines())) <= width
+    first_words = [line.split()[0] for line in out.splitlines() if not line.startswith(" ")]
+    assert first_words == list(shipped_scenarios())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 
 import pytest
 from attrs import frozen
@@ -11,7 +12,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from rmfs_cli.screen import print_json, print_named, say
+from rmfs_cli.screen import new_table, output_console, print_described, print_json, print_named, say
 
 NAMES = ("short", "a-rule-with-a-very-long-name-of-someone-else", '{ rule = "split-among-stations", max_seconds = 10 }')
 FIGURES = 6
@@ -50,6 +51,34 @@ def test_short_names_stay_in_their_row() -> None:
         line.split() == ["short", *(f"{1000.25 + n}" for n in range(FIGURES))]
         for line in printed(80, boxed=True, names=NAMES[:1])
     )
+
+
+def test_a_pipe_is_80_columns_wide(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Whatever the terminal that the other streams have, unless COLUMNS says another number; no line ends in blanks."""
+    monkeypatch.setattr("os.get_terminal_size", lambda _=0: os.terminal_size((140, 40)))
+    monkeypatch.delenv("COLUMNS", raising=False)
+    table = new_table("Words")
+    table.add_column("Name")
+    table.add_column("What")
+    table.add_row("a-name", 40 * "word ")
+    output_console().print(table)
+    assert 60 < max(map(len, lines := capsys.readouterr().out.splitlines())) <= 80
+    assert [line for line in lines if line != line.rstrip()] == []
+    assert lines[0] == "Words"
+    monkeypatch.setenv("COLUMNS", "120")
+    output_console().print(table)
+    assert 100 < max(map(len, capsys.readouterr().out.splitlines())) <= 120
+
+
+@pytest.mark.parametrize("width", [30, 80])
+def test_names_beside_what_they_are(width: int) -> None:
+    """Or above it, where there is no room; a name is whole either way."""
+    stream = io.StringIO()
+    print_described(Console(file=stream, width=width), {"a": 12 * "word ", "a-long-name": "[brackets]"})
+    lines = [line.rstrip() for line in stream.getvalue().splitlines()]
+    assert max(map(len, lines)) <= width
+    assert lines[0] == (f"a            {11 * 'word '}word" if width == 80 else "a")
+    assert lines[-1] == ("a-long-name  [brackets]" if width == 80 else "    [brackets]")
 
 
 def test_a_line_is_printed_as_it_is() -> None:

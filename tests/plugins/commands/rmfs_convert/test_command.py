@@ -51,8 +51,8 @@ def test_lines_are_brought_together_by_order(tmp_path: Path, capsys: pytest.Capt
     assert 'Left out: 1 with no SKU: row 6 "A-9".' in said
     assert "Left out: 1 with no order: row 7." in said
     assert 'Left out: 1 with no time that can be read: row 8 "yesterday".' in said
-    assert "1 rows repeat a SKU of their order" in said
-    assert "1 orders have lines with different times" in said
+    assert "SKUs that an order repeats: 1 row; quantities are added up." in said
+    assert "Lines with different times: 1 order; the earliest is the order's." in said
     assert "3 orders, 4 lines, 7 items of 4 SKUs; time 0 is 2024-03-01 00:00:00" in said
 
 

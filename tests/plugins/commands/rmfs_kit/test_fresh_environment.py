@@ -57,6 +57,15 @@ def test_the_wheel_alone_runs_the_tour(place: Any) -> None:
     place.call("rmfs", "generate", "examples/small", "--out", "data")
     place.call("rmfs", "run", "data/scenario.toml", "--quiet", "--out", "same")
     assert (place.folder / "same" / "orders.csv").read_bytes() == (place.folder / "day" / "orders.csv").read_bytes()
+    (place.folder / "lines.csv").write_text(
+        "order,sku,quantity,time\nA-7,tea,1,2024-03-01T06:10\nA-8,mug,2,2024-03-01T06:05\n", encoding="utf-8"
+    )
+    columns = ("--order", "order", "--sku", "sku", "--quantity", "quantity", "--time", "time")
+    pods = ("--pods", "4", "--skus-per-pod", "1", "--out", "converted")
+    place.call("rmfs", "convert", "orders", "lines.csv", *columns, *pods)
+    place.call("rmfs", "run", "converted/scenario.toml", "--quiet", "--out", "own")
+    result = json.loads((place.folder / "own" / "result.json").read_text(encoding="utf-8"))
+    assert (result["status"], result["metrics"]["picks"]) == ("complete", 3)
     (place.folder / "trial.toml").write_text(
         'base = "examples/small"\nseeds = [1, 2]\nbaseline = "as it is"\n[[rule_sets]]\nname = "as it is"\n'
         '[[rule_sets]]\nname = "first-come"\nrules.poa = "first-come"\n',

@@ -159,9 +159,9 @@ def test_wrong_scenarios_are_refused(text: str, problem: str, room: Path, capsys
 @pytest.mark.parametrize(
     ("arguments", "problem"),
     [
-        (["--pp", "sip"], '--pp: there is no rule "sip"'),
+        (["--pp", "sip"], '--pp sip: there is no rule "sip"'),
         (["--pp", "demand"], "decides PPS; expected a rule for PP"),
-        (["--pp", "whca-n", "--set", "window=3"], "--pp.window"),
+        (["--pp", "whca-n", "--set", "window=3"], "--set window=3: rule"),
         (["--pp", "whca-n", "--set", "window_s=-3"], "expected a number > 0"),
         (["--set", "a.b=3"], "--set a.b=3: expected a parameter of the planner"),
         (["--agents", "50"], "found room for"),
