@@ -1,5 +1,14 @@
 from rmfs_rule_helpers import (
+    OVERSIZE_WAIT_S as OVERSIZE_WAIT_S,
+)
+from rmfs_rule_helpers import (
     assign_best_pairs as assign_best_pairs,
+)
+from rmfs_rule_helpers import (
+    items_per_order as items_per_order,
+)
+from rmfs_rule_helpers import (
+    largest_capacity as largest_capacity,
 )
 from rmfs_rule_helpers import (
     lines_at as lines_at,
@@ -15,4 +24,7 @@ from rmfs_rule_helpers import (
 )
 from rmfs_rule_helpers import (
     ticks_to_station as ticks_to_station,
+)
+from rmfs_rule_helpers import (
+    waiting_limit as waiting_limit,
 )

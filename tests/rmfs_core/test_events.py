@@ -9,6 +9,7 @@ import pytest
 
 from rmfs_core import events
 from rmfs_core.events import Event, ItemPicked, OrderCompleted, PodLifted
+from rmfs_core.roles import Role
 
 KINDS = [kind for kind in vars(events).values() if isinstance(kind, type) and issubclass(kind, Event)]
 
@@ -30,7 +31,7 @@ def test_nothing_changes_an_event() -> None:
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 def test_every_event_holds_plain_values(kind: type[Event]) -> None:
     """Ids, times, texts and tuples of ids: an event can be kept, written and compared after the run."""
-    plain = (int, int | None, str, bool, float, float | None, tuple[int, ...])
+    plain = (int, int | None, str, Role, bool, float, float | None, tuple[int, ...])  # a role is a text
     assert attrs.fields(kind)[0].name == "tick"
     for name, type_ in get_type_hints(kind).items():
         assert type_ in plain, f"{kind.__name__}.{name}"

@@ -138,6 +138,7 @@ STRICT = strict_converter()
         (int | tuple[int, ...], [1, 2], (1, 2)),
         (int | str, "3", "3"),
         (str | int, 3, 3),
+        (float | int, 3, 3),  # as it is written, not what comes first
         (tuple[int, str], [1, "a"], (1, "a")),
         (list[tuple[int, ...]], [[1], []], [(1,), ()]),
         (Mapping[str, int | None], {"a": None}, {"a": None}),

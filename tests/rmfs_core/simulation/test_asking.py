@@ -275,3 +275,9 @@ def test_an_observer_that_cannot_say_what_is_wrong_is_named(tiny_run: Callable[.
     run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), observers=["./bad.py:Bad"])
     with pytest.raises(RuleError, match=r'rule "\./bad\.py:Bad" .*: raised Speechless \(.*line 8\)'):
         run.simulation.run()
+
+
+def test_of_several_errors_at_the_end_the_first_is_handed_back(tmp_path: Path) -> None:
+    """The observer that was registered last is told first; ends come before measurements."""
+    _, error, _ = end_with(tmp_path, "no end", "no end", "no measure")
+    assert str(error).startswith("observer 2, run_ended, ")

@@ -11,7 +11,6 @@ import pytest
 
 from bad_rules import prepare_bad, what_ends
 from rmfs_core.decisions import Leg, OrderAssignment, PodTrip, TaskAssignment
-from rmfs_core.errors import RuleError
 from rmfs_core.events import OrderAssigned
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError
@@ -27,8 +26,8 @@ WRONG = [
     ("poa", "return [OrderAssignment(0, 5)]", "named station 5, which does not exist; ids are 0 to 0"),
     (
         "poa",
-        "return [OrderAssignment(1, 0)]",
-        "assigned order two (id 1) to station 1 (id 0): it takes 3 items, but only 2 of 2 are free",
+        "return [OrderAssignment(0, 0), OrderAssignment(1, 0)]",  # larger than any station: it takes a whole one
+        "assigned order two (id 1) to station 1 (id 0): it takes 2 items, but only 0 of 2 are free",
     ),
     (
         "poa",
@@ -83,7 +82,11 @@ WRONG = [
         "assigned order one (id 0) to station 1 (id 0), but no pod there or bound for it has an item of SKU id 0 left",
     ),
     ("poa_pps", "return JointDecision([], [PodTrip(0, 7)])", "named station 7, which does not exist; ids are 0 to 0"),
-    ("poa_pps", "return JointDecision([OrderAssignment(1, 0)], [PodTrip(0, 0)])", "it takes 3 items, but only 2 of 2"),
+    (
+        "poa_pps",
+        "return JointDecision([OrderAssignment(0, 0), OrderAssignment(1, 0)], [PodTrip(0, 0)])",
+        "it takes 2 items, but only 0 of 2",
+    ),
     (
         "poa_pps",
         "return JointDecision([], [PodTrip(2, 0)])",
@@ -131,9 +134,9 @@ def test_numpy_integers_are_ids_too(tiny_run: Callable[..., Any], tmp_path: Path
     """A rule that finds its answer with argmax need not convert it."""
     body = "import numpy as np; return [OrderAssignment(np.int64(o.id), np.int64(0)) for o in warehouse.backlog[:1]]"
     run = prepare_bad(tiny_run, tmp_path, "poa", body)
-    with pytest.raises(RuleError, match="it takes 3 items"):  # only because the order is too large
-        run.simulation.run()
-    assert len(run.recorder.of(OrderAssigned)) >= 1
+    run.simulation.run()
+    assert run.simulation.status == "complete"
+    assert {type(event.order) for event in run.recorder.of(OrderAssigned)} == {int}
 
 
 def impossible(check: Callable[..., object], *arguments: object) -> str:
@@ -175,16 +178,16 @@ def test_ids_begin_at_0() -> None:
 
 
 def test_where_orders_are_counted_each_takes_one_place(world: Warehouse) -> None:
-    """A second part of the same order and period takes none; the sentence has the unit."""
+    """One that has a place there already takes none more; the sentence has the unit."""
     one, two, three = world.orders
-    station = world.stations[0]
-    world.assign(two, station, [0], period=1)
-    world.assign(one, station, [0], period=1)
-    assert checks.assignment(world, OrderAssignment(1, 0), None, 1) == (two, station, [1])
-    assert impossible(checks.assignment, world, OrderAssignment(1, 0), None, 2) == (
-        "assigned order 2 (id 1) to station 1 (id 0): it takes 1 orders, but only 0 of 2 are free"
+    here, there = world.stations
+    world.assign(two, here, [0])
+    world.assign(one, here, [0])
+    assert checks.assignment(world, OrderAssignment(1, 0), None) == (two, here, [1])
+    assert impossible(checks.assignment, world, OrderAssignment(2, 0), None) == (
+        "assigned order 3 (id 2) to station 1 (id 0): it takes 1 orders, but only 0 of 2 are free"
     )
-    assert checks.assignment(world, OrderAssignment(2, 1), {2}, 2) == (three, world.stations[1], [1])
+    assert checks.assignment(world, OrderAssignment(2, 1), {2}) == (three, there, [1])
 
 
 def test_a_pod_in_use_is_not_selected(world: Warehouse) -> None:

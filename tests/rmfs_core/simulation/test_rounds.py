@@ -67,10 +67,11 @@ def test_a_round_goes_from_orders_to_pods_to_robots(tmp_path: Path) -> None:
 
 def test_nobody_is_asked_what_there_is_no_choice_in(tmp_path: Path) -> None:
     """No room at any station, nothing uncovered, no robot for the pod that waits."""
-    world = small_world({"1": {"a": 3}}, {"p": ["a"]}, capacities=[2], robots=0)
+    world = small_world({"1": {"a": 2}, "2": {"a": 2}}, {"p": ["a"]}, capacities=[3], robots=0)
     run, rule = run_of(world, tmp_path)
     deciding, events, _ = decisions(run)
     world.bind(world.pods[0], world.stations[0])
+    world.assign(world.orders[0], world.stations[0], [0])
     deciding.round()
     assert (rule.asked, events) == ([], [])
 

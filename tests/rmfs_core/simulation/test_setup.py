@@ -68,6 +68,7 @@ def test_pods_and_robots_get_places_of_their_own() -> None:
     robots = [robot.cell for robot in world.robots]
     assert len(set(robots)) == 3
     assert set(robots) <= set(locations)
+    assert robots != list(world.homes)  # where they stand has nothing to do with where the first pods do
     assert [pod.location for pod in world.pods] == list(world.homes)
 
 

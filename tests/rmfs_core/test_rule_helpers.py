@@ -1,0 +1,32 @@
+"""What rules share, under the kernel's name."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import rmfs_core.rule_helpers as offered
+import rmfs_rule_helpers
+
+
+def test_it_offers_the_functions_themselves() -> None:
+    """Not copies: a rule that imports from either has the same function."""
+    assert set(rmfs_rule_helpers.__all__) <= set(dir(offered))
+    assert all(getattr(offered, name) is getattr(rmfs_rule_helpers, name) for name in rmfs_rule_helpers.__all__)
+
+
+def test_editors_and_type_checkers_are_told_the_same_names() -> None:
+    """The stub has every name, and no other."""
+    stub = ast.parse(Path(offered.__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+    named = [alias.asname for node in stub.body if isinstance(node, ast.ImportFrom) for alias in node.names]
+    assert sorted(map(str, named)) == sorted(rmfs_rule_helpers.__all__)
+
+
+def test_a_misspelt_function_is_an_error_as_of_any_module() -> None:
+    """So that ``from rmfs_core.rule_helpers import ...`` fails where it stands."""
+    with pytest.raises(AttributeError, match="send_pod"):
+        _ = offered.send_pod  # type: ignore[attr-defined]
+    with pytest.raises(ImportError):
+        exec("from rmfs_core.rule_helpers import send_pod")
