@@ -23,9 +23,9 @@ class PodIndex:
     """Take the lines that finish orders, and send the pods that bring most of them in the least time.
 
     A greedy rule without a solver, for few visits and a short turn-over at once. It may leave lines of an order for
-    later. A line of SKU i with q items costs c seconds: handle_s * q, and, where no pod at or bound for a station has i,
-    cost_s / (open lines on the pod with most of them that has i). c is fixed at the start of a call. Line l of order o is
-    worth
+    later. A line of SKU i with q items costs c seconds: handle_s * q, and, where no pod at or bound for a station has
+    i, cost_s / (open lines on the pod with most of them that has i). c is fixed at the start of a call. Line l of
+    order o is worth
 
         w = c_l / (sum of c over the open lines of o) ** finish,
 
@@ -38,19 +38,19 @@ class PodIndex:
     the lines that add most come first.)
 
     Stations take turns, fewest pods first. The one whose turn it is takes the covered line that is worth most. But when
-    fewer than most_pods pods are there or on their way, and the largest index of a pod that is stored or leaving is above
-    stay * w / (handle_s * q) of that line (above 0 where none is covered), it sends that pod, the nearest of equals, and
-    takes its best line. Where neither is to be had, its places stay free. While stations are at work, pods wait until
-    it pays: one is sent only when the ages of its open lines, and base_s for each, add up to urge_s.
+    fewer than most_pods pods are there or on their way, and the largest index of a pod that is stored or leaving is
+    above stay * w / (handle_s * q) of that line (above 0 where none is covered), it sends that pod, the nearest of
+    equals, and takes its best line. Where neither is to be had, its places stay free. While stations are at work, pods
+    wait until it pays: one is sent only when the ages of its open lines, and base_s for each, add up to urge_s.
 
     A line that no single pod can serve is brought by several, when there is nothing else to send.
 
     References
     ----------
-    W. E. Smith: Various optimizers for single-stage production. Naval Research Logistics Quarterly 3 (1956), 59-66.
+    W. E. Smith: Various optimizers for single-stage production. Naval Research Logistics Quarterly 3, 59-66, 1956.
     https://doi.org/10.1002/nav.3800030106 (weighted shortest processing time first: the idea behind the index)
 
-    W. Dinkelbach: On nonlinear fractional programming. Management Science 13 (1967), 492-498.
+    W. Dinkelbach: On nonlinear fractional programming. Management Science 13, 492-498, 1967.
     https://doi.org/10.1287/mnsc.13.7.492 (how the largest ratio is found)
     """
 
@@ -65,7 +65,7 @@ class PodIndex:
         default=1000.0,
         validator=validators.ge(0),
         metadata={
-            "doc": "Seconds that a visit costs the lines that need it: the larger, the earlier rare SKUs are fetched"
+            "doc": "Seconds that a visit costs the lines that need it: the larger, the more those of rare SKUs are worth"
         },
     )
     finish: float = field(
@@ -207,12 +207,13 @@ class _Period:
         return fits
 
     def _urgent(self) -> NDArray[np.int64]:
-        """Which pods are wanted enough to be sent now: all of them where no station has anything to do."""
+        """Pods that are wanted enough to be sent now: all of them where no station has anything to do."""
         at_work = self.parts or any(station.load for station in self.stations)
         if not (at_work and self.rule.urge_s):
             return self.candidates
         chosen = urgent(self.candidates, self.lines, self.untaken, self._ages, self.pods, self.rule.urge_s)
-        return self.candidates[chosen]
+        waited: NDArray[np.int64] = self.candidates[chosen]
+        return waited
 
     def _choose(self, station: int) -> int:
         """Send a pod to a station if that is better, and return the line to take there; NONE for none."""
