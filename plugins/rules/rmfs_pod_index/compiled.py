@@ -76,9 +76,9 @@ def best_covered(lines, worth, fits, available):  # type: ignore[no-untyped-def]
         if available[sku] > 0:
             for k in range(lines.first[sku], lines.first[sku + 1]):
                 line = lines.by_sku[k]
-                if fits[line] and lines.quantity[line] <= available[sku]:
-                    if best == NONE or worth[line] > worth[best] or (worth[line] == worth[best] and line < best):
-                        best = line
+                better = best == NONE or worth[line] > worth[best] or (worth[line] == worth[best] and line < best)
+                if better and fits[line] and lines.quantity[line] <= available[sku]:
+                    best = line
     return best
 
 

@@ -64,9 +64,7 @@ class PodIndex:
     cost_s: float = field(
         default=1000.0,
         validator=validators.ge(0),
-        metadata={
-            "doc": "Seconds that a visit costs the lines that need it: the larger, the more those of rare SKUs are worth"
-        },
+        metadata={"doc": "Seconds that a visit costs the lines that need it: the larger, the more rare SKUs are worth"},
     )
     finish: float = field(
         default=0.7,
