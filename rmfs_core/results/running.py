@@ -5,26 +5,21 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
-from typing import ClassVar, Protocol
 
 from attrs import define, frozen
 
-from rmfs_core import entrypoints
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.files import output_folder
 from rmfs_core.results.metrics import Metrics
+from rmfs_core.results.recorders import delete_left_over, make_recorder
 from rmfs_core.results.result import RESULT_FILE, TABLE_FILES, Result
 from rmfs_core.results.tables import Tables
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, load_scenario, located
 from rmfs_core.simulation.engine import Simulation
-from rmfs_core.wording import nearest, one_line
 from rmfs_core.world import make_instance, make_layout
-
-_OWN_FILES = (RESULT_FILE, *(file for file, _ in TABLE_FILES.values()))
 
 
 def run(
@@ -34,8 +29,6 @@ def run(
     overrides: Sequence[str] = (),
     out: str | Path | None = None,
     record: Sequence[str] = (),
-    trace: bool = False,
-    record_decisions: bool = False,
     observers: Sequence[object] = (),
     allow_inline_rules: bool = True,
 ) -> Result:
@@ -51,14 +44,10 @@ def run(
         ``key=value`` each, replacing values of the file; not for a `Scenario` object (see `attrs.evolve`). Rules from
         files are looked up in the current directory.
     out
-        Folder to write the result's files to. Files of an earlier run there are replaced; its trace and decisions are
+        Folder to write the result's files to. Files of an earlier run there are replaced; what its recorders wrote is
         deleted.
     record
         Names of recorders, entry points of the group ``rmfs.recorders``, whose files shall be in ``out`` too.
-    trace
-        The same as ``record=("trace",)``: the event trace, ``trace.jsonl.gz``.
-    record_decisions
-        The same as ``record=("decisions",)``: what each rule saw and decided, ``decisions.jsonl.gz``.
     observers
         Objects whose ``@hookimpl`` methods are told of every event, besides those that the scenario names.
     allow_inline_rules
@@ -78,77 +67,22 @@ def run(
         When a rule misbehaves or the run stands still. Its ``result`` has what was measured until then, status
         ``"failed"``, and is saved in ``out`` like any other.
     """
-    names = (*record, *(["trace"] if trace else []), *(["decisions"] if record_decisions else []))
-    if names and out is None:
-        raise InputError(names[0], "what is recorded needs a folder to be written to; expected `out` with it")
+    if record and out is None:
+        raise InputError(record[0], "what is recorded needs a folder to be written to; expected `out` with it")
     resolved = _resolve(scenario, seed, overrides)
-    recorders = [_make_recorder(name) for name in dict.fromkeys(names)]
+    recorders = [make_recorder(name) for name in dict.fromkeys(record)]
     told = [*((observer, None) for observer in observers), *recorders]
     measured = _prepare(resolved, told, allow_inline_rules, out)
     outcome = _simulate(measured.simulation)
     result = _conclude(measured, outcome)
     if measured.folder is not None:
         result.save(measured.folder)
-        for file in _files_of_recorders() - {recorder.file for recorder, _ in recorders}:
-            with suppress(OSError):  # it is not there, or no file of ours
-                (measured.folder / file).unlink()
+        delete_left_over(measured.folder, [recorder.file for recorder, _ in recorders])
     if isinstance(outcome.error, RunError):
         outcome.error.result = result
     if outcome.error is not None:
         raise outcome.error
     return result
-
-
-class Recorder(Protocol):
-    """An observer that `run` makes when it is asked to record: an entry point of the group ``rmfs.recorders``.
-
-    It is made without arguments and writes one file into ``RunInfo.out``, whole or not at all.
-    """
-
-    file: ClassVar[str]
-    """Name of the file; one that an earlier run has left is deleted where a run does not record it."""
-
-    def __init__(self) -> None: ...
-
-
-def load_recorder(name: str) -> type[Recorder]:
-    """Return the class of an installed recorder.
-
-    Raises
-    ------
-    InputError
-        When there is none of that name, or it is no recorder.
-    """
-    place = f"record {name}"
-    known = entrypoints.offers(entrypoints.RECORDERS)
-    if name not in known:
-        raise InputError(place, f'there is no recorder "{name}"{nearest(name, known)}')
-    kind = entrypoints.load(known[name], place, "recorder")
-    file = getattr(kind, "file", None)
-    if not isinstance(kind, type) or not isinstance(file, str) or Path(file).name != file or file in ("", *_OWN_FILES):
-        described = entrypoints.describe("recorder", name, *entrypoints.origin(known[name][0]))
-        raise InputError(place, f"{described} is no recorder: expected a class with the name of its file as `file`")
-    return kind
-
-
-def _make_recorder(name: str) -> tuple[Recorder, str]:
-    """Return a recorder, and what messages call it."""
-    kind = load_recorder(name)
-    (entry,) = entrypoints.offers(entrypoints.RECORDERS)[name]
-    described = entrypoints.describe("recorder", name, *entrypoints.origin(entry))
-    try:
-        return kind(), described
-    except Exception as error:
-        raise InputError(f"record {name}", f"{described} cannot be made: {one_line(error)}") from error
-
-
-def _files_of_recorders() -> set[str]:
-    """Return the files that installed recorders write; a recorder that cannot be had writes none."""
-    found = set()
-    for name in entrypoints.offers(entrypoints.RECORDERS):
-        with suppress(InputError):
-            found.add(load_recorder(name).file)
-    return found
 
 
 @frozen(eq=False)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.source import KeyPath, dotted
+from rmfs_core.scenario.source import Source
 from rmfs_core.scenario.structuring import KeyProblem, structure_as
 from rmfs_core.scenario.writing import plain
 from rmfs_states.state import FORMAT, VERSION, State
@@ -46,7 +46,7 @@ def state_from_dict(data: object, name: str = "state") -> State:
     try:
         return structure_as(State, data)
     except KeyProblem as problem:
-        raise InputError(place_of(name, problem.path), problem.problem) from None
+        raise InputError(Source(name).place_of(problem.path), problem.problem) from None
     except OverflowError as error:  # a whole number of hundreds of digits, where a time is expected
         raise InputError(name, f"found a number that is out of all bounds: {error}") from None
 
@@ -61,15 +61,10 @@ def check_format(data: Mapping[str, Any], expected: str, version: int, name: str
     """Raise `InputError` unless a file says that it has a format, in the version that is known here."""
     if data.get("format") != expected:
         found = f"found {data['format']!r}" if "format" in data else "found no key `format`"
-        raise InputError(place_of(name, ("format",)), f"expected {expected!r}, {found}")
+        raise InputError(Source(name).place_of(("format",)), f"expected {expected!r}, {found}")
     if data.get("version") != version or isinstance(data.get("version"), bool):
         found = f"found {data['version']!r}" if "version" in data else "found no key `version`"
-        raise InputError(place_of(name, ("version",)), f"expected version {version} of {expected!r}, {found}")
-
-
-def place_of(name: str, path: KeyPath) -> str:
-    """Return where a value stands, for a message: the source's name and the path of the key."""
-    return f"{name}, {dotted(path)}" if path else name
+        raise InputError(Source(name).place_of(("version",)), f"expected version {version} of {expected!r}, {found}")
 
 
 def read_json(path: Path) -> Any:

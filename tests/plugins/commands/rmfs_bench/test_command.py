@@ -9,7 +9,7 @@ import pytest
 
 import rmfs_core
 from rmfs_bench import worlds
-from rmfs_bench.command import DECIDES, WORLDS
+from rmfs_bench.command import ROLES, WORLDS
 from rmfs_core.cli import main
 
 FEW = ("--set", "instance.orders=10", "--world", "small")
@@ -80,7 +80,7 @@ def acme(install: Any) -> None:
 def test_what_can_be_chosen() -> None:
     """The command offers the worlds that there are, and rules of every decision."""
     assert tuple(worlds.WORLDS) == WORLDS
-    assert list(DECIDES) == ["POA", "PPS", "POA+PPS", "PR", "TA", "PP", "filter"]
+    assert [role.label for role in ROLES] == ["POA", "PPS", "POA+PPS", "PR", "TA", "PP", "filter"]
 
 
 def test_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
