@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 NONE = -1
 CLOSE = 1e-9
 """Relative difference up to which two indices count as equal: sums of the same numbers in another order may differ."""
+TINY = 1e-12
+"""What sums of gains that are zero may come out as."""
 
 
 class Lines(NamedTuple):
@@ -92,25 +94,29 @@ def best_pods(bound, candidates, lines, worth, fits, pods, available, handle_s, 
     rises from the bound to the ratio of a better pod until no pod is better (Dinkelbach's method), at O(lines +
     contents) a step.
     """
-    index, leader = bound, NONE
+    index, better = bound, candidates[:0]
     values = np.empty(len(candidates))
     while True:
-        rate = index * handle_s
-        whole, wanted = _gains_by_sku(rate, lines, worth, fits, available)
-        best = NONE
-        for k in range(len(candidates)):
-            values[k] = _gain(candidates[k], rate, lines, worth, fits, pods, available, whole, wanted)
-            if best == NONE or values[k] > values[best]:
-                best = k
-        if best == NONE or values[best] <= index * visit_s * (1 + CLOSE):
+        _values(index, values, candidates, lines, worth, fits, pods, available, handle_s)
+        best = np.argmax(values) if len(values) else NONE
+        if best == NONE or values[best] <= index * visit_s * (1 + CLOSE) + TINY:
             break
-        leader = best
-        index = _ratio(candidates[leader], rate, lines, worth, fits, pods, available, handle_s, visit_s)
-    if leader == NONE:
-        return candidates[:0]
-    equal = values >= index * visit_s * (1 - CLOSE)
-    equal[leader] = True
-    return candidates[equal]
+        better = candidates[best : best + 1]
+        index = _ratio(better[0], index * handle_s, lines, worth, fits, pods, available, handle_s, visit_s)
+    if len(better):
+        index *= 1 - CLOSE
+        _values(index, values, candidates, lines, worth, fits, pods, available, handle_s)
+        better = candidates[values > index * visit_s]
+    return better
+
+
+@njit(cache=True)
+def _values(index, values, candidates, lines, worth, fits, pods, available, handle_s):  # type: ignore[no-untyped-def]
+    """Fill in what each candidate brings beyond an index for each second of handling."""
+    rate = index * handle_s
+    whole, wanted = _gains_by_sku(rate, lines, worth, fits, available)
+    for k in range(len(candidates)):
+        values[k] = _gain(candidates[k], rate, lines, worth, fits, pods, available, whole, wanted)
 
 
 @njit(cache=True)

@@ -194,12 +194,19 @@ class _Period:
         ages = [self.warehouse.now_s - order.arrival_s for order in self.warehouse.backlog]
         return np.array(ages)[self.order] + self.rule.base_s
 
+    @cached_property
+    def _placed(self) -> list[set[int]]:
+        """Orders that have a place at each station that counts orders, by their position in the backlog."""
+        position = {order.id: i for i, order in enumerate(self.warehouse.backlog)}
+        working = [{request.order.id for request in station.open_requests} for station in self.stations]
+        return [{position[order] for order in orders & position.keys()} for orders in working]
+
     def _fits(self, station: int) -> NDArray[np.bool_]:
         """Which lines may be taken and fit the free places of a station."""
-        fits = self.untaken & (self.lines.quantity <= self.room[station])
         if self.stations[station].counts_orders:
-            begun = np.isin(self.order, [order for order, at in self.parts if at == station])
-            fits = self.untaken.copy() if self.room[station] > 0 else self.untaken & begun
+            fits = self.untaken & (np.isin(self.order, list(self._placed[station])) | (self.room[station] > 0))
+        else:
+            fits = self.untaken & (self.lines.quantity <= self.room[station])
         if self.packing is not None:
             fits &= self.packing.room()[self.order]
         return fits
@@ -277,9 +284,12 @@ class _Period:
 
     def _take(self, line: int, station: int) -> None:
         order, quantity = int(self.order[line]), int(self.lines.quantity[line])
-        part = self.parts.setdefault((order, station), [])
-        self.room[station] -= (not part) if self.stations[station].counts_orders else quantity
-        part.append(int(self.lines.sku[line]))
+        if self.stations[station].counts_orders:
+            self.room[station] -= order not in self._placed[station]
+            self._placed[station].add(order)
+        else:
+            self.room[station] -= quantity
+        self.parts.setdefault((order, station), []).append(int(self.lines.sku[line]))
         self.untaken[line] = False
         self.available[station, self.lines.sku[line]] -= quantity
         self.left[order] -= self.cost[line]

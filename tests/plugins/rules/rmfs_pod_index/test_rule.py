@@ -114,6 +114,14 @@ def test_packing_stations_have_room_for_so_many_split_orders() -> None:
     assert sorted(name for name, _, _ in taken) == ["1", "2", "3"]
 
 
+def test_an_order_takes_one_place_with_all_of_its_lines() -> None:
+    """With order capacity: one place, two lines of the order that takes it, none of the other."""
+    pods = {"p": ["a", "b"], "q": ["c"]}
+    world = small_world({"1": ["a", "b"], "2": ["a", "c"]}, pods, capacities=[1], counts_orders=True)
+    taken, _ = decide(world, most_pods=1)
+    assert [(name, set(skus)) for name, _, skus in taken] == [("1", {0, 1})]
+
+
 @pytest.mark.parametrize("seed", [1, 2])
 def test_fewer_visits_and_a_shorter_turn_over_than_the_sequential_rules(seed: int) -> None:
     """What it is for, on sixty orders of the paper's generator."""
