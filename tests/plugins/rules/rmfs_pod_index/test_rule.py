@@ -1,0 +1,132 @@
+"""Joint rule pod-index."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from rmfs_core import run
+from rmfs_core.warehouse import Warehouse, WarehouseView
+from rmfs_pod_index import PodIndex
+from rmfs_rule_helpers import ticks_to_station
+from rmfs_testing import check_rule, small_world
+
+Put = Callable[[Warehouse, int, int], None]
+
+
+def decide(
+    world: Warehouse, **parameters: float
+) -> tuple[list[tuple[str, int, tuple[int, ...]]], list[tuple[str, int]]]:
+    """Return (order's name, station, SKUs) of each assignment, and (pod's name, station) of each trip."""
+    decision = PodIndex(**parameters).assign_orders_and_pods(WarehouseView(world))  # type: ignore[arg-type]
+    return (
+        [(world.orders[one.order].name, one.station, tuple(one.skus or ())) for one in decision.assignments],
+        [(world.pods[one.pod].name, one.station) for one in decision.trips],
+    )
+
+
+def test_it_conforms() -> None:
+    """In every trial world: with finite stock, order capacity, later arrivals, packing stations."""
+    check_rule(PodIndex())
+    check_rule(PodIndex(packing_capacity=1))
+    check_rule(PodIndex(urge_s=0, most_pods=1, elsewhere=0))
+
+
+def test_the_pod_that_finishes_orders_goes_first() -> None:
+    """Each pod would bring two lines; those of q are whole orders, those of p are halves."""
+    orders = {"1": ["a", "x"], "2": ["b", "y"], "3": ["c"], "4": ["d"]}
+    world = small_world(orders, {"p": ["a", "b"], "q": ["c", "d"], "r": ["x", "y"]}, capacities=[2])
+    c, d = world.orders[2].lines[0].sku, world.orders[3].lines[0].sku
+    assert decide(world, most_pods=1) == ([("3", 0, (c,)), ("4", 0, (d,))], [("q", 0)])
+
+
+def test_without_finish_more_lines_are_more() -> None:
+    """p has three lines of large orders, q the only line of one."""
+    orders = {"1": ["a", "b", "c", "x"], "2": ["q"]}
+    pods = {"p": ["a", "b", "c"], "q": ["q"], "r": ["x"]}
+    assert decide(small_world(orders, pods, capacities=[1]), finish=0.0, cost_s=0)[1] == [("p", 0)]
+    assert decide(small_world(orders, pods, capacities=[1]), finish=1.0, cost_s=0)[1] == [("q", 0)]
+
+
+def test_a_covered_line_is_taken_while_no_pod_is_much_better(put_at_station: Put) -> None:
+    """One line of a large order is covered; q would finish an order. A large `stay` takes what is there."""
+    orders = {"1": ["a", "b", "c", "d"], "2": ["q"]}
+    pods = {"p": ["a"], "q": ["q"], "r": ["b", "c", "d"]}
+
+    def world() -> Warehouse:
+        made = small_world(orders, pods, capacities=[1])
+        put_at_station(made, 0, 0)
+        return made
+
+    assert decide(world(), stay=100.0) == ([("1", 0, (0,))], [])
+    taken, trips = decide(world(), stay=0.0)
+    assert [name for name, _, _ in taken] == ["2"]
+    assert trips == [("q", 0)]
+
+
+def test_no_more_pods_than_most_pods(put_at_station: Put) -> None:
+    """One is there: the places that it cannot fill stay free."""
+    world = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[5])
+    put_at_station(world, 0, 0)
+    assert decide(world, most_pods=1) == ([("1", 0, (0,))], [])
+
+
+def test_the_nearest_of_equal_pods_is_sent() -> None:
+    """All eight have the SKU; the nearest is not the first one."""
+    pods = {str(i): ["a"] if i else ["b"] for i in range(9)}
+    world = small_world({"1": ["a"]}, pods, capacities=[5])
+    ticks = [ticks_to_station(WarehouseView(world), pod, world.stations[0]) for pod in world.pods]
+    nearest = min(range(1, 9), key=lambda pod: ticks[pod])
+    assert ticks[nearest] < ticks[1]
+    assert decide(world)[1] == [(str(nearest), 0)]
+
+
+def test_pods_wait_until_it_pays(put_at_station: Put) -> None:
+    """While a station is at work, a pod for one line that just came is not sent; at 190 s it is."""
+
+    def trips(now_s: float) -> list[tuple[str, int]]:
+        world = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[2])
+        put_at_station(world, 0, 0)
+        world.assign(world.orders[0], world.stations[0], [0])
+        world.now = round(1000 * now_s)
+        return decide(world, urge_s=200.0, base_s=10.0)[1]
+
+    assert trips(189.0) == []
+    assert trips(190.0) == [("q", 0)]
+
+
+def test_a_line_that_no_pod_has_enough_for_is_brought_by_several() -> None:
+    """Five items are on three pods, four wanted: the two pods with the most go."""
+    world = small_world({"1": {"a": 4}}, {"p": {"a": 1}, "q": {"a": 2}, "r": {"a": 2}}, capacities=[5])
+    taken, trips = decide(world)
+    assert taken == [("1", 0, (0,))]
+    assert sorted(trips) == [("q", 0), ("r", 0)]
+
+
+def test_packing_stations_have_room_for_so_many_split_orders() -> None:
+    """One place: the second order may not be begun, the third is whole."""
+    orders = {"1": ["a", "x"], "2": ["a", "y"], "3": ["a"]}
+    world = small_world(orders, {"p": ["a"], "q": ["x"], "r": ["y"]}, capacities=[3])
+    taken, _ = decide(world, packing_capacity=1, most_pods=1)
+    assert sorted(name for name, _, _ in taken) == ["1", "3"]
+    taken, _ = decide(world, packing_capacity=2, most_pods=1)
+    assert sorted(name for name, _, _ in taken) == ["1", "2", "3"]
+
+
+def test_an_order_takes_one_place_with_all_of_its_lines() -> None:
+    """With order capacity: one place, two lines of the order that takes it, none of the other."""
+    pods = {"p": ["a", "b"], "q": ["c"]}
+    world = small_world({"1": ["a", "b"], "2": ["a", "c"]}, pods, capacities=[1], counts_orders=True)
+    taken, _ = decide(world, most_pods=1)
+    assert [(name, set(skus)) for name, _, skus in taken] == [("1", {0, 1})]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_fewer_visits_and_a_shorter_turn_over_than_the_sequential_rules(seed: int) -> None:
+    """What it is for, on sixty orders of the paper's generator."""
+    size = ["instance.orders=60", "instance.skus=30", "instance.pods=40", "rules.pp=free-flow"]
+    usual = run("paper-250", seed=seed, overrides=size).metrics
+    index = run("paper-250", seed=seed, overrides=[*size, "rules.poa_pps=pod-index"]).metrics
+    assert index["psv_per_order"] < 0.5 * usual["psv_per_order"]
+    assert index["turnover_s"] < usual["turnover_s"]
