@@ -13,24 +13,24 @@ from rmfs_core.scenario import RuleChoice, RulesSection, Scenario, load_scenario
 
 
 @pytest.mark.parametrize("name", shipped_scenarios())
-@pytest.mark.parametrize("comments", [True, False])
-def test_shipped_scenarios_read_back(name: str, comments: bool, tmp_path: Path) -> None:
+def test_shipped_scenarios_read_back(name: str, tmp_path: Path) -> None:
     """Every value is there; files that a scenario names stay beside it, so folder and source may differ."""
     scenario = load_scenario(name)
-    (tmp_path / "again.toml").write_text(to_toml(scenario, comments=comments), encoding="utf-8")
+    (tmp_path / "again.toml").write_text(to_toml(scenario), encoding="utf-8")
     again = load_scenario(tmp_path / "again.toml")
-    assert evolve(again, name=scenario.name, folder=scenario.folder, source=scenario.source) == scenario
+    assert evolve(again, folder=scenario.folder, source=scenario.source) == scenario
 
 
 def test_comments_say_what_a_key_means() -> None:
     """With its unit, above it, no line too long; without them only keys and headers are left."""
-    text = to_toml(Scenario())
+    scenario = load_scenario("examples/small")
+    text = to_toml(scenario)
     lines = text.splitlines()
     place = next(i for i, line in enumerate(lines) if line.startswith("top_speed_m_per_s"))
     assert lines[place - 1].startswith("# ")
     assert lines[place - 1].endswith("(m/s)")
     assert max(map(len, lines)) <= 100
-    bare = to_toml(Scenario(), comments=False)
+    bare = to_toml(scenario, comments=False)
     assert "#" not in bare
     assert tomllib.loads(bare) == tomllib.loads(text)
 
@@ -42,7 +42,7 @@ def test_what_is_not_set_is_left_out() -> None:
     table = tomllib.loads(text)["rules"]
     assert table["poa_pps"] == {"rule": "integrated", "time_limit_s": 5.0}
     assert "poa" not in table
-    assert text.index("seed = ") < text.index("[instance]") < text.index("[rules]")
+    assert text.index("seed = ") < text.index("[")
     assert text.endswith("\n")
     assert not text.startswith("\n")
 
