@@ -10,7 +10,7 @@ from rmfs_core.traffic import Query, Reservations, Roads, occupancy, roads_on
 from rmfs_core.world import Layout, block_map, parse_map
 from rmfs_core.world.travel import travel_on
 from rmfs_plan.movingai import open_layout
-from rmfs_plan.planning import Planner, bare_roads
+from rmfs_plan.planning import Planner, roads_of_map
 
 _LAYOUTS: dict[str, Layout] = {}
 
@@ -26,7 +26,7 @@ def two_way(roads: Roads) -> Roads:
     """Return the roads of the same free cells without one-way aisles: what a plain grid search knows of a layout."""
     layout = roads.layout
     free = roads.travel.passable(layout.storage_locations[0], False).reshape(layout.height, layout.width)
-    return bare_roads(open_layout(free))
+    return roads_of_map(open_layout(free))
 
 
 def ends(roads: Roads) -> tuple[int, ...]:

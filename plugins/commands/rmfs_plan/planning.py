@@ -79,9 +79,9 @@ class _Robot:
     arrived: bool = False
 
 
-def bare_roads(layout: Layout, motion: Motion | None = None) -> Roads:
-    """Return the roads of a map, for robots that move as in the paper unless ``motion`` says otherwise."""
-    return Roads(Travel(layout, motion or Motion()))
+def roads_of_map(layout: Layout) -> Roads:
+    """Return the roads of a map, for robots that move as in the paper."""
+    return Roads(Travel(layout, Motion()))
 
 
 def plan_trips(roads: Roads, planner: Planner, trips: Sequence[Trip], exclusive: bool = True) -> tuple[Plan, ...]:

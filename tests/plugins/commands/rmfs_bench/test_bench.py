@@ -62,7 +62,7 @@ def test_a_contestant_says_what_it_decides() -> None:
 def test_a_rule_for_several_decisions_is_told_in_which(install: Callable[..., None]) -> None:
     """Otherwise it is refused, and so is a parameter that is none."""
     install("acme", {"both": "acme_rules:Both"}, acme_rules=COUNTING)
-    assert contestant("both", RuleChoice("both"), decides="PPS").role is Role.PPS
+    assert contestant("both", RuleChoice("both"), decides=Role.PPS).role is Role.PPS
     with pytest.raises(InputError, match="decides POA and PPS; say which of them is asked"):
         contestant("both", RuleChoice("both"))
     with pytest.raises(InputError, match="window"):
@@ -104,7 +104,7 @@ def test_a_rule_warms_up_in_a_small_copy_of_the_world(install: Callable[..., Non
 def test_a_failed_run_is_measured_too(install: Callable[..., None]) -> None:
     """What failed is in its error; what was completed until then is in its figures."""
     install("acme", {"both": "acme_rules:Both"}, acme_rules=COUNTING)
-    one = contestant("both", RuleChoice("both"), decides="POA")
+    one = contestant("both", RuleChoice("both"), decides=Role.POA)
     (run,) = bench([one], ["small"], [1], overrides=FEW)
     assert run.status == "failed"
     assert run.error is not None

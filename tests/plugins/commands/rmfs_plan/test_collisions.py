@@ -9,14 +9,17 @@ import pytest
 
 from rmfs_core.decisions import Leg
 from rmfs_core.motion import Motion
-from rmfs_core.traffic import Query, Reservations, ReservedError, TimedPath, occupancy, timed_path
+from rmfs_core.traffic import Query, Reservations, ReservedError, TimedPath, occupancy, roads_on, timed_path
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST, parse_map
-from rmfs_plan import bare_roads, collisions, find_planner, plan_trips
+from rmfs_core.world.travel import travel_on
+from rmfs_plan import collisions, find_planner, plan_trips, roads_of_map
 from rmfs_plan.movingai import Trip
 from rmfs_testing import small_layout
 
-HALL = bare_roads(parse_map("......\n......", "hall"))
-EVEN = bare_roads(parse_map("......\n......", "hall"), Motion(acceleration_m_per_s2=1e12, top_speed_m_per_s=1.0))
+HALL = roads_of_map(parse_map("......\n......", "hall"))
+EVEN = roads_on(
+    travel_on(parse_map("......\n......", "hall"), Motion(acceleration_m_per_s2=1e12, top_speed_m_per_s=1.0))
+)
 """A robot has the cell it leaves until a second after, when it stands in the next one."""
 
 
@@ -71,7 +74,7 @@ def test_the_earliest_is_first() -> None:
 @pytest.mark.parametrize("seed", range(6))
 def test_they_agree_with_the_reservation_table(seed: int) -> None:
     """Where the table refuses a path there is a collision, and where it takes it there is none."""
-    roads = bare_roads(small_layout())
+    roads = roads_of_map(small_layout())
     rng = np.random.default_rng(seed)
     cells = roads.layout.storage_locations
     planner = find_planner("free-flow", {}, rng)
@@ -90,7 +93,7 @@ def test_they_agree_with_the_reservation_table(seed: int) -> None:
 
 def test_no_collision_in_a_crowd() -> None:
     """Paths committed one after another never meet: the two ways to find out agree."""
-    roads = bare_roads(small_layout(stations=2))
+    roads = roads_of_map(small_layout(stations=2))
     planner = find_planner("sipp", {}, np.random.default_rng(1))
     cells = roads.layout.storage_locations
     trips = [Trip(cells[i], cells[-1 - i]) for i in range(len(cells) // 2)]

@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from reserving import hold_until
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.traffic import Query, Reservations
 from rmfs_core.world import EAST, parse_map
-from rmfs_plan import bare_roads, find_planner, plan_trips, random_trips, read_map
+from rmfs_plan import find_planner, plan_trips, random_trips, read_map, roads_of_map
 
 ROOM = "type octile\nheight 4\nwidth 8\nmap\n........\n.@@..@@.\n........\nTT....OO\n"
-ROADS = bare_roads(parse_map("......\n......", "hall"))
+ROADS = roads_of_map(parse_map("......\n......", "hall"))
 
 
 @pytest.fixture
@@ -28,28 +29,30 @@ def rng() -> np.random.Generator:
     return np.random.default_rng(0)
 
 
-def test_a_rule_from_a_file_plans(room: Path) -> None:
+def test_a_rule_from_a_file_plans(room: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A user's own class with a search is a planner like the shipped ones."""
     (room.parent / "mine.py").write_text(
         "from attrs import define\nfrom rmfs_sipp import Sipp\n\n\n@define\nclass Mine(Sipp):\n    pass\n",
         encoding="utf-8",
     )
-    planner = find_planner("./mine.py:Mine", {}, rng(), str(room.parent))
-    roads = bare_roads(read_map(room))
+    monkeypatch.chdir(room.parent)
+    planner = find_planner("./mine.py:Mine", {}, rng())
+    roads = roads_of_map(read_map(room))
     plans = plan_trips(roads, planner, random_trips(roads, 5, 2, "room"))
     assert planner.exclusive
     assert all(plan.arrived for plan in plans)
 
 
-def test_an_impossible_path_of_a_rule_is_an_error(room: Path) -> None:
+def test_an_impossible_path_of_a_rule_is_an_error(room: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A rule that answers its hook with nonsense is named."""
     (room.parent / "wild.py").write_text(
         "from attrs import define\nfrom rmfs_core import Leg, Path, hookimpl\n\n\n@define\nclass Wild:\n"
         "    @hookimpl\n    def plan_path(self, goal):\n        return Path((Leg(goal),))\n",
         encoding="utf-8",
     )
-    roads = bare_roads(read_map(room))
-    planner = find_planner("./wild.py:Wild", {}, rng(), str(room.parent))
+    roads = roads_of_map(read_map(room))
+    monkeypatch.chdir(room.parent)
+    planner = find_planner("./wild.py:Wild", {}, rng())
     with pytest.raises(RunError, match=r"Wild.* gave robot 1 \(id 0\) an impossible path: .* is no straight run"):
         planner.search(roads, Reservations(roads.cells), Query(0, 0, 0, 0, 23))
 
@@ -59,8 +62,8 @@ def test_planners_keep_clear_of_others_or_do_not(name: str, exclusive: bool) -> 
     """Who reserves waits for the robot in the way; who does not drives through it, as fast as alone."""
     planner = find_planner(name, {}, rng())
     table = Reservations(ROADS.cells)
-    table.hold(1, 2, 0, 30_000)
-    table.hold(1, 8, 0, 30_000)
+    hold_until(table, 1, 2, 0, 30_000)
+    hold_until(table, 1, 8, 0, 30_000)
     query = Query(0, 0, EAST, 500, 5)
     path = planner.search(ROADS, table, query)
     assert planner.exclusive is exclusive

@@ -9,17 +9,18 @@ from attrs import define, field
 
 from rmfs_core.decisions import Leg
 from rmfs_core.motion import Motion
-from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, timed_path
+from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, roads_on, timed_path
 from rmfs_core.world import NORTH, parse_map
-from rmfs_plan import bare_roads, collisions, plan_trips
+from rmfs_core.world.travel import travel_on
+from rmfs_plan import collisions, plan_trips
 from rmfs_plan.movingai import Trip
 from rmfs_plan.planning import PATIENCE_TICKS, RETRY_TICKS
 from rmfs_sipp import Sipp
 
 EVEN = Motion(acceleration_m_per_s2=1e12, top_speed_m_per_s=1.0, full_turn_s=4.0)
 """A second for each cell and each quarter turn."""
-CORRIDOR = bare_roads(parse_map("....", "corridor"), EVEN)
-HALL = bare_roads(parse_map("....\n....", "hall"), EVEN)
+CORRIDOR = roads_on(travel_on(parse_map("....", "corridor"), EVEN))
+HALL = roads_on(travel_on(parse_map("....\n....", "hall"), EVEN))
 
 
 @define

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from rmfs_core.errors import InputError
 from rmfs_core.world import CellKind, parse_map
 from rmfs_core.world.travel import UNREACHABLE
-from rmfs_plan import bare_roads, random_trips
+from rmfs_plan import random_trips, roads_of_map
 from rmfs_testing import small_layout
 
-HALL = bare_roads(small_layout(stations=2))
-HALVES = bare_roads(parse_map("..@..\n..@..", "halves"))
+HALL = roads_of_map(small_layout(stations=2))
+HALVES = roads_of_map(parse_map("..@..\n..@..", "halves"))
 
 
 @given(robots=st.integers(1, len(HALL.layout.storage_locations) // 2), seed=st.integers(0, 10_000))
@@ -52,7 +52,7 @@ def test_seeds_differ() -> None:
 def test_a_map_that_is_too_small_is_refused(text: str, found: int) -> None:
     """With the place, and how many robots it has room for."""
     with pytest.raises(InputError) as caught:
-        random_trips(bare_roads(parse_map(text, "map")), 5, 1, "my.map")
+        random_trips(roads_of_map(parse_map(text, "map")), 5, 1, "my.map")
     assert (
         str(caught.value) == f"my.map: found room for {found} robot(s) with starts and goals of their own; expected 5"
     )

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
+from reserving import hold_until
 from rmfs_core.traffic import Query, Reservations, Roads, Traffic
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_testing import small_world
@@ -21,7 +22,7 @@ def world() -> Warehouse:
 
 def tick(built: Warehouse) -> None:
     """Let time pass."""
-    built.now += 1
+    built.advance(built.now + 1)
 
 
 def bind(built: Warehouse) -> None:
@@ -104,5 +105,5 @@ def test_reservations_are_seen_where_a_rule_is_asked_with_them() -> None:
     traffic = Traffic(roads, Reservations(roads.cells), Query(0, 0, 0, 0, 5))
     before = Snapshot.of(view, traffic)
     assert before.first_change(Snapshot.of(view, traffic)) is None
-    traffic.table.hold(1, 3, 0, 500)
+    hold_until(traffic.table, 1, 3, 0, 500)
     assert before.first_change(Snapshot.of(view, traffic)) == "the reservations"

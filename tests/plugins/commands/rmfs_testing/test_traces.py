@@ -11,7 +11,9 @@ import rmfs_validation
 
 def test_a_recorded_run_is_validated_by_the_name_that_tests_of_rules_know(tmp_path: Path) -> None:
     """A good run has no fault; a result that counts a pick too many is one."""
-    rmfs_core.run("examples/small", overrides=["instance.orders=4", "rules.pp=free-flow"], out=tmp_path, trace=True)
+    rmfs_core.run(
+        "examples/small", overrides=["instance.orders=4", "rules.pp=free-flow"], out=tmp_path, record=["trace"]
+    )
     assert rmfs_core.testing.validate_trace(tmp_path) == []
     file = tmp_path / "result.json"
     content = json.loads(file.read_text(encoding="utf-8"))

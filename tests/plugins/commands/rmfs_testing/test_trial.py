@@ -41,11 +41,11 @@ def test_all_events_are_kept() -> None:
     assert outcome.problems == ()
     assert sum(isinstance(event, OrderCompleted) for event in outcome.events) == len(WORLD.instance.orders)
     decisions = [event for event in outcome.events if isinstance(event, DecisionMade)]
-    assert {event.rule for event in decisions if event.decides == "POA"} == {"First"}
+    assert {event.rule for event in decisions if event.decides is Role.POA} == {"First"}
     assert {event.wall_s for event in decisions} == {0.0}
     assert outcome.events == tried(First(), Role.POA)[0].events
     assert times.keys() == {"assign_orders"}
-    assert times["assign_orders"].calls == sum(event.decides == "POA" for event in decisions)
+    assert times["assign_orders"].calls == sum(event.decides is Role.POA for event in decisions)
 
 
 def test_call_times_add_up() -> None:

@@ -9,30 +9,31 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 from rmfs_core import InputError
 from rmfs_core.events import DecisionMade, OrderArrived, OrderAssigned, RobotMoved
 from rmfs_core.info import RunInfo
+from rmfs_core.roles import Role
 from rmfs_trace import TraceWriter, read_trace
 
 EVENTS = (
     OrderArrived(0, 0),
     OrderAssigned(0, 0, 1, skus=(0, 1), items=2, period=1, complete=True),
     RobotMoved(5000, 1000, 0, origin=3, to=4, heading=2, wait_ticks=0, turn_ticks=625, distance_m=1, pod=None),
-    DecisionMade(5000, 1, "POA", "rule", 2, 1, 0, "optimal", 1.5, None, False, wall_s=0.0),
+    DecisionMade(5000, 1, Role.POA, "rule", 2, 1, 0, "optimal", 1.5, None, False, wall_s=0.0),
 )
 
 
 @pytest.fixture
 def trace_file(tmp_path: Path, tiny: RunInfo) -> Path:
     """Return a trace of four events: a header, lines 2 to 5, and the end."""
-    path = tmp_path / "trace.jsonl.gz"
-    writer = TraceWriter(path)
-    writer.run_started(tiny)
+    writer = TraceWriter()
+    writer.run_started(evolve(tiny, out=tmp_path))
     for event in EVENTS:
         writer.on_event(event)
     writer.run_ended(6000, "partial")
-    return path
+    return tmp_path / writer.file
 
 
 def rewrite(path: Path, change: Callable[[list[str]], list[str]]) -> None:
@@ -78,6 +79,7 @@ def test_cells_are_read_by_their_digits(trace_file: Path) -> None:
         (lambda lines: [*lines[:2], '{"e":"flew"}', *lines[2:]], 3, "'flew'"),
         (lambda lines: [lines[0], '{"e":"order_arrived","tick":0}', *lines[1:]], 2, "tick, order"),
         (lambda lines: [lines[0], '{"e":"order_arrived","tick":0,"order":"x"}', *lines[1:]], 2, "'x'"),
+        (lambda lines: [line.replace('"POA"', '"lunch"') for line in lines], 5, "'lunch'"),
         (lambda lines: lines[:-1], 5, "cut off"),
         (lambda lines: [*lines, lines[-1]], 7, "behind the end"),
         (lambda lines: [*lines[:-1], '{"e":"end","tick":1,"status":"fine"}'], 6, "status"),

@@ -28,6 +28,7 @@ from rmfs_core.events import (
     VisitStarted,
 )
 from rmfs_core.motion import Motion
+from rmfs_core.roles import Role
 from rmfs_core.world import EAST, Instance, OrderData, PodData, parse_map
 from rmfs_trace import read_trace
 from rmfs_trace.reader import Trace
@@ -191,9 +192,9 @@ def day() -> Trace:
     script.events += [
         OrderArrived(0, 0),
         OrderAssigned(0, 0, 0, (0, 1), 3, 1, True),
-        DecisionMade(0, 1, "POA", "by-hand", 1, 1, 0, "decided", None, None, False, 0.0),
+        DecisionMade(0, 1, Role.POA, "by-hand", 1, 1, 0, "decided", None, None, False, 0.0),
         TripDecided(0, 0, 0),
-        DecisionMade(0, 1, "PPS", "by-hand", 0, 0, 1, "decided", None, None, False, 0.0),
+        DecisionMade(0, 1, Role.PPS, "by-hand", 0, 0, 1, "decided", None, None, False, 0.0),
         TaskAssigned(0, 0, 0),
     ]
     script.drive(0, 3, 3)

@@ -21,6 +21,7 @@ from damage import (
     without,
 )
 from rmfs_core.events import DecisionMade, OrderArrived, OrderAssigned, OrderCompleted
+from rmfs_core.roles import Role
 from rmfs_trace.reader import Trace
 
 ARRIVED, ASSIGNED, POA, PPS, JAM, COMPLETE = 0, 1, 2, 4, 14, 16
@@ -82,7 +83,7 @@ DAMAGES: list[tuple[str, Damage, str]] = [
     ("a period too far", change(DecisionMade, lambda t, e: {"period": e.period + 1}), "period"),
     ("a decision with more trips", change(DecisionMade, lambda t, e: {"trips": e.trips + 1}), "decision-size"),
     ("a decision with another backlog", change(DecisionMade, lambda t, e: {"backlog": e.backlog + 1}), "backlog"),
-    ("a decision on nothing known", change(DecisionMade, lambda t, e: {"decides": "lunch"}), "unknown-id"),
+    ("a decision on tasks", change(DecisionMade, lambda t, e: {"decides": Role.TA}), "unknown-id"),
     ("a complete run called partial", partial_though_complete, "status"),
 ]
 
@@ -179,7 +180,7 @@ def test_damage_to_a_run_is_found(recorded: Trace, damage: Damage, kind: str) ->
             ],
         ),
         (
-            at(PPS, decides="lunch"),
+            at(PPS, decides=Role.TA),
             [
                 "unknown-id: a decision on 'lunch'; expected POA or PPS or POA+PPS",
             ],

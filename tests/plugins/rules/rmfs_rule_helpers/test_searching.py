@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from reserving import hold_until, stay
 from rmfs_core.decisions import Leg
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import FOREVER, Query, Reservations, occupancy, roads_on
@@ -24,14 +25,14 @@ def table_with(held: list[tuple[int, int, int]], cell: int = 1) -> Reservations:
     """Return a table of three cells in which owners have one as said (owner, since, how long), unless another does."""
     table = Reservations(3)
     for owner, since, length in held:
-        if table.blocker(cell, since, since + length, owner) is None:
-            table.hold(owner, cell, since, since + length)
+        if table.is_free(owner, stay(cell, since, since + length)):
+            hold_until(table, owner, cell, since, since + length)
     return table
 
 
 def free(table: Reservations, since: int, until: int, cell: int = 1) -> bool:
     """Whether nobody else has the cell in a half-open interval."""
-    return table.blocker(cell, since, until, ME) is None
+    return table.is_free(ME, stay(cell, since, until))
 
 
 @given(HELD, st.integers(0, 40))

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import plain_sipp as plain
 from crowds import crowd, newcomer, paper_roads, two_way
+from reserving import hold_until, stay
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import FOREVER, Query, Reservations, Roads, TimedPath, occupancy, roads_on
 from rmfs_core.world import parse_map
@@ -81,8 +82,8 @@ def test_no_path_arrives_earlier(data: st.DataObject) -> None:
         cell = data.draw(st.sampled_from(cells))
         since = data.draw(st.integers(0, 15))
         until = since + data.draw(st.integers(1, 6))
-        if table.blocker(cell, since * 1000, until * 1000, owner=1) is None and cell != start:
-            table.hold(1, cell, since * 1000, until * 1000)
+        if table.is_free(1, stay(cell, since * 1000, until * 1000)) and cell != start:
+            hold_until(table, 1, cell, since * 1000, until * 1000)
     query = Query(0, start, data.draw(st.integers(0, 3)), 0, goal, data.draw(st.booleans()))
     path, slow = Sipp().search(roads, table, query), plain.search(roads, table, query)
     assert (path is None) == (slow is None)

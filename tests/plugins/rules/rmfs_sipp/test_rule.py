@@ -7,6 +7,7 @@ import pytest
 
 import plain_sipp as plain
 from crowds import crowd, newcomer, paper_roads
+from reserving import hold_until
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import Query, Reservations, Roads, occupancy, roads_on
 from rmfs_core.world import Layout, parse_map
@@ -46,7 +47,7 @@ def test_it_waits_until_the_goal_is_free_for_good() -> None:
     """The goal is entered once the last reservation there has ended, however early the robot could be there."""
     roads, _ = _corridor()
     table = Reservations(roads.cells)
-    table.hold(1, 4, 30_000, 50_000)
+    hold_until(table, 1, 4, 30_000, 50_000)
     path = Sipp().search(roads, table, Query(0, 0, 0, 0, 4))
     assert path is not None
     assert path.end_tick == 51_000
@@ -60,12 +61,12 @@ def test_ones_own_reservations_are_no_obstacle() -> None:
     roads, _ = _corridor()
     table = Reservations(roads.cells)
     table.hold(0, 0, 0)
-    table.hold(0, 3, 0, 9000)
+    hold_until(table, 0, 3, 0, 9000)
     path = Sipp().search(roads, table, Query(0, 0, 0, 0, 4))
     assert path is not None
     assert path.end_tick == 4000
     table.commit(0, occupancy(roads, path))
-    assert table.blocker(3, 0, 100_000) == 0
+    assert table.blocker(3, 0) == 0
 
 
 def test_who_is_there_already_stays() -> None:
@@ -75,7 +76,7 @@ def test_who_is_there_already_stays() -> None:
     path = Sipp().search(roads, table, Query(0, 3, 0, 500, 3))
     assert path is not None
     assert (path.legs, path.end_tick) == ((), 500)
-    table.hold(1, 3, 20_000, 21_000)
+    hold_until(table, 1, 3, 20_000, 21_000)
     path = Sipp().search(roads, table, Query(0, 3, 0, 500, 3))
     assert path is not None
     assert path.end_tick == 22_000

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from crowds import crowd, newcomer, paper_roads
+from reserving import hold_until
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import FOREVER, Reservations, Roads, occupancy, roads_on
 from rmfs_core.world import EAST, parse_map
@@ -72,7 +73,7 @@ def test_rows_are_the_runs_of_the_path() -> None:
     roads = roads_on(travel_on(YARD, EVEN))
     table = Reservations(roads.cells)
     assert rows(table, roads, 9, FOREVER) == [[3, 0, 3000], [9, 4000, 5000]]  # east, a quarter turn, south
-    table.hold(1, 1, 0, 3000)
+    hold_until(table, 1, 1, 0, 3000)
     assert rows(table, roads, 9, FOREVER) == [[3, 4000, 7000], [9, 8000, 9000]]  # two waits make 4 s
     assert rows(table, roads, 0, FOREVER) == []
 
@@ -81,7 +82,7 @@ def test_a_window_ends_a_path_with_a_wait() -> None:
     """Where the window ends before the way is free, the last row is the wait, as long as whole waits take."""
     roads = roads_on(travel_on(parse_map("......\n@@@@@#\nqO....", "corridor"), EVEN))
     table = Reservations(roads.cells)
-    table.hold(1, 1, 0, 9000)
+    hold_until(table, 1, 1, 0, 9000)
     assert rows(table, roads, 4, 5000) == [[0, 6000, 6000]]
     assert rows(table, roads, 4, FOREVER) == [[4, 10_000, 14_000]]
 
@@ -94,7 +95,7 @@ def test_a_search_ends_with_its_nodes_or_without_a_way() -> None:
     table.hold(1, 9, 20_000)
     assert rows(table, roads, 9, FOREVER) is None
     assert rows(table, roads, 9, 5000) is not None  # the window ends before anybody comes
-    table.hold(1, 0, 0, 1000)
+    hold_until(table, 1, 0, 0, 1000)
     assert rows(table, roads, 3, FOREVER) is None
     walled = roads_on(travel_on(parse_map("..@...\n..@...\nqO@...", "walled"), EVEN))
     assert rows(Reservations(walled.cells), walled, 4, FOREVER) is None
