@@ -182,7 +182,7 @@ def test_damage_to_a_run_is_found(recorded: Trace, damage: Damage, kind: str) ->
         (
             at(PPS, decides=Role.TA),
             [
-                "unknown-id: a decision on 'lunch'; expected POA or PPS or POA+PPS",
+                "unknown-id: a decision on TA; expected POA, PPS or POA+PPS",
             ],
         ),
     ],
@@ -208,7 +208,7 @@ def test_capacity_is_counted_in_items_or_orders(day: Trace, unit: str, fits: int
         changed = evolve(
             day,
             stations=({**day.stations[0], "capacity": capacity, "counts_orders": unit == "orders"},),
-            scenario={**day.scenario, "stations": {**day.scenario["stations"], key: capacity}},
+            scenario={**day.scenario, "stations": {**day.scenario["stations"], key: capacity, "oversize": "refuse"}},
         )
         sentence = f"order A is assigned to station 1, which has {holds} {unit} then; its capacity is {capacity}"
         assert told(changed) == ([] if capacity == fits else [f"capacity-exceeded: {sentence}"])
