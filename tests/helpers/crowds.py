@@ -10,8 +10,7 @@ from rmfs_core.traffic import Query, Reservations, Roads, occupancy, roads_on
 from rmfs_core.world import Layout, block_map, parse_map
 from rmfs_core.world.travel import travel_on
 from rmfs_plan.movingai import open_layout
-from rmfs_plan.planning import Planner
-from rmfs_plan.roads import roads_of_map
+from rmfs_plan.planning import Planner, roads_of_map
 
 _LAYOUTS: dict[str, Layout] = {}
 

@@ -18,8 +18,10 @@ from typing import Protocol
 from attrs import define, evolve, field, frozen
 
 from rmfs_core.decisions import Leg
+from rmfs_core.motion import Motion
 from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, occupancy, timed_path
-from rmfs_core.world import NORTH
+from rmfs_core.world import NORTH, Layout
+from rmfs_core.world.travel import Travel
 from rmfs_plan.movingai import Trip
 
 RETRY_TICKS = 2000
@@ -75,6 +77,11 @@ class _Robot:
     legs: list[Leg] = field(factory=list)
     queries: int = 0
     arrived: bool = False
+
+
+def roads_of_map(layout: Layout) -> Roads:
+    """Return the roads of a map, for robots that move as in the paper."""
+    return Roads(Travel(layout, Motion()))
 
 
 def plan_trips(roads: Roads, planner: Planner, trips: Sequence[Trip], exclusive: bool = True) -> tuple[Plan, ...]:

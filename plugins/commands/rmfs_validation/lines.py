@@ -97,6 +97,15 @@ class LineCheck:
             if number is None and station.open[sku] > 0:
                 case.add("left-early", event.tick, f"{leaves}, where {case.sku(sku)} is still wanted")
 
+    def at_end(self) -> None:
+        """Check that no robot has left a station during a visit that is not over."""
+        case = self.case
+        for cells, station in zip(case.layout.stations, self.state.stations, strict=True):
+            visit = station.visit
+            if visit is not None and self.state.robots[visit.robot].cell != cells.station:
+                left = f"{case.robot(visit.robot)} left {case.where(cells.station)}"
+                case.add("moved-in-visit", case.trace.tick, f"{left} during visit {visit.number}, which has no end")
+
     def _stayed(self, event: VisitEnded, visit: Visit, leaves: str) -> None:
         """Check what happened during a visit."""
         robot = self.state.robots[visit.robot]

@@ -47,13 +47,13 @@ def faults_of(trace: Trace, result: Mapping[str, Any] | None = None, *, collisio
     case = Case(trace)
     check_header(case)
     state = State(trace)
-    orders = OrderCheck(case, state)
+    lines, orders = LineCheck(case, state), OrderCheck(case, state)
     # The way is checked while a robot is still where its run starts, the decision before its parts take up capacity.
     checks = (
         WayCheck(case, state),
         MotionCheck(case, state),
         PodCheck(case, state),
-        LineCheck(case, state),
+        lines,
         PickCheck(case, state),
         DecisionCheck(case),
         orders,
@@ -63,6 +63,7 @@ def faults_of(trace: Trace, result: Mapping[str, Any] | None = None, *, collisio
         for kind, handler in check.handlers.items():
             handlers[kind].append(handler)
     whole = _follow(case, handlers)
+    lines.at_end()
     orders.at_end()
     if whole:
         if collisions or (collisions is None and avoids_collisions(trace)):

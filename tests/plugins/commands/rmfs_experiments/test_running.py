@@ -12,8 +12,6 @@ from rmfs_core.errors import InputError
 from rmfs_core.results import Metrics
 from rmfs_core.results.catalogue import Metric
 from rmfs_experiments import Experiment, Job, RuleSetChoice, Watcher, run_experiment
-from rmfs_experiments.outcome import simulate
-from rmfs_experiments.store import RunStore
 
 Write = Callable[..., Experiment]
 Rows = list[dict[str, Any]]
@@ -144,30 +142,6 @@ def test_equal_rule_sets_are_computed_once(experiment: Write, tmp_path: Path) ->
     assert [{**row, "rule_set": "first-come"} for row in again] == result.rows[2:4]
 
 
-def test_half_a_run_does_not_count(experiment: Write, tmp_path: Path) -> None:
-    """What a kill leaves behind while a run is written is not taken for the run."""
-    job = experiment().jobs()[0]
-    runs = RunStore(tmp_path / "runs")
-    half = tmp_path / "runs" / f".{job.key}.0123456789ab.part"
-    half.mkdir()
-    (half / "result.json").write_text("{", encoding="utf-8")
-    assert job not in runs
-    runs.save(job, simulate(job))
-    assert job in runs
-    assert runs.row(job)["status"] == "complete"
-
-
-def test_a_run_that_another_process_stored_meanwhile_stays(experiment: Write, tmp_path: Path) -> None:
-    """Saving a run that is there already changes nothing and leaves nothing behind."""
-    job = experiment().jobs()[0]
-    runs = RunStore(tmp_path / "runs")
-    runs.save(job, simulate(job))
-    before = runs.row(job)
-    runs.save(job, simulate(job))
-    assert runs.row(job) == before
-    assert len(list((tmp_path / "runs").iterdir())) == 1
-
-
 def test_a_stored_run_that_was_changed_is_named(experiment: Write, tmp_path: Path) -> None:
     """A stored file that is none any more is an error that says what to do."""
     run_experiment(experiment(), store=tmp_path / "runs", jobs=1)
@@ -240,14 +214,6 @@ def test_a_run_that_always_kills_its_worker_is_given_up(experiment: Write, folde
     assert [word[:14] for word in recorder.told[1:-1]] == ["repeated bad 1"]
     again = run_experiment(one, store=tmp_path / "runs", jobs=1)
     assert (again.computed, len(again.failed)) == (1, 0)
-
-
-def test_other_versions_at_a_worker_are_no_result(experiment: Write) -> None:
-    """A worker with another version of a rule must not compute runs for this one."""
-    job = experiment().jobs()[0]
-    outcome = simulate(evolve(job, versions={**job.versions, "rmfs": "0.0.9"}))
-    assert outcome.result is None
-    assert outcome.error == f"the worker has rmfs {job.versions['rmfs']}, expected 0.0.9"
 
 
 def test_inline_rules_can_be_refused(experiment: Write, tmp_path: Path) -> None:

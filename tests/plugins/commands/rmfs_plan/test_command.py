@@ -6,23 +6,10 @@ import csv
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from rmfs_cli.map_drawing import draw_map
 from rmfs_core.cli import main
-from rmfs_core.errors import RunError
-from rmfs_core.traffic import Query, Reservations, timed_path
-from rmfs_plan import (
-    Trip,
-    collisions,
-    find_planner,
-    plan_trips,
-    random_trips,
-    read_map,
-    read_trips,
-    roads_of_map,
-)
 from rmfs_testing import small_layout
 
 ROOM = "type octile\nheight 4\nwidth 8\nmap\n........\n.@@..@@.\n........\nTT....OO\n"
@@ -44,11 +31,6 @@ def ask(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, 
     except SystemExit as stop:
         code = int(stop.code or 0)
     return code, *capsys.readouterr()
-
-
-def rng() -> np.random.Generator:
-    """For rules that want one."""
-    return np.random.default_rng(0)
 
 
 @pytest.mark.parametrize("pp", ["sipp", "whca-n"])
@@ -76,8 +58,6 @@ def test_a_scenario_names_the_trips(room: Path, capsys: pytest.CaptureFixture[st
     """The second robot leaves the first one's goal; both get there."""
     scen = room.with_suffix(".scen")
     scen.write_text(SCEN, encoding="utf-8")
-    layout = read_map(room)
-    assert read_trips(scen, layout) == (Trip(0, 23), Trip(23, 16))
     code, text, _ = ask([str(room), "--scen", str(scen), "--agents", "2"], capsys)
     assert code == 0
     assert "7,2" in text
@@ -110,16 +90,8 @@ def test_who_finds_no_path_is_named(tmp_path: Path, capsys: pytest.CaptureFixtur
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("type octile\nheight x\nwidth 8\nmap\n", "bad.map: expected a line `height N`, found 'x'"),
-        ("type octile\nheight 1\nwidth 8\n....", "bad.map:4: expected the line `map` after type, height and width"),
-        (
-            "type octile\nheight 2\nwidth 2\nmap\n..\n",
-            "bad.map: found 1 rows of the map; expected 2, as its height says",
-        ),
         ("type octile\nheight 1\nwidth 3\nmap\n..\n", "bad.map:5: found 2 cells; expected 3, as the map's width says"),
-        ("type octile\nheight 1\nwidth 2\nmap\n.x\n", "bad.map:5: unknown sign 'x'; expected one of . G S @ O T W"),
         ("type octile\nheight 1\nwidth 2\nmap\n..\n", "bad.map: found room for 1 robot(s) with starts"),
-        ("", "bad.map: the map is empty"),
     ],
 )
 def test_wrong_maps_are_refused(text: str, problem: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -134,13 +106,7 @@ def test_wrong_maps_are_refused(text: str, problem: str, tmp_path: Path, capsys:
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("", "room.scen:1: expected the line `version 1`"),
-        ("version 1\n", "room.scen: found 0 trip(s); expected at least 2"),
         ("version 1\n0 room.map 8 4 0\n", "room.scen:2: found 5 field(s)"),
-        ("version 1\n0 room.map 9 4 0 0 1 0 1\n", "room.scen:2: found a map of 9 x 4 cells; the map given has 8 x 4"),
-        ("version 1\n0 room.map 8 4 0 0 8 0 1\n", "room.scen:2: found the cell x 8, y 0, which is not on the map"),
-        ("version 1\n0 room.map 8 4 0 0 1 1 1\n", "room.scen:2: found the cell x 1, y 1, which is a wall"),
-        ("version 1\n0 room.map 8 4 0 0 -1 0 1\n", "room.scen:2: expected a whole number, found '-1'"),
         (
             "version 1\n0 room.map 8 4 0 0 1 0 1\n0 room.map 8 4 0 0 2 0 1\n",
             "room.scen: robots 1 and 2 have the same start, row 1, column 1",
@@ -182,34 +148,6 @@ def test_a_file_that_is_not_there_is_said(tmp_path: Path, capsys: pytest.Capture
     assert (code, error) == (2, f"Error: {tmp_path}/none.map: cannot be read: No such file or directory\n")
 
 
-def test_a_rule_from_a_file_plans(room: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A user's own class with a search is a planner like the shipped ones."""
-    (room.parent / "mine.py").write_text(
-        "from attrs import define\nfrom rmfs_sipp import Sipp\n\n\n@define\nclass Mine(Sipp):\n    pass\n",
-        encoding="utf-8",
-    )
-    monkeypatch.chdir(room.parent)
-    planner = find_planner("./mine.py:Mine", {}, rng())
-    roads = roads_of_map(read_map(room))
-    plans = plan_trips(roads, planner, random_trips(roads, 5, 2, "room"))
-    assert planner.exclusive
-    assert all(plan.arrived for plan in plans)
-
-
-def test_an_impossible_path_of_a_rule_is_an_error(room: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A rule that answers its hook with nonsense is named."""
-    (room.parent / "wild.py").write_text(
-        "from attrs import define\nfrom rmfs_core import Leg, Path, hookimpl\n\n\n@define\nclass Wild:\n"
-        "    @hookimpl\n    def plan_path(self, goal):\n        return Path((Leg(goal),))\n",
-        encoding="utf-8",
-    )
-    roads = roads_of_map(read_map(room))
-    monkeypatch.chdir(room.parent)
-    planner = find_planner("./wild.py:Wild", {}, rng())
-    with pytest.raises(RunError, match=r"Wild.* gave robot 1 \(id 0\) an impossible path: .* is no straight run"):
-        planner.search(roads, Reservations(roads.cells), Query(0, 0, 0, 0, 23))
-
-
 @pytest.mark.parametrize(
     ("reserves", "problem", "code"),
     [
@@ -236,29 +174,6 @@ def test_a_rule_that_heeds_nobody_is_named(
     found, _, error = ask([room.name, "--pp", "./mine.py:Mine"], capsys)
     assert (found, error.count("\n")) == (code, 1)
     assert problem in error
-
-
-def test_collisions_are_found() -> None:
-    """Following too closely, meeting head on, and driving into who stays: each is one overlap or more."""
-    roads = roads_of_map(read_map_text("......\n......"))
-    from rmfs_core import Leg
-
-    def drive(cell: int, *legs: Leg, heading: int = 0) -> object:
-        return timed_path(roads, Query(0, cell, heading, 0, legs[-1].to), legs)
-
-    first = drive(0, Leg(5))
-    assert collisions(roads, [first, drive(6, Leg(11))]) == ()
-    assert {hit.cell for hit in collisions(roads, [first, drive(5, Leg(0), heading=2)])} == {2, 3}
-    assert [hit.cell for hit in collisions(roads, [first, drive(5, Leg(5, 1000))])] == [5]
-    assert collisions(roads, [drive(1, Leg(5)), drive(0, Leg(4, 500))])
-    assert collisions(roads, [drive(1, Leg(5)), drive(0, Leg(4, 2100))]) == ()
-
-
-def read_map_text(text: str):  # type: ignore[no-untyped-def]
-    """A layout from a drawn map."""
-    from rmfs_core.world import parse_map
-
-    return parse_map(text, "drawn")
 
 
 def test_json(room: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

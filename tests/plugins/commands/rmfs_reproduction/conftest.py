@@ -1,4 +1,4 @@
-"""Rows of runs, made by hand."""
+"""Rows of runs, made by hand, and a report on them."""
 
 from __future__ import annotations
 
@@ -7,8 +7,13 @@ from typing import Any
 
 import pytest
 
+from rmfs_core.scenario import load_scenario
 from rmfs_experiments import Job
+from rmfs_reproduction.extensions import PREFILTER, prefiltered
+from rmfs_reproduction.instance_sets import METHODS
+from rmfs_reproduction.paper import load_paper
 from rmfs_reproduction.parts import PARTS, experiment_of
+from rmfs_reproduction.report import Report, make_report
 
 Row = dict[str, Any]
 MakeRow = Callable[..., Row]
@@ -55,3 +60,27 @@ def row() -> MakeRow:
 def jobs() -> dict[str, list[Job]]:
     """Return every run of a whole reproduction, by part."""
     return {part.name: experiment_of(part).jobs() for part in PARTS}
+
+
+@pytest.fixture(scope="session")
+def report(row: MakeRow) -> Report:
+    """Return the report on two seeds of everything; one run of the large part failed."""
+    unfiltered = ("sequential", "split-among-stations")
+    rule_sets = {
+        "instances": METHODS,
+        "packing": (*unfiltered, "packing-10"),
+        "prefilter": (*unfiltered, *map(prefiltered, PREFILTER)),
+        "large": METHODS,
+    }
+    parts = {
+        part: [
+            row(rule_set, seed, orders=orders, psv_per_order=1 + seed / 10)
+            for rule_set in names
+            for seed in (1, 2)
+            for orders in ((50, 150, 250) if part == "instances" else (250,))
+        ]
+        for part, names in rule_sets.items()
+    }
+    parts["examples"] = [row(instance=name) for name in load_paper()["examples"].values]
+    parts["large"][0] |= {"status": "failed", "error": "robot 3 | waits for 4", "error_kind": "StandstillError"}
+    return make_report(parts, [load_scenario("paper-250")], {"Command": "rmfs reproduce"})

@@ -1,8 +1,15 @@
 """Compressed files of JSON objects, as recorders write them."""
 
+import gzip
+import json
 from pathlib import Path
 
-from rmfs_trace.json_lines import JsonLinesFile, read_json_lines
+import pytest
+from attrs import evolve
+
+from rmfs_core import InputError
+from rmfs_core.info import RunInfo
+from rmfs_trace.json_lines import JsonLinesFile, beside_results, read_json_lines
 
 
 def test_lines_are_read_as_written(tmp_path: Path) -> None:
@@ -17,3 +24,47 @@ def test_lines_are_read_as_written(tmp_path: Path) -> None:
     assert [line for _, line in read_json_lines(tmp_path / "a.gz")] == [{"x": 1}, {"y": "ä"}]
     assert (tmp_path / "a.gz").read_bytes() == (tmp_path / "b.gz").read_bytes()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.gz", "b.gz"]
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        (b"this is text", "no gzip file"),
+        (gzip.compress(json.dumps({"a": "b" * 5000}).encode(), mtime=0)[:-12], "cut off"),
+        (None, "cannot be read"),
+    ],
+)
+def test_a_file_that_is_no_such_file(tmp_path: Path, content: bytes | None, problem: str) -> None:
+    """Text, half a file and no file are told apart."""
+    path = tmp_path / "lines.gz"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError, match=problem):
+        list(read_json_lines(path))
+
+
+def test_lines_have_their_place(tmp_path: Path) -> None:
+    """Each with its file and number, those before a wrong one too."""
+    path = tmp_path / "lines.gz"
+    path.write_bytes(gzip.compress(b'{"x": 1}\n{"y": 2}\n[3]\n'))
+    lines = read_json_lines(path)
+    assert [next(lines)[0], next(lines)[0]] == [f"{path}, line 1", f"{path}, line 2"]
+    with pytest.raises(InputError) as caught:
+        next(lines)
+    assert str(caught.value) == f"{path}, line 3: expected a JSON object, found list"
+
+
+def test_what_nobody_commits_is_gone(tmp_path: Path) -> None:
+    """A file has no name while it is written, and leaves nothing when its writer is gone."""
+    file = JsonLinesFile(tmp_path / "lines.gz")
+    file.write({"x": 1})
+    assert not (tmp_path / "lines.gz").exists()
+    del file
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_recorders_write_beside_the_results(tiny: RunInfo, tmp_path: Path) -> None:
+    """A run that keeps none is refused."""
+    assert beside_results(evolve(tiny, out=tmp_path), "lines.gz") == tmp_path / "lines.gz"
+    with pytest.raises(InputError, match=r"^lines.gz: is written beside the results; expected a run with a folder for"):
+        beside_results(tiny, "lines.gz")

@@ -1,4 +1,4 @@
-"""Runs to validate: recorded ones, and robots on a text map that are told one by one what to do."""
+"""Runs to validate: a recorded one, robots on a text map that are told what to do, and a day of one order."""
 
 from __future__ import annotations
 
@@ -11,9 +11,25 @@ import pytest
 from attrs import evolve
 
 import rmfs_core
-from rmfs_core.events import Event, PodLifted, PodStored, RobotMoved, TaskAssigned
+from rmfs_core.events import (
+    DecisionMade,
+    Event,
+    ItemPicked,
+    OrderArrived,
+    OrderAssigned,
+    OrderCompleted,
+    PodLifted,
+    PodStored,
+    QueueJoined,
+    RobotMoved,
+    TaskAssigned,
+    TripDecided,
+    VisitEnded,
+    VisitStarted,
+)
 from rmfs_core.motion import Motion
-from rmfs_core.world import EAST, Instance, PodData, parse_map
+from rmfs_core.roles import Role
+from rmfs_core.world import EAST, Instance, OrderData, PodData, parse_map
 from rmfs_trace import read_trace
 from rmfs_trace.reader import Trace
 
@@ -82,6 +98,7 @@ class Script:
         self.carried: list[int | None] = [None] * len(robots)
         self.pods = [self.cell(*pod) for pod in pods]
         self.blocked = tuple(self.cell(*place) for place in blocked)
+        self.instance = Instance((), (), tuple(PodData(f"P{i}", ()) for i in range(len(pods))))
 
     def cell(self, row: int, column: int) -> int:
         """Return the index of a cell."""
@@ -107,12 +124,16 @@ class Script:
         self.events.append(evolve(event, **changes))
         self.cells[robot], self.headings[robot] = to, heading
 
+    def fetch(self, robot: int, pod: int) -> None:
+        """Give a robot its task, and let it lift the pod where it stands."""
+        self.events.append(TaskAssigned(self.now[robot], robot, pod))
+        self.lift(robot, pod)
+
     def lift(self, robot: int, pod: int) -> None:
-        """Let a robot lift a pod where it stands."""
+        """Let a robot lift a pod where it stands, told to or not."""
         start = self.now[robot]
         self.now[robot] += MOTION.lift_ticks
         self.carried[robot] = pod
-        self.events.append(TaskAssigned(start, robot, pod))
         self.events.append(PodLifted(self.now[robot], start, robot, pod, self.cells[robot]))
 
     def store(self, robot: int) -> None:
@@ -136,7 +157,7 @@ class Script:
             scenario=scenario,
             layout=self.layout,
             motion=MOTION,
-            instance=Instance((), (), tuple(PodData(f"P{i}", ()) for i in range(len(self.pods)))),
+            instance=self.instance,
             pods=tuple({"cell": cell, "robot": None, "bound_for": ()} for cell in self.pods),
             robots=tuple({"cell": cell, "heading": EAST} for cell in self.starts),
             stations=tuple(stations),
@@ -151,3 +172,46 @@ class Script:
 def new_script() -> type[Script]:
     """Class to write a trace by hand."""
     return Script
+
+
+YARD = "\n".join(["........", ".>>>>>>.", "...@....", "..##.##.", "......qO", "........"])
+
+
+@pytest.fixture
+def day() -> Trace:
+    """Trace of one order: robot 1 brings pod P0 to the station, where tea and two of jam are picked, and back.
+
+    The robot starts in row 6, column 4; the pod stands two cells north of it, and P1 to the west of that.
+    """
+    script = Script(YARD, robots=[(5, 3)], pods=[(3, 3), (3, 2)])
+    script.instance = Instance(
+        ("tea", "jam", "rye"),
+        (OrderData("A", 0, ((0, 1), (1, 2))),),
+        (PodData("P0", ((0, None), (1, 5), (2, None))), PodData("P1", ((2, None),))),
+    )
+    script.events += [
+        OrderArrived(0, 0),
+        OrderAssigned(0, 0, 0, (0, 1), 3, 1, True),
+        DecisionMade(0, 1, Role.POA, "by-hand", 1, 1, 0, "decided", None, None, False, 0.0),
+        TripDecided(0, 0, 0),
+        DecisionMade(0, 1, Role.PPS, "by-hand", 0, 0, 1, "decided", None, None, False, 0.0),
+        TaskAssigned(0, 0, 0),
+    ]
+    script.drive(0, 3, 3)
+    script.lift(0, 0)
+    script.drive(0, 4, 3)
+    script.drive(0, 4, 6)
+    script.events.append(QueueJoined(script.now[0], 0, 0, 0))
+    script.drive(0, 4, 7)
+    now = script.now[0]
+    script.events.append(VisitStarted(now, 1, 0, 0, 0))
+    for number, sku in enumerate((0, 1, 1)):
+        start = now + 13_000 * number
+        script.events.append(ItemPicked(start + 7000, start, start + 13_000, 1, 0, 0, 0, sku))
+    script.now[0] = now + 33_000
+    script.events += [OrderCompleted(now + 33_000, 0), VisitEnded(now + 33_000, 1, 0, 0, 3, None)]
+    script.drive(0, 5, 7)
+    script.drive(0, 5, 3)
+    script.drive(0, 3, 3)
+    script.store(0)
+    return evolve(script.trace(), tick=script.now[0])

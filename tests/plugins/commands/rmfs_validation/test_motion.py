@@ -1,4 +1,4 @@
-"""Faults of motion and of robots that meet, in traces written by hand."""
+"""Faults of the runs of robots, one by one, in traces written by hand and in a run of many orders."""
 
 from __future__ import annotations
 
@@ -6,18 +6,20 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from attrs import evolve
 
+from damage import Damage, assert_found, change, drop
+from rmfs_core.events import PodLifted, RobotMoved
 from rmfs_core.motion import Motion
+from rmfs_trace.reader import Trace
 from rmfs_validation import faults_of
-from rmfs_validation.collisions import reached_s
 
-HALL = "........\n" * 5
 ONE_WAY = "\n".join(["........", ".>>>>>>.", "...@....", "..##.##.", "......qO", "........"])
 
 
-def kinds(script: Any, collisions: bool | None = None) -> list[str]:
+def kinds(script: Any) -> list[str]:
     """Return the kinds of faults in a script's trace, in the order of time."""
-    return [fault.kind for fault in faults_of(script.trace(), collisions=collisions)]
+    return [fault.kind for fault in faults_of(script.trace())]
 
 
 def diagonal(script: Any) -> None:
@@ -43,7 +45,7 @@ def under_pods(script: Any) -> None:
     """Drive to the pod under the other one, and lift it."""
     script.drive(0, 3, 0)
     script.drive(0, 3, 3)
-    script.lift(0, 0)
+    script.fetch(0, 0)
 
 
 def through_pod(script: Any) -> None:
@@ -168,67 +170,52 @@ def test_a_pod_may_be_carried_from_its_start_to_its_goal(new_script: Any) -> Non
     assert kinds(script) == []
 
 
-def test_one_after_the_other_is_no_collision(new_script: Any) -> None:
-    """A robot may enter a cell once the one before has reached the next cell but one."""
-    script = new_script(HALL, robots=[(0, 1), (0, 0)])
-    script.drive(0, 0, 7)
-    script.rest(1, 2)
-    script.drive(1, 0, 5)
-    assert kinds(script) == []
+def shift_run(trace: Trace, event: RobotMoved) -> dict[str, int]:
+    """Begin and end a run a second too early."""
+    return {"start_tick": event.start_tick - 1000, "tick": event.tick - 1000}
 
 
-def test_a_cell_is_held_until_the_next_one_is_reached(new_script: Any) -> None:
-    """Who leaves a cell holds it until its next one is reached; to the tick, but for rounding."""
-    reached = reached_s(Motion(), 3, 1)
-    for gap_s, expected in ((reached, []), (reached - 0.01, ["collision"])):
-        script = new_script(HALL, robots=[(0, 3), (0, 2)])
-        script.drive(0, 0, 6)
-        script.rest(1, gap_s)
-        script.drive(1, 0, 3)
-        assert kinds(script) == expected
+def swap_robots(trace: Trace) -> Trace:
+    """Exchange two robots from the middle of the run on."""
+    half = len(trace.events) // 2
+    names = {0: 1, 1: 0}
+    changed = [
+        evolve(event, robot=names.get(event.robot, event.robot)) if hasattr(event, "robot") else event
+        for event in trace.events[half:]
+    ]
+    return evolve(trace, events=(*trace.events[:half], *changed))
 
 
-def test_driving_into_a_resting_robot_is_a_collision(new_script: Any) -> None:
-    """A robot at rest holds its cell, waits and turns included."""
-    script = new_script(HALL, robots=[(0, 0), (0, 5)])
-    script.drive(0, 0, 7)
-    script.drive(1, 4, 5, wait_s=30)
-    faults = faults_of(script.trace())
-    assert [fault.kind for fault in faults] == ["collision"]
-    assert "robot 1 and robot 2 both hold row 1, column 6" in faults[0].sentence
+def long_first(event: RobotMoved) -> bool:
+    """Whether a run has some cells."""
+    return event.distance_m > 3
 
 
-def test_driving_through_each_other_is_a_swap(new_script: Any) -> None:
-    """Two robots that exchange their places are found, though they never rest in one cell."""
-    script = new_script(HALL, robots=[(0, 0), (0, 7)])
-    script.headings[1] = 0
-    script.drive(0, 0, 7)
-    script.drive(1, 0, 0)
-    assert kinds(script) == ["swap"]
+DAMAGES: list[tuple[str, Damage, str]] = [
+    ("a run a second earlier", change(RobotMoved, shift_run, where=long_first), "time-overlap"),
+    ("a run that ends early", change(RobotMoved, lambda t, e: {"tick": e.tick - 400}, where=long_first), "too-fast"),
+    ("a run that starts early", change(RobotMoved, lambda t, e: {"wait_ticks": -9}, where=long_first), "negative-time"),
+    ("a run that ends late", change(RobotMoved, lambda t, e: {"tick": e.tick + 400}, where=long_first), "too-slow"),
+    ("a run with fewer metres", change(RobotMoved, lambda t, e: {"distance_m": e.distance_m - 1}), "distance"),
+    ("a turn for nothing", change(RobotMoved, lambda t, e: {"turn_ticks": e.turn_ticks + 1}), "turn-time"),
+    ("a robot that drives backwards", change(RobotMoved, lambda t, e: {"heading": (e.heading + 2) % 4}), "heading"),
+    ("a run dropped", drop(RobotMoved, number=5), "teleport"),
+    ("two robots exchanged", swap_robots, "teleport"),
+    (
+        "a run to beside its end",
+        change(RobotMoved, lambda t, e: {"to": e.to + (1 if e.heading % 2 else t.layout.width)}, where=long_first),
+        "not-straight",
+    ),
+    (
+        "a load that nobody lifted",
+        change(RobotMoved, lambda t, e: {"pod": 0}, where=lambda e: e.pod is None),
+        "pod-mismatch",
+    ),
+    ("a lift dropped", drop(PodLifted), "pod-mismatch"),
+]
 
 
-def test_crossing_ways_are_a_collision_only_at_the_same_time(new_script: Any) -> None:
-    """Two robots whose ways cross meet when they are there at once, and not when one is later."""
-    for delay_s, expected in ((0.0, ["collision"]), (10.0, [])):
-        script = new_script(HALL, robots=[(2, 1), (0, 3)])
-        script.drive(0, 2, 6)
-        script.drive(1, 4, 3, wait_s=delay_s)
-        assert kinds(script) == expected
-
-
-def test_a_rule_that_ignores_other_robots_is_not_held_to_it(new_script: Any) -> None:
-    """Collisions are checked unless the PP rule is free-flow; the argument overrides."""
-    script = new_script(HALL, robots=[(0, 0), (0, 5)])
-    script.drive(0, 0, 7)
-    script.drive(1, 4, 5, wait_s=30)
-    assert faults_of(script.trace("free-flow")) == []
-    assert [fault.kind for fault in faults_of(script.trace("free-flow"), collisions=True)] == ["collision"]
-    assert kinds(script, collisions=False) == []
-
-
-@pytest.mark.parametrize("metres", [1, 2, 3, 7, 20])
-def test_points_are_reached_when_the_formulas_say(metres: int) -> None:
-    """The times at which the cells of a run are reached are the inverse of the position over time."""
-    motion = Motion()
-    for at in range(metres + 1):
-        assert motion.position_m(metres, reached_s(motion, metres, at)) == pytest.approx(at)
+@pytest.mark.parametrize(("damage", "kind"), [pytest.param(d, k, id=name) for name, d, k in DAMAGES])
+def test_damage_to_a_run_is_found(recorded: Trace, damage: Damage, kind: str) -> None:
+    """Whatever is wrong in a run of many orders is among its faults."""
+    assert_found(damage(recorded), kind)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from rmfs_balanced import Balanced
-from rmfs_balanced.sharing import middle_last, share_out
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_testing import small_world
 
@@ -26,42 +25,6 @@ def world_with(*requests: int, robots: int = 4) -> Warehouse:
 def decide(rule: Balanced, world: Warehouse) -> list[tuple[int, int]]:
     """Return (robot, pod) of each task."""
     return [(task.robot, task.pod) for task in rule.assign_tasks(WarehouseView(world))]
-
-
-def shares(world: Warehouse, before: dict[int, int], stations: list[int]) -> list[int]:
-    """Return how many robots each station gets."""
-    after = share_out(WarehouseView(world), before, stations)
-    return [sum(station == own for own in after.values()) for station in range(STATIONS)]
-
-
-def test_stations_are_ranked_by_their_distance_from_the_middle() -> None:
-    """Station 1 is in the middle row, 2 is farthest south."""
-    view = WarehouseView(world_with())
-    assert middle_last(view, {0, 1, 2}) == [2, 0, 1]
-
-
-@pytest.mark.parametrize(
-    ("robots", "stations", "expected"),
-    [
-        (4, [2, 0, 1], [1, 1, 2]),  # the remainder goes to the first of the ranking
-        (5, [2, 0, 1], [2, 1, 2]),
-        (4, [0, 1], [2, 2, 0]),  # only active stations get any
-        (2, [2, 0, 1], [1, 0, 1]),  # fewer robots than stations
-        (3, [1], [0, 3, 0]),
-    ],
-)
-def test_robots_are_shared_out_evenly(robots: int, stations: list[int], expected: list[int]) -> None:
-    """As evenly as possible, whatever the shares were before."""
-    world = world_with(robots=robots)
-    assert shares(world, {}, stations) == expected
-    assert shares(world, dict.fromkeys(range(robots), 0), stations) == expected
-    assert shares(world, {robot: robot % STATIONS for robot in range(robots)}, stations) == expected
-
-
-def test_only_robots_that_have_to_move_do() -> None:
-    """Station 2 gets one of the three robots of station 1: the one with the shortest drive there. Robot 3 stays."""
-    view = WarehouseView(world_with())
-    assert share_out(view, {0: 1, 1: 1, 2: 1, 3: 2}, [2, 1]) == {0: 2, 1: 1, 2: 1, 3: 2}
 
 
 def test_a_robot_fetches_the_longest_waiting_pod_of_its_own_station() -> None:

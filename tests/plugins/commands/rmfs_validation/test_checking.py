@@ -1,14 +1,17 @@
-"""Recorded runs of every shipped rule have no faults."""
+"""Folders of runs: those of every shipped rule have no faults, and what is missing or damaged is said."""
 
 from __future__ import annotations
 
+import json
 from itertools import product
 from pathlib import Path
+from shutil import copytree
 
 import pytest
 
 import rmfs_core
 from rmfs_cli.description import installed_rules
+from rmfs_core.errors import InputError
 from rmfs_validation import check_trace, validate_trace
 
 COMMON = ("instance.orders=15", "instance.skus=12", "instance.pods=12", "layout.block_columns=2")
@@ -78,3 +81,54 @@ def test_shipped_scenarios(name: str, tmp_path: Path) -> None:
     assert report.events > 100
     assert report.metrics_checked
     assert not report.collisions_checked
+
+
+@pytest.fixture
+def copied(recorded_folder: Path, tmp_path: Path) -> Path:
+    """Return a copy of a recorded run's folder, to be damaged."""
+    return copytree(recorded_folder, tmp_path / "run")
+
+
+def test_a_result_is_read_where_there_is_one(copied: Path) -> None:
+    """The folder or the trace in it, with its result beside it; without one, no metric is compared."""
+    for path in (copied, copied / "trace.jsonl.gz", str(copied)):
+        report = check_trace(path)
+        assert (report.faults, report.metrics_checked, report.collisions_checked) == ([], True, False)
+    result = copied / "result.json"
+    content = json.loads(result.read_text(encoding="utf-8"))
+    content["metrics"]["picks"] += 1
+    result.write_text(json.dumps(content), encoding="utf-8")
+    assert [fault.kind for fault in validate_trace(copied)] == ["metric"]
+    result.unlink()
+    assert not check_trace(copied).metrics_checked
+    assert validate_trace(copied) == []
+
+
+def test_collisions_are_looked_for_when_asked_to(copied: Path) -> None:
+    """A run of free-flow is full of them; the report says whether they were looked for."""
+    report = check_trace(copied, collisions=True)
+    assert report.collisions_checked
+    assert {fault.kind for fault in report.faults} & {"collision", "swap"}
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        ("{", "result.json: cannot be read as JSON: Expecting property name"),
+        ("[1]", "result.json: expected a result that rmfs has written, with the key `metrics`"),
+        ('{"metrics": 3}', "result.json: expected a result that rmfs has written, with the key `metrics`"),
+    ],
+)
+def test_a_damaged_result_is_refused(copied: Path, content: str, problem: str) -> None:
+    """A file that is there must be a result: leaving it out of the comparison would hide the damage."""
+    (copied / "result.json").write_text(content, encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        validate_trace(copied)
+    assert str(caught.value).startswith(f"{copied}/{problem}")
+
+
+def test_a_folder_without_a_trace_is_refused(copied: Path) -> None:
+    """The sentence says how to record one."""
+    (copied / "trace.jsonl.gz").unlink()
+    with pytest.raises(InputError, match=r"run: has no trace.jsonl.gz; `rmfs run --trace` records one$"):
+        check_trace(copied)

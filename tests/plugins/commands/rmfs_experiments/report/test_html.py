@@ -1,0 +1,66 @@
+"""The report of a comparison as one HTML file."""
+
+from __future__ import annotations
+
+import re
+
+from attrs import evolve
+
+from rmfs_core.results.catalogue import Metric
+from rmfs_experiments import ExperimentResult
+from rmfs_experiments.report.html import report_html
+from rmfs_experiments.report.plots import Plot
+
+
+def page_of(result: ExperimentResult) -> str:
+    """Return the report with empty pictures."""
+    plots = [Plot(name, name, b"<svg/>", b"") for name in ("differences", *result.experiment.metrics)]
+    return report_html(result, result.comparison(), plots)
+
+
+def fact(result: ExperimentResult, name: str) -> str:
+    """Return what the report says of the experiment under a name."""
+    found = re.search(rf"<dt>{re.escape(name)}</dt><dd>(.*?)</dd>", page_of(result), re.DOTALL)
+    assert found is not None, name
+    return found[1].strip()
+
+
+def test_the_report_needs_nothing_else(result: ExperimentResult) -> None:
+    """It loads nothing: every picture is in it; texts from outside are escaped; failures are told."""
+    page = page_of(result)
+    assert page.count('src="data:image/svg+xml;base64,') == 1 + 3
+    assert not re.search(r'(src|href)="(?!data:|#)', page)
+    assert "http" not in re.sub(r"base64,[A-Za-z0-9+/=]+", "", page)
+    assert "Is &lt;more&gt; better?" in page
+    assert "rule &lt;b&gt;bad&lt;/b&gt; &amp; worse: no idea" in page
+    assert "5 (1 left out)" in page
+
+
+def test_the_report_says_what_was_run(result: ExperimentResult) -> None:
+    """Runs, scenarios, axes, seeds, rule sets, versions; a digest among these is cut off."""
+    assert fact(result, "Runs") == "18"
+    assert fact(result, "Scenarios") == "small"
+    assert fact(result, "instance.orders") == "50, 100"
+    assert fact(result, "Rule sets") == "base, good, bad"
+    assert fact(result, "Versions") == "rmfs 0.1.0"
+    hashed = evolve(result, versions={"my_rule.py": "sha256:" + "0123456789ab" * 5})
+    assert fact(hashed, "Versions") == "my_rule.py sha256:0123456789ab"
+
+
+def test_seeds_in_a_row_are_a_span(result: ExperimentResult) -> None:
+    """Others are listed."""
+    for seeds, text in (((1, 2, 3), "1 to 3"), ((1, 2), "1, 2"), ((1, 2, 4), "1, 2, 4"), ((3, 2, 1), "3, 2, 1")):
+        assert fact(evolve(result, experiment=evolve(result.experiment, seeds=seeds)), "Seeds") == text
+
+
+def test_metrics_of_observers_are_shown_as_they_describe_them(result: ExperimentResult) -> None:
+    """Label, unit and meaning where there are some, else the name."""
+    for row in result.rows:
+        if row["status"] != "failed":
+            row |= {"balance": -row["pile_on"], "bare": 0.5}
+    described = {"balance": Metric("balance", "Balance of work", "kJ", 1, "What it costs.")}
+    shown = evolve(result, experiment=evolve(result.experiment, metrics=("balance", "bare")), measures=described)
+    page = page_of(shown)
+    assert ">Balance of work (kJ)</h2>" in page
+    assert "What it costs." in page
+    assert ">bare</h2>" in page

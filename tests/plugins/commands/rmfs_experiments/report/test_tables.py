@@ -1,0 +1,63 @@
+"""The tables for other programs: summary.csv and runs.parquet."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import pandas
+import pytest
+from attrs import evolve
+
+from rmfs_core.results.catalogue import Metric
+from rmfs_experiments import ExperimentResult
+from rmfs_experiments.report.tables import SUMMARY_COLUMNS, summary_csv, write_parquet
+
+FAILURE = "rule <b>bad</b> & worse: no idea"
+"""Error of the run that failed."""
+
+
+def test_pandas_reads_the_runs(result: ExperimentResult, tmp_path: Path) -> None:
+    """runs.parquet has one row a run and one column a figure; what a run has not measured is missing."""
+    write_parquet(result, tmp_path / "runs.parquet")
+    runs = pandas.read_parquet(tmp_path / "runs.parquet")
+    assert runs.shape == (18, 13)
+    means = runs.groupby(["instance.orders", "rule_set"])["pile_on"].mean()
+    assert means[50, "good"] == pytest.approx(3.2)
+    assert runs["pile_on"].isna().sum() == 1
+    assert runs["error"].iloc[-1] == FAILURE
+    assert runs["seed"].dtype == "int64"
+    assert runs["decision_s_first"].dtype == "float64"
+
+
+def test_axis_values_of_several_kinds_are_texts(result: ExperimentResult, tmp_path: Path) -> None:
+    """A column of numbers and texts is written as texts."""
+    for row, value in zip(result.rows, [1, "start", None] * 6, strict=True):
+        row["mixed"] = value
+    write_parquet(result, tmp_path / "runs.parquet")
+    assert list(pandas.read_parquet(tmp_path / "runs.parquet")["mixed"].iloc[:2]) == ["1", "start"]
+
+
+def test_the_summary_has_every_comparison(result: ExperimentResult) -> None:
+    """summary.csv has a row for each instance set, metric and rule set, with how many runs failed."""
+    rows = list(csv.DictReader(summary_csv(result.comparison()).splitlines()))
+    assert tuple(rows[0]) == SUMMARY_COLUMNS
+    assert len(rows) == 3 * 3 * 3
+    (one,) = [r for r in rows if (r["instances"], r["metric"], r["rule_set"]) == ("overall", "pile_on", "bad")]
+    assert (one["pairs"], one["left_out"], one["runs"], one["failed"]) == ("5", "1", "6", "1")
+    assert float(one["difference"]) == pytest.approx(2.0)
+    (base,) = [r for r in rows if (r["instances"], r["metric"], r["rule_set"]) == ("overall", "pile_on", "base")]
+    assert (base["difference"], base["p"]) == ("", "")
+
+
+def test_a_metric_that_no_run_has_is_empty(result: ExperimentResult, tmp_path: Path) -> None:
+    """Of an observer that one rule set is without: no mean, and missing in its rows."""
+    for row in result.rows:
+        if row["status"] != "failed" and row["rule_set"] != "good":
+            row["balance"] = -row["pile_on"]
+    described = {"balance": Metric("balance", "Balance of work", "kJ", 1, "What it costs.")}
+    shown = evolve(result, experiment=evolve(result.experiment, metrics=("balance",)), measures=described)
+    rows = list(csv.DictReader(summary_csv(shown.comparison()).splitlines()))
+    assert [row["mean"] for row in rows if row["rule_set"] == "good"] == ["", "", ""]
+    write_parquet(shown, tmp_path / "runs.parquet")
+    assert pandas.read_parquet(tmp_path / "runs.parquet")["balance"].isna().sum() == 7

@@ -1,0 +1,61 @@
+"""A comparison on the terminal."""
+
+from __future__ import annotations
+
+import re
+
+from attrs import evolve
+from rich.console import Console
+
+from rmfs_core.results.catalogue import Metric
+from rmfs_experiments import ExperimentResult
+from rmfs_experiments.report import print_comparison
+from rmfs_experiments.report.terminal import MOST_ERRORS
+
+FAILURE = "rule <b>bad</b> & worse: no idea"
+"""Error of the run that failed."""
+
+
+def printed(result: ExperimentResult, width: int) -> str:
+    """Return what the terminal shows."""
+    console = Console(width=width, record=True, quiet=False, file=None, force_terminal=False)
+    with console.capture() as capture:
+        print_comparison(console, result, result.comparison())
+    return capture.get()
+
+
+def test_the_terminal_shows_runs_and_comparisons(result: ExperimentResult) -> None:
+    """At 100 columns every figure has its interval, and a failed run its error; no line is longer."""
+    text = printed(result, 100)
+    assert f"Failed: orders=100, bad, seed 3: {FAILURE}" in text
+    assert re.search(r"good +3 +3\.200 +\+1\.000 \[\+1\.000, \+1\.000\] +\+45\.5 % \[", text)
+    assert re.search(r"bad +2 \(1 left out\) +4\.150 ", text)
+    assert "Picker utilisation (%)" in text
+    assert max(map(len, text.splitlines())) <= 100
+
+
+def test_a_narrow_terminal_has_relative_differences_alone(result: ExperimentResult) -> None:
+    """At 80 columns no name or interval is broken."""
+    text = printed(result, 80)
+    assert re.search(r"good +6 +3\.200 +\+45\.5 % \[\+43\.6, \+47\.5\] +< 0\.001", text)
+    assert max(map(len, text.splitlines())) <= 80
+
+
+def test_metrics_of_observers_are_shown_as_they_describe_them(result: ExperimentResult) -> None:
+    """With label, unit and digits; a dash where no run has the figure."""
+    for row in result.rows:
+        if row["status"] != "failed" and row["rule_set"] != "good":
+            row["balance"] = -row["pile_on"]
+    described = {"balance": Metric("balance", "Balance of work", "kJ", 1, "What it costs.")}
+    shown = evolve(result, experiment=evolve(result.experiment, metrics=("balance",)), measures=described)
+    block = printed(shown, 100).partition("Balance of work (kJ)")[2]
+    assert re.search(r"orders=50 *\n +base +-2\.20 +baseline *\n +good +0 \(3 left out\) +- +-", block)
+
+
+def test_not_all_failures_are_listed(result: ExperimentResult) -> None:
+    """A few with their errors, the number of the others."""
+    for row in result.rows[: MOST_ERRORS + 1]:
+        row |= {"status": "failed", "error": "no idea"}
+    text = printed(result, 100)
+    assert text.count("Failed: ") == MOST_ERRORS
+    assert "and 2 more failed runs." in text

@@ -1,0 +1,186 @@
+"""What rules share: sums over lines, greedy pairs of orders and stations, pods for stations, driving times."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from rmfs_core.decisions import OrderAssignment, PodTrip
+from rmfs_core.warehouse import Pod, Station, Warehouse, WarehouseView
+from rmfs_rule_helpers import (
+    assign_best_pairs,
+    lines_at,
+    nearest_free_location,
+    send_pods,
+    sum_per_order,
+    ticks_to_station,
+)
+from rmfs_testing import small_world
+
+ORDERS = {"1": {"a": 2, "b": 1}, "2": ["c"], "3": {"a": 1, "b": 1, "c": 4}}
+
+
+def view(**changes: object) -> WarehouseView:
+    """Return a world of three orders of 3, 1 and 6 items; two stations for 6 and 4 items unless said otherwise."""
+    settings: dict[str, object] = {"capacities": (6, 4), **changes}
+    return WarehouseView(small_world(ORDERS, {"p": ["a", "b", "c"]}, **settings))  # type: ignore[arg-type]
+
+
+def test_values_of_lines_are_summed_by_order() -> None:
+    """Quantities make sizes, ones make numbers of lines; what `lines_at` names is what is summed."""
+    world = view()
+    quantities = world.backlog_lines.quantity
+    assert sum_per_order(world, quantities).tolist() == [3, 1, 6]
+    assert sum_per_order(world, np.ones_like(quantities)).tolist() == [2, 1, 3]
+    assert [quantities[lines_at(world, i)].tolist() for i in range(3)] == [[2, 1], [1], [1, 1, 4]]
+
+
+def test_an_order_without_open_lines_at_its_position_is_none() -> None:
+    """What is assigned is in the backlog no more, and the lines that are left move up."""
+    warehouse = small_world(ORDERS, {"p": ["a", "b", "c"]}, capacities=(6, 4))
+    warehouse.assign(warehouse.orders[0], warehouse.stations[0], [0])
+    world = WarehouseView(warehouse)
+    assert sum_per_order(world, world.backlog_lines.quantity).tolist() == [1, 1, 6]
+    warehouse.assign(warehouse.orders[0], warehouse.stations[0], [1])
+    world = WarehouseView(warehouse)
+    assert sum_per_order(world, world.backlog_lines.quantity).tolist() == [1, 6]
+
+
+def scores(**by_station: list[int]) -> Callable[[Station], np.ndarray]:
+    """Return a score that is a fixed list for each station: ``s0``, ``s1``."""
+    return lambda station: np.array(by_station[f"s{station.id}"])
+
+
+def chosen(found: list[OrderAssignment]) -> list[tuple[int, int]]:
+    """Return (order, station) of each assignment."""
+    return [(one.order, one.station) for one in found]
+
+
+@pytest.mark.parametrize(
+    ("s0", "s1", "expected"),
+    [
+        ([0, 0, 9], [0, 0, 0], [(2, 0), (0, 1), (1, 1)]),  # the best pair first; then nothing else fits station 0
+        ([1, 5, 0], [1, 1, 0], [(1, 0), (0, 1)]),  # of the tie of order 0 the station with the lower load
+        ([0, 0, 0], [0, 0, 0], [(0, 0), (1, 1)]),  # all alike: the oldest order, the lowest id
+        ([0, 0, 0], [0, 9, 0], [(1, 1), (0, 0)]),  # order 2 fits nowhere then
+    ],
+)
+def test_the_best_pair_that_fits_goes_first(s0: list[int], s1: list[int], expected: list[tuple[int, int]]) -> None:
+    """Scores decide, then age, load, id; an order of six items fits the empty station 0 only."""
+    assert chosen(assign_best_pairs(view(), scores(s0=s0, s1=s1))) == expected
+
+
+def test_stations_that_count_orders_take_any_order() -> None:
+    """Capacity one and two: three orders, whatever their size."""
+    found = assign_best_pairs(view(capacities=(1, 2), counts_orders=True), scores(s0=[0, 0, 9], s1=[2, 1, 0]))
+    assert chosen(found) == [(2, 0), (0, 1), (1, 1)]
+
+
+def test_scores_are_asked_for_again_where_they_changed() -> None:
+    """Who is told of an assignment says which stations' scores are others now."""
+    asked: list[int] = []
+
+    def score(station: Station) -> np.ndarray:
+        asked.append(station.id)
+        return np.array([0, 0, 0]) if asked.count(0) < 2 else np.array([0, 7, 0])
+
+    told: list[tuple[int, int]] = []
+
+    def assigned(station: Station, position: int) -> list[int]:
+        told.append((station.id, position))
+        return [0] if len(told) == 1 else []
+
+    assert chosen(assign_best_pairs(view(), score, assigned)) == [(0, 0), (1, 0)]
+    assert asked == [0, 1, 0]
+    assert told == [(0, 0), (0, 1)]
+
+
+def test_nothing_to_assign() -> None:
+    """Neither without orders nor without capacity is any score asked for."""
+
+    def unasked(station: Station) -> np.ndarray:
+        raise AssertionError("nothing fits")
+
+    assert assign_best_pairs(WarehouseView(small_world({}, {"p": ["a"]})), unasked) == []
+    full = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a", "b"]}, capacities=(1,))
+    full.assign(full.orders[0], full.stations[0], [0])
+    assert assign_best_pairs(WarehouseView(full), unasked) == []
+
+
+def busy(pods: dict[str, list[str]], *wanted: list[str]) -> Warehouse:
+    """Return a world in which each station has one order of these SKUs."""
+    world = small_world(
+        {str(i): skus for i, skus in enumerate(wanted)}, pods, capacities=[9] * len(wanted), robots=len(wanted)
+    )
+    for order, station in zip(world.orders, world.stations, strict=True):
+        world.assign(order, station, [line.sku for line in order.open_lines])
+    return world
+
+
+def first(station: Station, pods: list[Pod]) -> Pod:
+    """Choose the first pod offered."""
+    return pods[0]
+
+
+def trips(found: list[PodTrip]) -> list[tuple[int, int]]:
+    """Return (pod, station) of each trip."""
+    return [(one.pod, one.station) for one in found]
+
+
+def test_the_station_with_fewest_pods_chooses_next() -> None:
+    """Then the one with most uncovered requests, then the lowest id."""
+    world = WarehouseView(busy({"p": ["a"], "q": ["b"], "r": ["c"], "s": ["d"]}, ["a", "b"], ["c", "d"]))
+    assert trips(send_pods(world, 9, first)) == [(0, 0), (2, 1), (1, 0), (3, 1)]
+    world = WarehouseView(busy({"p": ["a"], "q": ["b"], "r": ["c"]}, ["a"], ["b", "c"]))
+    assert trips(send_pods(world, 9, first)) == [(1, 1), (0, 0), (2, 1)]
+
+
+def test_no_more_stored_pods_are_sent_than_robots_can_fetch(
+    put_at_station: Callable[[Warehouse, int, int], None],
+) -> None:
+    """A pod that leaves a station needs no robot, but goes to one other station only."""
+    world = busy({"p": ["c"], "q": ["a"]}, ["a"], ["c"], ["c"])
+    assert trips(send_pods(WarehouseView(world), 1, first)) == [(1, 0)]
+    put_at_station(world, 0, 0)
+    assert trips(send_pods(WarehouseView(world), 0, first)) == [(0, 1)]
+    assert trips(send_pods(WarehouseView(world), 1, first)) == [(0, 1), (1, 0)]
+
+
+def test_only_pods_that_serve_an_uncovered_request_are_offered() -> None:
+    """By id, and not those that are bound for somewhere already."""
+    world = busy({"p": ["x"], "q": ["a"], "r": ["a", "b"], "s": ["b"], "t": ["a"]}, ["a", "b"])
+    world.bind(world.pods[4], world.stations[0])  # covers a
+    offered: list[list[int]] = []
+
+    def choose(station: Station, pods: list[Pod]) -> Pod:
+        offered.append([pod.id for pod in pods])
+        return pods[-1]
+
+    assert trips(send_pods(WarehouseView(world), 9, choose)) == [(3, 0)]
+    assert offered == [[2, 3]]
+
+
+def test_the_way_to_a_station_is_timed_with_the_pod() -> None:
+    """From where the pod is, with the heading that is best for it."""
+    world = view()
+    pod = world.pods[0]
+    for station in world.stations:
+        ways = [world.travel.ticks(pod.cell, heading, station.cell, True) for heading in range(4)]
+        assert ticks_to_station(world, pod, station) == min(ways) < max(ways)
+
+
+def test_a_pod_goes_to_the_free_location_its_robot_reaches_first(
+    put_at_station: Callable[[Warehouse, int, int], None],
+) -> None:
+    """By driving time with the pod, not by distance; it says nothing of a pod that nobody carries."""
+    warehouse = small_world({}, {"p": ["a"], "q": ["b"]}, capacities=(9, 9))
+    put_at_station(warehouse, 0, 1)
+    world = WarehouseView(warehouse)
+    pod, robot = world.pods[0], world.robots[world.pods[0].robot]
+    times = {cell: world.travel.ticks(pod.cell, robot.heading, cell, True) for cell in world.free_storage_locations}
+    assert nearest_free_location(world, pod) == min(times, key=lambda cell: (times[cell], cell))
+    assert len({*times.values()}) > 1
+    with pytest.raises(AssertionError, match="is being carried"):
+        nearest_free_location(world, world.pods[1])
