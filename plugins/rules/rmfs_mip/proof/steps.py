@@ -1,6 +1,7 @@
 """Proves a period's optimum, step by step: first by bounds that need no solver, with the solver as the last resort.
 
-Each step may offer a solution and raise the bound; the first after which they meet is the last (`STEPS`).
+Each step may offer a solution and raise the bound; the first after which they meet is the last (`STEPS`). What steps
+do is taken from the period's effort (`rmfs_mip.period.effort`); one that finds too little left does nothing.
 
 1. `by_what_is_there`: the pods at the stations already fill all places, and nothing can be better. (Nearly always so
    for split-over-time.)
@@ -8,6 +9,8 @@ Each step may offer a solution and raise the bound; the first after which they m
 3. `by_bounds`, the sandwich. From below: whatever the model, its solution is one of split-over-time (propositions 2 and
    3), so with W_u > 1 the fewest new visits that let demand flow into all places bound it (`rmfs_mip.proof.flow`). From
    above: what `rmfs_mip.proof.feasible` assigns to the visits that fill most.
+   For other weights, or many stations, `by_stations` bounds each station alone. Where a period is large,
+   `by_greedy_early` has a good solution (`rmfs_mip.proof.greedy`); elsewhere it comes last, where nothing was proven.
 4. `by_relaxation`: where few orders may be split, all of this without that limit, which bounds it.
 5. `by_restriction`: there, for split-over-time with stations that are alike, also split-among-stations, whose solutions
    are some of it; likewise integrated for split-among-stations where SKUs are scarce.
