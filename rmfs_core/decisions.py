@@ -50,17 +50,22 @@ class SolveReport:
     Parameters
     ----------
     status
-        For example ``"optimal"``, or ``"stopped"`` when a limit ended the solve.
+        For example ``"optimal"``, ``"effort"`` when its budget of work was used up, ``"stopped"`` for other limits.
     objective, bound
         Objective value of the decision and the best proven bound, in the rule's own unit.
     stopped_early
-        Whether a time or gap limit ended the solve before the proof.
+        Whether a limit ended the solve before the proof.
     """
 
     status: str = field(validator=validators.instance_of(str))
     objective: float | None = field(default=None, validator=_a_number)
     bound: float | None = field(default=None, validator=_a_number)
     stopped_early: bool = field(default=False, validator=validators.instance_of(bool))
+
+
+def gap_of(objective: float | None, bound: float | None) -> float | None:
+    """Return how far a bound lies below an objective, as a share of this; None where one is missing."""
+    return None if not objective or bound is None else (objective - bound) / abs(objective)
 
 
 @frozen

@@ -52,6 +52,7 @@ def apply_assignments(
         instance_of(decision.report, SolveReport)
     # None in a run with a joint rule; but such a rule may be asked in a state that other rules have led to.
     uncovered = {request for station in warehouse.stations for request in station.uncovered_requests} if joint else ()
+    split = warehouse.split_orders_open
     trips = _nearer_first(warehouse, [checks.trip(warehouse, given) for given in sequence_of(decision.trips, PodTrip)])
     for pod, station in trips:
         _bind(warehouse, *checks.trip(warehouse, PodTrip(pod.id, station.id)), keep, promise=False)
@@ -62,7 +63,7 @@ def apply_assignments(
     if joint:
         checks.covered(warehouse.stations, uncovered)
         checks.wanted(trips)
-    checks.packing(warehouse, packing_capacity)
+    checks.packing(warehouse, packing_capacity, split)
     return decision
 
 

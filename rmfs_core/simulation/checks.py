@@ -123,9 +123,9 @@ def wanted(trips: Sequence[tuple[Pod, Station]]) -> None:
             )
 
 
-def packing(warehouse: Warehouse, capacity: int | None) -> None:
-    """Check that the split orders under way find room at the packing stations."""
-    if capacity is not None and warehouse.split_orders_open > capacity:
+def packing(warehouse: Warehouse, capacity: int | None, before: int) -> None:
+    """Check that the split orders under way find room at the packing stations, or are no more than ``before``."""
+    if capacity is not None and warehouse.split_orders_open > max(capacity, before):
         raise ImpossibleError(
             f"left {warehouse.split_orders_open} split orders open at once; the packing stations hold {capacity}"
         )

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from rmfs_cli.screen import new_table
+from rmfs_core.decisions import gap_of
 from rmfs_core.results import Result
 from rmfs_core.results.catalogue import METRICS, TIMING, Metric, show
 
@@ -19,6 +20,27 @@ RIGHT = ("Pods", "Throughput")
 NARROW = 76
 STATUS_STYLE = {"complete": "bold green", "partial": "bold yellow", "failed": "bold red"}
 
+GAPS = (
+    Metric("ended_at_effort", "  at their effort", "", 0, "Of these, decisions whose effort was used up."),
+    Metric("largest_gap", "  largest gap", "%", 1, "Largest distance of an objective to its bound, as its share."),
+)
+
+
+def gaps_of(periods: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+    """Return how many decisions ended at their effort, and the largest gap in percent, where solves stopped early.
+
+    Parameters
+    ----------
+    periods
+        Rows of periods.csv.
+    """
+    early = [row for row in periods if row["stopped_early"]]
+    if not early:
+        return {}
+    found: dict[str, float] = {"ended_at_effort": sum(row["status"] == "effort" for row in early)}
+    gaps = [gap for row in early if (gap := gap_of(row["objective"], row["bound"])) is not None]
+    return {**found, "largest_gap": 100 * max(gaps)} if gaps else found
+
 
 def print_summary(console: Console, name: str, result: Result) -> None:
     """Print every metric with its unit: in two columns, or in one where the console is narrow."""
@@ -26,7 +48,9 @@ def print_summary(console: Console, name: str, result: Result) -> None:
     # One of the two: a run with orders left has no makespan, and one without was simulated for that long.
     unsaid = "makespan_s" if result.metrics["makespan_s"] is None else "simulated_s"
     metrics = {name: tuple(one for one in group if one.name != unsaid) for name, group in METRICS.items()}
-    left = [_group(group, metrics[group], result.metrics) for group in LEFT]
+    gaps = gaps_of(result.periods)
+    metrics["Decisions"] += tuple(one for one in GAPS if one.name in gaps)
+    left = [_group(group, metrics[group], {**result.metrics, **gaps}) for group in LEFT]
     right = [_group(group, metrics[group], result.metrics) for group in RIGHT]
     catalogue = {metric.name for group in METRICS.values() for metric in group}
     others = [result.described.get(name) or Metric(name) for name in result.metrics if name not in catalogue]

@@ -14,6 +14,7 @@ from rich.text import Text
 
 from rmfs_cli.screen import ROOM_FOR_WORDS, new_table, print_named, say
 from rmfs_core.clock import to_seconds
+from rmfs_core.decisions import gap_of
 from rmfs_core.roles import Role
 from rmfs_core.rule_helpers import ticks_to_station
 from rmfs_core.scenario import RuleChoice
@@ -281,7 +282,11 @@ def _counted(skus: Mapping[str, int]) -> str:
 
 
 def _reported(report: Mapping[str, Any]) -> str:
-    early = "; a limit ended the solve before its proof" if report["stopped_early"] else ""
+    early = ""
+    if report["stopped_early"]:
+        limit = "its effort" if report["status"] == "effort" else "a limit"
+        gap = gap_of(report["objective"], report["bound"])
+        early = f"; {limit} ended the solve before its proof" + ("" if gap is None else f", gap {gap:.1%}")
     return (
         f"Model: {report['status']}, objective {_number(report['objective'])}, bound {_number(report['bound'])}{early}."
     )

@@ -8,6 +8,7 @@ import numpy as np
 from attrs import define, evolve, field, validators
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport, hookimpl
+from rmfs_mip.period.effort import Effort
 from rmfs_mip.period.oversize import Oversize
 from rmfs_mip.period.period import Period, Preference, Stock
 from rmfs_mip.period.solution import Model, Solution
@@ -56,6 +57,15 @@ class _Joint:
             "doc": "Wall-clock limit for one period. A period that it ends is marked as stopped early; none by default"
         },
     )
+    effort: int | None = field(
+        default=None,
+        validator=validators.optional(validators.ge(0)),
+        metadata={
+            "doc": "Steps that may be done to prove one period, about a microsecond each; the same on every machine. A "
+            "period that uses them up is marked as ended by its effort, with the best decision, its bound and its gap. "
+            "By default 400 million with up to 100 pods and 100 SKUs, else 2 million"
+        },
+    )
     gap: float = field(
         default=0.0,
         validator=validators.ge(0),
@@ -102,6 +112,8 @@ class _Joint:
             raise ValueError('tie_break needs formulation = "aggregated"; the printed models leave ties to the solver')
         if self.formulation == "paper" and self.preferred_pods != "idle":
             raise ValueError('preferred_pods needs formulation = "aggregated"; the printed models have no such choice')
+        if self.formulation == "paper" and self.effort is not None:
+            raise ValueError('effort needs formulation = "aggregated"; the printed models go to the solver as a whole')
         check_installed(self.solver)
 
     @property
@@ -155,7 +167,8 @@ class _Joint:
         RuntimeError
             When the solution violates one: no decision is better than a wrong one.
         """
-        limits = Limits(self.solver, self.threads, self.max_seconds, self.gap)
+        effort = Effort() if self.formulation == "paper" else Effort.for_period(period, self.effort)
+        limits = Limits(self.solver, self.threads, self.max_seconds, self.gap, effort)
         weight, packing = self.unused_capacity_weight, self._packing_capacity
         with collecting_later():
             if self.formulation == "paper":
@@ -216,7 +229,7 @@ def _decision(period: Period, solution: Solution) -> JointDecision:
         for pod, station in solution.visits
         if pod not in period.inbound[station]
     )
-    status = "stopped" if solution.stopped_early else "optimal"
+    status = solution.how if solution.stopped_early else "optimal"
     report = SolveReport(status, float(solution.objective), float(solution.bound), solution.stopped_early)
     return JointDecision(assignments, trips, report)
 

@@ -19,6 +19,8 @@ They are the product of the stations' free places, each plus one.
 """
 MOST_STATIONS = 7
 """Stations whose places a packed vector can count, one byte each."""
+USUAL_PODS, USUAL_NUMBER, USUAL_ORDERS = 100, 5, 250
+"""With more orders a step of a search takes longer in proportion; with more pods, and in a set, more than that."""
 ENOUGH = 1 << 20
 """Items of a SKU that is not scarce: more than any period takes."""
 LARGEST_ROOM = 127
@@ -85,8 +87,7 @@ def arrays_of(reduced: Reduced, splits: int | None = None) -> tuple[Arrays, list
     useful = np.array([reduced.wanted(s) & lacking[s] for s in range(len(reduced.capacities))])
     somewhere: NDArray[np.bool_] = np.asarray(useful.any(axis=0))
     pods = reduced.classes(somewhere, period.preferred.pods)
-    brings = period.stock.holds[pods] * somewhere > 0
-    pod, sku = np.nonzero(brings)
+    pod, sku = _brought(reduced, pods, somewhere)
     by_sku = np.argsort(sku, kind="stable")
     kept = reduced.candidates
     order = period.line_order[kept]
@@ -104,7 +105,7 @@ def arrays_of(reduced: Reduced, splits: int | None = None) -> tuple[Arrays, list
         pod_items=_items(reduced, np.array(pods, dtype=np.int64)[pod], sku),
         sku_start=np.searchsorted(sku[by_sku], np.arange(n_skus + 1)).astype(np.int64),
         sku_pod=pod[by_sku].astype(np.int64),
-        useful=masks_of(useful @ brings.T) & ~_there(reduced, pods),
+        useful=_useful(useful, pod, sku, len(pods)) & ~_there(reduced, pods),
         whole=reduced.model is Model.INTEGRATED,
         alike=reduced.interchangeable and not (len(reduced.scarce) and any(period.inbound)),
         begun=np.array(period.begun, dtype=np.bool_)[order[first]] if period.begun else np.zeros(len(first), np.bool_),
@@ -120,6 +121,34 @@ def _places(reduced: Reduced, quantity: Integers, first: Integers) -> Integers:
     places = np.zeros(len(quantity), dtype=np.int64)
     places[first] = 1
     return places
+
+
+def price_of(reduced: Reduced, pods: int, number: int) -> float:
+    """Return what a step of a search counts of a period's effort.
+
+    Parameters
+    ----------
+    reduced
+        The period.
+    pods, number
+        Pods to choose from, and how many are chosen.
+    """
+    many = (pods / USUAL_PODS) ** 2 * (number / USUAL_NUMBER) ** 3
+    return max(many, 1.0) * max(len(reduced.orders) / USUAL_ORDERS, 1.0)
+
+
+def _brought(reduced: Reduced, pods: list[int], wanted: NDArray[np.bool_]) -> tuple[Integers, Integers]:
+    """Return what the pods (from 0 on) bring of the SKUs that are wanted, sorted by pod and SKU."""
+    number = np.full(len(reduced.period.stock.pods), -1)
+    number[pods] = np.arange(len(pods))
+    pod, sku = reduced.period.stock.entries
+    kept = wanted[sku] & (number[pod] >= 0)
+    return number[pod[kept]], sku[kept]
+
+
+def _useful(useful: NDArray[np.bool_], pod: Integers, sku: Integers, pods: int) -> Integers:
+    """Return for each of the pods the bit mask of the stations where some of its SKUs is useful."""
+    return masks_of(np.array([np.bincount(pod, weights=at[sku], minlength=pods) > 0 for at in useful]))
 
 
 def _items(reduced: Reduced, pod: Integers, sku: Integers) -> Integers:

@@ -20,6 +20,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+MOST_BITS = 62
+"""Bits of a number that stand for SKUs of an order."""
 SLIP = 1e-6
 """What rounding may take from a bound."""
 
@@ -69,19 +71,24 @@ def _missing(a, order, there, skus):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _candidates_for(a, skus, place, touching, brings):  # type: ignore[no-untyped-def]
-    """Write the candidates that bring some of the SKUs, and how many; return their number (0: a SKU is on none)."""
+def _candidates_for(a, skus, place, touching, brings, which):  # type: ignore[no-untyped-def]
+    """Write the candidates that bring some of the SKUs, how many, and which (bits, of the first `MOST_BITS`).
+
+    Return their number (0: a SKU is on none).
+    """
     count = 0
-    for sku in skus:
-        alive = False
+    for number, sku in enumerate(skus):
+        alive, bit = False, 1 << min(number, MOST_BITS)
         for at in range(a.sku_start[sku], a.sku_start[sku + 1]):
             pod = a.sku_pod[at]
             if place[pod] >= 0:
                 alive = True
                 if brings[pod] == 0:
                     touching[count] = pod
+                    which[pod] = 0
                     count += 1
                 brings[pod] += 1
+                which[pod] |= bit
         if not alive:
             for at in range(count):
                 brings[touching[at]] = 0
@@ -90,8 +97,19 @@ def _candidates_for(a, skus, place, touching, brings):  # type: ignore[no-untype
 
 
 @njit(cache=True)
-def _helps(a, pod, other, skus):  # type: ignore[no-untyped-def]
+def _ones(bits):  # type: ignore[no-untyped-def]
+    ones = 0
+    while bits:
+        ones += 1
+        bits &= bits - 1
+    return ones
+
+
+@njit(cache=True)
+def _helps(a, pod, other, skus, which):  # type: ignore[no-untyped-def]
     """Return how many of the SKUs the other pod brings and the pod does not."""
+    if len(skus) < MOST_BITS:
+        return _ones(which[other] & ~which[pod])
     helps = 0
     for sku in skus:
         on_other, on_pod = False, False
@@ -122,6 +140,7 @@ def potentials(a, worth, pods, there, more):  # type: ignore[no-untyped-def]
     """
     n, total = len(pods), len(a.pod_start) - 1
     place, brings, touching = np.full(total, -1), np.zeros(total, np.int64), np.empty(total, np.int64)
+    which = np.zeros(total, np.int64)
     largest = 0
     for at in range(n):
         place[pods[at]] = at
@@ -134,7 +153,7 @@ def potentials(a, worth, pods, there, more):  # type: ignore[no-untyped-def]
         m = _missing(a, order, there, skus)
         if m == 0 or m > more * largest:
             continue
-        count = _candidates_for(a, skus[:m], place, touching, brings)
+        count = _candidates_for(a, skus[:m], place, touching, brings, which)
         for x in range(count):
             pod = touching[x]
             c = brings[pod]
@@ -145,16 +164,25 @@ def potentials(a, worth, pods, there, more):  # type: ignore[no-untyped-def]
                 for y in range(count):
                     if y != x:
                         other = touching[y]
-                        helps = m - c if brings[other] == m else _helps(a, pod, other, skus[:m])
+                        all_of_them = brings[other] == m
+                        helps = m - c if all_of_them else _helps(a, pod, other, skus[:m], which)
                         pair[place[pod], place[other]] += share * helps
         for x in range(count):
             brings[touching[x]] = 0
-    for at in range(n):
-        for _ in range(min(more - 1, n)):
+    _add_largest(alone, pair, min(more - 1, n))
+    return alone
+
+
+@njit(cache=True)
+def _add_largest(alone, pair, number):  # type: ignore[no-untyped-def]
+    """Add the largest so many pairs of each row to what the pod completes alone."""
+    for at in range(len(alone)):
+        for _ in range(number):
             best = pair[at].argmax()
+            if pair[at, best] == 0.0:
+                break
             alone[at] += pair[at, best]
             pair[at, best] = 0.0
-    return alone
 
 
 @njit(cache=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from attrs import define, evolve, field, frozen
@@ -44,7 +44,7 @@ class Items:
         return dict(zip(self.sku[first:last].tolist(), self.number[first:last].tolist(), strict=True))
 
 
-@frozen(eq=False)
+@frozen(eq=False, slots=False)
 class Stock:
     """What the pods hold.
 
@@ -58,22 +58,56 @@ class Stock:
         Number of SKUs.
     items
         f_ip; None where stock is unlimited, so that a pod with a SKU has enough of it.
-    holds
-        1 where a pod has a free item of a SKU, shape (pods, SKUs); made from the contents when None.
     """
 
     pods: tuple[int, ...]
     contents: tuple[tuple[int, ...], ...]
     n_skus: int
     items: Items | None = None
-    holds: NDArray[np.float64] = field(default=None, repr=False)
 
-    def __attrs_post_init__(self) -> None:
-        if self.holds is None:
-            holds = np.zeros((len(self.pods), self.n_skus))
-            for position, skus in enumerate(self.contents):
-                holds[position, list(skus)] = 1.0
-            object.__setattr__(self, "holds", holds)
+    @cached_property
+    def entries(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Position of the pod and SKU id of everything that is on a pod, sorted by these."""
+        if self.items is not None:
+            return self.items.pod, self.items.sku
+        pod = np.repeat(np.arange(len(self.contents)), [len(skus) for skus in self.contents])
+        return pod, np.array([sku for skus in self.contents for sku in skus], dtype=np.int64)
+
+    @cached_property
+    def starts(self) -> NDArray[np.int64]:
+        """Where the entries of each pod begin, and where the last ones end. Shape (pods + 1,)."""
+        return np.searchsorted(self.entries[0], np.arange(len(self.pods) + 1)).astype(np.int64, copy=False)
+
+    @cached_property
+    def stocked(self) -> NDArray[np.bool_]:
+        """SKUs that are on some pod. Shape (n_skus,)."""
+        stocked = np.zeros(self.n_skus, dtype=np.bool_)
+        stocked[self.entries[1]] = True
+        return stocked
+
+    @cached_property
+    def holds(self) -> NDArray[np.float64]:
+        """1 where a pod has a free item of a SKU, shape (pods, SKUs); for warehouses where that is not too large."""
+        holds = np.zeros((len(self.pods), self.n_skus))
+        holds[self.entries] = 1.0
+        return holds
+
+    def skus_of(self, pod: int) -> NDArray[np.int64]:
+        """Return the SKU ids on a pod."""
+        return self.entries[1][self.starts[pod] : self.starts[pod + 1]]
+
+    def on(self, pods: Sequence[int]) -> NDArray[np.bool_]:
+        """Return the SKUs that are on some of these pods. Shape (n_skus,)."""
+        there = np.zeros(self.n_skus, dtype=np.bool_)
+        for pod in pods:
+            there[self.skus_of(pod)] = True
+        return there
+
+    def sums(self, values: NDArray[Any]) -> NDArray[np.float64]:
+        """Return for each pod the sum of the values of its SKUs, which are whole numbers. Shape (pods,)."""
+        pod, sku = self.entries
+        sums = np.bincount(pod, weights=values[sku], minlength=len(self.pods))
+        return sums.astype(np.float64, copy=False)
 
     @classmethod
     def of(cls, pods: Sequence[Pod], n_skus: int) -> Stock:
@@ -100,14 +134,14 @@ class Stock:
         """
         some = number > 0
         items = Items(pod[some], sku[some], number[some])
-        changed = np.flatnonzero((self.holds[pod, sku] > 0) != some)
-        if not len(changed):
+        before, now = (pod * self.n_skus + sku for pod, sku in (self.entries, (items.pod, items.sku)))
+        if np.array_equal(before, now):
             return evolve(self, items=items)
-        holds, contents = self.holds.copy(), list(self.contents)
-        holds[pod[changed], sku[changed]] = some[changed]
-        for at in np.unique(pod[changed]).tolist():
-            contents[at] = tuple(np.flatnonzero(holds[at]).tolist())
-        return evolve(self, contents=tuple(contents), items=items, holds=holds)
+        contents = list(self.contents)
+        for at in np.unique(np.setxor1d(before, now, assume_unique=True) // self.n_skus).tolist():
+            first, last = np.searchsorted(items.pod, (at, at + 1))
+            contents[at] = tuple(items.sku[first:last].tolist())
+        return evolve(self, contents=tuple(contents), items=items)
 
 
 @frozen(eq=False)
@@ -245,8 +279,7 @@ class Period:
     @cached_property
     def covered(self) -> NDArray[np.bool_]:
         """SKUs that are at each station for nothing, on a pod of P_s. Shape (stations, n_skus)."""
-        holds = self.stock.holds
-        return np.array([holds[list(pods)].any(axis=0) for pods in self.inbound]).reshape(-1, self.stock.n_skus)
+        return np.array([self.stock.on(pods) for pods in self.inbound]).reshape(-1, self.stock.n_skus)
 
     def covered_with(self, visits: Sequence[tuple[int, int]]) -> NDArray[np.bool_]:
         """Return what the stations cover once new visits (pod, station) are counted in. Shape (stations, n_skus)."""
@@ -254,7 +287,7 @@ class Period:
             return self.covered
         covered = self.covered.copy()
         for pod, station in visits:
-            covered[station] |= self.stock.holds[pod] > 0
+            covered[station, self.stock.skus_of(pod)] = True
         return covered
 
     @cached_property
@@ -266,11 +299,10 @@ class Period:
         supply = np.bincount(items.sku, weights=items.number, minlength=self.stock.n_skus)
         return supply.astype(np.float64, copy=False)
 
-    @cached_property
+    @property
     def stocked(self) -> NDArray[np.bool_]:
         """SKUs that are on some pod. Shape (n_skus,)."""
-        stocked: NDArray[np.bool_] = np.asarray(self.stock.holds.any(axis=0), dtype=np.bool_)
-        return stocked
+        return self.stock.stocked
 
     @cached_property
     def single_items(self) -> bool:

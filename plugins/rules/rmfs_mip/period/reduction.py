@@ -165,6 +165,15 @@ class Reduced:
         return tuple((i, q) for i, q in self.period.lines[order] if supply[i] >= q and q <= largest)
 
     @cached_property
+    def sizes(self) -> NDArray[np.int64]:
+        """Places that each order takes with the lines that can be assigned; none where none can. Shape (orders,)."""
+        period, kept = self.period, self.candidates
+        if self.by_orders:
+            return (np.bincount(period.line_order[kept], minlength=len(period.orders)) > 0).astype(np.int64)
+        weights = period.line_quantity[kept].astype(np.float64)
+        return np.bincount(period.line_order[kept], weights=weights, minlength=len(period.orders)).astype(np.int64)
+
+    @cached_property
     def types(self) -> tuple[OrderType, ...]:
         """Types of the orders with lines that can be assigned, in the order of their oldest."""
         found: dict[tuple[tuple[Line, ...], bool, int], list[int]] = {}
@@ -188,16 +197,20 @@ class Reduced:
         """
         if self.model is not Model.INTEGRATED:
             return self.capacities
-        sizes = sorted(kind.size for kind in self.types for _ in kind.orders)
-        return tuple(highest(sums_of(sizes, room), room) for room in self.capacities)
+        return tuple(highest(sums_of(self._few_sizes(room), room), room) for room in self.capacities)
 
     @cached_property
     def reachable_sum(self) -> int:
         """Places of all stations together that can be filled when every SKU is everywhere."""
         room = sum(self.reachable)
         if self.model is Model.SPLIT_AMONG_STATIONS:
-            return highest(sums_of([kind.size for kind in self.types for _ in kind.orders], room), room)
+            return highest(sums_of(self._few_sizes(room), room), room)
         return min(room, self.deliverable)
+
+    def _few_sizes(self, room: int) -> list[int]:
+        """Return the sizes of the orders, each as often as it fits into a room at most."""
+        numbers = np.bincount(self.sizes[self.sizes > 0])
+        return [size for size, n in enumerate(numbers[: room + 1].tolist()) if n for _ in range(min(n, room // size))]
 
     def wanted(self, station: int) -> NDArray[np.bool_]:
         """Return the SKUs of lines that can be assigned to a station (for integrated: with their whole order)."""
@@ -221,32 +234,38 @@ class Reduced:
         value
             What a pod is worth besides; a pod is dominated only by one that is worth as much.
         """
-        brings = (self.period.stock.holds > 0) & wanted
-        useful = np.flatnonzero(brings.any(axis=1))
+        pod, sku = self.period.stock.entries
+        kept = wanted[sku]
+        useful, pod = np.unique(pod[kept], return_inverse=True)
         if not len(useful):
             return []
+        sku = sku[kept]
         worth = value[useful]
-        within = _within(brings[useful])
+        within = _within(pod, sku, len(useful))
         within &= worth[:, None] <= worth[None, :]
         strictly = within & ~within.T
         first = np.arange(len(useful))[:, None] > np.arange(len(useful))[None, :]
         dominated = (strictly | (within & within.T & first)).any(axis=1)
         if len(self.scarce):
-            dominated &= ~brings[useful][:, self.scarce].any(axis=1)
+            dominated &= np.bincount(pod[self.is_scarce[sku]], minlength=len(useful)) == 0
         return [int(p) for p in useful[~dominated]]
 
 
-def _within(brings: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return for each pair of pods (rows of SKUs) whether the first brings nothing that the second does not bring.
+def _within(pod: NDArray[np.int64], sku: NDArray[np.int64], pods: int) -> NDArray[np.bool_]:
+    """Return for each pair of pods whether the first brings nothing that the second does not bring.
 
-    SKU by SKU instead of as a product of matrices: a library may share that out among threads, which takes far longer.
+    That is so when they have as many SKUs in common as the first has. What they have in common is counted SKU by SKU,
+    over the pairs of pods that have it; pods (from 0 on) and SKUs are what the pods bring.
     """
-    pod, sku = np.nonzero(brings)
-    number = np.arange(len(pod)) - np.searchsorted(pod, pod)  # of each SKU on its pod
-    within = np.ones((len(brings), len(brings)), dtype=np.bool_)
-    for one in range(int(number.max(initial=-1)) + 1):
-        at = number == one
-        within[pod[at]] &= brings[:, sku[at]].T
+    by_sku = np.argsort(sku, kind="stable")
+    pod, sku = pod[by_sku], sku[by_sku]
+    first = np.searchsorted(sku, sku)
+    number = np.searchsorted(sku, sku, side="right") - first
+    one = np.repeat(pod, number)
+    place = np.arange(len(one)) - np.repeat(np.cumsum(number) - number, number)
+    other = pod[np.repeat(first, number) + place]
+    common = np.bincount(one * pods + other, minlength=pods * pods).reshape(pods, pods)
+    within: NDArray[np.bool_] = common == np.diagonal(common)[:, None]
     return within
 
 

@@ -58,8 +58,8 @@ class Solution:
     bound
         Proven lower bound of it.
     how
-        What found it: ``"flow"``, ``"bounds"``, ``"search"``, ``"patterns"``, ``"solver"``, or
-        ``"stopped"`` where a limit came before the proof.
+        What found it: ``"flow"``, ``"bounds"``, ``"greedy"``, ``"search"``, ``"patterns"``, ``"solver"``, or, where
+        something came before the proof, ``"effort"`` (it was used up) or ``"stopped"`` (another limit).
     """
 
     parts: tuple[Part, ...]
@@ -71,7 +71,7 @@ class Solution:
     @property
     def stopped_early(self) -> bool:
         """Whether a limit ended the solve before the proof."""
-        return self.how == "stopped"
+        return self.how in ("effort", "stopped")
 
 
 def is_whole(weight: float) -> bool:

@@ -8,7 +8,9 @@ from contextlib import contextmanager
 from typing import Literal
 
 import mip
-from attrs import frozen
+from attrs import field, frozen
+
+from rmfs_mip.period.effort import Effort
 
 Name = Literal["highs", "cbc", "gurobi"]
 SEED = 1
@@ -46,12 +48,15 @@ class Limits:
         Wall-clock limit of one period's solve, None for none.
     gap
         Relative gap at which it stops.
+    effort
+        What may be done in this period, by solver and searches together.
     """
 
     solver: Name = "highs"
     threads: int = 1
     max_seconds: float | None = None
     gap: float = 0.0
+    effort: Effort = field(factory=Effort)
 
 
 @frozen
@@ -101,7 +106,14 @@ def new_model(limits: Limits) -> mip.Model:
     return model
 
 
-def optimise(model: mip.Model, limits: Limits, *, absolute_gap: float = 1e-6, seconds: float | None = None) -> Outcome:
+def optimise(
+    model: mip.Model,
+    limits: Limits,
+    *,
+    absolute_gap: float = 1e-6,
+    seconds: float | None = None,
+    nodes: int | None = None,
+) -> Outcome:
     """Solve a model.
 
     Parameters
@@ -114,11 +126,16 @@ def optimise(model: mip.Model, limits: Limits, *, absolute_gap: float = 1e-6, se
         Distance between objective and bound that counts as proven; just below 1 where the objective is a whole number.
     seconds
         What is left of `Limits.max_seconds`.
+    nodes
+        Most nodes of branch and bound; None for any number.
     """
     model.max_mip_gap = limits.gap
     model.max_mip_gap_abs = absolute_gap
     _settle_threads(limits)
-    status = model.optimize() if seconds is None else model.optimize(max_seconds=max(seconds, 0.001))
+    most: dict[str, float] = {} if nodes is None else {"max_nodes": max(nodes, 1)}
+    if seconds is not None:
+        most["max_seconds"] = max(seconds, 0.001)
+    status = model.optimize(**most)
     found = status in (mip.OptimizationStatus.OPTIMAL, mip.OptimizationStatus.FEASIBLE) and model.num_solutions > 0
     bound = model.objective_bound
     values = [variable.x for variable in model.vars] if found else None

@@ -89,19 +89,19 @@ def fill_with_orders(reduced: Reduced, covered: NDArray[np.bool_]) -> tuple[Part
     covered
         SKUs that are at each station, with new visits counted in. Shape (stations, n_skus).
     """
-    period = reduced.period
+    period, sizes = reduced.period, reduced.sizes
     fits = _covered_orders(reduced, covered)
+    stations = fits.sum(axis=0)
     parts: list[Part] = []
-    taken: set[int] = set()
-    sizes = {order: kind.size for kind in reduced.types for order in kind.orders}
-    for station in sorted(range(len(period.capacities)), key=lambda s: (sum(fits[s].values()), s)):
+    left = np.ones(len(sizes), dtype=np.bool_)
+    for station in sorted(range(len(period.capacities)), key=lambda s: (int(fits[s].sum()), s)):
         room = period.capacities[station]
-        candidates = [o for o in reduced.orders if fits[station].get(o) and o not in taken and sizes[o] <= room]
+        candidates = np.flatnonzero(fits[station] & left & (sizes <= room))
         # An order that no other station could take goes first.
-        candidates.sort(key=lambda o: sum(o in at for at in fits))
-        for order in subset([sizes[o] for o in candidates], room):
-            taken.add(candidates[order])
-            parts.append(_whole(reduced, candidates[order], station))
+        candidates = candidates[np.argsort(stations[candidates], kind="stable")]
+        chosen = candidates[subset(sizes[candidates].tolist(), room)]
+        left[chosen] = False
+        parts += [_whole(reduced, order, station) for order in chosen.tolist()]
     return tuple(parts)
 
 
@@ -109,15 +109,13 @@ def _whole(reduced: Reduced, order: int, station: int) -> Part:
     return Part(order, station, tuple(sku for sku, _ in reduced.period.lines_of(order)))
 
 
-def _covered_orders(reduced: Reduced, covered: NDArray[np.bool_]) -> list[dict[int, bool]]:
-    """Return for each station the orders (that can be assigned at all) whose SKUs it covers."""
-    period = reduced.period
-    kept = reduced.candidates
-    missing = np.array(
-        [np.bincount(period.line_order[kept & ~row[period.line_sku]], minlength=len(period.orders)) for row in covered]
-    )
-    everywhere = np.array(reduced.orders, dtype=np.int64)
-    return [dict.fromkeys(everywhere[row[everywhere] == 0].tolist(), True) for row in missing]
+def _covered_orders(reduced: Reduced, covered: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return for each station which orders that can be assigned at all it covers. Shape (stations, orders)."""
+    period, kept = reduced.period, reduced.candidates
+    order, sku = period.line_order[kept], period.line_sku[kept]
+    missing = np.array([np.bincount(order[~row[sku]], minlength=len(period.orders)) for row in covered])
+    fits: NDArray[np.bool_] = (missing == 0) & (reduced.sizes > 0)
+    return fits
 
 
 def subset(sizes: Sequence[int], room: int) -> list[int]:
@@ -141,8 +139,9 @@ def _fill_with_split_orders(reduced: Reduced, covered: NDArray[np.bool_]) -> tup
     """Place orders line by line over the stations, such that what is left stays a sum that orders can fill."""
     period = reduced.period
     mask = masks_of(covered).tolist()
-    orders = [o for o in reduced.orders if all(mask[i] for i, _ in period.lines[o])]
-    sizes = {o: len(period.lines[o]) for o in orders}
+    somewhere: NDArray[np.bool_] = np.asarray(covered.any(axis=0, keepdims=True))
+    orders = np.flatnonzero(_covered_orders(reduced, somewhere)[0]).tolist()
+    sizes = dict(zip(orders, reduced.sizes[orders].tolist(), strict=True))
     best: tuple[list[int], Places] = ([], Places(period.capacities))
     for sequence in (orders, sorted(orders, key=lambda o: -sizes[o])):
         found = _place_orders(reduced, sequence, mask, sizes)
@@ -151,7 +150,7 @@ def _fill_with_split_orders(reduced: Reduced, covered: NDArray[np.bool_]) -> tup
         if sum(sizes[o] for o in best[0]) == reduced.reachable_sum:
             break
     chosen, places = best
-    lines = [(o, i) for o in chosen for i, _ in period.lines[o]]
+    lines = [(o, i) for o in chosen for i, _ in period.lines_of(o)]
     parts: dict[tuple[int, int], list[int]] = {}
     for (order, sku), station in zip(lines, _stations(places, [(o, mask[i]) for o, i in lines]), strict=True):
         parts.setdefault((order, station), []).append(sku)
@@ -172,7 +171,7 @@ def _place_orders(
     for position, order in enumerate(sequence):
         rest = goal - sizes[order]
         if rest >= 0 and later[position + 1] >> rest & 1:
-            if places.add_all([mask[i] for i, _ in period.lines[order]]):
+            if places.add_all([mask[i] for i, _ in period.lines_of(order)]):
                 chosen.append(order)
                 goal = rest
                 if goal == 0:
@@ -212,13 +211,13 @@ def whole_order_visits(reduced: Reduced, weight: float) -> Visits:
             return tuple(visits)
         missing = wanted[order] & ~covered[station]
         while missing.any():
-            demand = period.stock.holds @ (wanted[left].sum(axis=0) * ~covered[station])
-            brings = period.stock.holds @ missing
+            demand = period.stock.sums(wanted[left].sum(axis=0) * ~covered[station])
+            brings = period.stock.sums(missing)
             pod = int(np.lexsort((-demand, -preferred, -brings))[0])
             visits.append((pod, station))
             if period.preferred.once_sent is not None:
                 preferred[pod] = period.preferred.once_sent
-            covered[station] |= period.stock.holds[pod] > 0
+            covered[station, period.stock.skus_of(pod)] = True
             missing &= ~covered[station]
         left[order] = False
         rooms[station] -= int(sizes[order])

@@ -10,6 +10,7 @@ their stations (`rmfs_mip.proof.aggregated.assigned_with`), and if not, the sear
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from math import prod
 from typing import Any
 
@@ -17,15 +18,18 @@ import numpy as np
 from attrs import define, field
 from numpy.typing import NDArray
 
-from rmfs_mip.compiled.arrays import LARGEST_ROOM, MOST_STATES, MOST_STATIONS, Arrays, arrays_of
+from rmfs_mip.compiled.arrays import LARGEST_ROOM, MOST_STATES, MOST_STATIONS, Arrays, arrays_of, price_of
 from rmfs_mip.period.reduction import Reduced
 from rmfs_mip.period.serving import short_of
 from rmfs_mip.period.solution import Assigned, Model, Part, Visits
 from rmfs_mip.printed.solver import Limits
 from rmfs_mip.proof.aggregated import assigned_with
+from rmfs_mip.proof.greedy import sets_for_all
 
 WORK_OF_A_PROGRAM = 10_000
 """Steps that count for a program that says whether pods have enough: about as many as are done in its time."""
+QUICK_WORK = 20_000
+"""Steps of the search for the stations of a set of pods that was found greedily."""
 
 
 @define
@@ -82,6 +86,32 @@ class FewestVisits:
                     return value, None
         return upper, None
 
+    def quickly(self, lower: int, upper: int) -> Assigned | None:
+        """Return a solution with a value from ``lower`` to below ``upper``, or None.
+
+        It fills all places that can be filled. Sets of pods are found greedily (`rmfs_mip.proof.greedy`), the stations
+        that they go to by the exact search.
+        """
+        from rmfs_mip.compiled import spreading
+
+        self._arrays, self._pods = arrays_of(self.reduced, self.splits)
+        target, stations = self.reduced.reachable_sum, len(self.reduced.capacities)
+        number = {pod: at for at, pod in enumerate(self._pods)}
+        for pods in sets_for_all(self.reduced, self._pods, range(lower, upper), target, self.limits.effort):
+            chosen = np.array([number[pod] for pod in pods], dtype=np.int64)
+            price = price_of(self.reduced, len(self._pods), 1)
+            for visits in range(len(pods), min(len(pods) + 2, upper)):
+                work = np.zeros(1, dtype=np.int64)
+                most = self.limits.effort.most(QUICK_WORK, price)
+                found, masks, orders = spreading.spread(self._arrays, chosen, visits, target, work, most)
+                self.limits.effort.take(price * float(work[0]))
+                if found:
+                    sent = tuple(
+                        (pods[at], s) for at in range(len(pods)) for s in range(stations) if masks[at] >> s & 1
+                    )
+                    return sent, self._parts(sent, orders.tolist())
+        return None
+
     def _fills(self, visits: int, target: int) -> tuple[bool, Assigned | None]:
         """Return whether it is known if so many visits fill the target, and how they do."""
         from rmfs_mip.compiled import spreading
@@ -114,19 +144,32 @@ class FewestVisits:
         from rmfs_mip.compiled import spreading
 
         if not len(self.reduced.scarce):
-            answer, pods, masks, orders = spreading.pods_that_fill(
-                self._arrays, number, visits, target, self._work, self.most_work
-            )
+            with self._most_work(number) as most_work:
+                answer, pods, masks, orders = spreading.pods_that_fill(
+                    self._arrays, number, visits, target, self._work, most_work
+                )
             yield answer, pods.tolist(), masks.tolist(), orders.tolist()
             return
         sets = spreading.sets_that_fill(self._arrays, number, target)
         refused, last, answer = -1, None, spreading.FOUND
         while answer == spreading.FOUND:
-            answer, pods, masks, orders = spreading.next_that_fills(
-                self._arrays, sets, refused, visits, target, self._work, self.most_work
-            )
+            with self._most_work(number) as most_work:
+                answer, pods, masks, orders = spreading.next_that_fills(
+                    self._arrays, sets, refused, visits, target, self._work, most_work
+                )
             refused, last = refused + 1 if pods.tolist() == last else 1, pods.tolist()
             yield answer, last, masks.tolist(), orders.tolist()
+
+    @contextmanager
+    def _most_work(self, number: int) -> Iterator[int]:
+        """Say up to where a search for so many pods may count, and take what it does from the effort."""
+        effort, before = self.limits.effort, int(self._work[0])
+        price = price_of(self.reduced, len(self._pods), number)
+        most = before + effort.most(max(self.most_work - before, 0), price)
+        yield most
+        done = int(self._work[0])
+        effort.take(price * (done - before))
+        effort.short |= most < self.most_work and done > most
 
     def _served(self, sent: Visits, orders: list[list[int]], target: int) -> tuple[bool, tuple[Part, ...] | None]:
         """Return whether it is known if these visits fill the target with the items that the pods have, and how."""

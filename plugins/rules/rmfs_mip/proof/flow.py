@@ -17,12 +17,15 @@ import numpy as np
 from attrs import evolve, frozen
 from numpy.typing import NDArray
 
-from rmfs_mip.period.period import Preference
+from rmfs_mip.period.period import Preference, Stock
 from rmfs_mip.period.reduction import Reduced, masks_of
 from rmfs_mip.period.solution import Visits
 
 MOST_STATIONS = 8
 """More stations with free places than this have too many cuts; the solver takes over."""
+
+LARGE = 50_000
+"""Pods times SKUs above which only what is there is looked at."""
 
 Floats = NDArray[np.float64]
 
@@ -132,8 +135,8 @@ class Network:
         Free places of each station.
     demand
         Items wanted per SKU that can be brought to a station, none of the scarce SKUs.
-    holds
-        Contents of the pods, shape (pods, SKUs).
+    stock
+        Contents of the pods.
     mask
         Bit s set where station s covers the SKU.
     target
@@ -144,7 +147,7 @@ class Network:
 
     capacities: tuple[int, ...]
     demand: Floats
-    holds: Floats
+    stock: Stock
     mask: NDArray[np.int64]
     target: int
     scarce: Scarce | None = None
@@ -156,7 +159,7 @@ class Network:
         return cls(
             reduced.reachable,
             reduced.demand if scarce is None else np.where(reduced.is_scarce, 0.0, reduced.demand),
-            reduced.period.stock.holds,
+            reduced.period.stock,
             masks_of(reduced.period.covered),
             min(reduced.reachable_sum, reduced.deliverable),
             scarce,
@@ -190,7 +193,7 @@ class Network:
         sets = 1 << stations
         by_mask = np.zeros((len(self.mask), sets))
         by_mask[np.arange(len(self.mask)), self.mask] = self.demand
-        carried = self.holds @ by_mask
+        carried = self._carried(by_mask)
         bins = by_mask.sum(axis=0)
         places, flows, gains = _places(self.capacities), [], []
         if self.scarce is not None:
@@ -208,11 +211,23 @@ class Network:
             gains.append(gain)
         return np.array(flows), np.array(gains)
 
+    def _carried(self, by_mask: Floats) -> Floats:
+        """Return the demand of each pod's SKUs by mask: (pods, masks)."""
+        pod, sku = self.stock.entries
+        pods, sets = len(self.stock.pods), by_mask.shape[1]
+        if pods * len(by_mask) <= LARGE:
+            return self.stock.holds @ by_mask
+        carried = np.zeros((pods, sets))
+        for mask in np.flatnonzero(by_mask.any(axis=0)).tolist():
+            carried[:, mask] = np.bincount(pod, weights=by_mask[sku, mask], minlength=pods)
+        return carried
+
     def adding(self, pod: int, station: int) -> Network:
         """Return the network with one more visit."""
-        mask = np.where(self.holds[pod] > 0, self.mask | (1 << station), self.mask)
+        mask = self.mask.copy()
+        mask[self.stock.skus_of(pod)] |= 1 << station
         scarce = None if self.scarce is None else self.scarce.adding(pod, station)
-        return Network(self.capacities, self.demand, self.holds, mask, self.target, scarce)
+        return Network(self.capacities, self.demand, self.stock, mask, self.target, scarce)
 
 
 def fewest_visits(network: Network) -> int:
@@ -236,7 +251,7 @@ def fewest_visits(network: Network) -> int:
         bound = 0
         if short > 0:
             largest = max(c for s, c in enumerate(network.capacities) if cut >> s & 1)
-            brings = network.holds @ np.where(reached, 0.0, network.demand)
+            brings = network.stock.sums(np.where(reached, 0.0, network.demand))
             if scarce is not None:
                 brings = brings + scarce
             gains = np.concatenate([np.clip(brings - n * largest, 0, largest) for n in range(cut.bit_count())])

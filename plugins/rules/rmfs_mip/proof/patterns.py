@@ -33,6 +33,9 @@ from rmfs_mip.printed.solver import Limits, new_model, optimise
 from rmfs_mip.proof.pricing import CLOSE, Pattern, Priced, Pricing
 from rmfs_mip.proof.program import Program
 
+STEPS_PER_ENTRY = 10
+"""What an entry of the relaxation counts of the effort: building takes longer than solving."""
+
 
 def alike(reduced: Reduced) -> bool:
     """Whether column generation applies: integrated, and several interchangeable stations.
@@ -133,9 +136,18 @@ class ColumnGeneration:
             elif not self._grown:
                 return
             left = self.seconds_left()
-            if left is not None and left <= 0:
+            if (left is not None and left <= 0) or not self._affordable():
                 return
             prices, convexity = self._relaxation()
+
+    def _affordable(self) -> bool:
+        """Whether the relaxation can be solved once more; it is taken from the effort."""
+        entries = sum(1 + len(pattern.orders) for pattern in self.patterns)
+        steps = entries * STEPS_PER_ENTRY
+        if not self.limits.effort.allows(steps):
+            return False
+        self.limits.effort.take(steps)
+        return True
 
     def _take(self, priced: Priced, prices: NDArray[np.float64], convexity: float) -> bool:
         """Take in patterns with negative reduced cost and the bound; return whether there were new ones."""
@@ -262,7 +274,7 @@ def _set_program(reduced: Reduced, sets: list[tuple[int, ...]], weight: float) -
     for pods in sets:
         choice = _SetChoice(pods, program.column(cost=float(len(pods)), upper=stations))
         choices.append(choice)
-        at_hand = period.covered[0] | period.stock.holds[list(pods)].any(axis=0)
+        at_hand = period.covered[0] | period.stock.on(pods)
         filling = {choice.stations: -float(room)}
         for t, kind in enumerate(reduced.types):
             upper = min(len(kind.orders), room // kind.size)

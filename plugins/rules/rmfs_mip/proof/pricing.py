@@ -12,7 +12,7 @@ import numpy as np
 from attrs import define, evolve, frozen
 from numpy.typing import NDArray
 
-from rmfs_mip.compiled.arrays import arrays_of
+from rmfs_mip.compiled.arrays import arrays_of, price_of
 from rmfs_mip.period.reduction import Reduced
 from rmfs_mip.period.solution import Model
 from rmfs_mip.printed.solver import Limits
@@ -157,8 +157,12 @@ class Pricing:
 
         work = np.zeros(1, dtype=np.int64)
         values = values[self.type_of]
-        worths, sets = best_sets(self.arrays, number, values, least, kept, work, MOST_WORK)
-        if work[0] > MOST_WORK:
+        price = price_of(self.reduced, len(self.pods), number)
+        most_work = self.limits.effort.most(MOST_WORK, price)
+        worths, sets = best_sets(self.arrays, number, values, least, kept, work, most_work)
+        self.limits.effort.take(price * float(work[0]))
+        if work[0] > most_work:
+            self.limits.effort.short |= most_work < MOST_WORK
             return None
         return sorted((worth, chosen) for worth, chosen in zip(worths.tolist(), sets.tolist(), strict=True))
 

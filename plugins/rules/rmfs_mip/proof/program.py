@@ -10,7 +10,13 @@ from typing import Any
 import mip
 from attrs import define, field
 
+from rmfs_mip.period.effort import NODES
 from rmfs_mip.printed.solver import Limits, Outcome, new_model, optimise
+
+ENTRIES = 4
+"""The root counts the square of a program's entries by this of the effort."""
+MOST_NODES = 1_000_000
+"""More nodes than any solve takes."""
 
 
 @define
@@ -44,6 +50,21 @@ class Program:
         """Add ``sum of factors * columns  sense  right`` with sense ``"<"``, ``">"`` or ``"="``."""
         self.rows.append((columns, factors, sense, right))
 
+    @property
+    def steps(self) -> int:
+        """What the root of branch and bound counts of a period's effort."""
+        return sum(len(columns) for columns, _, _, _ in self.rows) ** 2 // ENTRIES
+
+    def _nodes(self, limits: Limits) -> int | None:
+        """Return how many nodes the effort allows; None for any number. The root is taken from it."""
+        effort = limits.effort
+        if effort.left == float("inf"):
+            return None
+        if not effort.allows(self.steps):
+            return 0
+        effort.take(self.steps)
+        return min(int(effort.left * NODES / max(self.steps, 1)) + 1, MOST_NODES)
+
     def solve(self, limits: Limits, *, absolute_gap: float = 1e-6, seconds: float | None = None) -> Outcome:
         """Hand the program to the solver.
 
@@ -56,6 +77,9 @@ class Program:
         seconds
             What is left of `Limits.max_seconds`.
         """
+        nodes = self._nodes(limits)
+        if nodes == 0:
+            return Outcome(None, float("inf"), float("-inf"), optimal=False)
         model = new_model(limits)
         kinds = [mip.INTEGER if whole else mip.CONTINUOUS for whole in self.whole]
         variables: list[Any] = [
@@ -64,7 +88,10 @@ class Program:
         ]
         for columns, factors, sense, right in self.rows:
             model.add_constr(mip.LinExpr([variables[c] for c in columns], factors, -right, sense))
-        outcome = optimise(model, limits, absolute_gap=absolute_gap, seconds=seconds)
+        outcome = optimise(model, limits, absolute_gap=absolute_gap, seconds=seconds, nodes=nodes)
+        if nodes is not None and not outcome.optimal and outcome.bound < float("inf"):
+            limits.effort.take(nodes * self.steps / NODES)
+            limits.effort.short = True
         return Outcome(
             outcome.values, outcome.objective + self.constant, outcome.bound + self.constant, outcome.optimal
         )

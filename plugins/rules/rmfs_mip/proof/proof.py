@@ -10,7 +10,13 @@ from attrs import define, evolve
 from rmfs_mip.period.reduction import Reduced
 from rmfs_mip.period.serving import short_of
 from rmfs_mip.period.solution import Part, Solution, Visits, is_useful, is_whole, newly_split, unused
-from rmfs_mip.printed.solver import Limits
+from rmfs_mip.printed.solver import Limits, Outcome
+from rmfs_mip.proof.program import Program
+
+SHARE_OF_SOLVER = 20
+"""The part of what is left of the effort that a program of the whole period may take, the last resort."""
+SHARE_ALIKE = 160
+"""The same where the stations are alike, and no other step proves much: branch and bound drowns in symmetry there."""
 
 
 @define
@@ -52,10 +58,17 @@ class Proof:
             self.deadline = time.monotonic() + self.limits.max_seconds
         self.bound = float(self.reduced.period.visits_before)
         self.take_steps()
-        bound = self.incumbent.objective if self.proven else self.bound
+        bound = self.incumbent.objective if self.proven else min(self.bound, self.incumbent.objective)
         if self.incumbent.bound != bound:
             self.best = evolve(self.incumbent, bound=bound)
+        if not self.proven:
+            self.best = evolve(self.incumbent, how=self.unproven)
         return self.incumbent
+
+    @property
+    def unproven(self) -> str:
+        """What `Solution.how` says where there is no proof."""
+        return "effort" if self.limits.effort.short else "stopped"
 
     def take_steps(self) -> None:
         """Take one step after the other, until the best solution is proven."""
@@ -87,6 +100,24 @@ class Proof:
     def seconds_left(self) -> float | None:
         """What is left of the time limit."""
         return None if self.deadline is None else self.deadline - time.monotonic()
+
+    def solve(self, program: Program, absolute_gap: float) -> Outcome:
+        """Hand a program of the whole period to the solver, with a share of the effort.
+
+        Parameters
+        ----------
+        program
+            The program.
+        absolute_gap
+            Distance between objective and bound that counts as proven.
+        """
+        hopeless = self.reduced.interchangeable and (not self.whole or self.splits is not None)
+        effort = self.limits.effort
+        most = effort.left / (SHARE_ALIKE if hopeless and len(self.reduced.capacities) > 1 else SHARE_OF_SOLVER)
+        limits = evolve(self.limits, effort=effort.part(most))
+        outcome = program.solve(limits, absolute_gap=absolute_gap, seconds=self.seconds_left)
+        effort.settle(limits.effort, most)
+        return outcome
 
     def offer(self, visits: Visits, parts: tuple[Part, ...], how: str) -> None:
         """Keep a solution if it is better, splits no more orders than allowed, and the pods have enough for it.

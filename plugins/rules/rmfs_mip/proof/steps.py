@@ -1,6 +1,7 @@
 """Proves a period's optimum, step by step: first by bounds that need no solver, with the solver as the last resort.
 
-Each step may offer a solution and raise the bound; the first after which they meet is the last (`STEPS`).
+Each step may offer a solution and raise the bound; the first after which they meet is the last (`STEPS`). What steps
+do is taken from the period's effort (`rmfs_mip.period.effort`); one that finds too little left does nothing.
 
 1. `by_what_is_there`: the pods at the stations already fill all places, and nothing can be better. (Nearly always so
    for split-over-time.)
@@ -8,6 +9,8 @@ Each step may offer a solution and raise the bound; the first after which they m
 3. `by_bounds`, the sandwich. From below: whatever the model, its solution is one of split-over-time (propositions 2 and
    3), so with W_u > 1 the fewest new visits that let demand flow into all places bound it (`rmfs_mip.proof.flow`). From
    above: what `rmfs_mip.proof.feasible` assigns to the visits that fill most.
+   For other weights, or many stations, `by_stations` bounds each station alone. Where a period is large,
+   `by_greedy_early` has a good solution (`rmfs_mip.proof.greedy`); elsewhere it comes last, where nothing was proven.
 4. `by_relaxation`: where few orders may be split, all of this without that limit, which bounds it.
 5. `by_restriction`: there, for split-over-time with stations that are alike, also split-among-stations, whose solutions
    are some of it; likewise integrated for split-among-stations where SKUs are scarce.
@@ -25,9 +28,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
+import numpy as np
 from attrs import evolve
 
 from rmfs_mip.period.decoding import parts_of
+from rmfs_mip.period.effort import is_large
 from rmfs_mip.period.period import Period
 from rmfs_mip.period.reduction import Reduced
 from rmfs_mip.period.solution import Assigned, Model, Solution, Visits
@@ -35,6 +40,7 @@ from rmfs_mip.printed.solver import Limits
 from rmfs_mip.proof.feasible import fill, fill_with_orders, whole_order_visits
 from rmfs_mip.proof.fewest import FewestVisits
 from rmfs_mip.proof.flow import MOST_STATIONS, Network, fewest_visits, greedy_visits
+from rmfs_mip.proof.greedy import pods_for_lines, station_by_station
 from rmfs_mip.proof.parts import builder_of, by_places
 from rmfs_mip.proof.patterns import ColumnGeneration, alike, choose_among, lines_as_orders, orders_of_lines
 from rmfs_mip.proof.pricing import SAFE
@@ -51,6 +57,10 @@ MOST_WORK_ALIKE = 100_000_000
 """The same for split-among-stations where the stations are alike, as at t = 1: the solver may need hours."""
 WORK_ALIKE_SCARCE = 20_000
 """And with scarce SKUs, for each pod and station: there the solver, too, has bounds that are close."""
+SHARE_OF_RESTRICTION = 4
+"""The same for a restriction, which proves nothing alone."""
+STEPS_PER_LINE = 100
+"""What building the program counts of the effort, for each line and station, where a period is large."""
 CLOSE_SETS = (100, 500, 2000)
 """Sets of pods from which a better solution, if there is one, is put together: first the best few, then more."""
 
@@ -169,13 +179,16 @@ def by_restriction(proof: Proof) -> None:
         restricted = _part_of(proof, Reduced(reduced.period, Model.INTEGRATED), None, proof.bound)
     else:
         return
+    effort, most = proof.limits.effort, proof.limits.effort.left / SHARE_OF_RESTRICTION
+    restricted.limits = evolve(proof.limits, effort=effort.part(most))
     restricted.take_steps()
+    effort.settle(restricted.limits.effort, most)
     _offer_again(proof, restricted.incumbent)
 
 
 def _part_of(proof: Proof, reduced: Reduced, splits: int | None, bound: float) -> Proof:
     """Return a proof of something else about the same period, by the steps that need no solver."""
-    steps = [step for step in proof.steps if step not in (by_what_is_there, by_solver)]
+    steps = [step for step in proof.steps if step not in (by_what_is_there, by_solver, by_greedy_late)]
     return evolve(proof, reduced=reduced, splits=splits, steps=steps, bound=bound, best=None)
 
 
@@ -184,11 +197,71 @@ def _offer_again(proof: Proof, found: Solution) -> None:
     proof.offer(tuple((p, s) for p, s in found.visits if p not in before[s]), found.parts, found.how)
 
 
+def by_stations(proof: Proof) -> None:
+    """Bound what each station costs alone: as `by_bounds`, for any weight and any number of stations.
+
+    For each number of new pods, a station has at least the places free that these and what is there cannot fill.
+    """
+    reduced, period = proof.reduced, proof.reduced.period
+    if proof.weight > 1 and len(reduced.capacities) <= MOST_STATIONS:
+        return  # `by_bounds` is stronger
+    least = sum(_least_of_station(reduced, station, proof.weight) for station in range(len(reduced.capacities)))
+    proof.bound = max(proof.bound, period.visits_before + least)
+
+
+def _least_of_station(reduced: Reduced, station: int, weight: float) -> float:
+    period, room = reduced.period, reduced.capacities[station]
+    there = period.covered[station]
+    covered = reduced.demand[there].sum()
+    brings = np.minimum(period.stock.sums(np.where(there, 0.0, reduced.demand)), room)
+    if len(reduced.scarce):
+        brings = np.minimum(period.stock.sums(np.where(there & ~reduced.is_scarce, 0.0, reduced.demand)), room)
+    filled = covered + np.concatenate(([0.0], np.cumsum(np.sort(brings)[::-1][:room])))
+    return float((np.arange(len(filled)) + weight * np.maximum(room - filled, 0.0)).min())
+
+
+def by_greedy(proof: Proof) -> None:
+    """Find a good solution at once: early where a period is large, else where all else came to no proof."""
+    reduced, period = proof.reduced, proof.reduced.period
+    effort = proof.limits.effort
+    whole = Reduced(period, Model.INTEGRATED)
+    if reduced.model is Model.SPLIT_OVER_TIME and proof.splits is None and period.single_items:
+        visits = pods_for_lines(reduced)
+        if len(reduced.scarce):
+            proof.offer(visits, fill_from_stock(reduced, visits), "greedy")
+        else:
+            proof.offer(visits, fill(reduced, period.covered_with(visits)), "greedy")
+    elif whole.candidates.any():
+        proof.offer(*station_by_station(whole, proof.weight, effort), "greedy")
+    if reduced.model is Model.SPLIT_AMONG_STATIONS:
+        search = FewestVisits(reduced, int(proof.weight), 0, proof.splits, proof.limits)
+        least = period.visits_before + proof.weight * (sum(reduced.capacities) - reduced.reachable_sum)
+        if search.possible:
+            lower = max(math.ceil(proof.bound - least), 0)
+            found = search.quickly(lower, math.ceil(proof.incumbent.objective - least))
+            if found is not None:
+                proof.offer(*found, "greedy")
+
+
+def by_greedy_early(proof: Proof) -> None:
+    """Do it early where a period is large."""
+    if is_large(proof.reduced.period):
+        by_greedy(proof)
+
+
+def by_greedy_late(proof: Proof) -> None:
+    """Do it late elsewhere."""
+    if not is_large(proof.reduced.period):
+        by_greedy(proof)
+
+
 def by_fewest_visits(proof: Proof) -> None:
     """Try one value of the objective after another, from the bound upwards."""
     reduced = proof.reduced
     if not proof.whole or reduced.model not in MOST_WORK:
         return
+    if is_large(reduced.period) and alike(reduced):
+        return  # `by_patterns` is quicker there
     among = reduced.model is Model.SPLIT_AMONG_STATIONS
     most_work = MOST_WORK_ALIKE if among and reduced.interchangeable else MOST_WORK[reduced.model]
     if len(reduced.scarce):
@@ -211,6 +284,8 @@ def by_whole_orders(proof: Proof) -> None:
     """Make sure that there is a solution to fall back on: one of the integrated model is one of all three."""
     period = proof.reduced.period
     whole = Reduced(period, Model.INTEGRATED)
+    if is_large(period) and proof.incumbent.how == "greedy":
+        return  # as good, and quicker
     if len(proof.reduced.scarce):
         proof.offer(*orders_from_stock(whole, proof.weight), "search")
     elif whole.candidates.any():
@@ -275,7 +350,10 @@ def _offer_patterns(proof: Proof, reduced: Reduced, found: Assigned) -> None:
 
 
 def by_solver(proof: Proof) -> None:
-    """Ask for a better solution than the one at hand; what a limit ends before the answer is marked as stopped."""
+    """Ask for a better solution than the one at hand, where there is effort left for a program of that size."""
+    lines = int(proof.reduced.candidates.sum()) * len(proof.reduced.capacities)
+    if is_large(proof.reduced.period) and not proof.limits.effort.allows(STEPS_PER_LINE * lines):
+        return
     builder = builder_of(proof.reduced, proof.weight, proof.splits)
     model = builder.build()
     ceiling = proof.incumbent.objective - (1 if proof.whole else 0)
@@ -284,7 +362,7 @@ def by_solver(proof: Proof) -> None:
         return
     builder.limit_objective(proof.bound, ceiling)
     gap = 0.9 if proof.whole else 1e-6  # below 1 by as much as `MOST_PREFERENCE`
-    outcome = model.program.solve(proof.limits, absolute_gap=gap, seconds=proof.seconds_left)
+    outcome = proof.solve(model.program, gap)
     if outcome.values is not None:
         counts = model.counts(outcome.values)
         proof.offer(counts.visits, parts_of(proof.reduced, counts), "solver")
@@ -292,20 +370,21 @@ def by_solver(proof: Proof) -> None:
         outcome = evolve(outcome, bound=proof.incumbent.objective, optimal=True)
     exact = outcome.optimal and proof.limits.gap == 0
     proof.bound = proof.incumbent.objective if exact else max(proof.bound, outcome.bound - 0.1)
-    if not proof.proven:
-        proof.best = evolve(proof.incumbent, how="stopped")
 
 
 STEPS: tuple[Step, ...] = (
     by_what_is_there,
     by_nothing,
     by_bounds,
+    by_stations,
+    by_greedy_early,
     by_relaxation,
     by_restriction,
     by_fewest_visits,
     by_whole_orders,
     by_patterns,
     by_solver,
+    by_greedy_late,
 )
 """What is tried, in this order, until the best solution is proven."""
 

@@ -35,8 +35,7 @@ def pod_gains(period: Period) -> NDArray[np.float64]:
     wanted = np.bincount(
         period.line_sku, weights=period.line_quantity.astype(np.float64), minlength=period.stock.n_skus
     )
-    gains: NDArray[np.float64] = period.stock.holds @ wanted
-    return gains
+    return period.stock.sums(wanted)
 
 
 def break_ties(proof: Proof, tie_break: TieBreak) -> Solution:
@@ -62,14 +61,14 @@ def break_ties(proof: Proof, tie_break: TieBreak) -> Solution:
     builder = builder_of(reduced, proof.weight, proof.splits, gains)
     model = builder.build()
     builder.limit_objective(best.objective, best.objective)
-    outcome = model.program.solve(proof.limits, absolute_gap=0.999, seconds=proof.seconds_left)
+    outcome = proof.solve(model.program, 0.999)
     if outcome.values is None:
-        return evolve(best, how="stopped")
+        return evolve(best, how=proof.unproven)
     counts = model.counts(outcome.values)
     before = ((pod, s) for s, pods in enumerate(period.inbound) for pod in pods)
     return evolve(
         best,
         parts=parts_of(reduced, counts),
         visits=tuple(sorted({*before, *counts.visits})),
-        how="solver" if outcome.optimal and proof.limits.gap == 0 else "stopped",
+        how="solver" if outcome.optimal and proof.limits.gap == 0 else proof.unproven,
     )

@@ -9,7 +9,7 @@ from attrs import evolve
 from rich.console import Console
 
 import rmfs_core
-from rmfs_cli.summary import PROFILE, print_profile, print_summary
+from rmfs_cli.summary import PROFILE, gaps_of, print_profile, print_summary
 from rmfs_core.results import Result
 from rmfs_core.results.catalogue import METRICS, Metric
 
@@ -96,3 +96,24 @@ def test_a_label_is_no_markup(capsys: pytest.CaptureFixture[str]) -> None:
     (line,) = [line for line in capsys.readouterr().out.splitlines() if "Waits" in line]
     assert "Waits [s] [/nope]" in line
     assert "[red]" in line
+
+
+def row(status: str, objective: float | None, bound: float | None) -> dict[str, object]:
+    """Return a decision's row of periods.csv."""
+    return {"status": status, "objective": objective, "bound": bound, "stopped_early": status in ("effort", "stopped")}
+
+
+def test_gaps_of_a_run() -> None:
+    """Decisions that ended at their effort are counted, and the largest gap is that of any solve that a limit ended."""
+    rows = [row("optimal", 4, 4), row("effort", 10, 9), row("stopped", 8, 6), row("effort", 5, None)]
+    assert gaps_of(rows) == {"ended_at_effort": 2, "largest_gap": pytest.approx(25)}
+
+
+def test_nothing_is_said_where_all_is_proven() -> None:
+    """Without such solves there is no line for them."""
+    assert gaps_of([row("optimal", 4, 4), row("decided", None, None)]) == {}
+
+
+def test_no_gap_without_a_bound() -> None:
+    """Where no bound is known there is a count, but no gap."""
+    assert gaps_of([row("stopped", 4, None)]) == {"ended_at_effort": 0}

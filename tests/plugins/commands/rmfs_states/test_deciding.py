@@ -96,6 +96,15 @@ def test_a_joint_rule_in_a_state_by_hand(by_hand: dict[str, Any]) -> None:
     assert answer.outcome == Outcome(orders=2, items=4, visits=2, unused=0, uncovered=0)
 
 
+def test_a_joint_rule_without_effort(by_hand: dict[str, Any]) -> None:
+    """It decides all the same, and says that its effort ended the proof."""
+    by_hand["stations"]["north"]["item_capacity"] = 2
+    by_hand["orders"] = {name: {"lines": {"milk": 1, "jam": 1}} for name in ("A", "B")}
+    report = decide(state_from_dict(by_hand), RuleChoice("integrated", {"effort": 0})).report
+    assert report is not None
+    assert report == {"status": "effort", "objective": 2.0, "bound": 1.0, "stopped_early": True}
+
+
 def test_a_joint_rule_in_a_state_that_other_rules_left(by_hand: dict[str, Any]) -> None:
     """A request that no pod is on its way for yet is not the joint rule's fault; it is told of as not covered."""
     by_hand["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2

@@ -8,6 +8,7 @@ import pytest
 import rmfs_core
 from rmfs_core import JointDecision, OrderAssignment
 from rmfs_core.errors import InputError
+from rmfs_core.simulation.applying import apply_assignments
 from rmfs_core.warehouse import WarehouseView
 from rmfs_mip import Integrated, SplitAmongStations, SplitOverTime
 from rmfs_testing import small_world
@@ -64,6 +65,8 @@ def test_a_pod_that_is_there_costs_nothing():
         {"preferred_pods": "far"},
         {"formulation": "paper", "preferred_pods": "random"},
         {"packing_capacity": -1},
+        {"effort": -1},
+        {"formulation": "paper", "effort": 5},
     ],
     ids=str,
 )
@@ -121,6 +124,32 @@ def test_a_limit_is_reported():
     """A run whose solves are cut short says how many were."""
     overrides = [*SMALL, "instance.skus=60", "rules.poa_pps.max_seconds=1e-6"]
     assert rmfs_core.run("paper-250-integrated", overrides=overrides).metrics["solves_stopped_early"] > 0
+
+
+@pytest.mark.parametrize("rule", ["integrated", "split-among-stations", "split-over-time"])
+def test_a_run_without_effort(rule, tmp_path):
+    """Every period has a decision at once; it says that its effort ended it, with a bound, and repeats."""
+    overrides = [*SMALL, "rules.poa_pps.effort=0"]
+    first, second = (rmfs_core.run(f"paper-250-{rule}", overrides=overrides, out=tmp_path) for _ in range(2))
+    assert first.status == "complete"
+    assert first.metrics == second.metrics
+    early = [row for row in first.periods if row["status"] == "effort"]
+    assert len(early) == first.metrics["solves_stopped_early"]
+    assert all(row["bound"] < row["objective"] for row in early)
+    assert early or rule == "split-over-time"
+
+
+def test_more_split_orders_open_than_there_is_room_for():
+    """What others have left so is no fault of a decision that splits no order newly."""
+    world = small_world({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]}, capacities=(1, 5))
+    world.assign(world.orders[0], world.stations[0], [world.orders[0].lines[0].sku], 1)
+    world.bind(world.pods[0], world.stations[0])
+    assert world.split_orders_open == 1
+    decision = SplitOverTime(packing_capacity=0).assign_orders_and_pods(WarehouseView(world), RNG)
+    kept = apply_assignments(
+        world, decision, joint=True, shown=None, period=2, packing_capacity=0, keep=lambda event: None
+    )
+    assert len(kept.assignments) == 2
 
 
 @pytest.mark.parametrize("rule", ["integrated", "split-among-stations", "split-over-time"])
