@@ -82,14 +82,14 @@ def run(
     if names and out is None:
         raise InputError(names[0], "what is recorded needs a folder to be written to; expected `out` with it")
     resolved = _resolve(scenario, seed, overrides)
-    recorders = [_make_recorder(name) for name in dict.fromkeys(names)]
+    recorders = [_make_recorder(name) for name in dict.fromkeys((*names, *standing_recorders()))]
     told = [*((observer, None) for observer in observers), *recorders]
     measured = _prepare(resolved, told, allow_inline_rules, out)
     outcome = _simulate(measured.simulation)
     result = _conclude(measured, outcome)
     if measured.folder is not None:
         result.save(measured.folder)
-        for file in _files_of_recorders() - {recorder.file for recorder, _ in recorders}:
+        for file in files_of(*_installed()) - files_of(*(recorder for recorder, _ in recorders)):
             with suppress(OSError):  # it is not there, or no file of ours
                 (measured.folder / file).unlink()
     if isinstance(outcome.error, RunError):
@@ -102,11 +102,12 @@ def run(
 class Recorder(Protocol):
     """An observer that `run` makes when it is asked to record: an entry point of the group ``rmfs.recorders``.
 
-    It is made without arguments and writes one file into ``RunInfo.out``, whole or not at all.
+    It is made without arguments and writes its files into ``RunInfo.out``, whole or not at all. One whose class has a
+    true attribute ``always`` takes part in every run, also in one that keeps no results (``RunInfo.out`` is None).
     """
 
-    file: ClassVar[str]
-    """Name of the file; one that an earlier run has left is deleted where a run does not record it."""
+    file: ClassVar[str | tuple[str, ...]]
+    """Name of the file, or names; what an earlier run has left is deleted where a run does not record it."""
 
     def __init__(self) -> None: ...
 
@@ -124,8 +125,10 @@ def load_recorder(name: str) -> type[Recorder]:
     if name not in known:
         raise InputError(place, f'there is no recorder "{name}"{nearest(name, known)}')
     kind = entrypoints.load(known[name], place, "recorder")
-    file = getattr(kind, "file", None)
-    if not isinstance(kind, type) or not isinstance(file, str) or Path(file).name != file or file in ("", *_OWN_FILES):
+    files = files_of(kind)
+    if not isinstance(kind, type) or any(
+        Path(file).name != file or file in ("", *_OWN_FILES) for file in files or [""]
+    ):
         described = entrypoints.describe("recorder", name, *entrypoints.origin(known[name][0]))
         raise InputError(place, f"{described} is no recorder: expected a class with the name of its file as `file`")
     return kind
@@ -142,13 +145,24 @@ def _make_recorder(name: str) -> tuple[Recorder, str]:
         raise InputError(f"record {name}", f"{described} cannot be made: {one_line(error)}") from error
 
 
-def _files_of_recorders() -> set[str]:
-    """Return the files that installed recorders write; a recorder that cannot be had writes none."""
-    found = set()
+def _installed() -> dict[type[Recorder], str]:
+    """Return the installed recorders and their names, without those that cannot be had."""
+    found = {}
     for name in entrypoints.offers(entrypoints.RECORDERS):
         with suppress(InputError):
-            found.add(load_recorder(name).file)
+            found[load_recorder(name)] = name
     return found
+
+
+def standing_recorders() -> list[str]:
+    """Return the names of the recorders that take part in every run."""
+    return [name for kind, name in _installed().items() if getattr(kind, "always", False)]
+
+
+def files_of(*recorders: object) -> set[str]:
+    """Return the names of the files that recorders write."""
+    named = [getattr(recorder, "file", None) for recorder in recorders]
+    return {file for one in named for file in (one if isinstance(one, tuple) else (one,)) if isinstance(file, str)}
 
 
 @frozen(eq=False)
@@ -166,7 +180,7 @@ class _Measured:
 def _folder_for_results(out: str | Path, scenario: Scenario) -> Path:
     """Return the output folder, unless results would replace what is no result."""
     folder = output_folder(out)
-    names = [name for name, _ in TABLE_FILES.values()]
+    names = [*(name for name, _ in TABLE_FILES.values()), *sorted(files_of(*map(load_recorder, standing_recorders())))]
     for key in ("orders_file", "pods_file"):
         given = getattr(scenario.instance, key)
         if given is not None and (Path(scenario.folder) / given).resolve() in [(folder / n).resolve() for n in names]:

@@ -21,6 +21,7 @@ from rmfs_core.scenario.checks import (
     MOVING,
     POSITIVE,
     SHARE,
+    WEIGHTS,
     OneOf,
     at_least,
     within,
@@ -47,16 +48,47 @@ class Arrivals:
     """When orders arrive. The paper has all of them at the start."""
 
     process: str = key(
-        "`start`: every order is there at t = 0. `poisson`: exponential times between arrivals. "
-        "(Orders from a file arrive at the times the file gives.)",
+        "`start`: every order is there at t = 0. `poisson`: exponential times between arrivals. `day`: times drawn "
+        "independently within 24 hours. (Orders from a file arrive at the times the file gives.)",
         "start",
-        check=OneOf("start", "poisson"),
+        check=OneOf("start", "poisson", "day"),
     )
     orders_per_hour: float | None = key("Mean arrival rate of `poisson`", None, unit="1/h", check=within(0.001, 1e6))
+    profile: tuple[float, ...] | str | None = key(
+        "How much arrives in each hour of a day: 24 weights from midnight on, or a CSV with columns hour,weight", None
+    )
 
     def __attrs_post_init__(self) -> None:
         if (self.process == "poisson") != (self.orders_per_hour is not None):
             raise ValueError('expected `orders_per_hour` with process "poisson", and only there')
+        if self.profile is not None and self.process == "start":
+            raise ValueError('expected `profile` with process "poisson" or "day", and only there')
+        if isinstance(self.profile, tuple) and not (
+            len(self.profile) == 24 and sum(self.profile) > min(self.profile) >= 0
+        ):
+            raise ValueError(f"expected 24 weights >= 0 as `profile`, found {list(self.profile)}")
+
+
+@frozen
+class Due:
+    """When generated orders are due, counted from their arrival."""
+
+    allowance_s: float = key("Time that an order has", unit="s", check=within(0, 1e7))
+    spread_s: float = key("How much that time is shorter or longer at most: it is uniform", 0.0, unit="s")
+    priority_share: float = key("Share of orders with priority 1; the others have 0", 0.0, check=within(0, 1))
+    priority_allowance_s: float | None = key("Time that those have; left out: as the others", None, unit="s")
+
+
+@frozen
+class SkuDemand:
+    """How often generated order lines want each SKU: Zipf's law, shifted as Mandelbrot has it."""
+
+    exponent: float = key("The n-th SKU has the weight 1/(n + shift)^exponent", check=within(0, 2))
+    shift: float = key("The larger, the less apart are the first SKUs", 0.0, check=within(0, 1e6))
+    groups: int | None = key(
+        "Number of groups of SKUs that are bought together; left out: none", None, check=at_least(1)
+    )
+    together: float = key("Share of lines drawn from the group of a line before it", 0.5, check=within(0, 1))
 
 
 @frozen
@@ -72,10 +104,20 @@ class InstanceSection:
         15,
         check=at_least(1),
     )
+    lines: tuple[float, ...] | None = key(
+        "Weights of orders of 1, 2, 3, ... lines, in place of geometric ones and max_lines", None, check=WEIGHTS
+    )
+    demand: SkuDemand | None = key("Demand of SKUs, in place of the geometric one", None)
+    due: Due | None = key("When generated orders are due; left out: whenever", None)
+    start: str | None = key(
+        "Date and time of day of time 0, in ISO 8601; left out: midnight before the first order of the file", None
+    )
     items_per_sku: int | None = key(
         "Items of each SKU on a pod; left out: unlimited, the paper's assumption", None, check=at_least(1)
     )
-    orders_file: str | None = key("CSV with columns order,arrival_s,sku,quantity instead of generated orders", None)
+    orders_file: str | None = key(
+        "CSV with columns order,arrival_s,sku,quantity, and perhaps due_s,priority, instead of generated orders", None
+    )
     pods_file: str | None = key("CSV with columns pod,sku,quantity (empty: unlimited) instead of generated pods", None)
     arrivals: Arrivals = key("When generated orders arrive", factory=Arrivals)
     pods_at_stations: Mapping[str, tuple[str, ...]] = key(
@@ -86,6 +128,10 @@ class InstanceSection:
     def __attrs_post_init__(self) -> None:
         if (self.orders_file is None) != (self.pods_file is None):
             raise ValueError("expected `orders_file` and `pods_file` together, or neither")
+        if self.lines is not None and not any(self.lines[: self.skus]):
+            raise ValueError(
+                f"expected `lines` with a weight for orders of up to {self.skus} lines: there are as many skus"
+            )
         if self.orders_file is None and self.skus_per_pod > self.skus:
             raise ValueError(f"expected skus_per_pod <= skus, found {self.skus_per_pod} > {self.skus}")
 
@@ -182,6 +228,7 @@ class RunSection:
     until_s: float | None = key(
         "Simulated time at which the run ends even if orders are left", None, unit="s", check=POSITIVE
     )
+    warmup_s: float | None = key("Simulated time from which on is measured", None, unit="s", check=POSITIVE)
     standstill_s: float = key(
         "Simulated time that a robot may be on its way to one place; one that then gets no farther ends the run",
         3600.0,
@@ -196,7 +243,9 @@ class RunSection:
     )
 
 
-GENERATED = frozenset(("orders", "skus", "pods", "skus_per_pod", "max_lines", "items_per_sku", "arrivals"))
+GENERATED = frozenset(
+    ("orders", "skus", "pods", "skus_per_pod", "max_lines", "items_per_sku", "arrivals", "lines", "demand", "due")
+)
 DRAWN = frozenset(("block_rows", "block_columns", "block_length", "hall_width", "stations_east", "stations_west"))
 
 

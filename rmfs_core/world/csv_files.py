@@ -5,12 +5,17 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from attrs import evolve
+
 from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
+from rmfs_core.wording import did_you_mean, listed
+from rmfs_core.world.dates import Calendar
 from rmfs_core.world.instance import Instance, OrderData, PodData
 
 if TYPE_CHECKING:
@@ -18,13 +23,20 @@ if TYPE_CHECKING:
 
 ORDER_COLUMNS = ("order", "arrival_s", "sku", "quantity")
 POD_COLUMNS = ("pod", "sku", "quantity")
+DUE_COLUMNS = ("due_s", "priority")
+"""Columns that orders may have besides."""
+
+_DATES = {"arrival_s": "arrival", "due_s": "due"}
+"""Columns that may stand in place of others, with ISO 8601 in place of seconds."""
+
 _NAMES = ("order", "pod", "sku")
+_WARNED: set[str] = set()
 
 _WHOLE = re.compile(r"[0-9]{1,15}")
 _NUMBER = re.compile(r"[0-9]{1,12}(\.[0-9]*)?([eE][+-]?[0-9]{1,2})?|\.[0-9]+")
 
 
-def read_instance(orders_file: Path, pods_file: Path) -> Instance:
+def read_instance(orders_file: Path, pods_file: Path, start: str | None = None) -> Instance:
     """Read orders and pods.
 
     Orders get their ids in the order of arrival, then of first appearance in the file; pods in the order of first
@@ -33,27 +45,30 @@ def read_instance(orders_file: Path, pods_file: Path) -> Instance:
     Parameters
     ----------
     orders_file
-        CSV with the columns ``order,arrival_s,sku,quantity``, one line of an order a row. Other columns are ignored;
-        rows of one order need not be adjacent; a SKU that comes twice in an order is one line of both quantities.
+        CSV with the columns ``order,arrival_s,sku,quantity``, one line of an order a row, and perhaps ``due_s`` and
+        ``priority`` (higher first), empty where an order has none. ``arrival`` and ``due`` in place of ``arrival_s``
+        and ``due_s`` are times as ISO 8601. Other columns are ignored, and named on standard error; rows of one order
+        need not be adjacent; a SKU that comes twice in an order is one line of both quantities.
     pods_file
         CSV with the columns ``pod,sku,quantity``. An empty quantity is an unlimited number of items.
+    start
+        Time 0 as ISO 8601; None: midnight before the earliest of the times that are dates.
 
     Raises
     ------
     InputError
         With file, line and column of the first mistake.
     """
-    orders = _read_orders(orders_file)
+    orders = _read_orders(orders_file, start)
     pods = _read_pods(pods_file)
-    names = {sku for _, lines in orders.values() for sku in lines} | {sku for pod in pods.values() for sku in pod}
+    names = {sku for _, lines in orders for sku in lines} | {sku for pod in pods.values() for sku in pod}
     skus = tuple(sorted(names, key=_natural))
     id_of = {sku: i for i, sku in enumerate(skus)}
-    by_arrival = sorted(orders.items(), key=lambda order: order[1][0])  # stable: ties by first appearance
     return Instance(
         skus=skus,
         orders=tuple(
-            OrderData(name, tick, tuple((id_of[sku], quantity) for sku, quantity in lines.items()))
-            for name, (tick, lines) in by_arrival
+            evolve(order, lines=tuple((id_of[sku], quantity) for sku, quantity in lines.items()))
+            for order, lines in orders
         ),
         pods=tuple(
             PodData(name, tuple((id_of[sku], quantity) for sku, quantity in contents.items()))
@@ -65,43 +80,76 @@ def read_instance(orders_file: Path, pods_file: Path) -> Instance:
 def line_of(orders_file: Path, order: str, sku: str | None = None) -> int:
     """Line on which an order of a file that was read appears first, or its first row of a SKU."""
     rows = _rows(orders_file, ORDER_COLUMNS)
-    return next(line for line, (name, _, wanted, _) in rows if name == order and sku in (None, wanted))
+    return next(line for line, row in rows if row["order"] == order and sku in (None, row["sku"]))
 
 
-def _read_orders(file: Path) -> dict[str, tuple[int, dict[str, int]]]:
-    orders: dict[str, tuple[int, dict[str, int]]] = {}
-    for line, (name, arrival, sku, quantity) in _rows(file, ORDER_COLUMNS):
-        tick = _tick(arrival, file, line)
-        known_tick, lines = orders.setdefault(name, (tick, {}))
-        if tick != known_tick:
-            raise InputError(
-                f"{file}, line {line}, arrival_s",
-                f"expected {known_tick / 1000:g} as in the first row of order {name}, found {arrival}",
-            )
-        lines[sku] = lines.get(sku, 0) + _quantity(quantity, file, line, "a whole number >= 1")
-    return orders
+def read_profile(file: Path) -> tuple[float, ...]:
+    """Read the weights of the hours of a day from a CSV with the columns ``hour,weight``; hours left out have 0."""
+    weights = dict.fromkeys(map(str, range(24)), 0.0)
+    for line, row in _rows(file, ("hour", "weight")):
+        if row["hour"] not in weights or not _NUMBER.fullmatch(row["weight"]):
+            found = f"{row['hour'] or 'nothing'} and {row['weight'] or 'nothing'}"
+            raise InputError(f"{file}, line {line}", f"expected an hour from 0 to 23 and a weight >= 0, found {found}")
+        weights[row["hour"]] += float(row["weight"])
+    if not any(weights.values()):
+        raise InputError(str(file), "expected an hour with a weight above 0, found none")
+    return tuple(weights.values())
+
+
+def _read_orders(file: Path, start: str | None) -> list[tuple[OrderData, dict[str, int]]]:
+    """Return each order, still without lines, and its quantities by SKU; by arrival, then by first appearance."""
+    calendar = Calendar(start)
+    read = {"arrival_s": _tick, "arrival": calendar.tick, "due_s": _tick, "due": calendar.tick, "priority": _priority}
+    orders: dict[str, tuple[int, dict[str, str], dict[str, int | None], dict[str, int]]] = {}
+    for line, row in _rows(file, ORDER_COLUMNS, DUE_COLUMNS):
+        told = {
+            column: read[column](text, f"{file}, line {line}, {column}") if text or "arrival" in column else None
+            for column, text in row.items()
+            if column in read
+        }
+        _, first, first_told, lines = orders.setdefault(row["order"], (line, row, told, {}))
+        for column, value in told.items():
+            if value != first_told[column]:
+                expected = f"expected {first[column] or 'nothing'} as in the first row of order {row['order']}"
+                raise InputError(f"{file}, line {line}, {column}", f"{expected}, found {row[column] or 'nothing'}")
+        lines[row["sku"]] = lines.get(row["sku"], 0) + _quantity(row["quantity"], file, line, "a whole number >= 1")
+    dates = [[tick for _, _, told, _ in orders.values() if (tick := told.get(date))] for date in _DATES.values()]
+    zero = calendar.zero(min(dates[0] or dates[1])) if any(dates) else 0
+    found = []
+    for name, (line, row, told, lines) in orders.items():
+        arrival, due = (
+            told.get(column) if (tick := told.get(date)) is None else tick - zero for column, date in _DATES.items()
+        )
+        if arrival is None or arrival < 0:
+            problem = f"found {row['arrival']}, before time 0; expected no arrival before `instance.start`"
+            raise InputError(f"{file}, line {line}, arrival", problem)
+        found.append((OrderData(name, arrival, (), due, told.get("priority") or 0), lines))
+    return sorted(found, key=lambda order: order[0].arrival_tick)
 
 
 def _read_pods(file: Path) -> dict[str, dict[str, int | None]]:
     pods: dict[str, dict[str, int | None]] = {}
-    for line, (name, sku, quantity) in _rows(file, POD_COLUMNS):
-        contents = pods.setdefault(name, {})
-        if not quantity:
+    for line, row in _rows(file, POD_COLUMNS):
+        contents, sku = pods.setdefault(row["pod"], {}), row["sku"]
+        if not row["quantity"]:
             contents[sku] = None
             continue
-        items = _quantity(quantity, file, line, "a whole number >= 1, or nothing for an unlimited number")
+        items = _quantity(
+            row["quantity"], file, line, "a whole number >= 0, or nothing for an unlimited number", least=0
+        )
         held = contents.get(sku, 0)
-        contents[sku] = None if held is None else held + items
+        if items or sku in contents:
+            contents[sku] = None if held is None else held + items
     return pods
 
 
-def _rows(file: Path, columns: tuple[str, ...]) -> Iterator[tuple[int, list[str]]]:
-    """Yield the line number and the fields of ``columns``, without spaces around them, of every row."""
+def _rows(file: Path, columns: Sequence[str], optional: Sequence[str] = ()) -> Iterator[tuple[int, dict[str, str]]]:
+    """Yield the line number and the fields, without spaces around them, of every row, in the order of the columns."""
     try:
         with file.open(encoding="utf-8-sig", newline="") as stream:
             reader = csv.reader(stream, strict=True)
             try:
-                yield from _fields(file, reader, columns)
+                yield from _fields(file, reader, columns, optional)
             except csv.Error as error:
                 raise InputError(f"{file}, line {reader.line_num}", f"this is no valid CSV: {error}") from None
     except OSError as error:
@@ -110,18 +158,12 @@ def _rows(file: Path, columns: tuple[str, ...]) -> Iterator[tuple[int, list[str]
         raise InputError(str(file), f"expected UTF-8 text, found the byte 0x{error.object[error.start]:02x}") from None
 
 
-def _fields(file: Path, reader: CsvReader, columns: tuple[str, ...]) -> Iterator[tuple[int, list[str]]]:
+def _fields(
+    file: Path, reader: CsvReader, columns: Sequence[str], optional: Sequence[str]
+) -> Iterator[tuple[int, dict[str, str]]]:
     header = [name.strip() for name in next(reader, [])]
-    for column in columns:
-        if column not in header:
-            found = ",".join(header)
-            raise InputError(
-                f"{file}, line 1",
-                f"expected a header with the columns {','.join(columns)}, found "
-                + (f"`{found}` without `{column}`" if found else "none"),
-            )
-    places = [header.index(column) for column in columns]
-    named = [pair for pair in zip(columns, places, strict=True) if pair[0] in _NAMES]
+    places = {name: header.index(name) for name in _chosen(file, header, columns, optional)}
+    named = [column for column in places if column in _NAMES]
     for row in reader:
         if not row:
             continue
@@ -130,20 +172,51 @@ def _fields(file: Path, reader: CsvReader, columns: tuple[str, ...]) -> Iterator
             raise InputError(
                 f"{file}, line {line}", f"expected {len(header)} fields as in the header, found {len(row)}"
             )
-        for column, place in named:
-            if not row[place].strip():
+        fields = {column: row[place].strip() for column, place in places.items()}
+        for column in named:
+            if not fields[column]:
                 raise InputError(f"{file}, line {line}, {column}", "expected a name, found nothing")
-        yield line, [row[place].strip() for place in places]
+        yield line, fields
 
 
-def _tick(text: str, file: Path, line: int) -> int:
+def _chosen(file: Path, header: Sequence[str], columns: Sequence[str], optional: Sequence[str]) -> Iterator[str]:
+    """Yield the columns to read; name those that nobody reads, once."""
+    read = []
+    for column in (*columns, *optional):
+        names = [name for name in (column, _DATES.get(column)) if name in header]
+        if len(names) > 1:
+            raise InputError(f"{file}, line 1", f"found both `{names[0]}` and `{names[1]}`; expected one of them")
+        if not names and column in columns:
+            found = ",".join(header)
+            raise InputError(
+                f"{file}, line 1",
+                f"expected a header with the columns {','.join(columns)}, found "
+                + (f"`{found}` without `{column}`" if found else "none"),
+            )
+        read += [name for name in names if name is not None]
+    ignored = [name for name in dict.fromkeys(header) if name not in read]
+    known = [name for name in (*columns, *optional, *_DATES.values()) if name not in read]
+    told = f"{file}: ignored {listed([f'`{name}`{did_you_mean(name, known)}' for name in ignored])}." if ignored else ""
+    if optional and told and told not in _WARNED:
+        _WARNED.add(told)
+        print(told, file=sys.stderr)
+    yield from read
+
+
+def _tick(text: str, place: str) -> int:
     if _NUMBER.fullmatch(text) and math.isfinite(seconds := float(text)):
         return to_ticks(seconds)
-    raise InputError(f"{file}, line {line}, arrival_s", f'expected a number of seconds >= 0, found "{text}"')
+    raise InputError(place, f'expected a number of seconds >= 0, found "{text}"')
 
 
-def _quantity(text: str, file: Path, line: int, expected: str) -> int:
-    if _WHOLE.fullmatch(text) and (quantity := int(text)) >= 1:
+def _priority(text: str, place: str) -> int:
+    if _WHOLE.fullmatch(text):
+        return int(text)
+    raise InputError(place, f'expected a whole number >= 0, or nothing for 0, found "{text}"')
+
+
+def _quantity(text: str, file: Path, line: int, expected: str, least: int = 1) -> int:
+    if _WHOLE.fullmatch(text) and (quantity := int(text)) >= least:
         return quantity
     raise InputError(f"{file}, line {line}, quantity", f'expected {expected}, found "{text}"')
 

@@ -7,11 +7,14 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
+from attrs import evolve
+
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import InstanceSection, Scenario, StationsSection
 from rmfs_core.scenario.reading import located
 from rmfs_core.wording import did_you_mean, first_few
-from rmfs_core.world.csv_files import line_of, read_instance
+from rmfs_core.world.csv_files import line_of, read_instance, read_profile
+from rmfs_core.world.dates import time_of_day
 from rmfs_core.world.generator import generate_instance
 from rmfs_core.world.instance import Instance
 
@@ -34,11 +37,14 @@ def make_instance(scenario: Scenario) -> Instance:
 
 def unchecked_instance(scenario: Scenario) -> Instance:
     """Generate or read the instance, as `make_instance` does, without asking whether it can be run."""
-    section = scenario.instance
-    if section.orders_file is None or section.pods_file is None:
-        return generate_instance(section, scenario.seed)
-    folder = Path(scenario.folder)
-    return read_instance(folder / section.orders_file, folder / section.pods_file)
+    section, folder = scenario.instance, Path(scenario.folder)
+    time_of_day(section.start)  # whoever uses it: what is wrong with it is said
+    if section.orders_file is not None and section.pods_file is not None:
+        return read_instance(folder / section.orders_file, folder / section.pods_file, section.start)
+    if isinstance(section.arrivals.profile, str):
+        profile = read_profile(folder / section.arrivals.profile)
+        section = evolve(section, arrivals=evolve(section.arrivals, profile=profile))
+    return generate_instance(section, scenario.seed)
 
 
 Place = Callable[..., str]

@@ -1,0 +1,42 @@
+"""Times of day: ISO 8601 to ticks."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta
+
+from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.errors import InputError
+
+_EPOCH = datetime(1970, 1, 1)
+_DAY = 86_400 * TICKS_PER_S
+
+
+class Calendar:
+    """Reads the times of a file; their offset from UTC is that of the first one, if it has one."""
+
+    def __init__(self, start: str | None) -> None:
+        self._start = start
+        self._first: datetime | None = None
+
+    def tick(self, text: str, place: str) -> int:
+        """Return a time in ticks since 1970, as its own clock shows it; the place is where a wrong one stands."""
+        try:
+            moment = datetime.fromisoformat(text)
+        except ValueError:
+            problem = f'expected a time in ISO 8601, such as 2024-03-01T06:30, found "{text}"'
+            raise InputError(place, problem) from None
+        self._first = self._first or moment
+        if (moment.tzinfo is None) != (self._first.tzinfo is None):
+            raise InputError(place, f'expected an offset from UTC in all times or in none, found "{text}"')
+        if moment.tzinfo is not None:
+            moment = moment.astimezone(self._first.tzinfo)
+        return (moment.replace(tzinfo=None) - _EPOCH) // timedelta(milliseconds=1)
+
+    def zero(self, earliest: int) -> int:
+        """Return time 0 in ticks since 1970."""
+        return earliest // _DAY * _DAY if self._start is None else self.tick(self._start, "instance.start")
+
+
+def time_of_day(start: str | None) -> int:
+    """Return the ticks from midnight to time 0."""
+    return 0 if start is None else Calendar(start).zero(0) % _DAY
