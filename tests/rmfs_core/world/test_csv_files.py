@@ -139,7 +139,7 @@ def test_exports_of_other_programs_are_read(tmp_path: Path) -> None:
 
 
 def test_unknown_columns_are_named_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Columns that nobody reads are named on standard error, with what may have been meant; the second time they are not."""
+    """Columns that nobody reads are named on standard error, with what may have been meant; once."""
     orders = "order,arrival_s,sku,quantity,customer,prioritet\n1,0,a,1,north,2\n"
     for _ in range(2):
         assert read(tmp_path, orders).orders[0].priority == 0
