@@ -151,8 +151,8 @@ def test_due_times_are_recorded(tmp_path: Path) -> None:
     versions = {}
     for name, settings in (("plain", SETTINGS), ("due", (*SETTINGS, *due))):
         rmfs_core.run("examples/small", overrides=settings, out=tmp_path / name, record_decisions=True)
-        recording = read_recording(tmp_path / name)
-        state = recording.state(1)
+        state = next(iter(read_recording(tmp_path / name))).state()
         versions[name] = state.version
     assert versions == {"plain": 1, "due": 2}
+    assert len(state.orders) == 6
     assert {(order.due_s, order.priority) for order in state.orders.values()} == {(600.0, 0), (60.0, 1)}
