@@ -70,7 +70,6 @@ class Metrics:
         self.backlog_ticks = self.station_ticks = self.periods = self.stopped_early = self.split_open_max = 0
         self.handling_ticks = sum(max(free - self.warmup, 0) for free in self.picker_free)
         self.decision_s_later = 0.0
-        self.decision_s_later = 0.0
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:

@@ -125,10 +125,8 @@ def load_recorder(name: str) -> type[Recorder]:
     if name not in known:
         raise InputError(place, f'there is no recorder "{name}"{nearest(name, known)}')
     kind = entrypoints.load(known[name], place, "recorder")
-    files = files_of(kind)
-    if not isinstance(kind, type) or any(
-        Path(file).name != file or file in ("", *_OWN_FILES) for file in files or [""]
-    ):
+    wrong = [file for file in files_of(kind) or [""] if Path(file).name != file or file in ("", *_OWN_FILES)]
+    if not isinstance(kind, type) or wrong:
         described = entrypoints.describe("recorder", name, *entrypoints.origin(known[name][0]))
         raise InputError(place, f"{described} is no recorder: expected a class with the name of its file as `file`")
     return kind

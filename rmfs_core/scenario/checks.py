@@ -70,7 +70,6 @@ def _all_positive(value: int | tuple[int, ...]) -> bool:
     return bool(values) and all(number >= 1 for number in values)
 
 
-WEIGHTS = Check("numbers >= 0, one of them above 0", lambda value: bool(value) and min(value) >= 0 and max(value) > 0)
 POSITIVE = Check("a number > 0", lambda value: bool(value > 0), {"exclusiveMinimum": 0})
 # Bounds of what robots and pickers do: nothing is quicker than a tick of 1 ms, no drive too long to count in ticks.
 DURATION = within(0.001, 3600)

@@ -21,7 +21,6 @@ from rmfs_core.scenario.checks import (
     MOVING,
     POSITIVE,
     SHARE,
-    WEIGHTS,
     OneOf,
     at_least,
     within,
@@ -54,19 +53,16 @@ class Arrivals:
         check=OneOf("start", "poisson", "day"),
     )
     orders_per_hour: float | None = key("Mean arrival rate of `poisson`", None, unit="1/h", check=within(0.001, 1e6))
-    profile: tuple[float, ...] | str | None = key(
-        "How much arrives in each hour of a day: 24 weights from midnight on, or a CSV with columns hour,weight", None
-    )
+    profile: tuple[float, ...] | str | None = key("Weights of the hours from midnight on, or a CSV hour,weight", None)
 
     def __attrs_post_init__(self) -> None:
         if (self.process == "poisson") != (self.orders_per_hour is not None):
             raise ValueError('expected `orders_per_hour` with process "poisson", and only there')
         if self.profile is not None and self.process == "start":
             raise ValueError('expected `profile` with process "poisson" or "day", and only there')
-        if isinstance(self.profile, tuple) and not (
-            len(self.profile) == 24 and sum(self.profile) > min(self.profile) >= 0
-        ):
-            raise ValueError(f"expected 24 weights >= 0 as `profile`, found {list(self.profile)}")
+        hours = self.profile if isinstance(self.profile, tuple) else (1,) * 24
+        if len(hours) != 24 or min(hours) < 0 or not any(hours):
+            raise ValueError(f"expected 24 weights >= 0 as `profile`, one of them above 0, found {list(hours)}")
 
 
 @frozen
@@ -85,9 +81,7 @@ class SkuDemand:
 
     exponent: float = key("The n-th SKU has the weight 1/(n + shift)^exponent", check=within(0, 2))
     shift: float = key("The larger, the less apart are the first SKUs", 0.0, check=within(0, 1e6))
-    groups: int | None = key(
-        "Number of groups of SKUs that are bought together; left out: none", None, check=at_least(1)
-    )
+    groups: int | None = key("Groups of SKUs that are bought together; left out: none", None, check=at_least(1))
     together: float = key("Share of lines drawn from the group of a line before it", 0.5, check=within(0, 1))
 
 
@@ -104,20 +98,14 @@ class InstanceSection:
         15,
         check=at_least(1),
     )
-    lines: tuple[float, ...] | None = key(
-        "Weights of orders of 1, 2, 3, ... lines, in place of geometric ones and max_lines", None, check=WEIGHTS
-    )
+    lines: tuple[float, ...] | None = key("Weights of orders of 1, 2, ... lines, in place of the geometric ones", None)
     demand: SkuDemand | None = key("Demand of SKUs, in place of the geometric one", None)
     due: Due | None = key("When generated orders are due; left out: whenever", None)
-    start: str | None = key(
-        "Date and time of day of time 0, in ISO 8601; left out: midnight before the first order of the file", None
-    )
+    start: str | None = key("Time 0 in ISO 8601; left out: midnight, before the first date of the orders' file", None)
     items_per_sku: int | None = key(
         "Items of each SKU on a pod; left out: unlimited, the paper's assumption", None, check=at_least(1)
     )
-    orders_file: str | None = key(
-        "CSV with columns order,arrival_s,sku,quantity, and perhaps due_s,priority, instead of generated orders", None
-    )
+    orders_file: str | None = key("CSV with columns order,arrival_s,sku,quantity[,due_s,priority] for orders", None)
     pods_file: str | None = key("CSV with columns pod,sku,quantity (empty: unlimited) instead of generated pods", None)
     arrivals: Arrivals = key("When generated orders arrive", factory=Arrivals)
     pods_at_stations: Mapping[str, tuple[str, ...]] = key(
@@ -128,10 +116,8 @@ class InstanceSection:
     def __attrs_post_init__(self) -> None:
         if (self.orders_file is None) != (self.pods_file is None):
             raise ValueError("expected `orders_file` and `pods_file` together, or neither")
-        if self.lines is not None and not any(self.lines[: self.skus]):
-            raise ValueError(
-                f"expected `lines` with a weight for orders of up to {self.skus} lines: there are as many skus"
-            )
+        if self.lines is not None and not (any(self.lines[: self.skus]) and min(self.lines) >= 0):
+            raise ValueError(f"expected `lines` with weights >= 0, one of up to {self.skus} lines (`skus`) above 0")
         if self.orders_file is None and self.skus_per_pod > self.skus:
             raise ValueError(f"expected skus_per_pod <= skus, found {self.skus_per_pod} > {self.skus}")
 
@@ -228,7 +214,7 @@ class RunSection:
     until_s: float | None = key(
         "Simulated time at which the run ends even if orders are left", None, unit="s", check=POSITIVE
     )
-    warmup_s: float | None = key("Simulated time from which on is measured", None, unit="s", check=POSITIVE)
+    warmup_s: float | None = key("Simulated time from which on metrics count", None, unit="s", check=POSITIVE)
     standstill_s: float = key(
         "Simulated time that a robot may be on its way to one place; one that then gets no farther ends the run",
         3600.0,

@@ -23,14 +23,10 @@ if TYPE_CHECKING:
 
 ORDER_COLUMNS = ("order", "arrival_s", "sku", "quantity")
 POD_COLUMNS = ("pod", "sku", "quantity")
-DUE_COLUMNS = ("due_s", "priority")
-"""Columns that orders may have besides."""
-
-_DATES = {"arrival_s": "arrival", "due_s": "due"}
-"""Columns that may stand in place of others, with ISO 8601 in place of seconds."""
-
+DUE_COLUMNS = ("due_s", "priority")  # which orders may have besides
+_DATES = {"arrival_s": "arrival", "due_s": "due"}  # these may stand in place of others, with ISO 8601 for seconds
 _NAMES = ("order", "pod", "sku")
-_WARNED: set[str] = set()
+_WARNED = {""}
 
 _WHOLE = re.compile(r"[0-9]{1,15}")
 _NUMBER = re.compile(r"[0-9]{1,12}(\.[0-9]*)?([eE][+-]?[0-9]{1,2})?|\.[0-9]+")
@@ -134,9 +130,8 @@ def _read_pods(file: Path) -> dict[str, dict[str, int | None]]:
         if not row["quantity"]:
             contents[sku] = None
             continue
-        items = _quantity(
-            row["quantity"], file, line, "a whole number >= 0, or nothing for an unlimited number", least=0
-        )
+        expected = "a whole number >= 0, or nothing for an unlimited number"
+        items = _quantity(row["quantity"], file, line, expected, least=0)
         held = contents.get(sku, 0)
         if items or sku in contents:
             contents[sku] = None if held is None else held + items
@@ -181,26 +176,22 @@ def _fields(
 
 def _chosen(file: Path, header: Sequence[str], columns: Sequence[str], optional: Sequence[str]) -> Iterator[str]:
     """Yield the columns to read; name those that nobody reads, once."""
-    read = []
-    for column in (*columns, *optional):
-        names = [name for name in (column, _DATES.get(column)) if name in header]
-        if len(names) > 1:
-            raise InputError(f"{file}, line 1", f"found both `{names[0]}` and `{names[1]}`; expected one of them")
-        if not names and column in columns:
+    known = (*columns, *optional)
+    read = {column: name for column in known for name in (_DATES.get(column, column), column) if name in header}
+    for column in columns:
+        if column not in read:
             found = ",".join(header)
             raise InputError(
                 f"{file}, line 1",
                 f"expected a header with the columns {','.join(columns)}, found "
                 + (f"`{found}` without `{column}`" if found else "none"),
             )
-        read += [name for name in names if name is not None]
-    ignored = [name for name in dict.fromkeys(header) if name not in read]
-    known = [name for name in (*columns, *optional, *_DATES.values()) if name not in read]
-    told = f"{file}: ignored {listed([f'`{name}`{did_you_mean(name, known)}' for name in ignored])}." if ignored else ""
-    if optional and told and told not in _WARNED:
+    left = [f"`{name}`{did_you_mean(name, known)}" for name in dict.fromkeys(header) if name not in read.values()]
+    told = f"{file}: ignored {listed(left)}." if left else ""
+    if optional and told not in _WARNED:
         _WARNED.add(told)
         print(told, file=sys.stderr)
-    yield from read
+    yield from read.values()
 
 
 def _tick(text: str, place: str) -> int:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from datetime import datetime, timedelta
+from datetime import UTC, datetime
 
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.errors import InputError
-
-_EPOCH = datetime(1970, 1, 1)
-_DAY = 86_400 * TICKS_PER_S
 
 
 class Calendar:
@@ -23,20 +20,16 @@ class Calendar:
         try:
             moment = datetime.fromisoformat(text)
         except ValueError:
-            problem = f'expected a time in ISO 8601, such as 2024-03-01T06:30, found "{text}"'
-            raise InputError(place, problem) from None
+            expected = "expected a time in ISO 8601, such as 2024-03-01T06:30"
+            raise InputError(place, f'{expected}, found "{text}"') from None
         self._first = self._first or moment
         if (moment.tzinfo is None) != (self._first.tzinfo is None):
             raise InputError(place, f'expected an offset from UTC in all times or in none, found "{text}"')
         if moment.tzinfo is not None:
             moment = moment.astimezone(self._first.tzinfo)
-        return (moment.replace(tzinfo=None) - _EPOCH) // timedelta(milliseconds=1)
+        return round(moment.replace(tzinfo=UTC).timestamp() * TICKS_PER_S)
 
     def zero(self, earliest: int) -> int:
-        """Return time 0 in ticks since 1970."""
-        return earliest // _DAY * _DAY if self._start is None else self.tick(self._start, "instance.start")
-
-
-def time_of_day(start: str | None) -> int:
-    """Return the ticks from midnight to time 0."""
-    return 0 if start is None else Calendar(start).zero(0) % _DAY
+        """Return time 0 in ticks since 1970: the start, or else midnight before the earliest time."""
+        day = 86_400 * TICKS_PER_S
+        return earliest // day * day if self._start is None else self.tick(self._start, "instance.start")

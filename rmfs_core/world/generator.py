@@ -12,7 +12,7 @@ from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.randomness import stream
 from rmfs_core.scenario.model import Due, InstanceSection, SkuDemand
-from rmfs_core.world.dates import time_of_day
+from rmfs_core.world.dates import Calendar
 from rmfs_core.world.instance import Instance, OrderData, PodData
 
 _LENGTH_P = 0.4
@@ -169,7 +169,7 @@ def _draw_arrivals(section: InstanceSection, orders: int, rng: Generator) -> lis
     if arrivals.profile is not None:  # as many in a day, but an hour counts as its weight
         weights = np.array(arrivals.profile, dtype=np.float64)
         share, hours = np.concatenate(([0.0], weights.cumsum() / weights.sum())), np.arange(25) * 3600.0
-        begin = to_seconds(time_of_day(section.start))
+        begin = to_seconds(Calendar(section.start).zero(0)) % _DAY_S
         days, rest = np.divmod(times / _DAY_S + np.interp(begin, hours, share), 1)
         times = days * _DAY_S + np.interp(rest, share, hours) - begin
     return [to_ticks(time) for time in times.tolist()]

@@ -14,7 +14,7 @@ from rmfs_core.scenario.model import InstanceSection, Scenario, StationsSection
 from rmfs_core.scenario.reading import located
 from rmfs_core.wording import did_you_mean, first_few
 from rmfs_core.world.csv_files import line_of, read_instance, read_profile
-from rmfs_core.world.dates import time_of_day
+from rmfs_core.world.dates import Calendar
 from rmfs_core.world.generator import generate_instance
 from rmfs_core.world.instance import Instance
 
@@ -38,12 +38,11 @@ def make_instance(scenario: Scenario) -> Instance:
 def unchecked_instance(scenario: Scenario) -> Instance:
     """Generate or read the instance, as `make_instance` does, without asking whether it can be run."""
     section, folder = scenario.instance, Path(scenario.folder)
-    time_of_day(section.start)  # whoever uses it: what is wrong with it is said
+    Calendar(section.start).zero(0)  # whether or not it is used, what is wrong with it is said
     if section.orders_file is not None and section.pods_file is not None:
         return read_instance(folder / section.orders_file, folder / section.pods_file, section.start)
-    if isinstance(section.arrivals.profile, str):
-        profile = read_profile(folder / section.arrivals.profile)
-        section = evolve(section, arrivals=evolve(section.arrivals, profile=profile))
+    if isinstance(profile := section.arrivals.profile, str):
+        section = evolve(section, arrivals=evolve(section.arrivals, profile=read_profile(folder / profile)))
     return generate_instance(section, scenario.seed)
 
 

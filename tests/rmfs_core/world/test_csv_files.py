@@ -44,7 +44,6 @@ BAD_ORDERS = [
         ", line 4, arrival_s: expected 2.5 as in the first row of order 1, found 3",
     ),
     # due times and priorities
-    ("order,arrival_s,arrival,sku,quantity\n", ", line 1: found both `arrival_s` and `arrival`; expected one of them"),
     (DUE + "1,0,a,1,soon,\n", ', line 2, due_s: expected a number of seconds >= 0, found "soon"'),
     (DUE + "1,0,a,1,,-1\n", ', line 2, priority: expected a whole number >= 0, or nothing for 0, found "-1"'),
     (DUE + "1,0,a,1,9,\n1,0,b,1,8,\n", ", line 3, due_s: expected 9 as in the first row of order 1, found 8"),
