@@ -16,20 +16,10 @@ import attrs
 from rmfs_cli.description import Parameter, RuleDescription, installed_rules
 from rmfs_core import entrypoints
 from rmfs_core.results.catalogue import METRICS, TIMING, Metric
+from rmfs_core.roles import Role
 from rmfs_core.rules.traits import NEEDS
-from rmfs_core.scenario.model import RuleChoice, Scenario
+from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario
 from rmfs_details.catalogue import DETAILS, LATENESS, on_time
-
-DECISIONS = {
-    "POA": "Pick order assignment (POA): which order goes to which station",
-    "PPS": "Pick pod selection (PPS): which pod comes to which station",
-    "POA+PPS": "Both together (POA+PPS)",
-    "PR": "Pod repositioning (PR): where a pod goes back to",
-    "TA": "Task allocation (TA): which robot fetches which pod",
-    "PP": "Path planning (PP)",
-    "filter": "Filters: which orders the assigning rule sees",
-    "observer": "Observers",
-}
 
 
 def scenario_keys() -> str:
@@ -79,10 +69,10 @@ def rules() -> str:
     """Return the rules that this distribution ships: a section for each decision, and each rule in it."""
     shipped = [rule for rule in installed_rules() if rule.distribution == "rmfs"]
     parts = []
-    for decision, title in DECISIONS.items():
-        ours = [rule for rule in shipped if decision in rule.decides]
+    for role in Role:
+        ours = [rule for rule in shipped if role.label in rule.decides]
         if ours:
-            parts += [f"## {title}", ""]
+            parts += [f"## {role.label}: {attrs.fields_dict(RulesSection)[role.key].metadata['doc']}", ""]
         for rule in ours:
             parts += [f"### `{rule.name}`", "", *_rule(rule)]
     return "\n".join(parts)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from attrs import frozen
 
 from rmfs_core.clock import to_seconds
+from rmfs_core.roles import Role
 
 
 @frozen
@@ -156,7 +157,7 @@ class DecisionMade(Event):
     period
         Number of POA (or joint) calls so far, this one included; a PPS decision belongs to the period it follows.
     decides
-        ``"POA"``, ``"PPS"`` or ``"POA+PPS"``.
+        POA, PPS, or both.
     backlog
         Orders in the backlog that the rule saw.
     assignments, trips
@@ -168,7 +169,7 @@ class DecisionMade(Event):
     """
 
     period: int
-    decides: str
+    decides: Role
     rule: str
     backlog: int
     assignments: int

@@ -10,6 +10,7 @@ import numpy as np
 from attrs import frozen
 
 from rmfs_core.motion import Motion
+from rmfs_core.roles import Role
 from rmfs_core.scenario.model import Scenario
 from rmfs_core.warehouse import WarehouseView
 from rmfs_core.world.grid import Layout
@@ -45,7 +46,7 @@ class Question:
     Parameters
     ----------
     decides
-        ``"POA"``, ``"PPS"``, ``"POA+PPS"``, ``"PR"``, ``"TA"``, ``"PP"`` or ``"filter"``.
+        What for.
     rule
         The rule's name, as in the scenario.
     hook
@@ -60,7 +61,7 @@ class Question:
         What else the hook is handed, by name.
     """
 
-    decides: str
+    decides: Role
     rule: str
     hook: str
     warehouse: WarehouseView

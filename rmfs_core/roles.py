@@ -45,6 +45,11 @@ class Role(StrEnum):
             return Role.POA, Role.PPS
         return (Role.POA_PPS,) if self in (Role.POA, Role.PPS) else ()
 
+    @property
+    def assigns(self) -> bool:
+        """Whether it assigns orders: each such decision is a period."""
+        return self in (Role.POA, Role.POA_PPS)
+
     @classmethod
     def labelled(cls, label: str) -> Role:
         """Return the role of a label; raise `ValueError` where there is none."""

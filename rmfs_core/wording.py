@@ -1,4 +1,4 @@
-"""Sentences that help with a misspelt name."""
+"""Parts of sentences for people: lists, names that may have been meant, errors."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from difflib import get_close_matches
 
 
 def listed(names: Iterable[str], last: str = "and") -> str:
-    """Names for a sentence: ``a``, ``a and b``, ``a, b and c``."""
-    *most, end = list(names)
+    """Names for a sentence: ``a``, ``a and b``, ``a, b and c``; ``nothing`` where there are none."""
+    *most, end = [*names] or ["nothing"]
     return f"{', '.join(most)} {last} {end}" if most else end
 
 
-def first_few(things: Sequence[str], most: int = 5) -> str:
+def first_few(things: Sequence[str]) -> str:
     """Things for a sentence, cut short: ``a, b, c and 7 more``."""
-    return listed([*things[:most], f"{len(things) - most} more"]) if len(things) > most else listed(things)
+    return listed([*things[:5], f"{len(things) - 5} more"]) if len(things) > 5 else listed(things)
 
 
-def did_you_mean(name: str, valid: Iterable[str], most: int = 3) -> str:
+def did_you_mean(name: str, valid: Iterable[str]) -> str:
     """Return `` (did you mean `x` or `y`?)`` for the valid names nearest to a misspelt one, else an empty text."""
-    close = [f"`{found}`" for found in get_close_matches(name, sorted(valid), n=most, cutoff=0.6)]
+    close = [f"`{found}`" for found in get_close_matches(name, sorted(valid), n=3, cutoff=0.6)]
     return f" (did you mean {listed(close, 'or')}?)" if close else ""
 
 

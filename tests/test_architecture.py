@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 
@@ -16,8 +16,9 @@ ROOT = Path(__file__).resolve().parent.parent
 KERNEL = ROOT / "rmfs_core"
 RULES = ROOT / "plugins" / "rules"
 COMMANDS = ROOT / "plugins" / "commands"
+PUBLIC = ROOT / "docs" / "reference" / "api.md"
 
-MOST_LINES, MOST_FILES, MOST_FOLDERS = 9_600, 75, 8
+MOST_LINES, MOST_FILES, MOST_FOLDERS = 9_870, 75, 8
 """The kernel's budget. A capability may raise it by at most 300 lines, with its reason in the changelog."""
 
 NAMES_A_PLUGIN = {
@@ -26,9 +27,112 @@ NAMES_A_PLUGIN = {
 }
 """Modules of the kernel that name a plugin, with the reason."""
 
+NO_TEST_OF_ITS_OWN = {
+    "rmfs_core/hookspecs.py": "declares the hooks; tests/test_documentation.py runs an example of each",
+    "rmfs_core/info.py": "declares what observers are handed, and does nothing",
+    "rmfs_core/rule_helpers.py": "other names for what plugins/rules/rmfs_rule_helpers offers, which is tested there",
+    "rmfs_core/testing.py": "other names for what plugins/commands/rmfs_testing offers, which is tested there",
+}
+"""Code files without a test file, with the reason."""
+
+TESTS_OF_SEVERAL = {
+    "tests/plugins/commands/rmfs_kit/test_fresh_environment.py": "a new project, built and installed",
+    "tests/plugins/commands/rmfs_states/test_replay.py": "every decision of a run, recorded, rebuilt and decided again",
+    "tests/plugins/commands/rmfs_testing/test_needs.py": "rules that need something, through all tools",
+    "tests/plugins/commands/rmfs_testing/test_shipped_rules.py": "every shipped rule against what all promise",
+    "tests/plugins/commands/rmfs_validation/test_good_runs.py": "whole runs that are possible",
+    "tests/plugins/commands/rmfs_validation/test_injected.py": "one fault of each kind, put into a good trace",
+    "tests/plugins/commands/rmfs_validation/test_reported.py": "faults that users have reported",
+    "tests/plugins/rules/rmfs_mip/test_examples.py": "the paper's examples through all three models",
+    "tests/plugins/rules/rmfs_mip/test_finite_stock.py": "finite stock in all folders of the package",
+    "tests/plugins/rules/rmfs_mip/test_folders.py": "which folder of the package imports which",
+    "tests/plugins/rules/rmfs_mip/test_propositions.py": "what the paper proves, of all three models",
+    "tests/plugins/rules/test_oracles.py": "rules of several packages against plain ones",
+    "tests/rmfs_core/simulation/test_invariants.py": "what holds in every run, whatever rules and worlds",
+    "tests/rmfs_core/simulation/test_no_standstill.py": "random worlds run to their end",
+}
+"""Test files named after what they show, because it is of several code files."""
+
+TO_COME = {
+    "tests/plugins/commands/rmfs_experiments/test_report.py",
+    "plugins/rules/rmfs_balanced/sharing.py",
+    "plugins/rules/rmfs_rule_helpers/__init__.py",
+    "plugins/rules/rmfs_rule_helpers/searching.py",
+    "plugins/rules/rmfs_sipp/compiled.py",
+    "plugins/rules/rmfs_sipp/states.py",
+    "plugins/rules/rmfs_whca/compiled.py",
+    "plugins/commands/rmfs_bench/bench.py",
+    "plugins/commands/rmfs_bench/worlds.py",
+    "plugins/commands/rmfs_cli/description.py",
+    "plugins/commands/rmfs_cli/options.py",
+    "plugins/commands/rmfs_cli/shipped.py",
+    "plugins/commands/rmfs_cli/summary.py",
+    "plugins/commands/rmfs_cli/toml_scenario.py",
+    "plugins/commands/rmfs_convert/lines.py",
+    "plugins/commands/rmfs_convert/tables.py",
+    "plugins/commands/rmfs_convert/times.py",
+    "plugins/commands/rmfs_experiments/changes.py",
+    "plugins/commands/rmfs_experiments/experiment.py",
+    "plugins/commands/rmfs_experiments/local.py",
+    "plugins/commands/rmfs_experiments/outcome.py",
+    "plugins/commands/rmfs_experiments/report/files.py",
+    "plugins/commands/rmfs_experiments/report/html.py",
+    "plugins/commands/rmfs_experiments/report/numbers.py",
+    "plugins/commands/rmfs_experiments/report/plots.py",
+    "plugins/commands/rmfs_experiments/report/tables.py",
+    "plugins/commands/rmfs_experiments/report/terminal.py",
+    "plugins/commands/rmfs_experiments/rows.py",
+    "plugins/commands/rmfs_experiments/store.py",
+    "plugins/commands/rmfs_experiments/watching.py",
+    "plugins/commands/rmfs_experiments/workers.py",
+    "plugins/commands/rmfs_kit/names.py",
+    "plugins/commands/rmfs_plan/collisions.py",
+    "plugins/commands/rmfs_plan/movingai.py",
+    "plugins/commands/rmfs_plan/planners.py",
+    "plugins/commands/rmfs_plan/planning.py",
+    "plugins/commands/rmfs_plan/roads.py",
+    "plugins/commands/rmfs_plan/trips.py",
+    "plugins/commands/rmfs_reproduction/grids.py",
+    "plugins/commands/rmfs_reproduction/html.py",
+    "plugins/commands/rmfs_reproduction/machine.py",
+    "plugins/commands/rmfs_reproduction/markdown.py",
+    "plugins/commands/rmfs_reproduction/overview.py",
+    "plugins/commands/rmfs_reproduction/plots.py",
+    "plugins/commands/rmfs_reproduction/report_files.py",
+    "plugins/commands/rmfs_reproduction/reproducing.py",
+    "plugins/commands/rmfs_states/answers.py",
+    "plugins/commands/rmfs_states/explain_tables.py",
+    "plugins/commands/rmfs_states/mementos.py",
+    "plugins/commands/rmfs_states/names.py",
+    "plugins/commands/rmfs_states/recorded.py",
+    "plugins/commands/rmfs_states/snapshots.py",
+    "plugins/commands/rmfs_states/state.py",
+    "plugins/commands/rmfs_testing/snapshot.py",
+    "plugins/commands/rmfs_testing/traces.py",
+    "plugins/commands/rmfs_testing/trial.py",
+    "plugins/commands/rmfs_testing/worlds.py",
+    "plugins/commands/rmfs_trace/reader.py",
+    "plugins/commands/rmfs_validation/case.py",
+    "plugins/commands/rmfs_validation/checking.py",
+    "plugins/commands/rmfs_validation/collisions.py",
+    "plugins/commands/rmfs_validation/fault.py",
+    "plugins/commands/rmfs_validation/header.py",
+    "plugins/commands/rmfs_validation/lines.py",
+    "plugins/commands/rmfs_validation/metrics.py",
+    "plugins/commands/rmfs_validation/orders.py",
+    "plugins/commands/rmfs_validation/picking.py",
+    "plugins/commands/rmfs_validation/pods.py",
+    "plugins/commands/rmfs_validation/state.py",
+    "plugins/commands/rmfs_validation/validator.py",
+}
+"""Code files whose tests are still to be written, and test files to be taken apart."""
+
 PRIVATE = re.compile(r"_[A-Za-z](\w*[^\W_])?")
 DOCUMENTED = ("os._exit",)
 """Underscored names that are public all the same."""
+
+OF_NAMED_TUPLES = ("_asdict", "_fields", "_make", "_replace")
+"""Likewise, of named tuples: without the underscore they could clash with fields."""
 
 
 def folders(parent: Path) -> list[str]:
@@ -192,47 +296,158 @@ def test_a_command_imports_no_rule(package: str) -> None:
         assert not {origin.partition(".")[0] for origin, _ in module.imports()} & set(RULE_PACKAGES), module.name
 
 
-def test_plugins_import_the_kernels_public_modules_and_names() -> None:
-    """What begins with an underscore is the kernel's own; so is what it imports for itself."""
-    for module in everything():
-        if module.name.startswith("rmfs_core"):
-            continue
+def public_modules() -> tuple[list[str], list[str]]:
+    """Return the modules that the documentation names as public: for rules and observers, and for commands besides."""
+    text = PUBLIC.read_text(encoding="utf-8")
+    rules, commands = text.partition("## Modules for rules and observers")[2].split("## Modules for commands")
+    for_rules, for_commands = (
+        re.findall(r"^\| `(rmfs_core[\w.]*)` \|", part, re.MULTILINE) for part in (rules, commands)
+    )
+    return for_rules, for_commands
+
+
+def from_the_kernel(folder: Path) -> Iterator[tuple[str, str]]:
+    """Yield who imports which module of the kernel, among the modules of a folder of plugins."""
+    for module in modules(folder, folder).values():
         for origin, name in module.imports():
             if origin.partition(".")[0] == "rmfs_core":
                 assert not re.search(r"(^|\.)_", f"{origin}.{name or ''}"), f"{module.name}: {origin}.{name}"
+                yield module.name, f"{origin}.{name}" if f"{origin}.{name}" in kernel() else origin
 
 
-@cache
-def owned(folder: Path) -> set[str]:
-    """Return the private names that a folder's modules define: functions, attributes of self, class and slot names."""
+def test_plugins_import_the_kernels_public_modules() -> None:
+    """The documentation lists them. A rule needs fewer than a command; what begins with an underscore is nobody's."""
+    for_rules, for_commands = public_modules()
+    assert {*for_rules, *for_commands} <= kernel().keys()
+    assert not {*for_rules} & {*for_commands}
+    by_rules, by_commands = list(from_the_kernel(RULES)), list(from_the_kernel(COMMANDS))
+    assert [found for found in by_rules if found[1] not in for_rules] == []
+    assert [found for found in by_commands if found[1] not in (*for_rules, *for_commands)] == []
+    assert {*for_commands} <= {imported for _, imported in by_commands}, "what no command imports need not be public"
+
+
+def owned(tree: ast.Module) -> set[str]:
+    """Return the private names that a module defines: at its top, in its classes or their slots, as attributes of self.
+
+    A local variable or a text that looks like one makes nobody the owner.
+    """
     names: set[str] = set()
-    for file in folder.glob("*.py"):
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    for scope in (tree, *(node for node in ast.walk(tree) if isinstance(node, ast.ClassDef))):
+        for node in scope.body:
             match node:
-                case ast.FunctionDef(name=name) | ast.ClassDef(name=name) | ast.Name(id=name, ctx=ast.Store()):
+                case ast.FunctionDef(name=name) | ast.ClassDef(name=name) | ast.AnnAssign(target=ast.Name(id=name)):
                     names.add(name)
-                case ast.Attribute(value=ast.Name(id="self" | "cls"), attr=name, ctx=ast.Store()):
-                    names.add(name)
-                case ast.Constant(value=str(name)):  # of __slots__
-                    names.add(name)
+                case ast.Assign(targets=[ast.Name(id="__slots__")], value=slots):
+                    names |= {slot.value for slot in ast.walk(slots) if isinstance(slot, ast.Constant)}
+                case ast.Assign(targets=targets):
+                    names |= {target.id for target in targets if isinstance(target, ast.Name)}
+    for node in ast.walk(tree):
+        match node:
+            case ast.Attribute(value=ast.Name(id="self" | "cls"), attr=name, ctx=ast.Store()):
+                names.add(name)
     return {name for name in names if PRIVATE.fullmatch(name)}
+
+
+def reached_into(tree: ast.Module, own: Container[str] = ()) -> Iterator[str]:
+    """Yield line and code where a private name is used or imported that is not one's own.
+
+    ``self``, ``cls`` and ``super()`` are one's own; so is what has a name of ``own``. A name in a text counts where
+    `getattr`, `setattr` or the like are handed it.
+    """
+    for node in ast.walk(tree):
+        match node:
+            case ast.Attribute(value=ast.Name(id="self" | "cls") | ast.Call(func=ast.Name(id="super"))):
+                continue
+            case ast.Attribute(attr=name):
+                names = [name]
+            case ast.ImportFrom(names=aliases, level=0):
+                names = [alias.name for alias in aliases]
+            case ast.Call(
+                func=ast.Name(id=called) | ast.Attribute(attr=called), args=[_, ast.Constant(value=name), *_]
+            ):
+                names = [str(name)] if called in ("getattr", "setattr", "hasattr", "delattr") else []
+            case _:
+                continue
+        private = [name for name in names if PRIVATE.fullmatch(name) and name not in own]
+        if private and ast.unparse(node) not in DOCUMENTED:
+            yield f"line {node.lineno}: {ast.unparse(node)}"
 
 
 def test_nobody_reaches_into_private_attributes() -> None:
     """``x._y`` stands in the folder that defines ``_y``; elsewhere only of ``self``, ``cls`` and ``super()``."""
-    found = []
+    own: dict[Path, set[str]] = {}
     for module in everything():
-        own = owned(module.file.parent)
-        for node in ast.walk(module.tree):
-            if not isinstance(node, ast.Attribute) or not PRIVATE.fullmatch(node.attr) or node.attr in own:
-                continue
-            if ast.unparse(node) in DOCUMENTED:
-                continue
-            match node.value:
-                case ast.Name(id="self" | "cls") | ast.Call(func=ast.Name(id="super")):
-                    continue
-            found.append(f"{module.file.relative_to(ROOT)}, line {node.lineno}: {ast.unparse(node)}")
+        own.setdefault(module.file.parent, set()).update(owned(module.tree))
+    found = [
+        f"{module.file.relative_to(ROOT)}, {place}"
+        for module in everything()
+        for place in reached_into(module.tree, own[module.file.parent])
+    ]
     assert found == []
+
+
+def test_tests_and_fakes_reach_into_no_private_attribute() -> None:
+    """They see what users see. What Python documents of named tuples is public in spite of its underscore."""
+    found = [
+        f"{file.relative_to(ROOT)}, {place}"
+        for folder in ("tests", "tools", "docs")
+        for file in sorted((ROOT / folder).rglob("*.py"))
+        for place in reached_into(ast.parse(file.read_text(encoding="utf-8")), OF_NAMED_TUPLES)
+    ]
+    assert found == []
+
+
+def test_private_names_are_found() -> None:
+    """The search that the two tests above rest on finds each way to reach one, and who owns it."""
+    tree = ast.parse(
+        "from a import _b, c\n"
+        "class D:\n"
+        "    __slots__ = ('_e', 'f')\n"
+        "    _g: int = 1\n"
+        "    def _h(self):\n"
+        "        self._i = _j = x._k\n"
+        "        super()._l(cls._m, '_n')\n"
+        "_o = x.y._p.q, getattr(x, '_r'), patch.setattr(x, '_s', 1), x.__t__, os._exit\n"
+    )
+    assert owned(tree) == {"_e", "_g", "_h", "_i", "_o"}
+    assert sorted(reached_into(tree, {"_k"})) == [
+        "line 1: from a import _b, c",
+        "line 8: getattr(x, '_r')",
+        "line 8: patch.setattr(x, '_s', 1)",
+        "line 8: x.y._p",
+    ]
+
+
+def place_of_test(code: str) -> str:
+    """Return where the test of a code file is: in the same folder below tests/, by the same name.
+
+    The test of code in an ``__init__.py``, a rule in one file, is ``test_rule.py``.
+    """
+    folder, _, name = code.rpartition("/")
+    return f"tests/{folder}/test_{'rule.py' if name == '__init__.py' else name}"
+
+
+def code_files() -> list[str]:
+    """Return the code files that a test file may be named after: no ``__init__.py`` that only says what is there."""
+    return [
+        module.file.relative_to(ROOT).as_posix()
+        for module in everything()
+        if module.file.name != "__init__.py"
+        or any(isinstance(node, ast.FunctionDef | ast.ClassDef) for node in module.tree.body)
+    ]
+
+
+def test_every_code_file_has_a_test_of_its_name() -> None:
+    """Who looks for the test of a file finds it by its name."""
+    without = {code for code in code_files() if not (ROOT / place_of_test(code)).exists()}
+    assert sorted(without - TO_COME) == sorted(NO_TEST_OF_ITS_OWN)
+
+
+def test_every_test_file_is_named_after_a_code_file() -> None:
+    """Who reads a test finds the code by its name."""
+    below = (ROOT / "tests" / "rmfs_core", ROOT / "tests" / "plugins")
+    found = {file.relative_to(ROOT).as_posix() for folder in below for file in folder.rglob("test_*.py")}
+    assert sorted(found - {*map(place_of_test, code_files())} - TO_COME) == sorted(TESTS_OF_SEVERAL)
 
 
 def test_import_linter_knows_every_package() -> None:
@@ -246,3 +461,5 @@ def test_import_linter_knows_every_package() -> None:
         assert contracts[one]["source_modules"] == contracts[other]["forbidden_modules"]
     assert contracts["commands-and-rules"]["source_modules"] == RULE_PACKAGES
     assert contracts["rules-and-commands"]["source_modules"] == COMMAND_PACKAGES
+    layered = " ".join(contracts["commands"]["layers"]).replace("|", " ").split()
+    assert sorted(layered) == COMMAND_PACKAGES

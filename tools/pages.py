@@ -190,7 +190,7 @@ def _own_environment(folder: Path) -> Path:
     (packages / "seen.pth").write_text("\n".join(seen) + "\n", encoding="utf-8")
     starts = {
         "rmfs": "from rmfs_core.cli import main; main()",
-        "pip": "from pip._internal.cli.main import main; import sys; sys.exit(main())",
+        "pip": "import runpy; runpy.run_module('pip', run_name='__main__')",
         "pytest": "import pytest, sys; sys.exit(pytest.main())",
     }
     for name, code in starts.items():

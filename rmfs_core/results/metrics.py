@@ -141,7 +141,7 @@ class Metrics:
             self.station_ticks += event.tick - assigned
 
     def _decided(self, event: DecisionMade) -> None:
-        self.periods += "POA" in event.decides
+        self.periods += event.decides.assigns
         self.stopped_early += event.stopped_early
         if event.period <= 1:
             self.decision_s_first += event.wall_s

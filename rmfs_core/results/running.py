@@ -5,26 +5,21 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
-from typing import ClassVar, Protocol
 
 from attrs import define, frozen
 
-from rmfs_core import entrypoints
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.files import output_folder
 from rmfs_core.results.metrics import Metrics
+from rmfs_core.results.recorders import delete_left_over, make_observers, make_recorder
 from rmfs_core.results.result import RESULT_FILE, TABLE_FILES, Result
 from rmfs_core.results.tables import Tables
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, load_scenario, located
 from rmfs_core.simulation.engine import Simulation
-from rmfs_core.wording import nearest, one_line
 from rmfs_core.world import make_instance, make_layout
-
-_OWN_FILES = (RESULT_FILE, *(file for file, _ in TABLE_FILES.values()))
 
 
 def run(
@@ -34,8 +29,6 @@ def run(
     overrides: Sequence[str] = (),
     out: str | Path | None = None,
     record: Sequence[str] = (),
-    trace: bool = False,
-    record_decisions: bool = False,
     observers: Sequence[object] = (),
     allow_inline_rules: bool = True,
 ) -> Result:
@@ -51,14 +44,10 @@ def run(
         ``key=value`` each, replacing values of the file; not for a `Scenario` object (see `attrs.evolve`). Rules from
         files are looked up in the current directory.
     out
-        Folder to write the result's files to. Files of an earlier run there are replaced; its trace and decisions are
+        Folder to write the result's files to. Files of an earlier run there are replaced; what its recorders wrote is
         deleted.
     record
         Names of recorders, entry points of the group ``rmfs.recorders``, whose files shall be in ``out`` too.
-    trace
-        The same as ``record=("trace",)``: the event trace, ``trace.jsonl.gz``.
-    record_decisions
-        The same as ``record=("decisions",)``: what each rule saw and decided, ``decisions.jsonl.gz``.
     observers
         Objects whose ``@hookimpl`` methods are told of every event, besides those that the scenario names.
     allow_inline_rules
@@ -78,89 +67,23 @@ def run(
         When a rule misbehaves or the run stands still. Its ``result`` has what was measured until then, status
         ``"failed"``, and is saved in ``out`` like any other.
     """
-    names = (*record, *(["trace"] if trace else []), *(["decisions"] if record_decisions else []))
-    if names and out is None:
-        raise InputError(names[0], "what is recorded needs a folder to be written to; expected `out` with it")
+    if record and out is None:
+        raise InputError(record[0], "what is recorded needs a folder to be written to; expected `out` with it")
     resolved = _resolve(scenario, seed, overrides)
-    recorders = [_make_recorder(name) for name in dict.fromkeys((*names, *standing_recorders()))]
-    told = [*((observer, None) for observer in observers), *recorders]
+    recorders, standing = [make_recorder(name) for name in dict.fromkeys(record)], make_observers()
+    told = [*((observer, None) for observer in observers), *recorders, *standing]
     measured = _prepare(resolved, told, allow_inline_rules, out)
     outcome = _simulate(measured.simulation)
     result = _conclude(measured, outcome)
     if measured.folder is not None:
         result.save(measured.folder)
-        for file in files_of(*_installed()) - files_of(*(recorder for recorder, _ in recorders)):
-            with suppress(OSError):  # it is not there, or no file of ours
-                (measured.folder / file).unlink()
+        files = [file for observer, _ in standing for file in getattr(observer, "files", ())]
+        delete_left_over(measured.folder, [*files, *(recorder.file for recorder, _ in recorders)])
     if isinstance(outcome.error, RunError):
         outcome.error.result = result
     if outcome.error is not None:
         raise outcome.error
     return result
-
-
-class Recorder(Protocol):
-    """An observer that `run` makes when it is asked to record: an entry point of the group ``rmfs.recorders``.
-
-    It is made without arguments and writes its files into ``RunInfo.out``, whole or not at all. One whose class has a
-    true attribute ``always`` takes part in every run, also in one that keeps no results (``RunInfo.out`` is None).
-    """
-
-    file: ClassVar[str | tuple[str, ...]]
-    """Name of the file, or names; what an earlier run has left is deleted where a run does not record it."""
-
-    def __init__(self) -> None: ...
-
-
-def load_recorder(name: str) -> type[Recorder]:
-    """Return the class of an installed recorder.
-
-    Raises
-    ------
-    InputError
-        When there is none of that name, or it is no recorder.
-    """
-    place = f"record {name}"
-    known = entrypoints.offers(entrypoints.RECORDERS)
-    if name not in known:
-        raise InputError(place, f'there is no recorder "{name}"{nearest(name, known)}')
-    kind = entrypoints.load(known[name], place, "recorder")
-    wrong = [file for file in files_of(kind) or [""] if Path(file).name != file or file in ("", *_OWN_FILES)]
-    if not isinstance(kind, type) or wrong:
-        described = entrypoints.describe("recorder", name, *entrypoints.origin(known[name][0]))
-        raise InputError(place, f"{described} is no recorder: expected a class with the name of its file as `file`")
-    return kind
-
-
-def _make_recorder(name: str) -> tuple[Recorder, str]:
-    """Return a recorder, and what messages call it."""
-    kind = load_recorder(name)
-    (entry,) = entrypoints.offers(entrypoints.RECORDERS)[name]
-    described = entrypoints.describe("recorder", name, *entrypoints.origin(entry))
-    try:
-        return kind(), described
-    except Exception as error:
-        raise InputError(f"record {name}", f"{described} cannot be made: {one_line(error)}") from error
-
-
-def _installed() -> dict[type[Recorder], str]:
-    """Return the installed recorders and their names, without those that cannot be had."""
-    found = {}
-    for name in entrypoints.offers(entrypoints.RECORDERS):
-        with suppress(InputError):
-            found[load_recorder(name)] = name
-    return found
-
-
-def standing_recorders() -> list[str]:
-    """Return the names of the recorders that take part in every run."""
-    return [name for kind, name in _installed().items() if getattr(kind, "always", False)]
-
-
-def files_of(*recorders: object) -> set[str]:
-    """Return the names of the files that recorders write."""
-    named = [getattr(recorder, "file", None) for recorder in recorders]
-    return {file for one in named for file in (one if isinstance(one, tuple) else (one,)) if isinstance(file, str)}
 
 
 @frozen(eq=False)
@@ -175,10 +98,10 @@ class _Measured:
     folder: Path | None
 
 
-def _folder_for_results(out: str | Path, scenario: Scenario) -> Path:
+def _folder_for_results(out: str | Path, scenario: Scenario, files: Sequence[str]) -> Path:
     """Return the output folder, unless results would replace what is no result."""
     folder = output_folder(out)
-    names = [*(name for name, _ in TABLE_FILES.values()), *sorted(files_of(*map(load_recorder, standing_recorders())))]
+    names = [*(name for name, _ in TABLE_FILES.values()), *files]
     for key in ("orders_file", "pods_file"):
         given = getattr(scenario.instance, key)
         if given is not None and (Path(scenario.folder) / given).resolve() in [(folder / n).resolve() for n in names]:
@@ -222,7 +145,8 @@ def _prepare(
         rules.register_observer(observer, name)
     rules.check()
     described = described_by(rules.instances)
-    folder = None if out is None else _folder_for_results(out, scenario)
+    files = [file for observer, name in told if name is not None for file in getattr(observer, "files", ())]
+    folder = None if out is None else _folder_for_results(out, scenario, files)
     simulation = Simulation(scenario, instance, layout, rules, folder)
     return _Measured(simulation, metrics, tables, versions_of(rules, scenario.folder), described, folder)
 

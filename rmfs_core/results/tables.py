@@ -128,7 +128,7 @@ class Tables:
             {
                 "period": event.period,
                 "time_s": event.time_s,
-                "decides": event.decides,
+                "decides": event.decides.label,
                 "rule": event.rule,
                 "backlog": event.backlog,
                 "assignments": event.assignments,

@@ -60,12 +60,13 @@ def check_hooks(place: str, plugin: object, class_name: str) -> None:
                 f"class {class_name} implements a hook `{hook}`, which does not exist{did_you_mean(hook, ARGUMENTS)}; "
                 f"the hooks are {listed(ARGUMENTS)}",
             )
+        valid = ARGUMENTS[hook]
         for argument in _required_arguments(plugin, method):
-            if argument not in ARGUMENTS[hook]:
+            if argument not in valid:
                 raise InputError(
                     place,
-                    f"class {class_name}: hook `{hook}` has no argument `{argument}`"
-                    f"{did_you_mean(argument, ARGUMENTS[hook])}; valid arguments are {listed(ARGUMENTS[hook])}",
+                    f"class {class_name}: hook `{hook}` has no argument `{argument}`{did_you_mean(argument, valid)}; "
+                    f"{f'valid arguments are {listed(valid)}' if valid else 'it has none'}",
                 )
 
 

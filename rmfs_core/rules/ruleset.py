@@ -12,7 +12,6 @@ from typing import Any
 import pluggy
 from attrs import define, field, frozen
 
-from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.rules.hooks import (
@@ -46,33 +45,31 @@ class BoundRule:
     ----------
     role
         What it decides.
-    name
-        As in the scenario.
+    source
+        Its name, and where it comes from.
     instance
         The rule itself, with its parameters.
     traits
         What its class declares besides.
-    distribution, version
-        Where it comes from; for a file beside the scenario, the file's name and ``"inline"``.
     hook
         Calls the role's hook of this rule and of no other. (Observers are called together, through
         ``RuleSet.pm.hook``.)
-    file
-        The file the code was loaded from, for a rule beside the scenario.
     """
 
     role: Role
-    name: str
+    source: RuleSource
     instance: Any
     traits: RuleTraits
-    distribution: str
-    version: str
     hook: pluggy.HookCaller
-    file: str | None = None
+
+    @property
+    def name(self) -> str:
+        """As in the scenario."""
+        return self.source.name
 
     def describe(self) -> str:
-        """Name the rule for a message: ``rule "demand" (rmfs 0.1.0)``."""
-        return entrypoints.describe("rule", self.name, self.distribution, self.version)
+        """Name the rule for a message, as its source does."""
+        return self.source.describe()
 
 
 class _Registered:
@@ -187,7 +184,7 @@ class RuleSet:
             filters=tuple(filters),
             observers=tuple(observers),
             distributions=_versions(bound),
-            inline_files=tuple(dict.fromkeys(rule.file for rule in bound if rule.file is not None)),
+            inline_files=tuple(dict.fromkeys(rule.source.file for rule in bound if rule.source.file is not None)),
         )
         rule_set.check()
         return rule_set
@@ -313,9 +310,8 @@ def _bind(
     bound = []
     for (role, _, _), one in zip(chosen, ones, strict=True):
         others = [plugin for plugin in manager.get_plugins() if plugin is not one.registered]
-        hook, source = manager.subset_hook_caller(role.hook, remove_plugins=others), one.source
-        origin = (source.distribution, source.version)
-        bound.append(BoundRule(role, source.name, one.instance, one.traits, *origin, hook, source.file))
+        hook = manager.subset_hook_caller(role.hook, remove_plugins=others)
+        bound.append(BoundRule(role, one.source, one.instance, one.traits, hook))
     return manager, bound
 
 
@@ -339,5 +335,5 @@ def _installed(library: str) -> str:
 def _versions(rules: Iterable[BoundRule]) -> dict[str, str]:
     libraries = {*LIBRARIES, *(name for rule in rules for name in rule.traits.libraries)}
     found = {name: _installed(name) for name in libraries} | {"python": platform.python_version()}
-    found |= {rule.distribution: rule.version for rule in rules if rule.version != INLINE}
+    found |= {rule.source.distribution: rule.source.version for rule in rules if rule.source.version != INLINE}
     return dict(sorted(found.items()))

@@ -44,6 +44,9 @@ class RuleTraits:
     splits_over_time
         True for a rule that may leave lines of an order in the backlog: it is asked when the smallest open line fits,
         not only when the smallest order does.
+    whole_orders
+        True for a joint rule that never splits an order: where the scenario refuses orders that are larger than any
+        station, it is refused those, as every rule for POA alone is.
     packing_capacity
         Number of split orders that may be open at once, or None: a decision that exceeds it is refused. It may be a
         parameter of the rule.
@@ -60,6 +63,7 @@ class RuleTraits:
     needs: tuple[str, ...] = ()
     libraries: tuple[str, ...] = ()
     splits_over_time: bool = False
+    whole_orders: bool = False
     packing_capacity: int | None = None
     reserves: str | None = None
     prepare: Callable[[Roads], None] | None = None
@@ -98,6 +102,7 @@ _EXPECTED: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "needs": (f"a tuple of {listed(map(repr, NEEDS), 'or')}", lambda value: _texts(value) and {*value} <= NEEDS.keys()),
     "libraries": ("a tuple of distributions' names", _texts),
     "splits_over_time": ("True or False", lambda value: isinstance(value, bool)),
+    "whole_orders": ("True or False", lambda value: isinstance(value, bool)),
     "packing_capacity": ("a whole number >= 0, or None", lambda value: type(value) is int and value >= 0),
     "reserves": (listed(map(repr, (*RESERVES, None)), "or"), lambda value: value in RESERVES),
     "prepare": ("a method", callable),

@@ -160,6 +160,12 @@ class StationsSection:
         unit="orders",
         check=CAPACITY,
     )
+    oversize: str = key(
+        "An order of more items than any station takes at a time: `alone` (an empty station takes it, and nothing else "
+        "until it is picked), or `refuse` (the run does not begin). Rules that split orders assign it part by part",
+        "alone",
+        check=OneOf("alone", "refuse"),
+    )
     queue_length: int = key(
         "Pods that can wait at a station, besides the one it works on", 12, unit="cells", check=at_least(1)
     )

@@ -1,4 +1,4 @@
-"""Whether the rules that a scenario names exist. Names only: nothing is imported."""
+"""Names of rules in a scenario: which there are, which are files', where those lie. Nothing is imported."""
 
 from __future__ import annotations
 

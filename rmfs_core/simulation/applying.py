@@ -117,7 +117,7 @@ def _bind(warehouse: Warehouse, pod: Pod, station: Station, keep: Keep, *, promi
 def _assign(
     warehouse: Warehouse, given: OrderAssignment, shown: Container[int] | None, period: int, keep: Keep
 ) -> None:
-    order, station, skus = checks.assignment(warehouse, given, shown, period)
+    order, station, skus = checks.assignment(warehouse, given, shown)
     items = warehouse.assign(order, station, skus, period)
     keep(
         OrderAssigned(

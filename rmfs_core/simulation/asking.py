@@ -155,7 +155,7 @@ class Asker:
     def _question(self, rule: BoundRule, arguments: dict[str, Any]) -> Question:
         asked = {name: value for name, value in arguments.items() if name not in ("warehouse", "rng")}
         view, rng = arguments["warehouse"], arguments["rng"]
-        return Question(rule.role.label, rule.name, rule.hook.name, view, rng, self.period, asked)
+        return Question(rule.role, rule.name, rule.hook.name, view, rng, self.period, asked)
 
     def apply(self, rule: BoundRule, check: Callable[[], T]) -> T:
         """Run a check, or a change that checks itself, and name the rule when it finds the decision impossible."""

@@ -39,7 +39,7 @@ def known(kind: str, identifier: object, among: Sequence[T]) -> T:
 
 
 def assignment(
-    warehouse: Warehouse, given: OrderAssignment, seen: Container[int] | None, period: int
+    warehouse: Warehouse, given: OrderAssignment, seen: Container[int] | None
 ) -> tuple[Order, Station, list[int]]:
     """Check an order assignment; return order, station and the SKUs of the lines to assign.
 
@@ -52,8 +52,8 @@ def assignment(
         raise ImpossibleError(f"assigned order {order.label} to station {station.label}, but the order {why}")
     quantities = {line.sku: line.quantity for line in order.open_lines}
     skus = list(quantities) if given.skus is None else _skus(order, given.skus, quantities)
-    if station.counts_orders:
-        size = 0 if order.part_of(station.id, period) else 1
+    if station.counts_orders or len(skus) == len(quantities):
+        size = warehouse.size_at(order, station)
     else:
         size = sum(quantities[sku] for sku in skus)
     if size > station.free_capacity:

@@ -104,9 +104,9 @@ class Simulation:
             if upcoming == math.inf:
                 raise StandstillError(self._standstill())
             if end is not None and upcoming > end:
-                self.warehouse.now = end
+                self.warehouse.advance(end)
                 break
-            self.warehouse.now = int(upcoming)
+            self.warehouse.advance(int(upcoming))
             self.env.step()
         self.status = "complete" if self._completed == orders else "partial"
 
@@ -250,6 +250,13 @@ class Simulation:
     def _until(self, tick: int) -> simpy.Event:
         return self.context.after(tick - self.now)
 
+    def _too_large(self) -> str:
+        largest = max([s.capacity for s in self.warehouse.stations if not s.counts_orders], default=0)
+        large = sum(order.open_items > largest > 0 for order in self.warehouse.backlog)
+        if not large:
+            return ""
+        return f"; {large} in the backlog have more than {largest} items and fit an empty station alone, as `fits` says"
+
     def _standstill(self) -> str:
         deciding = (self.rules.poa_pps, self.rules.poa, self.rules.pps, self.rules.ta)
         asked = ", ".join(rule.describe() for rule in deciding if rule is not None)
@@ -260,5 +267,5 @@ class Simulation:
             f"The run stands still at {to_seconds(self.now):.3f} s: {len(left)} orders are not complete "
             f"({waiting} in the backlog; {uncovered} open requests that no inbound pod can serve; "
             f"{len(self.warehouse.waiting)} pods waiting for a robot), and no rule decides anything "
-            f"(asked last: {asked})."
+            f"(asked last: {asked}){self._too_large()}."
         )

@@ -147,7 +147,7 @@ class Decisions:
             DecisionMade(
                 tick=self.warehouse.now,
                 period=self.asker.period,
-                decides=rule.role.label,
+                decides=rule.role,
                 rule=rule.name,
                 backlog=backlog,
                 assignments=len(decision.assignments),

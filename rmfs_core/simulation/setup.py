@@ -11,6 +11,7 @@ from rmfs_core.rules import RuleSet
 from rmfs_core.scenario.model import RobotsSection, Scenario
 from rmfs_core.warehouse import Robot, Station, Warehouse
 from rmfs_core.world import NORTH, Instance, Layout
+from rmfs_core.world.instance_making import oversize_orders
 from rmfs_core.world.travel import travel_on
 
 
@@ -28,6 +29,9 @@ def check_needs(rules: RuleSet, scenario: Scenario, instance: Instance) -> None:
         lacks = rule.traits.lacks(scenario, instance)
         if lacks is not None:
             raise InputError(f"rules.{rule.role.key}", f"{rule.describe()} needs {lacks}")
+        if rule.traits.whole_orders:
+            for problem in oversize_orders(instance, scenario):
+                raise problem
 
 
 def motion_of(robots: RobotsSection) -> Motion:

@@ -1,7 +1,7 @@
 """Robots in each other's way: when a path occupies which cell, and the table of who has reserved what."""
 
 from rmfs_core.traffic.passing import PassingTimes, passing_s
-from rmfs_core.traffic.paths import FOREVER, Occupancy, Query, TimedPath, occupancy, timed_path
+from rmfs_core.traffic.paths import FOREVER, Occupancy, Query, TimedPath, occupancy, run_between, timed_path
 from rmfs_core.traffic.reservations import Intervals, Reservations, ReservedError, Traffic
 from rmfs_core.traffic.roads import Roads, Tracks, roads_on
 
@@ -20,5 +20,6 @@ __all__ = [
     "occupancy",
     "passing_s",
     "roads_on",
+    "run_between",
     "timed_path",
 ]

@@ -8,18 +8,7 @@ cell has a number of its own, below the pool's size.
 
 from __future__ import annotations
 
-from typing import Any
-
 from numba import njit
-
-_OPTIONS: dict[str, Any] = {"cache": True, "forceinline": True, "_nrt": False}
-
-inlined = njit(**_OPTIONS)
-"""Compile a helper into the searches that call it.
-
-A search hands a dozen arrays from helper to helper. Calls with so many arguments, and numba's counting of references to
-each array (``_nrt``), would take longer than most helpers do. A helper compiled so creates no arrays.
-"""
 
 
 @njit(cache=True)
@@ -121,15 +110,3 @@ def pack(first, count, room, since, until, owner, to_since, to_until, to_owner):
         room[cell] = count[cell] + 2
         used += room[cell]
     return used
-
-
-@njit(cache=True)
-def is_free(cell, begin, end, me, table):  # type: ignore[no-untyped-def]
-    """Whether nobody else has a cell between two ticks."""
-    first, count, since, until, owner = table
-    for p in range(first[cell], first[cell] + count[cell]):
-        if since[p] >= end:
-            return True
-        if until[p] > begin and owner[p] != me:
-            return False
-    return True

@@ -31,10 +31,6 @@ class PassingTimes:
 
     Attributes
     ----------
-    runs
-        Ticks of a run by its number of cells, from rest to rest. Shape (longest + 1,).
-    turns
-        Ticks of a turn by the difference of headings. Shape (4,).
     enter, leave
         ``enter[k, i]`` to ``leave[k, i]``: ticks after its departure between which a run of ``k`` cells occupies its
         cell ``i``. Cell 0 is occupied before and cell ``k`` after, too. Shape (longest + 1, longest + 1).
@@ -44,10 +40,6 @@ class PassingTimes:
     """
 
     def __init__(self, motion: Motion, longest: int) -> None:
-        self.motion = motion
-        self.longest = longest
-        self.runs = np.array([motion.run_ticks(cells) for cells in range(longest + 1)], dtype=np.int64)
-        self.turns = np.array([motion.turn_ticks(0, heading) for heading in range(4)], dtype=np.int64)
         self.enter = np.zeros((longest + 1, longest + 1), dtype=np.int64)
         self.leave = np.zeros((longest + 1, longest + 1), dtype=np.int64)
         for cells in range(1, longest + 1):
@@ -55,10 +47,10 @@ class PassingTimes:
             self.enter[cells, 1 : cells + 1] = np.floor(ticks[:-1] + NANOSECOND)
             self.leave[cells, :cells] = np.ceil(ticks[1:] - NANOSECOND)
             # The run itself is rounded to the nearest tick: never let go of a cell before its end.
-            self.leave[cells, cells - 1] = max(self.leave[cells, cells - 1], self.runs[cells])
+            self.leave[cells, cells - 1] = max(self.leave[cells, cells - 1], motion.run_ticks(cells))
             self.leave[cells, cells] = self.leave[cells, cells - 1]
         self.common = np.array([self._common(cells) for cells in range(longest + 1)], dtype=np.int64)
-        for array in (self.runs, self.turns, self.enter, self.leave, self.common):
+        for array in (self.enter, self.leave, self.common):
             array.setflags(write=False)
 
     def _common(self, cells: int) -> int:

@@ -85,7 +85,7 @@ def timed_path(roads: Roads, query: Query, legs: tuple[Leg, ...]) -> TimedPath:
         tick += leg.wait_ticks
         if leg.to != cell:
             towards, length = run_between(roads, cell, leg.to)
-            tick += int(roads.passing.turns[(towards - heading) % 4] + roads.passing.runs[length])
+            tick += int(roads.travel.turns[(towards - heading) % 4] + roads.travel.runs[length])
             cell, heading = leg.to, towards
     return TimedPath(query.cell, query.heading, query.start_tick, legs, cell, heading, tick)
 
@@ -113,14 +113,14 @@ def occupancy(roads: Roads, path: TimedPath, since: int | None = None) -> Occupa
         if leg.to == cell:
             continue
         towards, length = run_between(roads, cell, leg.to)
-        tick += int(roads.passing.turns[(towards - heading) % 4])
+        tick += int(roads.travel.turns[(towards - heading) % 4])
         enter, leave = tick + roads.passing.enter[length], tick + roads.passing.leave[length]
         enter[0] = begin
         cells.append(cell + int(roads.offsets[towards]) * np.arange(length, dtype=np.int64))
         begins.append(enter[:length])
         ends.append(leave[:length])
         begin = int(enter[length])
-        tick += int(roads.passing.runs[length])
+        tick += int(roads.travel.runs[length])
         cell, heading = leg.to, towards
     cells.append(np.array([cell], dtype=np.int64))
     begins.append(np.array([begin], dtype=np.int64))

@@ -63,7 +63,6 @@ class Reservations:
         self._since = np.zeros(pool, dtype=np.int64)
         self._until = np.zeros(pool, dtype=np.int64)
         self._owner = np.full(pool, -1, dtype=np.int64)
-        self._size: int | None = 0
         self._cells_of: dict[int, NDArray[np.int64]] = {}
 
     # Looking
@@ -73,29 +72,14 @@ class Reservations:
         """The arrays as they are now; they are others after the next change."""
         return Intervals(self._first, self._count, self._since, self._until, self._owner)
 
-    @property
-    def size(self) -> int:
-        """Number of intervals."""
-        if self._size is None:
-            self._size = int(self._count.sum())
-        return self._size
-
-    @property
-    def pool_size(self) -> int:
-        """Upper bound of the gaps' numbers."""
-        return len(self._since)
-
     def reserved(self, cell: int) -> list[tuple[int, int, int]]:
         """(owner, since, until) of a cell's intervals, ascending."""
         entries = range(int(self._first[cell]), int(self._first[cell] + self._count[cell]))
         return [(int(self._owner[p]), int(self._since[p]), int(self._until[p])) for p in entries]
 
-    def blocker(self, cell: int, since: int, until: int = FOREVER, owner: int = -1) -> int | None:
-        """Return who else than ``owner`` has a cell first between two ticks; None when nobody does."""
-        for who, begin, end in self.reserved(cell):
-            if who != owner and begin < until and end > since:
-                return who
-        return None
+    def blocker(self, cell: int, since: int, owner: int = -1) -> int | None:
+        """Return who else than ``owner`` has a cell first from a tick on; None when nobody does."""
+        return next((who for who, _, end in self.reserved(cell) if who != owner and end > since), None)
 
     # Changing
 
@@ -116,9 +100,9 @@ class Reservations:
         self.check(owner, occupancy)
         self._insert(owner, occupancy)
 
-    def hold(self, owner: int, cell: int, since: int, until: int = FOREVER) -> None:
-        """Reserve one cell more for an owner, without end unless it is given."""
-        cells, begins, ends = (np.array([value], dtype=np.int64) for value in (cell, since, until))
+    def hold(self, owner: int, cell: int, since: int) -> None:
+        """Reserve one cell more for an owner, without end."""
+        cells, begins, ends = (np.array([value], dtype=np.int64) for value in (cell, since, FOREVER))
         self.add(owner, Occupancy(cells, begins, ends))
 
     def seize(self, owner: int, occupancy: Occupancy) -> set[int]:
@@ -130,10 +114,8 @@ class Reservations:
         from rmfs_core.traffic import intervals
 
         losers = set()
-        while True:
-            found, entry = intervals.conflict(occupancy.cells, occupancy.since, occupancy.until, owner, *self.arrays)
-            if found < 0:
-                break
+        while (hit := self._conflict(owner, occupancy)) is not None:
+            found, entry = hit
             loser = int(self._owner[entry])
             intervals.remove(occupancy.cells[found : found + 1], loser, *self.arrays)
             losers.add(loser)
@@ -142,19 +124,14 @@ class Reservations:
 
     def check(self, owner: int, occupancy: Occupancy) -> None:
         """Raise `ReservedError` when another has one of the cells then."""
-        from rmfs_core.traffic import intervals
-
-        found, entry = intervals.conflict(occupancy.cells, occupancy.since, occupancy.until, owner, *self.arrays)
-        if found >= 0:
-            cell = int(occupancy.cells[found])
+        hit = self._conflict(owner, occupancy)
+        if hit is not None:
+            cell, entry = int(occupancy.cells[hit[0]]), hit[1]
             raise ReservedError(cell, int(self._owner[entry]), int(self._since[entry]), int(self._until[entry]))
 
     def is_free(self, owner: int, occupancy: Occupancy) -> bool:
         """Whether nobody else has one of the cells then."""
-        from rmfs_core.traffic import intervals
-
-        found, _ = intervals.conflict(occupancy.cells, occupancy.since, occupancy.until, owner, *self.arrays)
-        return bool(found < 0)
+        return self._conflict(owner, occupancy) is None
 
     def release(self, owner: int) -> None:
         """Remove all that an owner has reserved."""
@@ -163,14 +140,19 @@ class Reservations:
         cells = self._cells_of.pop(owner, None)
         if cells is not None:
             intervals.remove(cells, owner, *self.arrays)
-            self._size = None
 
     def forget_before(self, tick: int) -> None:
         """Remove what ended by a tick, so that the table stays as small as what is to come."""
         from rmfs_core.traffic import intervals
 
         intervals.forget(tick, *self.arrays)
-        self._size = None
+
+    def _conflict(self, owner: int, new: Occupancy) -> tuple[int, int] | None:
+        """Position of the first interval that another's overlaps, and that one's entry."""
+        from rmfs_core.traffic import intervals
+
+        found, entry = intervals.conflict(new.cells, new.since, new.until, owner, *self.arrays)
+        return None if found < 0 else (found, entry)
 
     def _insert(self, owner: int, new: Occupancy) -> None:
         from rmfs_core.traffic import intervals
@@ -184,7 +166,6 @@ class Reservations:
             if done == len(new.cells):
                 break
             self._grow()
-        self._size = None
         before = self._cells_of.get(owner)
         self._cells_of[owner] = new.cells if before is None else np.union1d(before, new.cells)
 

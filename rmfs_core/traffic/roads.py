@@ -26,7 +26,7 @@ class Tracks(NamedTuple):
     offsets
         Step in cell index per heading.
     runs, turns, enter, leave, common
-        See `PassingTimes`.
+        See `Travel` and `PassingTimes`.
     times
         Ticks of the fastest way to the goal from each (cell, heading), other robots ignored.
     """
@@ -61,9 +61,9 @@ class Roads:
         self.travel = travel
         self.layout = travel.layout
         self.cells = len(travel.layout.kind)
-        self.passing = PassingTimes(travel.motion, max(travel.layout.width, travel.layout.height))
+        self.passing = PassingTimes(travel.motion, len(travel.runs) - 1)
         self.offsets = travel.offsets
-        self.turns = tuple(map(int, self.passing.turns))
+        self.turns = tuple(map(int, travel.turns))
 
     def tracks(self, goal: int, loaded: bool) -> Tracks:
         """Return the arrays of a goal for a compiled search."""
@@ -72,8 +72,8 @@ class Roads:
             self.layout.moves,
             self.travel.passable(goal, loaded),
             self.offsets,
-            passing.runs,
-            passing.turns,
+            self.travel.runs,
+            self.travel.turns,
             passing.enter,
             passing.leave,
             passing.common,

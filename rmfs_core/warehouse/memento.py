@@ -176,7 +176,7 @@ def restore(memento: Memento, travel: Travel) -> Warehouse:
         [p.home for p in memento.pods],
         memento.blocked,
     )
-    warehouse.now = memento.now
+    warehouse.advance(memento.now)
     for order, given in zip(warehouse.orders, memento.orders, strict=True):
         warehouse.order_arrives(order)
         _assign(warehouse, order, given, memento.skus)

@@ -116,6 +116,10 @@ class Order(ReadOnly):
         """Return what a period has assigned of it to a station so far."""
         return next((part for part in self._parts if part.station == station and part.period == period), None)
 
+    def has_place_at(self, station: int) -> bool:
+        """Whether a part of it is at a station that still has items to pick there."""
+        return any(part.station == station and part.unpicked_items for part in self._parts)
+
     @property
     def stations(self) -> tuple[int, ...]:
         """Ids of the stations that parts of the order were assigned to, in the order of assignment, without repeats."""
@@ -344,13 +348,13 @@ class Station(ReadOnly):
 
     @property
     def load(self) -> int:
-        """Capacity in use: items (or orders, with order capacity) of the parts that still have unpicked items here."""
+        """Capacity in use: items of the parts that still have unpicked items here, or their orders (order capacity)."""
         return self._load
 
     @property
     def free_capacity(self) -> int:
         """Items (or orders, with order capacity) that can still be assigned now."""
-        return self.capacity - self._load
+        return max(self.capacity - self._load, 0)
 
     @property
     def open_requests(self) -> tuple[Request, ...]:

@@ -59,6 +59,7 @@ class Warehouse:
         self.free_items = _FreeItems(self.pods)
         self.homes = tuple(pod_cells)
         self.stations = tuple(stations)
+        self._largest = max([UNLIMITED if s.counts_orders else s.capacity for s in stations], default=0)
         self.robots = tuple(robots)
         self.blocked = tuple(sorted(blocked))
         taken = {*pod_cells, *self.blocked}
@@ -100,20 +101,24 @@ class Warehouse:
         return tuple(self._with_sku.get(sku, ()))
 
     def size_at(self, order: Order, station: Station) -> int:
-        """Capacity that the open lines of an order take up at a station."""
-        return 1 if station.counts_orders else order.open_items
+        """Capacity that the open lines of an order take up at a station: all of it, if no station has enough."""
+        if station.counts_orders:
+            return int(not order.has_place_at(station.id))
+        return min(order.open_items, station.capacity) if order.open_items > self._largest else order.open_items
 
     def in_backlog(self, order: Order) -> bool:
         """Whether an order has arrived and has open lines."""
         return order.id in self._backlog
 
     def fits_smallest(self, *, single_line: bool) -> bool:
-        """Whether some station has room for the smallest order of the backlog (or its smallest line)."""
+        """Whether some station has room for the smallest order of the backlog (or line), or for one that goes alone."""
         sizes = self._line_sizes if single_line else self._sizes
         if not sizes:
             return False
-        smallest = min(sizes)
-        return any(s.free_capacity >= (1 if s.counts_orders else smallest) for s in self.stations)
+        smallest, alone = min(sizes), max(self._sizes) > self._largest
+        return any(
+            s.free_capacity >= (1 if s.counts_orders else smallest) or (alone and not s.load) for s in self.stations
+        )
 
     def available(self) -> NDArray[np.int64]:
         """Items on each station's inbound pods that are not promised to any request."""
@@ -159,6 +164,10 @@ class Warehouse:
 
     # What the kernel does to it
 
+    def advance(self, tick: int) -> None:
+        """Set the clock."""
+        self.now = tick
+
     def order_arrives(self, order: Order) -> None:
         """Put an order into the backlog."""
         self.arrived[order.id] = order
@@ -176,7 +185,7 @@ class Warehouse:
         What one period assigns of an order to a station is one part, in however many steps it does. Whatever the
         steps, the promises to all that it assigns are a maximum flow over the pods; earlier promises stay.
         """
-        was_split = order.split
+        was_split, had_place = order.split, order.has_place_at(station.id)
         lines = [order._open.pop(sku) for sku in skus]
         items = sum(line.quantity for line in lines)
         _drop(self._sizes, order._open_size)
@@ -193,8 +202,7 @@ class Warehouse:
         if part is None:
             part = Part(order, station.id, period)
             order._parts.append(part)
-            station._load += station.counts_orders
-        station._load += 0 if station.counts_orders else items
+        station._load += int(not had_place) if station.counts_orders else items
         part._skus += skus
         part._items += items
         part._unpicked += items
@@ -313,7 +321,7 @@ class Warehouse:
         order._unpicked -= 1
         part._unpicked -= 1
         if part._unpicked == 0:
-            station._load -= 1 if station.counts_orders else part._items
+            station._load -= int(not order.has_place_at(station.id)) if station.counts_orders else part._items
         if order._unpicked == 0 and order.split:
             self.split_orders_open -= 1
 
@@ -417,6 +425,7 @@ class _FreeItems:
 
 
 def promise(request: Request, pod: Pod) -> None:
+    """Promise a free item of a pod to a request that is uncovered."""
     request._pod = pod
     pod._touched.add(pod)
     by_station = pod._promised.setdefault(request.sku, {})

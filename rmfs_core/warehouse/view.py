@@ -152,7 +152,11 @@ class WarehouseView(ReadOnly):
         return self._state.size_at(order, station) <= station.free_capacity
 
     def size_at(self, order: Order, station: Station) -> int:
-        """Capacity that the open lines of an order take up at a station: items, or 1 with order capacity."""
+        """Capacity that the open lines of an order take up at a station.
+
+        Items; of an order with more than any station has, all that the station has, so that it fits an empty one. With
+        order capacity: 1, or 0 if the order has a place there already.
+        """
         return self._state.size_at(order, station)
 
     def open_demand(self) -> NDArray[np.int64]:

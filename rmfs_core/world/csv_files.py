@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING
 
 from attrs import evolve
 
-from rmfs_core.clock import to_ticks
+from rmfs_core.clock import Calendar, to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.wording import did_you_mean, listed
-from rmfs_core.world.dates import Calendar
 from rmfs_core.world.instance import Instance, OrderData, PodData
 
 if TYPE_CHECKING:

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from rmfs_core.clock import to_seconds, to_ticks
+from rmfs_core.clock import Calendar, to_seconds, to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.randomness import stream
 from rmfs_core.scenario.model import Due, InstanceSection, SkuDemand
-from rmfs_core.world.dates import Calendar
 from rmfs_core.world.instance import Instance, OrderData, PodData
 
 _LENGTH_P = 0.4
@@ -29,9 +28,8 @@ def generate_instance(section: InstanceSection, seed: int) -> Instance:
     all SKUs are concatenated and cut into chunks of alpha, one for each pod. A chunk across the end of a list may have
     a SKU twice: such a pod holds one SKU less (and twice the items, where stock is finite), as the paper's cut has it.
 
-    `instance.lines` and `instance.demand` take the place of these two distributions. SKUs that are bought together are
-    dealt out at random to ``demand.groups`` groups: then each line after the first has, with the probability
-    ``demand.together``, a SKU of the group of one of the lines before it.
+    `instance.lines` and `instance.demand` take the place of these distributions. SKUs are dealt out at random to groups,
+    where there are any: then each line after the first has, with a probability, a SKU of the group of one before it.
 
     An order that the pods cannot fill (a SKU is on no pod, or the orders before it take all items of it) is drawn
     again within the same stream. SKUs that are on no pod are left out of the instance.

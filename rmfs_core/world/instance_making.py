@@ -9,12 +9,12 @@ from pathlib import Path
 
 from attrs import evolve
 
+from rmfs_core.clock import Calendar
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.model import InstanceSection, Scenario, StationsSection
+from rmfs_core.scenario.model import InstanceSection, Scenario
 from rmfs_core.scenario.reading import located
 from rmfs_core.wording import did_you_mean, first_few
 from rmfs_core.world.csv_files import line_of, read_instance, read_profile
-from rmfs_core.world.dates import Calendar
 from rmfs_core.world.generator import generate_instance
 from rmfs_core.world.instance import Instance
 
@@ -56,7 +56,7 @@ def instance_problems(instance: Instance, scenario: Scenario) -> Iterator[InputE
     place = partial(_place, scenario)
     yield from _short_skus(instance, place)
     if scenario.rules.poa_pps is None:  # a joint rule may split an order that is larger than any station
-        yield from _too_large(instance, scenario.stations, place, generated=section.orders_file is None)
+        yield from oversize_orders(instance, scenario)
     yield from _pods_at_stations(instance, section)
 
 
@@ -95,16 +95,20 @@ def _shortage(sku: str, wanted: int, held: int | None) -> str:
     return f"SKU {sku} ({f'{wanted} wanted, {held} there' if held else 'on no pod'})"
 
 
-def _too_large(instance: Instance, stations: StationsSection, place: Place, *, generated: bool) -> Iterator[InputError]:
-    if stations.order_capacity is not None:
-        return  # then the number of orders counts, whatever their size
+def oversize_orders(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
+    """Yield what is wrong with orders that are larger than any station, where the scenario refuses them."""
+    stations, generated = scenario.stations, scenario.instance.orders_file is None
+    if stations.order_capacity is not None or stations.oversize != "refuse":
+        return  # with order capacity, the number of orders counts, whatever their size
     capacity = stations.item_capacity
     largest = max(capacity) if isinstance(capacity, tuple) else capacity
     large = [order for order in instance.orders if order.items > largest]
     if large:
-        mend = "; expected a smaller `instance.max_lines` or a larger `stations.item_capacity`" if generated else ""
+        smaller = "a smaller `instance.max_lines`, " if generated else ""
+        mend = f'; expected {smaller}a larger `stations.item_capacity` or `stations.oversize` = "alone"'
         sizes = first_few([f"order {order.name} has {order.items} items" for order in large])
-        yield InputError(place(large[0].name), f"{sizes}, more than any station takes at a time ({largest}){mend}")
+        problem = f"{sizes}, more than any station takes at a time ({largest}){mend}"
+        yield InputError(_place(scenario, large[0].name), problem)
 
 
 def _pods_at_stations(instance: Instance, section: InstanceSection) -> Iterator[InputError]:

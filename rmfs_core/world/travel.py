@@ -41,20 +41,29 @@ class Travel:
         The grid.
     motion
         Kinematics of the robots.
+
+    Attributes
+    ----------
+    runs
+        Ticks of a run by its number of cells, from rest to rest. Shape (longest run + 1,).
+    turns
+        Ticks of a turn by the difference of headings. Shape (4,).
+    offsets
+        Step in cell index per heading. Shape (4,).
     """
 
     def __init__(self, layout: Layout, motion: Motion) -> None:
         self._layout = layout
         self._motion = motion
         longest = max(layout.width, layout.height)
-        self._runs = np.array([motion.run_ticks(cells) for cells in range(longest + 1)], dtype=np.int64)
-        self._turns = np.array([motion.turn_ticks(0, heading) for heading in range(4)], dtype=np.int64)
+        self.runs = np.array([motion.run_ticks(cells) for cells in range(longest + 1)], dtype=np.int64)
+        self.turns = np.array([motion.turn_ticks(0, heading) for heading in range(4)], dtype=np.int64)
         self.offsets = np.array([column + row * layout.width for column, row in STEPS], dtype=np.int64)
         self._lane = layout.lane
         self._floor: NDArray[np.bool_] = layout.kind == CellKind.FLOOR
         self._queue = layout.kind == CellKind.QUEUE
         self._under: NDArray[np.bool_] = self._floor | (layout.kind == CellKind.STORAGE)
-        for array in (self._runs, self._turns, self.offsets, self._floor, self._under):
+        for array in (self.runs, self.turns, self.offsets, self._floor, self._under):
             array.setflags(write=False)
         self._tables: OrderedDict[tuple[int, int, bool], NDArray[np.int64]] = OrderedDict()
         self._bytes = 0
@@ -139,16 +148,13 @@ class Travel:
         heading = self.heading(leg_start, to)
         if heading is None:
             return f"{self.layout.where(leg_start)} to {self.layout.where(to)} is no straight run"
-        passable = self._floor if loaded else self._under
-        offset = int(self.offsets[heading])
+        from_start, to_goal = self.passable(start, loaded), self.passable(goal, loaded)
         cell = leg_start
         while cell != to:
             if not self.layout.may_step(cell, heading):
                 return f"no robot may go from {self.layout.where(cell)} in heading {heading}"
-            cell += offset
-            lane = int(self._lane[cell])
-            own_queue = self._queue[cell] and lane in (int(self._lane[goal]), int(self._lane[start]))
-            if not (passable[cell] or cell == goal or own_queue):
+            cell += int(self.offsets[heading])
+            if not (from_start[cell] or to_goal[cell] or cell == goal):
                 carrying = "with a pod" if loaded else "without a pod"
                 return f"a robot {carrying} may not pass {self.layout.where(cell)} on its way"
         return None
@@ -173,7 +179,7 @@ class Travel:
 
     def _grid(self, end: int, loaded: bool) -> tuple[NDArray[np.int64] | NDArray[np.int8] | NDArray[np.bool_], ...]:
         """Return moves, passable cells, offsets, run and turn times."""
-        return self.layout.moves, self.passable(end, loaded), self.offsets, self._runs, self._turns
+        return self.layout.moves, self.passable(end, loaded), self.offsets, self.runs, self.turns
 
     def _kept(self, key: tuple[int, int, bool]) -> NDArray[np.int64] | None:
         table = self._tables.get(key)

@@ -11,7 +11,7 @@ from rmfs_core.world import Layout, block_map, parse_map
 from rmfs_core.world.travel import travel_on
 from rmfs_plan.movingai import open_layout
 from rmfs_plan.planning import Planner
-from rmfs_plan.roads import bare_roads
+from rmfs_plan.roads import roads_of_map
 
 _LAYOUTS: dict[str, Layout] = {}
 
@@ -27,7 +27,7 @@ def two_way(roads: Roads) -> Roads:
     """Return the roads of the same free cells without one-way aisles: what a plain grid search knows of a layout."""
     layout = roads.layout
     free = roads.travel.passable(layout.storage_locations[0], False).reshape(layout.height, layout.width)
-    return bare_roads(open_layout(free))
+    return roads_of_map(open_layout(free))
 
 
 def ends(roads: Roads) -> tuple[int, ...]:

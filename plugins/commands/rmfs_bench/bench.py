@@ -8,8 +8,8 @@ from typing import Any
 from attrs import evolve, frozen
 
 from rmfs_bench.worlds import keys_of, world_with
+from rmfs_core import run
 from rmfs_core.errors import InputError, RunError
-from rmfs_core.results.running import run
 from rmfs_core.roles import Role
 from rmfs_core.rules import load_rule
 from rmfs_core.scenario import RuleChoice, Scenario
@@ -56,7 +56,7 @@ class Contestant:
     @property
     def field(self) -> str:
         """What it is compared in: a joint rule replaces a POA rule and a PPS rule, so it competes with POA rules."""
-        return "POA, POA+PPS" if self.role in (Role.POA, Role.POA_PPS) else self.decides
+        return "POA, POA+PPS" if self.role.assigns else self.decides
 
 
 @frozen
@@ -88,9 +88,7 @@ class Measured:
     error: str | None = None
 
 
-def contestant(
-    text: str, choice: RuleChoice, *, decides: str | None = None, allow_inline: bool = True, folder: str = "."
-) -> Contestant:
+def contestant(text: str, choice: RuleChoice, *, decides: Role | None = None, allow_inline: bool = True) -> Contestant:
     """Return a rule that is to take part, checked.
 
     Parameters
@@ -103,17 +101,14 @@ def contestant(
         What to compare a rule in that decides several things.
     allow_inline
         Whether rules may be loaded from files.
-    folder
-        Where these files are.
 
     Raises
     ------
     InputError
         When there is no such rule, a parameter is wrong, or it decides several things and none is named.
     """
-    preferred = None if decides is None else Role.labelled(decides)
-    rule = load_rule(choice, ROLES, folder=folder, allow_inline=allow_inline, preferred=preferred)
-    return Contestant(text, choice, rule.role, rule.distribution, rule.version)
+    rule = load_rule(choice, ROLES, allow_inline=allow_inline, preferred=decides)
+    return Contestant(text, choice, rule.role, rule.source.distribution, rule.source.version)
 
 
 def bench(

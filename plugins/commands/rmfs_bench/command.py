@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rmfs_cli import completion
-from rmfs_cli.options import json_option
+from rmfs_cli.options import decides_option, json_option
 from rmfs_cli.screen import print_json, print_named, table_console
 from rmfs_core.roles import Role
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rmfs_bench.bench import Contestant, Measured
 
 WORLDS = ("small", "250", "2000")
-DECIDES = [role.label for role in Role if role is not Role.OBSERVER]
+ROLES = tuple(role for role in Role if role is not Role.OBSERVER)
 PIPE_WIDTH = 120
 """Columns of the tables where the output is no terminal."""
 
@@ -45,7 +45,7 @@ JSON_VERSION = 1
     shell_complete=completion.overrides,
     help="Change the worlds (`instance.orders=50`) or a fixed rule (`rules.pp=sipp`). Repeatable.",
 )
-@click.option("--decides", type=click.Choice(DECIDES), help="What to compare rules in that decide several things.")
+@decides_option(ROLES, help="What to compare rules in that decide several things.")
 @json_option
 @click.option("--no-inline-rules", is_flag=True, help="Refuse rules from files.")
 def bench(
@@ -53,7 +53,7 @@ def bench(
     worlds: tuple[str, ...],
     seeds: tuple[int, ...],
     overrides: tuple[str, ...],
-    decides: str | None,
+    decides: Role | None,
     as_json: bool,
     no_inline_rules: bool,
 ) -> None:

@@ -12,8 +12,8 @@ from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import RuleChoice
 from rmfs_core.scenario.overrides import parse_override
 from rmfs_core.scenario.rulenames import rule_name_from
+from rmfs_core.scenario.source import Source
 from rmfs_core.scenario.structuring import KeyProblem, structure_as
-from rmfs_states.state_json import place_of
 
 
 def parse_choice(text: str, place: str) -> RuleChoice:
@@ -27,7 +27,7 @@ def parse_choice(text: str, place: str) -> RuleChoice:
     try:
         choice = structure_as(RuleChoice, value)
     except KeyProblem as problem:
-        raise InputError(place_of(place, problem.path), problem.problem) from None
+        raise InputError(Source(place).place_of(problem.path), problem.problem) from None
     return evolve(choice, rule=rule_name_from(choice.rule, ".", "."))
 
 

@@ -39,6 +39,9 @@ class Display:
         """Write a line."""
         say(self.console, text)
 
+    def close(self) -> None:
+        """Give the terminal back: nothing to do after lines."""
+
 
 class PanelDisplay(Display):
     """A panel on a terminal that changes in place, and goes away when it is closed."""

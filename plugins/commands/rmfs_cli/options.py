@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
+
 import click
 
 from rmfs_cli import completion
+from rmfs_core.roles import Role
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 scenario_argument = click.argument("scenario", metavar="SCENARIO", shell_complete=completion.scenarios)
 """A file, or the name of a shipped scenario."""
@@ -19,6 +25,16 @@ set_option = click.option(
     "(`rules.pps=./my.py:MyRule`) is looked up in the current folder. `rules.poa_pps` takes the place of `rules.poa` "
     "and `rules.pps`, and the other way round. Nothing after the `=`, or None, takes a key out. Repeatable.",
 )
+
+
+def decides_option(roles: Iterable[Role], **attributes: Any) -> Callable[[F], F]:
+    """Return the option ``--decides``, which names a role as people do; the command is handed the role, or None."""
+
+    def role_of(_ctx: click.Context, _param: click.Parameter, label: str | None) -> Role | None:
+        return None if label is None else Role.labelled(label)
+
+    return click.option("--decides", type=click.Choice([role.label for role in roles]), callback=role_of, **attributes)
+
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for machines, and nothing else.")
 

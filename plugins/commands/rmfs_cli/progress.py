@@ -27,7 +27,7 @@ NARROW = 100
 
 
 @define
-class Counts:
+class RunCounts:
     """What both displays show of a run so far."""
 
     total: int = 0
@@ -38,7 +38,7 @@ class Counts:
     picks_at: list[int] = field(factory=list)
 
     @classmethod
-    def of(cls, run: RunInfo) -> Counts:
+    def of(cls, run: RunInfo) -> RunCounts:
         """Return the counts at the start of a run."""
         return cls(total=len(run.instance.orders), picks_at=[0] * len(run.layout.stations))
 
@@ -75,7 +75,7 @@ def about(run: RunInfo) -> str:
     )
 
 
-class PlainProgress(Display):
+class RunLines(Display):
     """Observer that writes a line at the start, one for every tenth of the orders, and one at the end.
 
     The lines say nothing of wall-clock time, so equal runs write equal lines.
@@ -90,12 +90,12 @@ class PlainProgress(Display):
 
     def __init__(self, name: str, console: Console) -> None:
         super().__init__(name, console)
-        self.counts = Counts()
+        self.counts = RunCounts()
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
         """Write the first line."""
-        self.counts = Counts.of(run)
+        self.counts = RunCounts.of(run)
         self.line(f"{self.name}: {about(run)}")
 
     @hookimpl
@@ -115,9 +115,6 @@ class PlainProgress(Display):
         """Write the last line."""
         self.line(f"{status}: {self._state(tick)}")
 
-    def close(self) -> None:
-        """Do nothing: lines need no tidying up."""
-
     def _state(self, tick: int) -> str:
         counts = self.counts
         stopped = f", {counts.stopped_early} solves stopped early" if counts.stopped_early else ""
@@ -127,7 +124,7 @@ class PlainProgress(Display):
         )
 
 
-class LiveProgress(PanelDisplay):
+class RunPanel(PanelDisplay):
     """Observer that shows a run on a terminal while it goes on.
 
     Parameters
@@ -140,7 +137,7 @@ class LiveProgress(PanelDisplay):
 
     def __init__(self, name: str, console: Console) -> None:
         super().__init__(name, console)
-        self.counts = Counts()
+        self.counts = RunCounts()
         self._run: RunInfo | None = None
         self._started = self._next_refresh = 0.0
         self._until_look = 0
@@ -149,7 +146,7 @@ class LiveProgress(PanelDisplay):
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
         """Open the display."""
-        self.counts = Counts.of(run)
+        self.counts = RunCounts.of(run)
         self._run = run
         self._started = time.perf_counter()
         self.open()
@@ -237,9 +234,9 @@ class LiveProgress(PanelDisplay):
         )
 
 
-Progress = LiveProgress | PlainProgress
+RunDisplay = RunPanel | RunLines
 
 
-def progress_for(console: Console, name: str) -> Progress:
+def run_display(console: Console, name: str) -> RunDisplay:
     """Return the display that suits where the output goes."""
-    return LiveProgress(name, console) if console.is_terminal else PlainProgress(name, console)
+    return RunPanel(name, console) if console.is_terminal else RunLines(name, console)

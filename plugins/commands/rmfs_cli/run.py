@@ -18,7 +18,7 @@ from rmfs_cli.screen import print_json, say
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from rmfs_cli.progress import Progress
+    from rmfs_cli.progress import RunDisplay
     from rmfs_core.results import Result
     from rmfs_core.scenario import Scenario
 
@@ -73,10 +73,10 @@ def run(
     from rich.console import Console
 
     from rmfs_cli.compiling import compiling_announced
-    from rmfs_cli.progress import progress_for
+    from rmfs_cli.progress import run_display
     from rmfs_cli.summary import print_profile, print_summary
+    from rmfs_core import run as simulate
     from rmfs_core.errors import RunError
-    from rmfs_core.results.running import run as simulate
     from rmfs_core.scenario import load_scenario
 
     recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
@@ -86,7 +86,7 @@ def run(
     notes = Console(stderr=True, quiet=quiet)
     if not no_inline_rules:
         _announce_inline_rules(notes, resolved)
-    progress: Progress | None = None if quiet else progress_for(notes, name)
+    progress: RunDisplay | None = None if quiet else run_display(notes, name)
     try:
         with nullcontext() if progress is None else closing(progress), compiling_announced(notes):
             result = simulate(
@@ -136,13 +136,14 @@ def _announce_inline_rules(notes: Console, scenario: Scenario) -> None:
 def _report(console: Console, result: Result, folder: Path, record: Sequence[str]) -> None:
     """Say what is not complete, and where the files are."""
     from rmfs_core.results import RESULT_FILE, TABLE_FILES
-    from rmfs_core.results.running import files_of, load_recorder, standing_recorders
+    from rmfs_core.results.recorders import load_recorder, make_observers
 
     console.print()
     if result.status == "partial":
         total, left = len(result.orders), sum(row["completed_s"] is None for row in result.orders)
         say(console, f"The run ended with {left:,} of {total:,} orders left; the metrics are of what was done.")
     files = [RESULT_FILE, *(file for file, _ in TABLE_FILES.values())]
-    files += sorted(files_of(*map(load_recorder, (*record, *standing_recorders()))))
+    files += [file for observer, _ in make_observers() for file in getattr(observer, "files", ())]
+    files += [load_recorder(name).file for name in record]
     say(console, f"Results in {folder}:")
     say(console, f"  {', '.join(files)}")

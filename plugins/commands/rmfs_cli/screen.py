@@ -60,9 +60,9 @@ def print_named(console: Console, table: Table) -> None:
         console.print()
 
 
-def say(console: Console, text: str) -> None:
+def say(console: Console, text: str, style: str = "") -> None:
     """Print a line as it is: nothing in it is markup, and only the reader's terminal wraps it."""
-    console.print(text, markup=False, highlight=False, soft_wrap=True)
+    console.print(text, style=style, markup=False, highlight=False, soft_wrap=True)
 
 
 def print_json(value: Any) -> None:

@@ -1,4 +1,4 @@
-"""The metrics that `rmfs_details.recorder.Details` adds: names, units, meanings.
+"""The metrics that `rmfs_details.observer.Details` adds: names, units, meanings.
 
 Medians and 95th percentiles are as numpy has them: between the two nearest values they are interpolated. Orders that
 arrive before ``run.warmup_s`` are left out of what is said of orders' times; other events before it are not counted.

@@ -57,7 +57,7 @@ def compare(
     from rmfs_core.errors import RunError
     from rmfs_core.scenario import load_scenario
     from rmfs_experiments import load_experiment, run_experiment, shipped_experiments
-    from rmfs_experiments.progress import progress_for
+    from rmfs_experiments.progress import experiment_display
     from rmfs_experiments.report import REPORT_FILE, print_comparison, write_report
 
     if list_them:
@@ -77,7 +77,7 @@ def compare(
             store=folder / RUNS_FOLDER,
             jobs=jobs,
             dask=dask,
-            watcher=progress_for(notes, loaded.name),
+            watcher=experiment_display(notes, loaded.name),
             allow_inline_rules=not no_inline_rules,
         )
     except KeyboardInterrupt:

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 from attrs import frozen
 
+from rmfs_core import run
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.results import Result
-from rmfs_core.results.running import run
 from rmfs_experiments.experiment import Job
 
 

@@ -21,7 +21,7 @@ MOST_LISTED = 8
 
 
 @define
-class Counts:
+class ExperimentCounts:
     """What both displays show of an experiment so far.
 
     Parameters
@@ -76,7 +76,7 @@ class Counts:
         return duration(self.used_s * (self.total - self.finished) / self.done) if self.done else "-"
 
 
-class PlainProgress(Display, Watcher):
+class ExperimentLines(Display, Watcher):
     """Writes a line at the start, one for every tenth of the runs, one for each run that fails, and one at the end.
 
     Parameters
@@ -89,12 +89,12 @@ class PlainProgress(Display, Watcher):
 
     def __init__(self, name: str, console: Console) -> None:
         super().__init__(name, console)
-        self.counts = Counts()
+        self.counts = ExperimentCounts()
         self._lock = threading.Lock()
 
     def started(self, total: int, stored: int, slots: int) -> None:
         """Write the first line."""
-        self.counts = Counts(total, stored, slots)
+        self.counts = ExperimentCounts(total, stored, slots)
         before = f", {stored:,} of them stored already" if stored else ""
         self.line(f"{self.name}: {total:,} runs{before}, {slots} at a time")
 
@@ -133,7 +133,7 @@ class PlainProgress(Display, Watcher):
         )
 
 
-class LiveProgress(PanelDisplay, Watcher):
+class ExperimentPanel(PanelDisplay, Watcher):
     """Shows an experiment on a terminal while it goes on; runs that fail stay to be read above the display.
 
     Parameters
@@ -146,12 +146,12 @@ class LiveProgress(PanelDisplay, Watcher):
 
     def __init__(self, name: str, console: Console) -> None:
         super().__init__(name, console)
-        self.counts = Counts()
+        self.counts = ExperimentCounts()
         self._lock = threading.Lock()
 
     def started(self, total: int, stored: int, slots: int) -> None:
         """Open the display."""
-        self.counts = Counts(total, stored, slots)
+        self.counts = ExperimentCounts(total, stored, slots)
         self.open(REFRESHES_PER_S)
 
     def run_started(self, job: Job) -> None:
@@ -214,9 +214,9 @@ class LiveProgress(PanelDisplay, Watcher):
         return table
 
 
-Progress = LiveProgress | PlainProgress
+ExperimentDisplay = ExperimentPanel | ExperimentLines
 
 
-def progress_for(console: Console, name: str) -> Progress:
+def experiment_display(console: Console, name: str) -> ExperimentDisplay:
     """Return the display that suits where the output goes."""
-    return LiveProgress(name, console) if console.is_terminal else PlainProgress(name, console)
+    return ExperimentPanel(name, console) if console.is_terminal else ExperimentLines(name, console)

@@ -2,7 +2,7 @@
 
 A library use, in four lines::
 
-    roads = bare_roads(read_map("hall.map"))
+    roads = roads_of_map(read_map("hall.map"))
     planner = find_planner("sipp", {}, np.random.default_rng(1))
     plans = plan_trips(roads, planner, random_trips(roads, 20, 1, "hall.map"))
     assert not collisions(roads, [plan.path for plan in plans])

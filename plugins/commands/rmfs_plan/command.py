@@ -59,9 +59,9 @@ def plan(
     from rmfs_core.errors import RunError
     from rmfs_core.randomness import stream
     from rmfs_core.scenario.rulenames import rule_name_from
-    from rmfs_plan import bare_roads, collisions, find_planner, plan_trips, random_trips, read_map, read_trips
+    from rmfs_plan import collisions, find_planner, plan_trips, random_trips, read_map, read_trips, roads_of_map
 
-    roads = bare_roads(read_map(map_file))
+    roads = roads_of_map(read_map(map_file))
     planner = find_planner(rule_name_from(pp, ".", "."), _parameters(values), stream(seed, f"rule pp {pp}"))
     with compiling_announced(Console(stderr=True)):
         trips = random_trips(roads, agents, seed, map_file) if scen is None else read_trips(scen, roads.layout, agents)
@@ -209,8 +209,8 @@ def _legs(roads: Roads, robot: int, one: Plan) -> list[dict[str, object]]:
     cell, heading, tick = one.path.cell, one.path.heading, one.path.start_tick
     for number, leg in enumerate(one.path.legs, 1):
         towards = roads.travel.heading(cell, leg.to)
-        turn = 0 if towards is None else int(roads.passing.turns[(towards - heading) % 4])
-        run = int(roads.passing.runs[roads.layout.distance(cell, leg.to)])
+        turn = 0 if towards is None else int(roads.travel.turns[(towards - heading) % 4])
+        run = int(roads.travel.runs[roads.layout.distance(cell, leg.to)])
         end = tick + leg.wait_ticks + turn + run
         places = {"from_x": cell % width, "from_y": cell // width, "to_x": leg.to % width, "to_y": leg.to // width}
         times = {"start_s": tick, "wait_s": leg.wait_ticks, "turn_s": turn, "run_s": run, "end_s": end}

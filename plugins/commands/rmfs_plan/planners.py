@@ -18,8 +18,8 @@ from rmfs_core.warehouse import Robot, Warehouse, WarehouseView
 from rmfs_core.world import Instance
 
 
-def find_planner(name: str, parameters: Mapping[str, Any], rng: np.random.Generator, folder: str = ".") -> HookPlanner:
-    """Return the planner of a name, or of a file and class: ``./my_rule.py:MyRule``.
+def find_planner(name: str, parameters: Mapping[str, Any], rng: np.random.Generator) -> HookPlanner:
+    """Return the planner of a name, or of a file in the current folder and its class: ``./my_rule.py:MyRule``.
 
     Parameters
     ----------
@@ -29,15 +29,13 @@ def find_planner(name: str, parameters: Mapping[str, Any], rng: np.random.Genera
         Values of the rule's parameters.
     rng
         For rules that draw random numbers.
-    folder
-        Where files are looked for.
 
     Raises
     ------
     InputError
         When there is no such rule, it takes no such parameters, or it plans no paths.
     """
-    rule = load_rule(RuleChoice(name, parameters), (Role.PP,), folder=folder, place="--pp")
+    rule = load_rule(RuleChoice(name, parameters), (Role.PP,), place="--pp")
     return HookPlanner(rule, rng)
 
 
@@ -69,7 +67,7 @@ class HookPlanner:
             return timed_path(roads, query, ())
         robot = Robot(0, query.cell, query.heading)
         warehouse = Warehouse(Instance((), (), ()), roads.travel, (), (robot,), ())
-        warehouse.now = query.start_tick
+        warehouse.advance(query.start_tick)
         asker = Asker(warehouse)
         answer, _ = asker.ask(
             self.rule,

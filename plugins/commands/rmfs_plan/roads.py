@@ -8,6 +8,6 @@ from rmfs_core.world import Layout
 from rmfs_core.world.travel import Travel
 
 
-def bare_roads(layout: Layout, motion: Motion | None = None) -> Roads:
-    """Return the roads of a map, for robots that move as in the paper unless ``motion`` says otherwise."""
-    return Roads(Travel(layout, motion or Motion()))
+def roads_of_map(layout: Layout) -> Roads:
+    """Return the roads of a map, for robots that move as in the paper."""
+    return Roads(Travel(layout, Motion()))

@@ -57,7 +57,7 @@ def reproduce(
     from rmfs_cli.compiling import compile_searches
     from rmfs_core.errors import RunError
     from rmfs_core.scenario import load_scenario
-    from rmfs_experiments.progress import progress_for
+    from rmfs_experiments.progress import experiment_display
     from rmfs_reproduction import choose_parts
     from rmfs_reproduction import reproduce as run_parts
 
@@ -73,7 +73,7 @@ def reproduce(
             command=shlex.join(["rmfs", *sys.argv[1:]]),
             jobs=jobs,
             dask=dask,
-            watch=lambda name: progress_for(notes, name),
+            watch=lambda name: experiment_display(notes, name),
         )
     except KeyboardInterrupt:
         say(notes, f"Finished runs are kept in {folder}; the same command goes on from there.")

@@ -15,7 +15,7 @@ from rmfs_states.names import Names
 
 
 def answer_to_dict(
-    warehouse: WarehouseView, skus: Sequence[str], decides: str, answer: object
+    warehouse: WarehouseView, skus: Sequence[str], decides: Role, answer: object
 ) -> dict[str, Any] | None:
     """Return a rule's answer with names; None when it is nothing that the rule may answer.
 
@@ -26,17 +26,17 @@ def answer_to_dict(
     skus
         SKU names by id.
     decides
-        ``"POA"``, ``"PPS"``, ``"POA+PPS"``, ``"PR"`` or ``"TA"``.
+        What it was asked for; not PP, a filter or an observer.
     answer
         What the rule returned.
     """
     try:
-        return _WRITERS[Role.labelled(decides)](warehouse, skus, answer)
+        return _WRITERS[decides](warehouse, skus, answer)
     except ImpossibleError:  # a run ends with an error then, which says what was wrong
         return None
 
 
-def answer_from_dict(warehouse: Warehouse, names: Names, decides: str, written: Mapping[str, Any]) -> object:
+def answer_from_dict(warehouse: Warehouse, names: Names, decides: Role, written: Mapping[str, Any]) -> object:
     """Return the answer that `answer_to_dict` wrote, without a report; KeyError for a name that is not there."""
     assignments = tuple(
         OrderAssignment(names.orders[a["order"]], names.stations[a["station"]], tuple(names.skus[s] for s in a["skus"]))
@@ -51,7 +51,7 @@ def answer_from_dict(warehouse: Warehouse, names: Names, decides: str, written: 
         Role.PR: written.get("cell"),
         Role.TA: tuple(TaskAssignment(robots[t["robot"]], names.pods[t["pod"]]) for t in written.get("tasks", ())),
     }
-    return answers[Role.labelled(decides)]
+    return answers[decides]
 
 
 def report_to_dict(report: SolveReport) -> dict[str, Any]:
@@ -118,7 +118,7 @@ def _tasks(warehouse: WarehouseView, _: Sequence[str], answer: object) -> dict[s
     return {"tasks": tasks}
 
 
-_WRITERS: Mapping[str, Callable[[WarehouseView, Sequence[str], object], dict[str, Any]]] = {
+_WRITERS: Mapping[Role, Callable[[WarehouseView, Sequence[str], object], dict[str, Any]]] = {
     Role.POA: lambda warehouse, skus, answer: {"assignments": _assignments(warehouse, skus, answer)},
     Role.PPS: lambda warehouse, _, answer: {"trips": _trips(warehouse, answer)},
     Role.POA_PPS: _joint,

@@ -7,9 +7,10 @@ from pathlib import Path
 import click
 
 from rmfs_cli import completion
+from rmfs_cli.options import decides_option
 from rmfs_core.roles import Role
 
-DECIDES = [role.label for role in (Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA)]
+DECIDING = (Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA)
 
 
 def _print_schema(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
@@ -35,7 +36,7 @@ def _print_schema(ctx: click.Context, _parameter: click.Parameter, wanted: bool)
 @click.option(
     "--set", "settings", multiple=True, metavar="PARAMETER=VALUE", help="Set a parameter of the rule. Repeatable."
 )
-@click.option("--decides", type=click.Choice(DECIDES), help="What to ask of a rule that decides several things.")
+@decides_option(DECIDING, help="What to ask of a rule that decides several things.")
 @click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Seed of the rule's random generator.")
 @click.option("--no-inline-rules", is_flag=True, help="Refuse a rule from a file.")
 @click.option(
@@ -47,7 +48,7 @@ def _print_schema(ctx: click.Context, _parameter: click.Parameter, wanted: bool)
     help="Print the JSON Schema of states and exit.",
 )
 def decide(
-    state: Path, name: str, settings: tuple[str, ...], decides: str | None, seed: int | None, no_inline_rules: bool
+    state: Path, name: str, settings: tuple[str, ...], decides: Role | None, seed: int | None, no_inline_rules: bool
 ) -> None:
     """Ask a rule what it decides in the state of STATE.json, and print its decision as JSON. Nothing is simulated.
 
@@ -70,7 +71,7 @@ def decide(
     choice = with_parameters(parse_choice(name, "--rule"), settings)
     answer = ask(given, choice, decides=decides, allow_inline=not no_inline_rules, source=str(state))
     asked = {"rule": answer.rule, "distribution": answer.distribution, "version": answer.version}
-    written = {**asked, "decides": answer.decides, **answer.decision}
+    written = {**asked, "decides": answer.decides.label, **answer.decision}
     if due := due_times(given, [assignment["order"] for assignment in answer.decision.get("assignments", ())]):
         written["due"] = due
     if answer.report is not None:

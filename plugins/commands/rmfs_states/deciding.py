@@ -18,7 +18,7 @@ from rmfs_core.simulation.applying import apply_assignments, apply_selection, ap
 from rmfs_core.simulation.asking import Asker, ImpossibleError
 from rmfs_core.wording import listed
 from rmfs_states.answers import answer_from_dict, answer_to_dict
-from rmfs_states.rebuilding import LacksError, Scene, open_state
+from rmfs_states.rebuilding import LacksError, OpenState, open_state
 from rmfs_states.state import DECIDES, DECIDING, RandomState, State
 
 
@@ -66,7 +66,7 @@ class Answer:
     rule: str
     distribution: str
     version: str
-    decides: str
+    decides: Role
     decision: dict[str, Any]
     report: dict[str, Any] | None
     outcome: Outcome | None
@@ -76,7 +76,7 @@ def decide(
     state: State,
     choice: RuleChoice,
     *,
-    decides: str | None = None,
+    decides: Role | None = None,
     folder: str = ".",
     allow_inline: bool = True,
     source: str = "state",
@@ -105,40 +105,39 @@ def decide(
     RuleError
         When the rule raises, or decides something impossible.
     """
-    if decides is not None and decides not in DECIDES:
-        raise InputError("decides", f"expected {listed(DECIDES, 'or')}, found {decides!r}")
-    asked = decides or state.ask.decides
-    preferred = None if asked is None else Role.labelled(asked)
-    roles = DECIDING if decides is None else (Role.labelled(decides),)
+    if decides is not None and decides not in DECIDING:
+        raise InputError("decides", f"expected {listed(DECIDES, 'or')}, found {decides.label!r}")
+    preferred = decides or state.ask.role
+    roles = DECIDING if decides is None else (decides,)
     rule = load_rule(choice, roles, folder=folder, allow_inline=allow_inline, preferred=preferred)
-    scene = open_state(state, source)
-    return ask(scene, rule)
+    opened = open_state(state, source)
+    return ask(opened, rule)
 
 
-def ask(scene: Scene, rule: BoundRule) -> Answer:
-    """Ask a rule in a scene, and carry out there what it decides: another rule may be asked what comes next."""
-    _check_needs(scene, rule)
-    warehouse, decides = scene.warehouse, rule.role.label
-    arguments = _arguments(scene, rule)
+def ask(opened: OpenState, rule: BoundRule) -> Answer:
+    """Ask a rule in a state, and carry out there what it decides: another rule may be asked what comes next."""
+    _check_needs(opened, rule)
+    warehouse = opened.warehouse
+    arguments = _arguments(opened, rule)
     asker = Asker(warehouse)
     try:
-        answer, _ = asker.ask(rule, warehouse=scene.view, rng=_generator(scene.state, rule), **arguments)
+        answer, _ = asker.ask(rule, warehouse=opened.view, rng=_generator(opened.state, rule), **arguments)
     except RuleError as error:
         if isinstance(error.__cause__, LacksError):
             lacks = f"asks for {error.__cause__}, but the state has no layout; expected one (`layout`)"
-            raise InputError(scene.names.source, f"{rule.describe()} {lacks}") from error
+            raise InputError(opened.names.source, f"{rule.describe()} {lacks}") from error
         raise
-    decision = answer_to_dict(scene.view, scene.instance.skus, decides, answer)
-    outcome = asker.apply(rule, lambda: carry_out(scene, rule.role, answer, arguments, rule.traits.packing_capacity))
+    decision = answer_to_dict(opened.view, opened.instance.skus, rule.role, answer)
+    outcome = asker.apply(rule, lambda: carry_out(opened, rule.role, answer, arguments, rule.traits.packing_capacity))
     assert decision is not None  # it could be carried out
     report = decision.pop("report", None)
-    return Answer(rule.name, rule.distribution, rule.version, decides, decision, report, outcome)
+    return Answer(rule.name, rule.source.distribution, rule.source.version, rule.role, decision, report, outcome)
 
 
 def decide_instead(
     state: State,
     choices: Sequence[RuleChoice],
-    decides: str,
+    decides: Role,
     *,
     allow_inline: bool = True,
     source: str = "state",
@@ -166,27 +165,25 @@ def decide_instead(
     InputError, RuleError
         As `decide`; and for a rule that decides something else.
     """
-    role = Role.labelled(decides)
-    assigning = role in (Role.POA, Role.POA_PPS)
-    roles: list[tuple[Role, ...]] = [(Role.POA, Role.POA_PPS)] if assigning else [(role,)]
+    roles: list[tuple[Role, ...]] = [(Role.POA, Role.POA_PPS)] if decides.assigns else [(decides,)]
     if len(choices) > 1:
-        if not assigning or len(choices) > 2:
-            raise InputError(place, f"found {len(choices)} rules to decide {decides}; expected one rule")
+        if not decides.assigns or len(choices) > 2:
+            raise InputError(place, f"found {len(choices)} rules to decide {decides.label}; expected one rule")
         roles = [(Role.POA,), (Role.PPS,)]
     rules = [
-        load_rule(choice, wanted, allow_inline=allow_inline, place=place, preferred=role)
+        load_rule(choice, wanted, allow_inline=allow_inline, place=place, preferred=decides)
         for choice, wanted in zip(choices, roles, strict=True)
     ]
-    scene = open_state(state, source)
-    answers = [ask(scene, rule) for rule in rules]
+    opened = open_state(state, source)
+    answers = [ask(opened, rule) for rule in rules]
     first, last = answers[0], answers[-1]
     if last is first or first.outcome is None or last.outcome is None:
         return first
     outcome = evolve(last.outcome, orders=first.outcome.orders, items=first.outcome.items)
-    return evolve(first, decides=Role.POA_PPS.label, decision={**first.decision, **last.decision}, outcome=outcome)
+    return evolve(first, decides=Role.POA_PPS, decision={**first.decision, **last.decision}, outcome=outcome)
 
 
-def outcome_of(state: State, decides: str, decision: Mapping[str, Any], source: str = "state") -> Outcome | None:
+def outcome_of(state: State, decides: Role, decision: Mapping[str, Any], source: str = "state") -> Outcome | None:
     """Return what a decision comes to that was made in a state.
 
     Raises
@@ -194,49 +191,50 @@ def outcome_of(state: State, decides: str, decision: Mapping[str, Any], source: 
     InputError
         When it cannot have been made there.
     """
-    scene = open_state(state, source)
+    opened = open_state(state, source)
     try:
-        answer = answer_from_dict(scene.warehouse, scene.names, decides, decision)
-        role = Role.labelled(decides)
-        return carry_out(scene, role, answer, _given(scene, role), None)
+        answer = answer_from_dict(opened.warehouse, opened.names, decides, decision)
+        return carry_out(opened, decides, answer, _given(opened, decides), None)
     except (ImpossibleError, KeyError) as error:
         raise InputError(source, f"the decision does not belong to the state: {error}") from error
 
 
-def _check_needs(scene: Scene, rule: BoundRule) -> None:
+def _check_needs(opened: OpenState, rule: BoundRule) -> None:
     """Refuse a rule that needs what the state does not have, as a scenario would be refused."""
-    counts_orders = any(station.counts_orders for station in scene.warehouse.stations)
+    counts_orders = any(station.counts_orders for station in opened.warehouse.stations)
     nobody = RuleChoice("")
     scenario = Scenario(
         RulesSection(poa_pps=nobody), stations=StationsSection(order_capacity=1 if counts_orders else None)
     )
-    lacks = rule.traits.lacks(scenario, scene.instance)
+    lacks = rule.traits.lacks(scenario, opened.instance)
     if lacks is not None:
-        raise InputError(scene.names.source, f"{rule.describe()} needs {lacks}")
+        raise InputError(opened.names.source, f"{rule.describe()} needs {lacks}")
 
 
-def _arguments(scene: Scene, rule: BoundRule) -> dict[str, Any]:
+def _arguments(opened: OpenState, rule: BoundRule) -> dict[str, Any]:
     """Return what the rule's hook is given besides the warehouse and the random generator."""
-    if rule.role is Role.PR and scene.state.layout is None:
-        raise InputError(scene.names.source, f"{rule.describe()} decides PR, but the state has no layout; expected one")
-    return _given(scene, rule.role)
+    if rule.role is Role.PR and opened.state.layout is None:
+        raise InputError(
+            opened.names.source, f"{rule.describe()} decides PR, but the state has no layout; expected one"
+        )
+    return _given(opened, rule.role)
 
 
-def _given(scene: Scene, role: Role) -> dict[str, Any]:
-    asked, warehouse = scene.state.ask, scene.warehouse
+def _given(opened: OpenState, role: Role) -> dict[str, Any]:
+    asked, warehouse = opened.state.ask, opened.warehouse
     if role is Role.PPS:
         fetches = asked.max_fetches
-        if fetches is None and (scene.state.robots is None or asked.decides == Role.POA_PPS.label):
-            fetches = len(scene.view.free_pods)  # no robots are told of, or the trips may wait for them
+        if fetches is None and (opened.state.robots is None or asked.role is Role.POA_PPS):
+            fetches = len(opened.view.free_pods)  # no robots are told of, or the trips may wait for them
         if fetches is None:
-            fetches = max(len(scene.view.idle_robots) - len(warehouse.waiting), 0)
+            fetches = max(len(opened.view.idle_robots) - len(warehouse.waiting), 0)
         return {"max_fetches": fetches}
     if role is Role.PR:
         if asked.pod is None:
-            scene.names.wrong(("ask", "pod"), "is missing; expected the pod to store")
-        pod = warehouse.pods[scene.names.pod(asked.pod, "ask", "pod")]
+            opened.names.wrong(("ask", "pod"), "is missing; expected the pod to store")
+        pod = warehouse.pods[opened.names.pod(asked.pod, "ask", "pod")]
         if pod.location is not None:
-            scene.names.wrong(("ask", "pod"), f'pod "{asked.pod}" is stored; expected one that a robot carries')
+            opened.names.wrong(("ask", "pod"), f'pod "{asked.pod}" is stored; expected one that a robot carries')
         return {"pod": pod}
     return {}
 
@@ -259,16 +257,16 @@ def _restored(random: RandomState) -> np.random.Generator:
 
 
 def carry_out(
-    scene: Scene, role: Role, answer: object, arguments: Mapping[str, Any], packing_capacity: int | None
+    opened: OpenState, role: Role, answer: object, arguments: Mapping[str, Any], packing_capacity: int | None
 ) -> Outcome | None:
-    """Check a decision and apply it to the scene's warehouse, as in a run; return what it comes to (None: PR, TA).
+    """Check a decision and apply it to the state's warehouse, as in a run; return what it comes to (None: PR, TA).
 
     Raises
     ------
     ImpossibleError
         When it cannot be carried out.
     """
-    warehouse = scene.warehouse
+    warehouse = opened.warehouse
     if role is Role.PR:
         checks.storage_location(warehouse, arguments["pod"], answer)
         return None
@@ -285,8 +283,8 @@ def carry_out(
             warehouse,
             answer,
             joint=role is Role.POA_PPS,
-            shown=scene.shown,
-            period=scene.period,
+            shown=opened.shown,
+            period=opened.period,
             packing_capacity=packing_capacity,
             keep=_forget,
         )
@@ -300,4 +298,4 @@ def carry_out(
 
 
 def _forget(*_: object) -> None:
-    """Nobody is told, and no robot sets off: the scene is only looked at."""
+    """Nobody is told, and no robot sets off: the state is only looked at."""

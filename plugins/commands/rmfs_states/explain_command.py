@@ -154,7 +154,7 @@ def _decided(recorded: Recorded) -> dict[str, Any]:
         "number": recorded.number,
         "period": recorded.period,
         "time_s": recorded.time_s,
-        "decides": recorded.decides,
+        "decides": recorded.decides.label,
         "rule": recorded.rule,
         "decision": recorded.decision,
     }
@@ -175,16 +175,15 @@ def _alternative(text: str, explained: Recorded, *, allow_inline: bool) -> Answe
 def _find(recording: Recording, period: int | None, number: int | None) -> tuple[Recorded, list[Recorded]]:
     """Return the decision to explain, and the PPS decisions between it and the next period when one is asked for."""
     from rmfs_core.errors import InputError
-    from rmfs_states.stories import ASSIGNING
 
     found: Recorded | None = None
     others: list[Recorded] = []
     last, periods = 0, 0
     for recorded in recording:
         last, periods = recorded.number, max(periods, recorded.period)
-        if recorded.number == number or (recorded.period == period and recorded.decides in ASSIGNING):
+        if recorded.number == number or (recorded.period == period and recorded.decides.assigns):
             found = recorded
-        elif recorded.period == period and recorded.decides == Role.PPS.label:
+        elif recorded.period == period and recorded.decides is Role.PPS:
             others.append(recorded)
         if found is not None and (number is not None or recorded.period > found.period):
             break

@@ -13,7 +13,7 @@ from rich.rule import Rule
 from rich.table import Table
 from rich.text import Text
 
-from rmfs_cli.screen import print_named
+from rmfs_cli.screen import print_named, say
 from rmfs_core.clock import to_seconds
 from rmfs_core.roles import Role
 from rmfs_core.rule_helpers import ticks_to_station
@@ -21,8 +21,8 @@ from rmfs_core.scenario import RuleChoice
 from rmfs_core.scenario.tomltext import toml_value
 from rmfs_core.warehouse import Order, Pod
 from rmfs_states import Answer, Outcome, Recorded, Recording, State
-from rmfs_states.rebuilding import Scene, open_state
-from rmfs_states.stories import ASSIGNING, Episode, where_in
+from rmfs_states.rebuilding import OpenState, open_state
+from rmfs_states.stories import Episode, where_in
 
 ROOM_FOR_WORDS = 36
 """Columns that sentences want, at least, beside the name of a rule."""
@@ -36,7 +36,7 @@ def overview(recording: Recording) -> dict[str, Any]:
     counts: Counter[tuple[str, str]] = Counter()
     periods = 0
     for recorded in recording:
-        counts[recorded.decides, recorded.rule] += 1
+        counts[recorded.decides.label, recorded.rule] += 1
         periods = max(periods, recorded.period)
     by_rule = [{"decides": decides, "rule": rule, "decisions": count} for (decides, rule), count in counts.items()]
     return {"periods": periods, "decisions": counts.total(), "by_rule": by_rule}
@@ -50,17 +50,17 @@ def print_overview(console: Console, recording: Recording) -> None:
         table.add_row(row["decides"], row["rule"], f"{row['decisions']:,}")
     console.print(table)
     ranges = f"Periods 1 to {counted['periods']}, decisions 1 to {counted['decisions']}"
-    _say(console, f"{ranges}: see --period, --decision, --order, --pod.")
+    say(console, f"{ranges}: see --period, --decision, --order, --pod.")
 
 
 def print_story(console: Console, name: str, episodes: Sequence[Episode]) -> None:
     """Print what happened to an order or a pod."""
     _heading(console, f"What was decided for {name}")
     if not episodes:
-        _say(console, "Nothing: no decision concerned it.")
+        say(console, "Nothing: no decision concerned it.")
         return
     figures = ("Time", "Period", "Decision")
-    by = [f"{episode.rule} ({episode.decides})" for episode in episodes]
+    by = [f"{episode.rule} ({episode.decides.label})" for episode in episodes]
     apart = max(map(len, by)) + 2 * ROOM_FOR_WORDS <= console.width
     table = _table(
         *figures, *(("By", "What") if apart else ("By whom, and what",)), right=figures, whole=(*figures, "By")
@@ -78,26 +78,26 @@ def print_story(console: Console, name: str, episodes: Sequence[Episode]) -> Non
 
 def print_decision(console: Console, recorded: Recorded, choice: RuleChoice, state: State, limit: int) -> None:
     """Print the state that a rule saw, and what it decided."""
-    scene = open_state(state, recorded.place)
+    opened = open_state(state, recorded.place)
     parameters = ", ".join(f"{name} = {toml_value(value)}" for name, value in choice.parameters.items())
     rule = f"{recorded.rule} ({parameters})" if parameters else recorded.rule
     when = f"period {recorded.period}, at {recorded.time_s:,.3f} s"
-    _heading(console, f"Decision {recorded.number}: {recorded.decides} by {rule}, {when}")
-    console.print(_stations(scene))
+    _heading(console, f"Decision {recorded.number}: {recorded.decides.label} by {rule}, {when}")
+    console.print(_stations(opened))
     decided = recorded.decision
     assigned: dict[str, list[str]] = {}
     for given in (decided or {}).get("assignments", ()):
         assigned.setdefault(given["order"], []).append(f"{given['station']}: {', '.join(given['skus'])}")
-    if recorded.decides in ASSIGNING:
-        _print_backlog(console, scene, assigned, limit)
-    if recorded.decides == Role.PPS.label:
-        _print_wanted(console, scene, state.ask.max_fetches)
+    if recorded.decides.assigns:
+        _print_backlog(console, opened, assigned, limit)
+    if recorded.decides is Role.PPS:
+        _print_wanted(console, opened, state.ask.max_fetches)
     if decided is None:
-        _say(console, "Decided: nothing valid; the run ended here.", style="bold red")
+        say(console, "Decided: nothing valid; the run ended here.", style="bold red")
     else:
-        _print_decided(console, recorded, scene, decided)
+        _print_decided(console, recorded, opened, decided)
     if recorded.report is not None:
-        _say(console, _reported(recorded.report))
+        say(console, _reported(recorded.report))
 
 
 def print_others(console: Console, others: Sequence[Recorded]) -> None:
@@ -122,9 +122,9 @@ def print_comparison(
     if outcome is not None:
         print_named(console, _outcomes(rows))
         if any(row is not None and row.uncovered for *_, row in rows):
-            _say(console, "Not covered: open requests that no pod at the station or bound for it can serve yet.")
+            say(console, "Not covered: open requests that no pod at the station or bound for it can serve yet.")
         if any(report is not None for _, _, report, _ in rows):
-            _say(
+            say(
                 console,
                 "Objective and bound are the rule's own; the paper's models count pods that are there already, too.",
             )
@@ -136,7 +136,7 @@ def print_comparison(
         console.print(table)
     else:
         for name, words in decisions:
-            _say(console, f"{name}:")
+            say(console, f"{name}:")
             console.print(Padding(Text(words), (0, 0, 0, 2)))
 
 
@@ -162,7 +162,7 @@ def _outcomes(rows: Sequence[tuple[str, Mapping[str, Any], Mapping[str, Any] | N
     return table
 
 
-def _stations(scene: Scene) -> Table:
+def _stations(opened: OpenState) -> Table:
     table = _table(
         "Station",
         "Free",
@@ -172,7 +172,7 @@ def _stations(scene: Scene) -> Table:
         "Inbound pods",
         right=("Free", "Requests", "Not covered", "Queue room"),
     )
-    for station in scene.warehouse.stations:
+    for station in opened.warehouse.stations:
         unit = "orders" if station.counts_orders else "items"
         there = set(station.pods_in_line)
         pods = [f"{pod.name}*" if pod.id in there else pod.name for pod in station.inbound_pods]
@@ -189,60 +189,58 @@ def _stations(scene: Scene) -> Table:
     return table
 
 
-def _print_backlog(console: Console, scene: Scene, assigned: Mapping[str, Sequence[str]], limit: int) -> None:
-    backlog, whole = scene.view.backlog, scene.warehouse.backlog
+def _print_backlog(console: Console, opened: OpenState, assigned: Mapping[str, Sequence[str]], limit: int) -> None:
+    backlog, whole = opened.view.backlog, opened.warehouse.backlog
     items = sum(order.open_items for order in backlog)
     hidden = f" (the prefilters left out {len(whole) - len(backlog)} more)" if len(whole) > len(backlog) else ""
-    _say(
-        console, f"Backlog: {len(backlog):,} orders with {items:,} open items{hidden}; decided for: {len(assigned):,}."
-    )
+    say(console, f"Backlog: {len(backlog):,} orders with {items:,} open items{hidden}; decided for: {len(assigned):,}.")
     due = ("Due in", "Priority") if any(order.due_s is not None or order.priority for order in backlog) else ()
     table = _table("Order", "Waits", *due, "Open lines (SKUs)", "Goes to station", right=("Waits", *due))
     rows = [order for order in backlog if order.name in assigned]
     rows += [order for order in backlog if order.name not in assigned][: max(limit - len(rows), 0)]
     for order in rows[:limit]:
-        waits = scene.warehouse.now - order.arrival_tick
+        waits = opened.warehouse.now - order.arrival_tick
         table.add_row(
             Text(order.name),
             f"{to_seconds(waits):,.0f} s",
             *(("-" if order.slack_s is None else f"{order.slack_s:,.0f} s", str(order.priority)) if due else ()),
-            Text(_lines(scene, order)),
+            Text(_lines(opened, order)),
             Text("; ".join(assigned.get(order.name, ()))),
         )
     console.print(table)
     if len(backlog) > len(rows[:limit]):
-        _say(console, f"... and {len(backlog) - len(rows[:limit]):,} more orders; --limit shows more.")
+        say(console, f"... and {len(backlog) - len(rows[:limit]):,} more orders; --limit shows more.")
 
 
-def _print_wanted(console: Console, scene: Scene, max_fetches: int | None) -> None:
+def _print_wanted(console: Console, opened: OpenState, max_fetches: int | None) -> None:
     """Print what pods are wanted for, and which could be sent."""
     table = _table("Station", "SKUs not covered")
-    for station in scene.warehouse.stations:
-        skus = Counter(scene.instance.skus[request.sku] for request in station.uncovered_requests)
+    for station in opened.warehouse.stations:
+        skus = Counter(opened.instance.skus[request.sku] for request in station.uncovered_requests)
         if skus:
             table.add_row(station.name, Text(_counted(skus)))
     console.print(table)
-    leaving = ", ".join(pod.name for pod in scene.view.leaving_pods)
-    _say(
+    leaving = ", ".join(pod.name for pod in opened.view.leaving_pods)
+    say(
         console,
-        f"{max_fetches} of {len(scene.view.free_pods)} free pods could be sent (robots that can start); "
+        f"{max_fetches} of {len(opened.view.free_pods)} free pods could be sent (robots that can start); "
         + (f"leaving a station: {leaving}." if leaving else "no pod is leaving a station."),
     )
 
 
-def _print_decided(console: Console, recorded: Recorded, scene: Scene, decided: Mapping[str, Any]) -> None:
+def _print_decided(console: Console, recorded: Recorded, opened: OpenState, decided: Mapping[str, Any]) -> None:
     if decided.get("trips"):
         table = _table("Pod sent", "To station", "Drive", "Holds SKUs", right=("Drive",))
         for trip in decided["trips"]:
-            pod = scene.warehouse.pods[scene.names.pods[trip["pod"]]]
-            station = scene.warehouse.stations[scene.names.stations[trip["station"]]]
-            drive = to_seconds(ticks_to_station(scene.view, pod, station))
-            table.add_row(Text(trip["pod"]), Text(trip["station"]), f"{drive:.1f} s", Text(_held(scene, pod)))
+            pod = opened.warehouse.pods[opened.names.pods[trip["pod"]]]
+            station = opened.warehouse.stations[opened.names.stations[trip["station"]]]
+            drive = to_seconds(ticks_to_station(opened.view, pod, station))
+            table.add_row(Text(trip["pod"]), Text(trip["station"]), f"{drive:.1f} s", Text(_held(opened, pod)))
         console.print(table)
     elif "trips" in decided:
-        _say(console, "Decided: no pod is sent.")
+        say(console, "Decided: no pod is sent.")
     if "tasks" in decided or "cell" in decided:
-        _say(console, f"Decided: {_in_words(recorded.content, decided)}.")
+        say(console, f"Decided: {_in_words(recorded.content, decided)}.")
 
 
 def _in_words(content: Mapping[str, Any], decision: Mapping[str, Any]) -> str:
@@ -268,14 +266,14 @@ def _pairs(entries: Iterable[Mapping[str, str]], what: str) -> str:
     return "; ".join(f"{', '.join(names)} to {station}" for station, names in sorted(by_station.items())) or "none"
 
 
-def _lines(scene: Scene, order: Order) -> str:
-    return _counted({scene.instance.skus[line.sku]: line.quantity for line in order.open_lines})
+def _lines(opened: OpenState, order: Order) -> str:
+    return _counted({opened.instance.skus[line.sku]: line.quantity for line in order.open_lines})
 
 
-def _held(scene: Scene, pod: Pod) -> str:
-    if scene.warehouse.unlimited_stock:
-        return ", ".join(scene.instance.skus[sku] for sku in pod.contents)
-    return _counted({scene.instance.skus[sku]: number for sku, number in pod.contents.items()})
+def _held(opened: OpenState, pod: Pod) -> str:
+    if opened.warehouse.unlimited_stock:
+        return ", ".join(opened.instance.skus[sku] for sku in pod.contents)
+    return _counted({opened.instance.skus[sku]: number for sku, number in pod.contents.items()})
 
 
 def _counted(skus: Mapping[str, int]) -> str:
@@ -309,7 +307,3 @@ def _table(*columns: str, right: Sequence[str] = (), whole: Sequence[str] = ()) 
 def _heading(console: Console, text: str) -> None:
     title = Text(text, style="bold")
     console.print(Rule(title, align="left", style="dim") if len(text) + 4 <= console.width else title)
-
-
-def _say(console: Console, text: str, style: str = "") -> None:
-    console.print(Text(text, style=style))

@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from typing import NoReturn
 
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.source import KeyPath
+from rmfs_core.scenario.source import KeyPath, Source
 from rmfs_core.wording import did_you_mean
 from rmfs_states.state import State
-from rmfs_states.state_json import place_of
 
 
 class Names:
@@ -40,7 +39,7 @@ class Names:
 
     def wrong(self, path: KeyPath, problem: str) -> NoReturn:
         """Say what is wrong with the state, and where."""
-        raise InputError(place_of(self.source, path), problem)
+        raise InputError(Source(self.source).place_of(path), problem)
 
     def path(self, by_ids: KeyPath) -> KeyPath:
         """Return the path of a key with the name that the state has for an order, pod, station or robot, not its id."""

@@ -8,6 +8,7 @@ from typing import NoReturn
 from attrs import frozen
 
 from rmfs_core.scenario.model import LayoutSection
+from rmfs_core.scenario.source import Source
 from rmfs_core.warehouse import Pod, Warehouse, WarehouseView
 from rmfs_core.warehouse.memento import ContradictionError, restore
 from rmfs_core.world import Instance, Layout, block_map, check_layout, parse_map
@@ -15,7 +16,6 @@ from rmfs_core.world.travel import travel_on
 from rmfs_states.mementos import QUEUE_LENGTH, memento_of
 from rmfs_states.names import Names
 from rmfs_states.state import LayoutState, State
-from rmfs_states.state_json import place_of
 
 
 class LacksError(Exception):
@@ -23,8 +23,8 @@ class LacksError(Exception):
 
 
 @frozen(eq=False)
-class Scene:
-    """A state come alive.
+class OpenState:
+    """A state that rules can be asked in: a warehouse made from it.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class _WithoutPlaces(WarehouseView):
         raise LacksError("storage locations")
 
 
-def open_state(state: State, source: str = "state") -> Scene:
+def open_state(state: State, source: str = "state") -> OpenState:
     """Return the warehouse that a state describes.
 
     Parameters
@@ -109,7 +109,7 @@ def open_state(state: State, source: str = "state") -> Scene:
     shown = _shown(state, names, warehouse)
     backlog = None if shown is None else [order for order in warehouse.backlog if order.id in shown]
     view = (_WithoutPlaces if state.layout is None else WarehouseView)(warehouse, backlog)
-    return Scene(state, names, instance, warehouse, view, shown, _period(state, warehouse))
+    return OpenState(state, names, instance, warehouse, view, shown, _period(state, warehouse))
 
 
 def _period(state: State, warehouse: Warehouse) -> int:
@@ -135,7 +135,7 @@ def _layout(state: State, names: Names) -> Layout:
     if state.layout is None:
         return _stand_in(len(state.stations), len(state.pods))
     longest = max(station.queue_length or QUEUE_LENGTH for station in state.stations.values())
-    layout = _layout_of(state.layout, longest, place_of(names.source, ("layout",)))
+    layout = _layout_of(state.layout, longest, Source(names.source).place_of(("layout",)))
     if len(layout.stations) != len(state.stations):
         names.wrong(
             ("stations",), f"found {len(state.stations)}; expected {len(layout.stations)}, as the layout has them"

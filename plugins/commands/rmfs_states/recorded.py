@@ -13,7 +13,7 @@ from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice, Scenario, scenario_from_dict
 from rmfs_states.patches import patched
 from rmfs_states.recording import RECORDING_FILE, RECORDING_FORMAT, RECORDING_VERSION
-from rmfs_states.state import DECIDES, State
+from rmfs_states.state import DECIDING, State
 from rmfs_states.state_json import check_format, state_from_dict
 from rmfs_trace.json_lines import read_json_lines
 
@@ -39,7 +39,7 @@ class Recorded:
     """
 
     number: int
-    decides: str
+    decides: Role
     rule: str
     content: Mapping[str, Any]
     decision: Mapping[str, Any] | None
@@ -90,22 +90,19 @@ class Recording:
         for number, (place, line) in enumerate(lines, 1):
             try:
                 content = patched(content, line["change"])
-                recorded = Recorded(
-                    number, line["decides"], line["rule"], content, line["decision"], line.get("report"), place
-                )
-                if recorded.decides not in DECIDES or recorded.period < 0 or recorded.time_s < 0:
-                    raise InputError(
-                        place, f"found {recorded.decides} of period {recorded.period}; expected a decision"
-                    )
+                decides = Role.labelled(line["decides"])
+                recorded = Recorded(number, decides, line["rule"], content, line["decision"], line.get("report"), place)
+                if decides not in DECIDING or recorded.period < 0 or recorded.time_s < 0:
+                    raise InputError(place, f"found {decides.label} of period {recorded.period}; expected a decision")
             except (KeyError, TypeError, AttributeError, ValueError) as error:
                 raise InputError(place, f"this is no recorded decision: {type(error).__name__}: {error}") from error
             yield recorded
 
     def choice_of(self, recorded: Recorded) -> RuleChoice:
         """Return the rule that decided, with its parameters, as the scenario has it."""
-        choice: RuleChoice | None = getattr(self.scenario.rules, Role.labelled(recorded.decides))
+        choice: RuleChoice | None = getattr(self.scenario.rules, recorded.decides.key)
         if choice is None:
-            raise InputError(recorded.place, f"the scenario of the run has no rule for {recorded.decides}")
+            raise InputError(recorded.place, f"the scenario of the run has no rule for {recorded.decides.label}")
         return choice
 
 

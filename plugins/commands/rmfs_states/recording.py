@@ -22,16 +22,16 @@ drawn numbers; before that ``seed`` is enough.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from rmfs_core.events import Event
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.results.files import json_ready
+from rmfs_core.roles import Role
 from rmfs_core.scenario import scenario_to_dict
 from rmfs_states.answers import answer_to_dict
 from rmfs_states.snapshots import Snapshots
-from rmfs_states.state import DECIDES
+from rmfs_states.state import DECIDING
 from rmfs_trace.json_lines import JsonLinesFile, beside_results
 
 if TYPE_CHECKING:
@@ -43,25 +43,18 @@ RECORDING_VERSION = 1
 
 
 class DecisionRecorder:
-    """Observer that writes the decisions while the run goes on; the file has its name once the run has ended.
-
-    Parameters
-    ----------
-    path
-        The file; None: ``decisions.jsonl.gz`` in the folder of the results.
-    """
+    """Observer that writes the decisions beside the results while the run goes on, and names the file at its end."""
 
     file: ClassVar = RECORDING_FILE
 
-    def __init__(self, path: str | Path | None = None) -> None:
-        self._path = path
+    def __init__(self) -> None:
         self._asked: dict[str, Any] | None = None
-        self._fresh: dict[tuple[str, str], Any] = {}
+        self._fresh: dict[tuple[Role, str], Any] = {}
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
         """Write the header."""
-        self._file = JsonLinesFile(beside_results(run, self.file) if self._path is None else self._path)
+        self._file = JsonLinesFile(beside_results(run, self.file))
         self._run = run
         self._snapshots = Snapshots(run)
         self._file.write(
@@ -82,9 +75,9 @@ class DecisionRecorder:
     def rule_asked(self, question: Question) -> None:
         """Take down what a rule sees that is about to be asked."""
         decides = question.decides
-        if decides not in DECIDES:
+        if decides not in DECIDING:
             return
-        ask: dict[str, Any] = {"decides": decides, "period": question.period}
+        ask: dict[str, Any] = {"decides": decides.label, "period": question.period}
         call: dict[str, Any] = {"ask": ask}
         if "max_fetches" in question.arguments:
             ask["max_fetches"] = question.arguments["max_fetches"]
@@ -96,14 +89,14 @@ class DecisionRecorder:
         if generator != self._fresh.setdefault((decides, question.rule), generator):
             call["random"] = _random(generator)
         change = self._snapshots.look(call)
-        self._asked = {"decides": decides, "rule": question.rule, "change": change, "decision": None}
+        self._asked = {"decides": decides.label, "rule": question.rule, "change": change, "decision": None}
 
     @hookimpl
-    def rule_answered(self, answer: object) -> None:
+    def rule_answered(self, question: Question, answer: object) -> None:
         """Take down what the rule answered that was asked last."""
         if self._asked is None:
             return
-        decision = answer_to_dict(self._run.warehouse, self._run.instance.skus, self._asked["decides"], answer)
+        decision = answer_to_dict(self._run.warehouse, self._run.instance.skus, question.decides, answer)
         report = None if decision is None else decision.pop("report", None)
         self._asked["decision"] = decision
         if report is not None:

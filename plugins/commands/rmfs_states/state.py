@@ -184,6 +184,11 @@ class AskState:
     )
     pod: str | None = key("PR: the pod to store", None)
 
+    @property
+    def role(self) -> Role | None:
+        """What is asked for."""
+        return None if self.decides is None else Role.labelled(self.decides)
+
 
 @frozen
 class RandomState:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.source import KeyPath, dotted
+from rmfs_core.scenario.source import Source
 from rmfs_core.scenario.structuring import KeyProblem, structure_as
 from rmfs_core.scenario.writing import plain
 from rmfs_core.wording import listed
@@ -47,7 +47,7 @@ def state_from_dict(data: object, name: str = "state") -> State:
     try:
         return structure_as(State, data)
     except KeyProblem as problem:
-        raise InputError(place_of(name, problem.path), problem.problem) from None
+        raise InputError(Source(name).place_of(problem.path), problem.problem) from None
     except OverflowError as error:  # a whole number of hundreds of digits, where a time is expected
         raise InputError(name, f"found a number that is out of all bounds: {error}") from None
 
@@ -62,18 +62,11 @@ def check_format(data: Mapping[str, Any], expected: str, versions: Sequence[int]
     """Raise `InputError` unless a file says that it has a format, in a version that is known here."""
     if data.get("format") != expected:
         found = f"found {data['format']!r}" if "format" in data else "found no key `format`"
-        raise InputError(place_of(name, ("format",)), f"expected {expected!r}, {found}")
+        raise InputError(Source(name).place_of(("format",)), f"expected {expected!r}, {found}")
     if data.get("version") not in versions or isinstance(data.get("version"), bool):
         found = f"found {data['version']!r}" if "version" in data else "found no key `version`"
-        raise InputError(
-            place_of(name, ("version",)),
-            f"expected version {listed(map(str, versions), 'or')} of {expected!r}, {found}",
-        )
-
-
-def place_of(name: str, path: KeyPath) -> str:
-    """Return where a value stands, for a message: the source's name and the path of the key."""
-    return f"{name}, {dotted(path)}" if path else name
+        known = f"version {listed(map(str, versions), 'or')} of {expected!r}"
+        raise InputError(Source(name).place_of(("version",)), f"expected {known}, {found}")
 
 
 def read_json(path: Path) -> Any:

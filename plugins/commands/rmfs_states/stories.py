@@ -11,7 +11,6 @@ from rmfs_core.roles import Role
 from rmfs_core.world.grid import where
 from rmfs_states.recorded import Recorded
 
-ASSIGNING = (Role.POA.label, Role.POA_PPS.label)
 Content = Mapping[str, Any]
 
 
@@ -36,7 +35,7 @@ class Episode:
     number: int
     periods: tuple[int, int]
     times_s: tuple[float, float]
-    decides: str
+    decides: Role
     rule: str
     what: str
 
@@ -69,7 +68,7 @@ def order_story(decisions: Iterable[Recorded], order: str) -> Iterator[Episode]:
             continue
         here = [_episode(decision, what) for what in _done_for(decision, order)]
         reason = None
-        if decision.decides in ASSIGNING:
+        if decision.decides.assigns:
             reason = _why_waiting(decision, order)
             if waiting is not None and (reason != waiting.reason or here):
                 yield waiting.episode()
@@ -113,12 +112,12 @@ def free_capacity(content: Content, station: str) -> int:
     given = content["stations"][station]
     parts = {(r["order"], _part_of(content, station, r)): r["order"] for r in given["requests"]}
     if "order_capacity" in given:
-        return int(given["order_capacity"] - len(parts))
+        return int(given["order_capacity"] - len({order for order, _ in parts}))
     items = 0
     for order, part in parts:
         lines = content["orders"][order]["lines"]
         items += sum(lines[sku] for sku in content["orders"][order]["parts"][part]["skus"])
-    return int(given["item_capacity"] - items)
+    return max(int(given["item_capacity"] - items), 0)
 
 
 def _part_of(content: Content, station: str, request: Mapping[str, Any]) -> int:

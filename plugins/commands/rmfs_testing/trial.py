@@ -14,8 +14,9 @@ from rmfs_core.errors import RuleError, StandstillError
 from rmfs_core.events import DecisionMade, Event
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.roles import Role
+from rmfs_core.rules import BoundRule, RuleSet
 from rmfs_core.rules.hooks import OBSERVER_HOOKS, marked_methods, new_manager
-from rmfs_core.rules.ruleset import BoundRule, RuleSet
+from rmfs_core.rules.sources import RuleSource
 from rmfs_core.rules.traits import RuleTraits
 from rmfs_core.simulation.engine import Simulation
 from rmfs_testing.snapshot import Snapshot
@@ -92,7 +93,8 @@ class WatchedRule:
         kind = type(self.instance)
         traits = RuleTraits.of(self.instance, f"class {kind.__name__}", "it")
         hook: pluggy.HookCaller = getattr(self.manager.hook, role.hook)
-        return BoundRule(role, kind.__name__, self.instance, traits, kind.__module__, "under test", hook)
+        source = RuleSource(kind.__name__, kind, kind.__module__, "under test")
+        return BoundRule(role, source, self.instance, traits, hook)
 
     def begin(self, view: WarehouseView) -> None:
         """Forget the run before this one."""

@@ -97,6 +97,7 @@ def trial_worlds() -> tuple[TrialWorld, ...]:
         _world("no order", small_instance({}, PODS), capacities=(8, 8)),
         _world("later orders", _later(), capacities=(5, 5)),
         _world("an order as large as the largest station", _large(), capacities=(4, 9, 5)),
+        _world("an order larger than the largest station", _large(), capacities=(4, 6, 5)),
         _world("order capacity", plain, capacities=(2, 1), counts_orders=True),
     )
     return (*worlds, *(world.running_out() for world in worlds if world.instance.unlimited_stock))

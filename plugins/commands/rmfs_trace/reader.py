@@ -13,6 +13,7 @@ from attrs import frozen
 from rmfs_core.errors import InputError
 from rmfs_core.events import Event
 from rmfs_core.motion import Motion
+from rmfs_core.roles import Role
 from rmfs_core.world import Instance, Layout, OrderData, PodData, StationCells
 from rmfs_trace.json_lines import read_json_lines
 from rmfs_trace.writer import EVENTS, FORMAT, NOT_TRACED, VERSION
@@ -91,6 +92,7 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
+_ROLES = {role.label: role for role in Role}
 _CHECKS: dict[str, Callable[[Any], bool]] = {
     "int": _is_int,
     "int | None": lambda value: value is None or _is_int(value),
@@ -98,6 +100,7 @@ _CHECKS: dict[str, Callable[[Any], bool]] = {
     "bool": lambda value: isinstance(value, bool),
     "str": lambda value: isinstance(value, str),
     "tuple[int, ...]": lambda value: isinstance(value, list) and all(map(_is_int, value)),
+    "Role": lambda value: value in _ROLES,
 }
 _FIELDS = {
     name: {field.name: str(field.type) for field in attrs.fields(kind) if field.name not in NOT_TRACED}
@@ -120,6 +123,8 @@ def _event(place: str, line: dict[str, Any]) -> Event:
             raise InputError(place, f"{key} of {name} is {line[key]!r}; expected {kind}")
         if isinstance(line[key], list):
             line[key] = tuple(line[key])
+        elif kind == "Role":
+            line[key] = _ROLES[line[key]]
     return EVENTS[name](**line, **_NOT_TRACED[name])
 
 

@@ -26,7 +26,7 @@ First line, the header::
 
 Then one line an event, in the order in which they happened: ``e``, the event's class in lower case with underscores,
 and the fields of that class in `rmfs_core.events` (where each is documented), ``tick`` first. Left out is ``wall_s``
-of ``decision_made``: equal runs have equal traces.
+of ``decision_made``: equal runs have equal traces. ``decides`` is ``"POA"``, ``"PPS"`` or ``"POA+PPS"``.
 
 Where a robot is: it rests at its header cell until its first ``robot_moved``. In such a leg it stands at ``origin`` for
 ``wait_ticks`` from ``start_tick``, turns there for ``turn_ticks`` to ``heading``, and drives ``distance_m`` cells
@@ -41,7 +41,6 @@ without it was cut off.
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import attrs
@@ -83,23 +82,14 @@ _FIELDS = {
 
 
 class TraceWriter:
-    """Observer that writes the trace while the run goes on; the file has its name once the run has ended.
-
-    Parameters
-    ----------
-    path
-        The file; None: ``trace.jsonl.gz`` in the folder of the results.
-    """
+    """Observer that writes the trace beside the results while the run goes on; it has its name once that has ended."""
 
     file: ClassVar = FILE
-
-    def __init__(self, path: str | Path | None = None) -> None:
-        self._path = path
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
         """Write the header."""
-        self._file = JsonLinesFile(beside_results(run, self.file) if self._path is None else self._path)
+        self._file = JsonLinesFile(beside_results(run, self.file))
         self._file.write(header(run))
 
     @hookimpl
@@ -110,6 +100,7 @@ class TraceWriter:
         for name in _FIELDS[kind]:
             line[name] = getattr(event, name)
         if isinstance(event, DecisionMade):
+            line["decides"] = event.decides.label
             line["objective"], line["bound"] = finite(event.objective), finite(event.bound)
         self._file.write(line)
 

@@ -40,7 +40,7 @@ class Report:
     metrics_checked: bool
 
 
-def validate_trace(path: str | Path, *, collisions: bool | None = None) -> list[Fault]:
+def validate_trace(path: str | Path) -> list[Fault]:
     """Return everything that is wrong with a recorded run, in the order of time.
 
     Parameters
@@ -48,20 +48,20 @@ def validate_trace(path: str | Path, *, collisions: bool | None = None) -> list[
     path
         The folder of a run with ``trace.jsonl.gz``, or a trace file. When ``result.json`` lies beside the trace, its
         metrics must be those that the trace amounts to, and so must the times of ``delays.csv``.
-    collisions
-        Whether no two robots may hold a cell at once. None: unless the scenario's PP rule is ``free-flow``, which
-        ignores other robots.
 
     Raises
     ------
     InputError
         When a file is missing, damaged or not what it should be.
     """
-    return check_trace(path, collisions=collisions).faults
+    return check_trace(path).faults
 
 
 def check_trace(path: str | Path, *, collisions: bool | None = None) -> Report:
-    """Validate a recorded run as `validate_trace` does, and report what was checked too."""
+    """Validate a recorded run as `validate_trace` does, and report what was checked too.
+
+    ``collisions``: whether no two robots may hold a cell at once; None: unless the PP rule is ``free-flow``.
+    """
     file = Path(path)
     if file.is_dir():
         if not (file / TRACE_FILE).exists():

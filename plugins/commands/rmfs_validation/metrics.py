@@ -64,7 +64,7 @@ def recompute(trace: Trace) -> dict[str, Value]:
         "picks_per_hour": _over(picked, hours),
         "picker_utilisation": _over(busy, measured * len(trace.stations)),
         "split_orders_open_max": _split_orders(trace, begin),
-        "periods": sum("POA" in decision.decides for decision in decisions),
+        "periods": sum(decision.decides.assigns for decision in decisions),
         "solves_stopped_early": sum(decision.stopped_early for decision in decisions),
     }
 

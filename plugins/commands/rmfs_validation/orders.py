@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 from rmfs_core.events import DecisionMade, OrderArrived, OrderAssigned, OrderCompleted, TripDecided
 from rmfs_core.roles import Role
+from rmfs_core.wording import listed
 from rmfs_validation.case import Case, Handlers, seconds
 from rmfs_validation.state import OrderState, State
 
-DECISIONS = tuple(role.label for role in (Role.POA, Role.PPS, Role.POA_PPS))
+DECISIONS = (Role.POA, Role.PPS, Role.POA_PPS)
 
 
 class OrderCheck:
@@ -62,10 +65,13 @@ class OrderCheck:
         old, items = order.size[part], sum(lines.values())
         order.part_of |= dict.fromkeys(lines, part)
         order.left[part] += items
-        order.size[part] = 1 if header["counts_orders"] else old + items
+        if header["counts_orders"]:  # a later part joins the earlier one, as long as that is there
+            order.size[part] = int(not any(at == event.station and size for (at, _), size in order.size.items()) or old)
+        else:
+            order.size[part] = old + items
         station.open.update(lines)
         station.load += order.size[part] - old
-        if station.load > header["capacity"]:
+        if station.load > header["capacity"] and not self._alone(order, items, station.load):
             unit = "orders" if header["counts_orders"] else "items"
             case.add(
                 "capacity-exceeded",
@@ -73,6 +79,12 @@ class OrderCheck:
                 f"{case.order(event.order)} is assigned to {case.station(event.station)}, "
                 f"which has {station.load} {unit} then; its capacity is {header['capacity']}",
             )
+
+    def _alone(self, order: OrderState, items: int, load: int) -> bool:
+        """Whether all that was left of an order, more than any station takes, went to a station that was empty."""
+        sizes = [math.inf if station["counts_orders"] else station["capacity"] for station in self.case.trace.stations]
+        refused = self.case.trace.scenario["stations"].get("oversize") == "refuse"
+        return not refused and not order.unassigned and load == items > max(sizes)
 
     def completed(self, event: OrderCompleted) -> None:
         """Check that nothing is left of an order, and that its last item was picked just now."""
@@ -145,28 +157,30 @@ class DecisionCheck:
 
     def decided(self, event: DecisionMade) -> None:
         """Check number and size of a decision."""
+        label = event.decides.label
         if event.decides not in DECISIONS:
-            self.case.add(
-                "unknown-id", event.tick, f"a decision on {event.decides!r}; expected {' or '.join(DECISIONS)}"
-            )
+            expected_of = listed((role.label for role in DECISIONS), "or")
+            self.case.add("unknown-id", event.tick, f"a decision on {label}; expected {expected_of}")
         seen = self.backlog + self.closed
         if event.backlog > seen or (event.backlog < seen and not self.filtered):
             self.case.add(
                 "backlog",
                 event.tick,
-                f"the {event.decides} decision of period {event.period} saw {event.backlog} orders in the backlog; "
+                f"the {label} decision of period {event.period} saw {event.backlog} orders in the backlog; "
                 f"there were {seen}",
             )
-        expected = self.period + ("POA" in event.decides)
+        expected = self.period + event.decides.assigns
         if event.period != expected:
             self.case.add(
-                "period", event.tick, f"the {event.decides} decision has period {event.period}; expected {expected}"
+                "period",
+                event.tick,
+                f"the {label} decision has period {event.period}; expected {expected}",
             )
         if (event.assignments, event.trips) != (self.assignments, self.trips):
             self.case.add(
                 "decision-size",
                 event.tick,
-                f"the {event.decides} decision of period {event.period} reports {event.assignments} assignments "
+                f"the {label} decision of period {event.period} reports {event.assignments} assignments "
                 f"and {event.trips} trips; it had {self.assignments} and {self.trips}",
             )
         self.period = event.period

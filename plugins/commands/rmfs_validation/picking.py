@@ -97,4 +97,9 @@ class PickCheck:
         order.left[part] -= 1
         station.open[event.sku] -= 1
         if order.left[part] == 0:
-            station.load -= order.size.pop(part)
+            size = order.size.pop(part)
+            joined = [other for other in order.size if other[0] == part[0]]
+            if joined and self.case.trace.stations[part[0]]["counts_orders"]:
+                order.size[joined[0]] = max(size, order.size[joined[0]])  # the place is theirs now
+            else:
+                station.load -= size

@@ -10,7 +10,7 @@ from attrs import define
 from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rule_helpers import assign_best_pairs, lines_at, sum_per_order
+from rmfs_rule_helpers import assign_best_pairs, lines_at, sum_per_order, waiting_limit
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
@@ -37,6 +37,8 @@ class CommonLines:
     Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8
     """
 
+    max_wait_s: float | None = waiting_limit()
+
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
         """Assign the pairs of order and station with the most lines in common."""
@@ -52,4 +54,4 @@ class CommonLines:
             wanted[station.id, lines.sku[lines_at(warehouse, position)]] = 1
             return (station.id,)
 
-        return assign_best_pairs(warehouse, score, assigned)
+        return assign_best_pairs(warehouse, score, assigned, max_wait_s=self.max_wait_s)

@@ -9,7 +9,7 @@ import numpy as np
 from attrs import define
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rule_helpers import assign_best_pairs
+from rmfs_rule_helpers import assign_best_pairs, waiting_limit
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import WarehouseView
@@ -28,8 +28,10 @@ class FirstCome:
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
+    max_wait_s: float | None = waiting_limit()
+
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
         """Assign orders by age: all pairs score the same, and ties go to the oldest order."""
         same = np.zeros(len(warehouse.backlog), dtype=np.int64)
-        return assign_best_pairs(warehouse, lambda _: same)
+        return assign_best_pairs(warehouse, lambda _: same, max_wait_s=self.max_wait_s)

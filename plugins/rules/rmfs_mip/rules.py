@@ -8,13 +8,16 @@ import numpy as np
 from attrs import define, evolve, field, validators
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport, hookimpl
+from rmfs_mip.period.oversize import Oversize
 from rmfs_mip.period.period import Period, Preference, Stock
 from rmfs_mip.period.solution import Model, Solution
 from rmfs_mip.printed.constraints import violation
 from rmfs_mip.printed.models import solve_printed
 from rmfs_mip.printed.solver import Limits, check_installed, collecting_later
+from rmfs_mip.proof.parts import with_joining_lines
 from rmfs_mip.proof.steps import proof_of
 from rmfs_mip.proof.ties import break_ties
+from rmfs_rule_helpers import OVERSIZE_WAIT_S
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -27,7 +30,6 @@ class _Joint:
 
     model: ClassVar[Model]
     splits_over_time: ClassVar[bool] = False
-    needs: ClassVar[tuple[str, ...]] = ("item capacity",)
     libraries: ClassVar[tuple[str, ...]] = ("highspy", "mip")
 
     formulation: Literal["aggregated", "paper"] = field(
@@ -83,6 +85,15 @@ class _Joint:
             "period). Decides ties only; with a W_u that is not whole, only where no solver is needed"
         },
     )
+    max_wait_s: float = field(
+        default=OVERSIZE_WAIT_S,
+        validator=validators.ge(0),
+        metadata={
+            "doc": "Seconds in the backlog after which the oldest order that is too large for the model (more items "
+            "than any station takes; for split-among-stations, than all take together; if orders are split, in one "
+            "line) gets a station of its own: one takes nothing else until it is empty, and then that order alone"
+        },
+    )
     _stock: Stock | None = field(default=None, init=False, repr=False, eq=False)
     _pods: tuple[Pod, ...] | None = field(default=None, init=False, repr=False, eq=False)
 
@@ -99,11 +110,29 @@ class _Joint:
 
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView, rng: np.random.Generator) -> JointDecision:
-        """Solve one period."""
-        period = Period.of(warehouse, self._stock_of(warehouse), packing=self._packing_capacity is not None)
+        """Solve one period; it may be that of an order which is too large for any station to take it beside others."""
+        stock = self._stock_of(warehouse)
+        large = Oversize.of(warehouse, self.model, self.max_wait_s)
+        if large is not None and large.waited and not large.station.load:
+            alone = self._alone(warehouse, stock, large)
+            if alone.assignments:
+                return alone
+            large = None  # the free items are not enough
+        without = large.station if large is not None and large.waited else None
+        period = Period.of(warehouse, stock, packing=self._packing_capacity is not None, without=without)
         if self.preferred_pods != "idle":
             period = evolve(period, preference=self._preference(period, rng))
-        solution = self.solve(period)
+        decision = _decision(period, self.solve(period)) if period.stations else JointDecision()
+        if large is None or decision.assignments or large.station.load:
+            return decision
+        return self._alone(warehouse, stock, large)  # nothing else needs the empty station
+
+    def _alone(self, warehouse: WarehouseView, stock: Stock, large: Oversize) -> JointDecision:
+        """Assign all that is left of an order to an empty station, or nothing."""
+        period = Period.alone(warehouse, stock, large.order, large.station)
+        limits = Limits(self.solver, self.threads, self.max_seconds, self.gap)
+        with collecting_later():
+            solution = proof_of(period, Model.INTEGRATED, max(self.unused_capacity_weight, 2), limits).run()
         return _decision(period, solution)
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
@@ -135,6 +164,7 @@ class _Joint:
                 proof = proof_of(period, self.model, weight, limits, packing)
                 proof.run()
                 solution = break_ties(proof, self.tie_break)
+            solution = with_joining_lines(period, solution, self.model)
         wrong = violation(period, solution, self.model, weight, packing)
         if wrong is not None:
             raise RuntimeError(f"the solution violates the printed model: {wrong}")
@@ -207,6 +237,7 @@ class Integrated(_Joint):
     """
 
     model: ClassVar[Model] = Model.INTEGRATED
+    whole_orders: ClassVar[bool] = True
 
 
 @define(kw_only=True)

@@ -10,7 +10,7 @@ from attrs import define
 from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rule_helpers import assign_best_pairs, lines_at, sum_per_order
+from rmfs_rule_helpers import assign_best_pairs, lines_at, sum_per_order, waiting_limit
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
@@ -37,11 +37,14 @@ class PodMatch:
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
+    max_wait_s: float | None = waiting_limit()
+
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
         """Assign the best matching pairs of order and station."""
         stock = _InboundStock(warehouse)
-        return assign_best_pairs(warehouse, stock.score, None if warehouse.unlimited_stock else stock.take)
+        take = None if warehouse.unlimited_stock else stock.take
+        return assign_best_pairs(warehouse, stock.score, take, max_wait_s=self.max_wait_s)
 
 
 class _InboundStock:

@@ -6,11 +6,13 @@ decision under construction takes up.
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from attrs import field, validators
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment, PodTrip
@@ -19,15 +21,47 @@ if TYPE_CHECKING:
     from rmfs_core.warehouse import Pod, Station, WarehouseView
 
 __all__ = [
+    "OVERSIZE_WAIT_S",
     "assign_best_pairs",
+    "items_per_order",
+    "largest_capacity",
     "lines_at",
     "nearest_free_location",
     "send_pods",
     "sum_per_order",
     "ticks_to_station",
+    "waiting_limit",
 ]
 
 DOES_NOT_FIT = -1
+
+OVERSIZE_WAIT_S = 600.0
+"""How long an order that is larger than any station waits for an empty one before one is emptied for it, by default."""
+
+
+def waiting_limit() -> Any:
+    """Return the parameter ``max_wait_s`` of a rule that assigns orders with `assign_best_pairs`."""
+    return field(
+        default=None,
+        validator=validators.optional(validators.ge(0)),
+        metadata={
+            "doc": "Seconds in the backlog after which an order goes first; while it fits nowhere, the station with "
+            "most room of those that could take it takes nothing else. Left out: never, but for orders larger than any "
+            f"station, after {OVERSIZE_WAIT_S:g} s, one at a time"
+        },
+    )
+
+
+def largest_capacity(warehouse: WarehouseView) -> float:
+    """Return the items that the largest station can take; without limit where one counts orders."""
+    return max(
+        (math.inf if station.counts_orders else station.capacity for station in warehouse.stations), default=math.inf
+    )
+
+
+def items_per_order(warehouse: WarehouseView) -> NDArray[np.int64]:
+    """Return how many items each order of the backlog has open, by position in the backlog."""
+    return sum_per_order(warehouse, warehouse.backlog_lines.quantity)
 
 
 def sum_per_order(warehouse: WarehouseView, line_values: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -46,31 +80,39 @@ def assign_best_pairs(
     warehouse: WarehouseView,
     score: Callable[[Station], NDArray[np.int64]],
     assigned: Callable[[Station, int], Iterable[int]] | None = None,
+    *,
+    max_wait_s: float | None = None,
 ) -> list[OrderAssignment]:
     """Assign whole orders greedily: again and again the pair of order and station with the highest score.
 
     Only pairs that fit are considered; ties go to the oldest order, then to the lowest station load, then to the lowest
-    station id. It ends when nothing fits any more.
+    station id. It ends when nothing fits any more. An order that is larger than any station fits an empty one. Orders
+    that have waited too long go first, oldest first; each that fits nowhere keeps one station, that with most room of
+    those that could take it, from taking anything else.
 
     :param warehouse: the warehouse now.
     :param score: scores (>= 0) of all orders of the backlog at a station, by position in the backlog.
     :param assigned: told of each assignment (station, position of the order in the backlog) before the next one is
         chosen; returns the ids of the stations whose scores it changes. Left out: scores stay.
+    :param max_wait_s: how long an order may wait. Left out: as long as it takes, but for an order that is larger than
+        any station, which waits `OVERSIZE_WAIT_S`; of these one at a time keeps a station.
     :return: the assignments in the order in which they were chosen.
     """
     stations = [station for station in warehouse.stations if station.free_capacity > 0]
     if not stations or not warehouse.backlog:
         return []
-    items = sum_per_order(warehouse, warehouse.backlog_lines.quantity)
-    sizes = np.column_stack([np.ones_like(items) if station.counts_orders else items for station in stations])
+    items = items_per_order(warehouse)
+    oversize = items > largest_capacity(warehouse)
+    sizes = np.column_stack([_sizes_at(station, items, oversize) for station in stations])
     free = np.array([station.free_capacity for station in stations])
     load = [station.load for station in stations]
     unassigned = np.ones(len(items), dtype=bool)
     scores = np.where(sizes <= free, np.column_stack([score(station) for station in stations]), DOES_NOT_FIT)
-    chosen = []
-    while (best := scores.flat[first := int(scores.argmax())]) > DOES_NOT_FIT:
-        position = first // len(stations)
-        tied = np.flatnonzero(scores[position] == best)
+    chosen: list[OrderAssignment] = []
+
+    def assign(position: int) -> None:
+        """Assign an order to the station with the highest score of it."""
+        tied = np.flatnonzero(scores[position] == scores[position].max())
         column = min((int(column) for column in tied), key=lambda column: (load[column], stations[column].id))
         station = stations[column]
         chosen.append(OrderAssignment(warehouse.backlog[position].id, station.id))
@@ -84,7 +126,45 @@ def assign_best_pairs(
             if changed_station.id in changed:
                 fits = unassigned & (sizes[:, other] <= free[other])
                 scores[:, other] = np.where(fits, score(changed_station), DOES_NOT_FIT)
+
+    kept: dict[int, bool] = {}  # stations kept for an order that waits, and whether that is larger than any station
+    for position in _late(warehouse, oversize, max_wait_s):
+        if scores[position].max() > DOES_NOT_FIT:
+            assign(position)
+        elif max_wait_s is not None or not any(kept.values()):
+            room = {station.id: 0 for station in warehouse.stations}
+            room |= {station.id: int(number) for station, number in zip(stations, free, strict=True)}
+            lacking = {
+                station.id: int(_sizes_at(station, items, oversize)[position]) - room[station.id]
+                for station in warehouse.stations
+                if station.id not in kept
+            }
+            able = [i for i in lacking if lacking[i] <= warehouse.stations[i].capacity - room[i]]
+            if able:
+                keep = min(able, key=lambda identifier: (lacking[identifier], identifier))
+                kept[keep] = bool(oversize[position])
+                for column in (column for column, station in enumerate(stations) if station.id == keep):
+                    free[column] = 0
+                    scores[:, column] = DOES_NOT_FIT
+        if len(kept) == len(warehouse.stations):
+            break
+    while scores.flat[first := int(scores.argmax())] > DOES_NOT_FIT:
+        assign(first // len(stations))
     return chosen
+
+
+def _sizes_at(station: Station, items: NDArray[np.int64], oversize: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return the capacity that orders take at a station; those that are larger than any station take all of it."""
+    return np.ones_like(items) if station.counts_orders else np.where(oversize, station.capacity, items)
+
+
+def _late(warehouse: WarehouseView, oversize: NDArray[np.bool_], max_wait_s: float | None) -> list[int]:
+    """Return the positions in the backlog of the orders that have waited too long, oldest first."""
+    if max_wait_s is None and not oversize.any():
+        return []
+    arrived_s = np.array([order.arrival_s for order in warehouse.backlog])
+    limit_s = np.where(oversize, OVERSIZE_WAIT_S, np.inf) if max_wait_s is None else max_wait_s
+    return [int(position) for position in np.flatnonzero(warehouse.now_s - arrived_s >= limit_s)]
 
 
 def send_pods(

@@ -5,13 +5,22 @@ A table is what `rmfs_core.traffic.intervals` describes.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
 from rmfs_core.decisions import Leg
-from rmfs_core.traffic import FOREVER, Query, Roads, TimedPath
-from rmfs_core.traffic.intervals import inlined
-from rmfs_core.traffic.paths import run_between
+from rmfs_core.traffic import FOREVER, Query, Roads, TimedPath, run_between
+
+_OPTIONS: dict[str, Any] = {"cache": True, "forceinline": True, "_nrt": False}
+
+inlined = njit(**_OPTIONS)
+"""Compile a helper into the searches that call it.
+
+A search hands a dozen arrays from helper to helper. Calls with so many arguments, and numba's counting of references to
+each array (``_nrt``), would take longer than most helpers do. A helper compiled so creates no arrays.
+"""
 
 
 @njit(cache=True)

@@ -29,13 +29,15 @@ class _Memory:
 
     def next(self, table: Reservations) -> int:
         """Make room for a search of a table and return the search's number."""
-        if len(self.queue) < 4 * table.pool_size:
+        gaps = len(table.arrays.since)  # their numbers are below this
+        if len(self.queue) < 4 * gaps:
             from rmfs_sipp.states import empty_states
 
-            self.states, self.queue = empty_states(4 * table.pool_size)
+            self.states, self.queue = empty_states(4 * gaps)
             self.searches = 0
-        if self.low.shape[1] < table.size + 2:
-            self.low, self.high = (np.zeros((4, 2 * table.size + 64), dtype=np.int64) for _ in range(2))
+        intervals = int(table.arrays.count.sum())
+        if self.low.shape[1] < intervals + 2:
+            self.low, self.high = (np.zeros((4, 2 * intervals + 64), dtype=np.int64) for _ in range(2))
         self.searches += 1
         return self.searches
 

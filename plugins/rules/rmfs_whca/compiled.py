@@ -16,7 +16,6 @@ from numba import njit, types
 from numba.typed import Dict
 
 from rmfs_core.traffic import FOREVER
-from rmfs_core.traffic.intervals import is_free
 from rmfs_core.world.travel import UNREACHABLE
 from rmfs_rule_helpers.searching import free_for_good, gap_at, last_end
 
@@ -123,7 +122,7 @@ def _passed(cell, offset, begin, end, length, departure, me, tracks, table):  # 
     for i in range(begin, end):
         there = cell + i * offset
         enter, leave = departure + tracks.enter[length, i], departure + tracks.leave[length, i]
-        if table.count[there] and not is_free(there, enter, leave, me, table):
+        if table.count[there] and not _is_free(there, enter, leave, me, table):
             return i
     return end
 
@@ -144,3 +143,15 @@ def _runs(i, nodes, tracks):  # type: ignore[no-untyped-def]
     for j in range(len(rows)):
         found[len(rows) - 1 - j] = np.array(rows[j])
     return found
+
+
+@njit(cache=True)
+def _is_free(cell, begin, end, me, table):  # type: ignore[no-untyped-def]
+    """Whether nobody else has a cell between two ticks."""
+    first, count, since, until, owner = table
+    for p in range(first[cell], first[cell] + count[cell]):
+        if since[p] >= end:
+            return True
+        if until[p] > begin and owner[p] != me:
+            return False
+    return True

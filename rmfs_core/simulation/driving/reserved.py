@@ -137,7 +137,7 @@ class ReservedDriving(Driving):
         """Give a robot a new goal."""
         raise NotImplementedError
 
-    def register(self, _course: Course, _leg: Leg) -> bool:
+    def register(self, course: Course, leg: Leg) -> bool:  # noqa: ARG002
         """Take note that a robot begins a leg that it has reserved; return whether it does."""
         return True
 

@@ -174,6 +174,7 @@ class WindowedDriving(ReservedDriving):
         return not loaded, self.run.warehouse.travel.ticks(query.cell, query.heading, query.goal, loaded), query.robot
 
     def plan(self, course: Course) -> None:
+        """Ask for a path and reserve it; a robot without one asks again, and steps aside in the end."""
         self.asking.pop(course.robot.id, None)  # whom another has stopped in this round has asked again
         query = self._departure(course, self._target(course))
         if query.cell == query.goal:
@@ -205,6 +206,7 @@ class WindowedDriving(ReservedDriving):
                 insort(self.lines[station.id], course, key=lambda other: self._progress_of[other.robot.id].entry)
 
     def let_move_up(self, station: Station) -> None:
+        """Let those who rest in a line plan for the places that they have now."""
         for place, course in enumerate(self.lines[station.id]):
             if self._rests(course):
                 if course.robot.cell == station.cells.slot(place + 1):
@@ -302,6 +304,7 @@ class WindowedDriving(ReservedDriving):
                 yield Leg(beside)
 
     def who_waits_for_whom(self, course: Course) -> str:
+        """Return the message of a run that ends because a robot got no farther."""
         sentences = [self.waits_for(other) for other in self.courses if other is course or self._stands(other)]
         now = self.run.warehouse.now
         on_its_way_s = to_seconds(now - self._progress_of[course.robot.id].set_out)
@@ -317,6 +320,7 @@ class WindowedDriving(ReservedDriving):
         return stands and self.run.warehouse.now - self._progress_of[course.robot.id].moved >= RETRY_TICKS
 
     def waits_for(self, course: Course) -> str:
+        """Say where a robot is, and which cell of whose keeps it there."""
         robot, layout, now = course.robot, self.roads.layout, self.run.warehouse.now
         target = self._target(course)
         query = self._departure(course, target)

@@ -17,6 +17,7 @@ from rmfs_core.events import (
 from rmfs_core.info import RunInfo
 from rmfs_core.results import Metrics
 from rmfs_core.results.catalogue import METRICS, TIMING
+from rmfs_core.roles import Role
 
 
 def assigned(s: int, order: int, station: int, period: int = 1, complete: bool = True) -> OrderAssigned:
@@ -43,7 +44,7 @@ def moved(s: int, distance_m: int, pod: int | None) -> RobotMoved:
 
 def decided(period: int, decides: str, wall_s: float, stopped_early: bool = False) -> DecisionMade:
     """Return a decision at 0 s."""
-    return DecisionMade(0, period, decides, "rule", 2, 1, 1, "optimal", 1.0, 1.0, stopped_early, wall_s)
+    return DecisionMade(0, period, Role.labelled(decides), "rule", 2, 1, 1, "optimal", 1.0, 1.0, stopped_early, wall_s)
 
 
 def after(run: RunInfo, events: Iterable[Event], status: str = "complete", end_s: int = 0) -> Metrics:

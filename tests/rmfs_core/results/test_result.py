@@ -146,7 +146,7 @@ def test_no_orders_at_all(scenario_file: Path, tmp_path: Path) -> None:
 def test_an_interrupted_run_keeps_what_was_measured(scenario_file: Path, tmp_path: Path) -> None:
     """Ctrl-C gives a partial result, saved and with its trace; observers are told of the end once."""
     observer = Interrupting(after=60)
-    result = rmfs_core.run(scenario_file, observers=[observer], out=tmp_path / "out", trace=True)
+    result = rmfs_core.run(scenario_file, observers=[observer], out=tmp_path / "out", record=["trace"])
     assert (result.status, result.interrupted) == ("partial", True)
     assert observer.ended == [(round(result.metrics["simulated_s"] * 1000), "partial")]
     assert load_result(tmp_path / "out").status == "partial"
@@ -203,7 +203,7 @@ def test_files_beside_the_scenario_are_told_apart_by_their_digest(
 def test_files_of_an_earlier_run_are_replaced(scenario_file: Path, tmp_path: Path) -> None:
     """A folder describes one run: without a new trace, the old one goes. Other files stay."""
     out = tmp_path / "out"
-    rmfs_core.run(scenario_file, out=out, trace=True)
+    rmfs_core.run(scenario_file, out=out, record=["trace"])
     (out / "notes.txt").write_text("mine")
     rmfs_core.run(scenario_file, out=out, seed=9)
     assert {path.name for path in out.iterdir()} == FILES | {"notes.txt"}
@@ -213,7 +213,7 @@ def test_files_of_an_earlier_run_are_replaced(scenario_file: Path, tmp_path: Pat
 def test_a_trace_needs_a_folder(scenario_file: Path) -> None:
     """Asking for a trace without saying where is an input error."""
     with pytest.raises(InputError, match="folder"):
-        rmfs_core.run(scenario_file, trace=True)
+        rmfs_core.run(scenario_file, record=["trace"])
 
 
 def test_a_file_where_the_folder_should_be(scenario_file: Path) -> None:

@@ -1,5 +1,6 @@
 """Running a scenario into a folder."""
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -68,6 +69,18 @@ def test_a_third_partys_recorder_is_switched_on_by_its_name(install: Callable[..
     assert not (tmp_path / "acme.txt").exists()
 
 
+def test_only_recorders_that_are_switched_on_are_imported(install: Callable[..., None], tmp_path: Path) -> None:
+    """Others are when the folder holds a file that one of them may have left."""
+    install("acme", {"acme-log": "acme_log:Recorder"}, group="rmfs.recorders", acme_log=RECORDER)
+    for _ in range(2):
+        rmfs_core.run("examples/small", out=tmp_path, record=["trace"])
+    assert "acme_log" not in sys.modules
+    (tmp_path / "notes.txt").touch()
+    rmfs_core.run("examples/small", out=tmp_path, record=["trace"])
+    assert "acme_log" in sys.modules
+    assert (tmp_path / "notes.txt").exists()
+
+
 @pytest.mark.parametrize(
     ("source", "problem"),
     [
@@ -95,7 +108,7 @@ def test_a_broken_recorder_costs_one_sentence(
     (line,) = capsys.readouterr().err.splitlines()
     assert problem in line
     assert not (tmp_path / "out").exists()
-    assert rmfs_core.run("examples/small", out=tmp_path / "out", trace=True).status == "complete"
+    assert rmfs_core.run("examples/small", out=tmp_path / "out", record=["trace"]).status == "complete"
     assert (tmp_path / "out" / "trace.jsonl.gz").exists()
 
 

@@ -13,6 +13,7 @@ from rmfs_core.events import (
 from rmfs_core.info import RunInfo
 from rmfs_core.results import Tables
 from rmfs_core.results.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS
+from rmfs_core.roles import Role
 
 
 def test_an_order_that_was_split_and_one_that_never_left_the_backlog(tiny: RunInfo) -> None:
@@ -65,7 +66,7 @@ def test_decisions_keep_what_the_rule_reported(tiny: RunInfo) -> None:
     """A decision's row has its report; a bound of infinity is left empty; the wall-clock time is the last column."""
     tables = Tables()
     tables.run_started(tiny)
-    tables.on_event(DecisionMade(3000, 4, "POA+PPS", "model", 2, 1, 1, "stopped", 3, -math.inf, True, 0.25))
+    tables.on_event(DecisionMade(3000, 4, Role.POA_PPS, "model", 2, 1, 1, "stopped", 3, -math.inf, True, 0.25))
     (row,) = tables.periods
     assert (row["period"], row["time_s"], row["objective"], row["bound"]) == (4, 3.0, 3.0, None)
     assert (row["status"], row["stopped_early"]) == ("stopped", True)

@@ -1,7 +1,8 @@
-"""Rules from a file beside the scenario."""
+"""How a rule's name becomes a rule: of a distribution, or from a file beside the scenario."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,9 @@ import pytest
 from rmfs_core import InputError
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario.model import RuleChoice, RulesSection
+
+Install = Callable[..., None]
+Refusal = Callable[..., str]
 
 SOURCE = """
 from __future__ import annotations
@@ -113,3 +117,42 @@ def test_no_inline_rules(folder: Path) -> None:
     assert str(caught.value) == (
         'rules.poa: rule "./my_rule.py:MyRule" would load code from a file, which --no-inline-rules refuses'
     )
+
+
+def test_unknown_rule(refusal: Refusal) -> None:
+    """The nearest names are offered, or all."""
+    assert refusal(poa=RuleChoice("pod-mach")) == ('rules.poa: there is no rule "pod-mach" (did you mean `pod-match`?)')
+    assert refusal(pr=RuleChoice("xyzzy")).startswith(
+        'rules.pr: there is no rule "xyzzy"; expected one of `balanced`, '
+    )
+    assert refusal(filters=(RuleChoice("xyzzy"),)).startswith("rules.filters[0]: ")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "cause"),
+    [
+        ("import acme_nowhere", "Mine", "ModuleNotFoundError: No module named 'acme_nowhere'"),
+        ("x = 1", "Mine", "AttributeError: module 'acme_rules' has no attribute 'Mine'"),
+        ("x = = 1", "Mine", "SyntaxError: invalid syntax (acme_rules.py, line 3)"),
+        ("raise SystemExit(4)", "Mine", "SystemExit: 4"),
+    ],
+)
+def test_module_that_cannot_be_imported(
+    refusal: Refusal, install: Install, source: str, target: str, cause: str
+) -> None:
+    """Rule, distribution and cause are named, whatever the module did."""
+    install("acme", {"mine": f"acme_rules:{target}"}, acme_rules=source)
+    assert refusal(poa=RuleChoice("mine")) == (
+        f'rules.poa: rule "mine" (acme 1.0) cannot be imported from acme_rules:Mine: {cause}'
+    )
+
+
+def test_two_distributions_with_one_name_clash_only_when_it_is_selected(refusal: Refusal, install: Install) -> None:
+    """Both are named; a scenario that does not use the name runs."""
+    install("acme", {"mine": "acme_rules:MyRule"}, acme_rules="")
+    install("bolt", {"mine": "bolt_rules:MyRule"}, bolt_rules="")
+    assert refusal(poa=RuleChoice("mine")) == (
+        'rules.poa: rule "mine" is offered by more than one installed distribution: acme 1.0 and bolt 1.0; '
+        "uninstall all but one"
+    )
+    RuleSet.load(RulesSection(poa=RuleChoice("pod-match"), pps=RuleChoice("demand")), ".")

@@ -128,9 +128,9 @@ def completes(scenario: Scenario, instance: Instance, layout: Layout) -> None:
     """Run to the end; every order is complete, and no two robots ever had one cell."""
     rules = RuleSet.load(scenario.rules, ".")
     with tempfile.TemporaryDirectory() as folder:
-        trace = TraceWriter(Path(folder) / "trace.jsonl.gz")
+        trace = TraceWriter()
         rules.register_observer(trace)
-        simulation = Simulation(scenario, instance, layout, rules)
+        simulation = Simulation(scenario, instance, layout, rules, Path(folder))
         rules.register_observer(LinesInOrder(simulation))
         simulation.run()
         rules.pm.hook.run_ended(tick=simulation.now, status=simulation.status)

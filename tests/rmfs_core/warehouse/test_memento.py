@@ -8,6 +8,7 @@ from attrs import evolve
 import rmfs_core
 from rmfs_core import hookimpl
 from rmfs_core.info import Question, RunInfo
+from rmfs_core.roles import Role
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_core.warehouse.memento import ContradictionError, Memento, PartMemento, RequestMemento, restore
 from rmfs_testing import small_world
@@ -30,7 +31,7 @@ class GoesBack:
     def rule_asked(self, question: Question) -> None:
         """Compare."""
         view, skus = self.run.warehouse, self.run.instance.skus
-        if question.decides == "PP":
+        if question.decides is Role.PP:
             return
         memento = Memento.of(view, skus)
         again = WarehouseView(restore(memento, view.travel))

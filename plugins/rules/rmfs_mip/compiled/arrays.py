@@ -35,7 +35,7 @@ class Arrays(NamedTuple):
     at_hand, items_at_hand
         Per SKU the bit mask of the stations that cover it already, and how many items there are.
     order_start, line_sku, line_items
-        Lines of the orders that can be assigned, oldest order first.
+        Lines of the orders that can be assigned, oldest order first, and the places that they take.
     pod_start, pod_sku, pod_items
         SKUs that each pod may bring, and how many items of each.
     sku_start, sku_pod
@@ -98,7 +98,7 @@ def arrays_of(reduced: Reduced, splits: int | None = None) -> tuple[Arrays, list
         items_at_hand=_items_at_hand(reduced),
         order_start=np.append(first, len(order)).astype(np.int64),
         line_sku=period.line_sku[kept],
-        line_items=period.line_quantity[kept],
+        line_items=_places(reduced, period.line_quantity[kept], first),
         pod_start=np.searchsorted(pod, np.arange(len(pods) + 1)).astype(np.int64),
         pod_sku=sku.astype(np.int64),
         pod_items=_items(reduced, np.array(pods, dtype=np.int64)[pod], sku),
@@ -111,6 +111,15 @@ def arrays_of(reduced: Reduced, splits: int | None = None) -> tuple[Arrays, list
         splits=-1 if splits is None else splits,
     )
     return arrays, pods
+
+
+def _places(reduced: Reduced, quantity: Integers, first: Integers) -> Integers:
+    """Return the places that lines take: one for each item, or one for the first line of an order."""
+    if not reduced.by_orders:
+        return quantity
+    places = np.zeros(len(quantity), dtype=np.int64)
+    places[first] = 1
+    return places
 
 
 def _items(reduced: Reduced, pod: Integers, sku: Integers) -> Integers:

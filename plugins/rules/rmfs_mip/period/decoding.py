@@ -33,6 +33,8 @@ class Counts:
         How many lines of a kind go to a station, of the orders that are split.
     splits_limited
         Whether there is a limit on newly split orders.
+    placed
+        (order, station, SKU) of lines that are not counted but placed one by one.
     """
 
     visits: Visits
@@ -40,6 +42,7 @@ class Counts:
     split: Mapping[int, int] = field(factory=dict)
     lines: Mapping[tuple[Line, int], int] = field(factory=dict)
     splits_limited: bool = False
+    placed: tuple[tuple[int, int, int], ...] = ()
 
 
 def parts_of(reduced: Reduced, counts: Counts) -> tuple[Part, ...]:
@@ -68,21 +71,24 @@ def parts_of(reduced: Reduced, counts: Counts) -> tuple[Part, ...]:
         elif not _freely_split(reduced, counts, kind.begun):
             split = 0
         wanted += [(order, line) for order in orders[:split] for line in kind.lines]
+    placed = list(counts.placed)
     if wanted:
         wanted.sort(key=lambda one: one[0])
         covered = period.covered_with(counts.visits)
         by_flow = period.single_items and not len(reduced.scarce)
-        placed = _placed(covered, rooms, wanted) if by_flow else _counted(counts, wanted)
-        grouped: dict[tuple[int, int], list[int]] = {}
-        for order, station, sku in placed:
-            grouped.setdefault((order, station), []).append(sku)
-        parts += [Part(order, station, tuple(skus)) for (order, station), skus in grouped.items()]
+        placed += _placed(covered, rooms, wanted) if by_flow else _counted(counts, wanted)
+    grouped: dict[tuple[int, int], list[int]] = {}
+    for order, station, sku in placed:
+        grouped.setdefault((order, station), []).append(sku)
+    parts += [Part(order, station, tuple(skus)) for (order, station), skus in grouped.items()]
     return tuple(parts)
 
 
 def _freely_split(reduced: Reduced, counts: Counts, begun: bool) -> bool:
     """Whether lines of an order whose split is not counted may be assigned: over time, and its split is free."""
-    return reduced.model is Model.SPLIT_OVER_TIME and (begun or not counts.splits_limited)
+    if reduced.model is not Model.SPLIT_OVER_TIME or reduced.period.counting_orders:
+        return False
+    return begun or not counts.splits_limited
 
 
 def _placed(covered: NDArray[np.bool_], rooms: list[int], wanted: _Wanted) -> list[tuple[int, int, int]]:

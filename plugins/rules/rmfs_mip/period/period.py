@@ -12,7 +12,7 @@ from attrs import define, evolve, field, frozen
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rmfs_core.warehouse import Pod, WarehouseView
+    from rmfs_core.warehouse import Order, Pod, Station, WarehouseView
 
 Line = tuple[int, int]
 """SKU id and number of items."""
@@ -135,7 +135,7 @@ class Period:
     stock
         All pods.
     stations, capacities
-        Ids of the stations with free item capacity, and C_s.
+        Ids of the stations with free capacity, and C_s.
     inbound
         P_s for each of these stations: positions of the pods at it or bound for it, ascending.
     orders
@@ -150,6 +150,10 @@ class Period:
         n^l: split orders that take a place at the packing stations now.
     preference
         Which pods are sent first among those that serve as well. None: those that are bound for no station.
+    counting_orders
+        Positions of the stations with order capacity: C_s is of parts of orders there, of items at the others.
+    joined
+        (order, station): the order has a place there already, which a further part of it joins. Where it counts orders.
     """
 
     stock: Stock
@@ -164,9 +168,13 @@ class Period:
     begun: tuple[bool, ...] = ()
     split_open: int = 0
     preference: Preference | None = None
+    counting_orders: frozenset[int] = frozenset()
+    joined: frozenset[tuple[int, int]] = frozenset()
 
     @classmethod
-    def of(cls, warehouse: WarehouseView, stock: Stock, *, packing: bool = False) -> Period:
+    def of(
+        cls, warehouse: WarehouseView, stock: Stock, *, packing: bool = False, without: Station | None = None
+    ) -> Period:
         """Read the period that begins now.
 
         Parameters
@@ -177,10 +185,14 @@ class Period:
             What its pods hold.
         packing
             Whether to look up which orders are split already.
+        without
+            A station that takes nothing now.
         """
-        free = [station for station in warehouse.stations if station.free_capacity > 0]
+        free = [station for station in warehouse.stations if station.free_capacity > 0 and station is not without]
         backlog, lines = warehouse.backlog, warehouse.backlog_lines
         position = range(len(stock.pods)) if stock.pods == tuple(range(len(stock.pods))) else _positions(stock.pods)
+        counting = [(at, station) for at, station in enumerate(free) if station.counts_orders]
+        begun = [(position, order) for position, order in enumerate(backlog) if order.parts] if counting else ()
         return cls(
             stock=stock,
             stations=tuple(station.id for station in free),
@@ -193,6 +205,25 @@ class Period:
             busy=tuple(sorted({position[pod.id] for station in warehouse.stations for pod in station.inbound_pods})),
             begun=tuple(bool(order.stations) for order in backlog) if packing else (),
             split_open=warehouse.split_orders_open if packing else 0,
+            counting_orders=frozenset(at for at, _ in counting),
+            joined=frozenset(
+                (o, at) for o, order in begun for at, station in counting if order.has_place_at(station.id)
+            ),
+        )
+
+    @classmethod
+    def alone(cls, warehouse: WarehouseView, stock: Stock, order: Order, station: Station) -> Period:
+        """Read a period of one order and one station, which has as many places as the order has items."""
+        return cls(
+            stock=stock,
+            stations=(station.id,),
+            capacities=(order.open_items,),
+            inbound=(tuple(sorted(stock.pods.index(pod.id) for pod in station.inbound_pods)),),
+            orders=(order.id,),
+            line_order=[0] * len(order.open_lines),
+            line_sku=[line.sku for line in order.open_lines],
+            line_quantity=[line.quantity for line in order.open_lines],
+            busy=tuple(sorted({stock.pods.index(pod.id) for at in warehouse.stations for pod in at.inbound_pods})),
         )
 
     @cached_property
@@ -262,6 +293,32 @@ class Period:
     def visits_before(self) -> int:
         """Pods of P_s over the stations: the constant that they add to the objective (1)."""
         return sum(map(len, self.inbound))
+
+    @cached_property
+    def rooms(self) -> tuple[int, ...]:
+        """Most items that each station can get: its places, or with order capacity all that there are."""
+        if not self.counting_orders:
+            return self.capacities
+        everything = int(self.line_quantity.sum())
+        return tuple(everything if s in self.counting_orders else room for s, room in enumerate(self.capacities))
+
+    @cached_property
+    def factors(self) -> tuple[int, ...]:
+        """W_u of a free place at each station: times 1, or with order capacity, the items of the largest order.
+
+        With W_u > 1, a place for an item is worth filling, as that takes one visit at most. A place for an order may
+        take as many visits as the order has items.
+        """
+        if not self.counting_orders:
+            return (1,) * len(self.capacities)
+        largest = int(np.bincount(self.line_order, weights=self.line_quantity).max(initial=1))
+        return tuple(largest if s in self.counting_orders else 1 for s in range(len(self.capacities)))
+
+    def places(self, order: int, station: int, items: int) -> int:
+        """Return how many places so many items of an order, as one part, take at a station (positions)."""
+        if station in self.counting_orders:
+            return int((order, station) not in self.joined)
+        return items
 
     def begun_before(self, order: int) -> bool:
         """Whether parts of an order (position) were assigned in earlier periods."""

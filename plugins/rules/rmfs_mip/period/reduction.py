@@ -28,7 +28,7 @@ class OrderType:
     lines
         SKU ids and numbers of items.
     size
-        Items of all lines.
+        Places that an order takes: items of all lines, or 1 where all stations count orders.
     begun
         Whether parts were assigned in earlier periods.
     orders
@@ -62,17 +62,28 @@ class Reduced:
         """C_s."""
         return self.period.capacities
 
+    @property
+    def rooms(self) -> tuple[int, ...]:
+        """Most items that each station can get."""
+        return self.period.rooms
+
     @cached_property
     def most(self) -> int:
         """Largest number of items of an order that can be assigned at all (for split-over-time: of a line)."""
         one_order = self.model is Model.SPLIT_AMONG_STATIONS
-        return sum(self.capacities) if one_order else max(self.capacities, default=0)
+        return sum(self.rooms) if one_order else max(self.rooms, default=0)
 
     @cached_property
     def interchangeable(self) -> bool:
         """Whether the stations have equal room and cover the same SKUs, as at t = 1."""
         covered = self.period.covered
-        return len(set(self.capacities)) == 1 and bool((covered == covered[0]).all())
+        by_orders = not self.period.counting_orders or self.by_orders
+        return len(set(self.capacities)) == 1 and by_orders and bool((covered == covered[0]).all())
+
+    @cached_property
+    def by_orders(self) -> bool:
+        """Whether a whole order takes one place, wherever it goes."""
+        return len(self.period.counting_orders) == len(self.capacities) and not self.period.joined
 
     @cached_property
     def _obtainable(self) -> NDArray[np.bool_]:
@@ -86,7 +97,7 @@ class Reduced:
     def candidates(self) -> NDArray[np.bool_]:
         """Lines that can be assigned. Shape (lines,)."""
         period = self.period
-        largest = max(period.capacities, default=0)
+        largest = max(period.rooms, default=0)
         good: NDArray[np.bool_] = self._obtainable & (period.line_quantity <= largest)
         if self.model is Model.SPLIT_OVER_TIME:
             return good
@@ -112,7 +123,7 @@ class Reduced:
         items = self.period.stock.items
         if items is None:
             return np.zeros(0, dtype=np.int64)
-        most = np.minimum(self.demand, sum(self.capacities))
+        most = np.minimum(self.demand, sum(self.rooms))
         return np.unique(items.sku[items.number < most[items.sku]])
 
     @cached_property
@@ -150,20 +161,21 @@ class Reduced:
         """Lines of an order that can be assigned."""
         if self.model is not Model.SPLIT_OVER_TIME:
             return self.period.lines[order]
-        supply, largest = self.period.supply, max(self.capacities)
+        supply, largest = self.period.supply, max(self.rooms)
         return tuple((i, q) for i, q in self.period.lines[order] if supply[i] >= q and q <= largest)
 
     @cached_property
     def types(self) -> tuple[OrderType, ...]:
         """Types of the orders with lines that can be assigned, in the order of their oldest."""
         found: dict[tuple[tuple[Line, ...], bool, int], list[int]] = {}
+        joining = {order for order, _ in self.period.joined}
         for order in self.orders:
             lines = self.lines_of(order)
-            alone = not self.counted or len(lines) < len(self.period.lines[order])
+            alone = not self.counted or order in joining or len(lines) < len(self.period.lines[order])
             key = (lines, self.period.begun_before(order), order if alone else -1)
             found.setdefault(key, []).append(order)
         return tuple(
-            OrderType(lines, sum(q for _, q in lines), begun, tuple(orders))
+            OrderType(lines, 1 if self.by_orders else sum(q for _, q in lines), begun, tuple(orders))
             for (lines, begun, _), orders in found.items()
         )
 
@@ -189,7 +201,7 @@ class Reduced:
 
     def wanted(self, station: int) -> NDArray[np.bool_]:
         """Return the SKUs of lines that can be assigned to a station (for integrated: with their whole order)."""
-        period, room = self.period, self.capacities[station]
+        period, room = self.period, self.rooms[station]
         kept = self.candidates & (period.line_quantity <= room)
         if self.model is Model.INTEGRATED:
             n = len(period.orders)

@@ -80,12 +80,22 @@ def is_whole(weight: float) -> bool:
 
 
 def objective_of(period: Period, parts: tuple[Part, ...], visits: int, weight: float) -> float:
-    """Return objective (1): visits plus W_u for every place that stays free."""
-    return visits + weight * (sum(period.capacities) - items_of(period, parts))
+    """Return objective (1): visits plus W_u for every place that stays free (see `Period.factors`)."""
+    return visits + weight * unused(period, parts)
+
+
+def unused(period: Period, parts: tuple[Part, ...]) -> int:
+    """Return the sum of u_s, each times the station's factor."""
+    if not period.counting_orders:
+        return sum(period.capacities) - items_of(period, parts)
+    free = list(period.capacities)
+    for part in parts:
+        free[part.station] -= period.places(part.order, part.station, items_of(period, (part,)))
+    return sum(factor * places for factor, places in zip(period.factors, free, strict=True))
 
 
 def items_of(period: Period, parts: tuple[Part, ...]) -> int:
-    """Return the number of items of parts, each of which takes a place."""
+    """Return the number of items of parts."""
     if period.single_items:
         return sum(len(part.skus) for part in parts)
     return sum(dict(period.lines_of(part.order))[sku] for part in parts for sku in part.skus)

@@ -105,10 +105,12 @@ def _capacity(period: Period, solution: Solution) -> Iterator[str]:
     taken = [0] * len(period.stations)
     for part in solution.parts:
         quantity = dict(period.lines_of(part.order))
-        taken[part.station] += sum(quantity[sku] for sku in part.skus)
-    for station, (items, room) in enumerate(zip(taken, period.capacities, strict=True)):
-        if items > room:
-            yield f"(4) item capacity: {items} items for {_at(period, station)}, which has {room} places free"
+        items = sum(quantity.get(sku, 0) for sku in part.skus)
+        taken[part.station] += period.places(part.order, part.station, items)
+    for station, (places, room) in enumerate(zip(taken, period.capacities, strict=True)):
+        if places > room:
+            unit = "order" if station in period.counting_orders else "item"
+            yield f"(4) {unit} capacity: {places} {unit}s for {_at(period, station)}, which has {room} places free"
 
 
 def _orders(period: Period, solution: Solution, model: Model) -> Iterator[str]:

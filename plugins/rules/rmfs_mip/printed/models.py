@@ -3,7 +3,8 @@
 For study, and as the oracle of `rmfs_mip.proof`. A line for q items takes q places in (4); the paper has q = 1.
 Packing capacity (3.2), (16) to (20): (18) is summed over the orders, an order that is split already does not count
 again, and in the split-over-time model an order with a line left in the backlog is split too. Where pods may run out,
-q_ips says how many items of SKU i station s takes from pod p, and f_ip how many are free there.
+q_ips says how many items of SKU i station s takes from pod p, and f_ip how many are free there. A station with order
+capacity counts parts of orders in (4): the sum of y_os, without orders that have a place there already.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import mip
 from attrs import define
 
 from rmfs_mip.period.period import Period
-from rmfs_mip.period.solution import Model, Part, Solution, is_useful, is_whole, objective_of
+from rmfs_mip.period.solution import Model, Part, Solution, is_useful, is_whole, objective_of, unused
 from rmfs_mip.printed.solver import Limits, new_model, optimise
 
 
@@ -53,7 +54,7 @@ def solve_printed(
     outcome = optimise(printed.model, limits, absolute_gap=0.999 if whole else 1e-6, seconds=limits.max_seconds)
     if outcome.values is None:
         there = tuple((pod, station) for station, pods in enumerate(period.inbound) for pod in pods)
-        value = len(there) + weight * sum(period.capacities)
+        value = len(there) + weight * unused(period, ())
         return Solution((), there, value, min(outcome.bound, value), "stopped")
     assigned: dict[tuple[int, int], list[int]] = {}
     for (sku, order, station), variable in printed.y_ios.items():
@@ -95,10 +96,14 @@ def _build(period: Period, kind: Model, weight: float, limits: Limits, packing_c
 
 def _add_common(p: _Printed) -> None:
     period, m, stations = p.period, p.model, range(len(p.period.stations))
-    m.objective = mip.xsum(p.x.values()) + mip.xsum(p.weight * u for u in p.u)  # (1)
+    # (1)
+    m.objective = mip.xsum(p.x.values()) + mip.xsum(p.weight * f * u for f, u in zip(period.factors, p.u, strict=True))
     for s in stations:
-        items = mip.xsum(q * p.y_ios[i, o, s] for o, lines in enumerate(period.lines) for i, q in lines)
-        m += items + p.u[s] == period.capacities[s]  # (4)
+        if s in period.counting_orders:
+            taken = mip.xsum(period.places(o, s, 0) * p.y_os[o, s] for o in range(len(period.orders)))
+        else:
+            taken = mip.xsum(q * p.y_ios[i, o, s] for o, lines in enumerate(period.lines) for i, q in lines)
+        m += taken + p.u[s] == period.capacities[s]  # (4)
     pods_with: dict[int, list[int]] = {}
     for pod, skus in enumerate(period.stock.contents):
         for i in skus:
@@ -115,7 +120,7 @@ def _add_stock(p: _Printed) -> None:
     period, m, items = p.period, p.model, p.period.stock.items
     if items is None:
         return
-    stations, room = range(len(period.stations)), sum(period.capacities)
+    stations, room = range(len(period.stations)), sum(period.rooms)
     wanted: dict[int, list[tuple[int, int]]] = {}
     for o, lines in enumerate(period.lines):
         for i, d in lines:

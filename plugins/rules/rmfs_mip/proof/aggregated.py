@@ -6,6 +6,8 @@
 - z_is: whether a SKU that P_s does not cover is brought to a station; where one class alone brings it, that is x_cs.
 - f_ips: how many items of a scarce SKU a station takes from a pod (q_ips of the printed form); lines of such a kind are
   then counted in whole numbers, too.
+
+Where stations count orders, parts of split orders are told apart, see `rmfs_mip.proof.parts`.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from numpy.typing import NDArray
 from rmfs_mip.period.decoding import Counts, parts_of
 from rmfs_mip.period.period import Line
 from rmfs_mip.period.reduction import OrderType, Reduced
-from rmfs_mip.period.solution import Model, Part, Visits, is_whole
+from rmfs_mip.period.solution import Model, Part, Visits, is_whole, unused
 from rmfs_mip.printed.solver import Limits
 from rmfs_mip.proof.program import Program
 
@@ -47,6 +49,8 @@ class Aggregated:
         Type to column.
     q
         (kind of line, station) to column.
+    lines
+        (order, station, SKU) to column, where lines are told apart.
     splits
         How many orders may newly be split; None for any number.
     """
@@ -57,6 +61,7 @@ class Aggregated:
     y: dict[tuple[int, int], int] = field(factory=dict)
     n: dict[int, int] = field(factory=dict)
     q: dict[tuple[Line, int], int] = field(factory=dict)
+    lines: dict[tuple[int, int, int], int] = field(factory=dict)
 
     def counts(self, values: Sequence[float]) -> Counts:
         """Return what the values of the columns say."""
@@ -66,6 +71,7 @@ class Aggregated:
             split={kind: round(values[column]) for kind, column in self.n.items()},
             lines={key: round(values[column]) for key, column in self.q.items()},
             splits_limited=self.splits is not None,
+            placed=tuple(key for key, column in self.lines.items() if values[column] > 0.5),
         )
 
 
@@ -122,18 +128,14 @@ class Builder:
         self._filling: list[dict[int, float]] = [{} for _ in stations]  # columns and items that take places
         self._brought: list[dict[int, int]] = [{} for _ in stations]  # uncovered SKU -> column that makes it available
         self._using: list[dict[int, dict[int, float]]] = [{} for _ in stations]  # scarce SKU -> columns that take items
-        self._constant = reduced.period.visits_before + weight * sum(reduced.capacities)
+        self._most = unused(reduced.period, ())
+        self._constant = reduced.period.visits_before + weight * self._most
 
     def build(self) -> Aggregated:
         """Return the model."""
         for station in range(len(self.reduced.capacities) if self.sending else 0):
             self._pods(station)
-        if self.splits is not None:
-            self._whole_orders()
-        if self.reduced.model is not Model.INTEGRATED and (
-            self.splits != 0 or any(kind.begun for kind in self.reduced.types)
-        ):
-            self._split_orders()
+        self._orders()
         self._limits()
         if len(self.reduced.scarce):
             self._scarce_skus()
@@ -142,7 +144,7 @@ class Builder:
             for column, cost in self.objective.items():
                 program.cost[column] = cost
             if is_whole(self.weight):  # else (1) may differ by less than that
-                extra = min(PREFERENCE, MOST_PREFERENCE / max(sum(self.reduced.capacities), 1))
+                extra = min(PREFERENCE, MOST_PREFERENCE / max(self._most, 1))
                 for (pod, _), column in self.model.x.items():
                     program.cost[column] += extra * (1 - self.reduced.period.preferred.pods[pod])
             program.constant = self._constant
@@ -188,6 +190,15 @@ class Builder:
             z = self._brought[station][sku] = program.column(whole=False)
             program.row([*columns, z], [1.0] * len(columns) + [-1.0], ">", 0.0)  # (5)
 
+    def _orders(self) -> None:
+        """All columns that assign orders."""
+        if self.splits is not None:
+            self._whole_orders()
+        if self.reduced.model is not Model.INTEGRATED and (
+            self.splits != 0 or any(kind.begun for kind in self.reduced.types)
+        ):
+            self._split_orders()
+
     def _whole_orders(self) -> None:
         """y: orders (or what is left of them) that go to one station."""
         for number, kind in enumerate(self.reduced.types):
@@ -195,15 +206,19 @@ class Builder:
                 continue  # it is split already: its lines go where they like
             if self.reduced.model is Model.SPLIT_OVER_TIME and self._incomplete(kind):
                 continue  # a line of it has to stay, so it would be split
-            for station, room in enumerate(self.reduced.capacities):
-                most = min(len(kind.orders), room // kind.size)
-                if most < 1 or not self._obtainable(station, kind.lines):
-                    continue
-                column = self.model.y[number, station] = self.model.program.column(upper=most)
-                self._take(station, column, kind.size)
-                self._gain(column, kind.size, kind.orders[0])
-                for sku, quantity in kind.lines:
-                    self._need(station, sku, column, most, quantity)
+            self._whole_type(number, kind)
+
+    def _whole_type(self, number: int, kind: OrderType) -> None:
+        for station, room in enumerate(self.reduced.capacities):
+            places = self.reduced.period.places(kind.orders[0], station, kind.size)
+            most = min(len(kind.orders), room // places) if places else len(kind.orders)
+            if most < 1 or not self._obtainable(station, kind.lines):
+                continue
+            column = self.model.y[number, station] = self.model.program.column(upper=most)
+            self._take(station, column, places)
+            self._gain(column, sum(quantity for _, quantity in kind.lines), kind.orders[0])
+            for sku, quantity in kind.lines:
+                self._need(station, sku, column, most, quantity)
 
     def _incomplete(self, kind: OrderType) -> bool:
         return len(kind.lines) < len(self.reduced.period.lines[kind.orders[0]])
@@ -285,9 +300,9 @@ class Builder:
         if columns or chosen:
             program.row([*columns, *chosen], factors, "<" if at_most else "=", free)  # (11), (11.1)
 
-    def _take(self, station: int, column: int, items: int) -> None:
-        self._filling[station][column] = float(items)
-        self.objective[column] = -self.weight * items
+    def _take(self, station: int, column: int, places: int) -> None:
+        self._filling[station][column] = float(places)
+        self.objective[column] = -self.weight * self.reduced.period.factors[station] * places
 
     def _gain(self, column: int, items: int, order: int) -> None:
         if self.gains is not None and self.gains.order is not None:
@@ -309,7 +324,7 @@ class Builder:
         entries = zip(items.pod[kept].tolist(), items.sku[kept].tolist(), items.number[kept].tolist(), strict=True)
         for pod, sku, number in entries:
             columns = []
-            for station, room in enumerate(self.reduced.capacities):
+            for station, room in enumerate(self.reduced.rooms):
                 sent = self.model.x.get((pod, station))
                 there = pod in period.inbound[station]
                 if sku not in self._using[station] or (sent is None and not there):

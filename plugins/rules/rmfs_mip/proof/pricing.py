@@ -62,7 +62,7 @@ class Pricing:
     room
         C: free places of each station.
     sizes, counts
-        Items of an order of each type, and how many orders the type has.
+        Places of an order of each type, and how many orders the type has.
     missing
         SKUs of each type that no pod at the stations has.
     pods, brings
@@ -195,7 +195,13 @@ class Pricing:
             What is left of the time limit; None for none.
         """
         period = self.reduced.period
-        one = evolve(period, stations=period.stations[:1], capacities=period.capacities[:1], inbound=period.inbound[:1])
+        one = evolve(
+            period,
+            stations=period.stations[:1],
+            capacities=period.capacities[:1],
+            inbound=period.inbound[:1],
+            counting_orders=period.counting_orders & {0},
+        )
         model = Builder(Reduced(one, Model.INTEGRATED), self.weight).build()
         for column in model.x.values():
             model.program.cost[column] = 1.0

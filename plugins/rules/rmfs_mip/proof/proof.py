@@ -9,7 +9,7 @@ from attrs import define, evolve
 
 from rmfs_mip.period.reduction import Reduced
 from rmfs_mip.period.serving import short_of
-from rmfs_mip.period.solution import Part, Solution, Visits, is_useful, is_whole, items_of, newly_split
+from rmfs_mip.period.solution import Part, Solution, Visits, is_useful, is_whole, newly_split, unused
 from rmfs_mip.printed.solver import Limits
 
 
@@ -102,8 +102,7 @@ class Proof:
         """
         period = self.reduced.period
         used = {(pod, s) for pod, s in visits if is_useful(period, pod, s, parts)}
-        free = sum(period.capacities) - items_of(period, parts)
-        value = period.visits_before + len(used) + self.weight * free
+        value = period.visits_before + len(used) + self.weight * unused(period, parts)
         if self.best is not None and value >= self.best.objective:
             return
         if self.splits is not None and len(newly_split(period, parts)) > self.splits:

@@ -32,10 +32,10 @@ from rmfs_mip.period.period import Period
 from rmfs_mip.period.reduction import Reduced
 from rmfs_mip.period.solution import Assigned, Model, Solution, Visits
 from rmfs_mip.printed.solver import Limits
-from rmfs_mip.proof.aggregated import Builder
 from rmfs_mip.proof.feasible import fill, fill_with_orders, whole_order_visits
 from rmfs_mip.proof.fewest import FewestVisits
 from rmfs_mip.proof.flow import MOST_STATIONS, Network, fewest_visits, greedy_visits
+from rmfs_mip.proof.parts import builder_of, by_places
 from rmfs_mip.proof.patterns import ColumnGeneration, alike, choose_among, lines_as_orders, orders_of_lines
 from rmfs_mip.proof.pricing import SAFE
 from rmfs_mip.proof.proof import Proof
@@ -80,9 +80,10 @@ def proof_of(
     packing_capacity
         C of (18); None for no limit on split orders.
     steps
-        What is tried; all of `STEPS` when None.
+        What is tried; all of `STEPS` when None, or of `STEPS_BY_ORDERS` where stations count orders.
     """
-    steps = STEPS if steps is None else steps
+    if steps is None:
+        steps = STEPS_BY_ORDERS if period.counting_orders else STEPS
     splits = None
     if packing_capacity is not None and model is not Model.INTEGRATED:
         splits = max(packing_capacity - period.split_open, 0)
@@ -223,11 +224,13 @@ def by_patterns(proof: Proof) -> None:
     reduced, period = proof.reduced, proof.reduced.period
     if not proof.whole:
         return
-    if reduced.model is Model.SPLIT_OVER_TIME and proof.splits is None and period.single_items:
+    over_time = reduced.model is Model.SPLIT_OVER_TIME and not period.counting_orders
+    if over_time and proof.splits is None and period.single_items:
         reduced = Reduced(lines_as_orders(period), Model.INTEGRATED)  # each line goes where it likes
     if not alike(reduced):
         return
-    generation = ColumnGeneration(reduced, proof.weight, proof.limits, lambda: proof.seconds_left)
+    worth = proof.weight * period.factors[0]
+    generation = ColumnGeneration(reduced, worth, proof.limits, lambda: proof.seconds_left)
     generation.run()
     if len(generation.prices):  # else the time was up before anything was known
         proof.bound = max(proof.bound, period.visits_before + math.ceil(generation.bound - SAFE))
@@ -253,7 +256,7 @@ def _try_bound(proof: Proof, generation: ColumnGeneration) -> bool:
         left = proof.seconds_left
         if left is not None and left <= 0:
             return False
-        found, exact = choose_among(generation.reduced, sets[:number], proof.weight, proof.limits, left, value)
+        found, exact = choose_among(generation.reduced, sets[:number], generation.weight, proof.limits, left, value)
         if found is not None:
             _offer_patterns(proof, generation.reduced, found)
             return proof.proven
@@ -273,7 +276,7 @@ def _offer_patterns(proof: Proof, reduced: Reduced, found: Assigned) -> None:
 
 def by_solver(proof: Proof) -> None:
     """Ask for a better solution than the one at hand; what a limit ends before the answer is marked as stopped."""
-    builder = Builder(proof.reduced, proof.weight, proof.splits)
+    builder = builder_of(proof.reduced, proof.weight, proof.splits)
     model = builder.build()
     ceiling = proof.incumbent.objective - (1 if proof.whole else 0)
     if not builder.objective:  # nothing can be assigned
@@ -305,3 +308,6 @@ STEPS: tuple[Step, ...] = (
     by_solver,
 )
 """What is tried, in this order, until the best solution is proven."""
+
+STEPS_BY_ORDERS: tuple[Step, ...] = (by_nothing, by_places, by_patterns, by_solver)
+"""The same where stations count orders; see `rmfs_mip.proof.parts`."""

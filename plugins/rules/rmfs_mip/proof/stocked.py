@@ -31,7 +31,7 @@ def fill_from_stock(reduced: Reduced, visits: Visits) -> tuple[Part, ...]:
     if reduced.model is Model.SPLIT_OVER_TIME:
         return lines_from_stock(reduced, visits, range(len(period.line_sku)))
     if reduced.model is Model.INTEGRATED or len(period.capacities) == 1:
-        return _orders_at_hand(reduced, _Shelf(reduced, visits))
+        return _orders_at_hand(reduced, Shelf(reduced, visits))
     places, goal = PlacesFromStock(period, visits), reduced.reachable_sum
     chosen: list[int] = []
     later = [1]  # sums that the orders from a position on can have, as bits
@@ -100,7 +100,7 @@ def one_line_orders(reduced: Reduced) -> list[int]:
 
 
 @define
-class _Shelf:
+class Shelf:
     """Free items of the pods while orders take them, one order after the other.
 
     Parameters
@@ -121,7 +121,7 @@ class _Shelf:
         period = self.reduced.period
         items = period.stock.items
         assert items is not None
-        most = sum(period.capacities)
+        most = sum(period.rooms)
         self.left = np.zeros((len(period.stock.pods), period.stock.n_skus), dtype=np.int64)
         self.left[items.pod, items.sku] = np.minimum(items.number, most)
         self.supply = np.zeros((len(period.capacities), period.stock.n_skus), dtype=np.int64)
@@ -152,7 +152,7 @@ class _Shelf:
                     self.supply[self._at[pod], sku] -= number
 
 
-def _orders_at_hand(reduced: Reduced, shelf: _Shelf) -> tuple[Part, ...]:
+def _orders_at_hand(reduced: Reduced, shelf: Shelf) -> tuple[Part, ...]:
     """Fill station by station with whole orders that the pods there can serve all together.
 
     Orders that only few stations could take go first, among them the small ones, then the oldest.
@@ -197,7 +197,7 @@ def orders_from_stock(reduced: Reduced, weight: float) -> Assigned:
         W_u.
     """
     period = reduced.period
-    shelf, rooms = _Shelf(reduced), list(period.capacities)
+    shelf, rooms = Shelf(reduced), list(period.capacities)
     wanted = np.zeros((len(period.orders), period.stock.n_skus), dtype=np.int64)
     for order in reduced.orders:
         skus, quantities = zip(*period.lines[order], strict=True)
@@ -232,7 +232,7 @@ def orders_from_stock(reduced: Reduced, weight: float) -> Assigned:
         rooms[station] -= int(sizes[order])
 
 
-def _pods_for(reduced: Reduced, shelf: _Shelf, wanted: NDArray[np.int64], station: int) -> list[int] | None:
+def _pods_for(reduced: Reduced, shelf: Shelf, wanted: NDArray[np.int64], station: int) -> list[int] | None:
     """Return pods that bring what a station lacks of an order, the most of it first; None if there are none."""
     missing = np.maximum(wanted - shelf.supply[station], 0)
     at_hand = [pod for pod in range(len(shelf.left)) if shelf.brought(pod, station)]

@@ -17,7 +17,8 @@ from rmfs_mip.period.decoding import parts_of
 from rmfs_mip.period.period import Period
 from rmfs_mip.period.reduction import Reduced
 from rmfs_mip.period.solution import Model, Solution
-from rmfs_mip.proof.aggregated import Builder, Gains
+from rmfs_mip.proof.aggregated import Gains
+from rmfs_mip.proof.parts import builder_of
 from rmfs_mip.proof.proof import Proof
 
 TieBreak = Literal["solver", "oldest", "demand"]
@@ -58,7 +59,7 @@ def break_ties(proof: Proof, tie_break: TieBreak) -> Solution:
         return best  # no new visit, and the oldest lines that can be placed (see `rmfs_mip.period.placing`)
     reduced = Reduced(period, proof.reduced.model, counted=tie_break != "oldest")
     gains = Gains(order=order_gains(period)) if tie_break == "oldest" else Gains(pod=pod_gains(period))
-    builder = Builder(reduced, proof.weight, proof.splits, gains)
+    builder = builder_of(reduced, proof.weight, proof.splits, gains)
     model = builder.build()
     builder.limit_objective(best.objective, best.objective)
     outcome = model.program.solve(proof.limits, absolute_gap=0.999, seconds=proof.seconds_left)

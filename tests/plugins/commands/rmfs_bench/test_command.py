@@ -9,7 +9,7 @@ import pytest
 
 import rmfs_core
 from rmfs_bench import worlds
-from rmfs_bench.command import DECIDES, WORLDS
+from rmfs_bench.command import ROLES, WORLDS
 from rmfs_core.cli import main
 
 FEW = ("--set", "instance.orders=10", "--world", "small")
@@ -35,6 +35,13 @@ class Interrupted:
         for interrupt in INTERRUPTS:
             raise interrupt
         return []
+
+
+@define
+class Endless(Nothing):
+    "POA: needs unlimited stock."
+
+    needs = ("unlimited stock",)
 
 
 @define
@@ -66,14 +73,14 @@ def bench(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str
 def acme(install: Any) -> None:
     """Install the rules above, as another distribution."""
     head = "import numpy as np\nfrom rmfs_core.rule_helpers import assign_best_pairs, send_pods\n"
-    names = {name.lower(): f"acme_rules:{name}" for name in ("Nothing", "Interrupted", "Both")}
+    names = {name.lower(): f"acme_rules:{name}" for name in ("Nothing", "Interrupted", "Endless", "Both")}
     install("acme", names, acme_rules=head + RULES)
 
 
 def test_what_can_be_chosen() -> None:
     """The command offers the worlds that there are, and rules of every decision."""
     assert tuple(worlds.WORLDS) == WORLDS
-    assert list(DECIDES) == ["POA", "PPS", "POA+PPS", "PR", "TA", "PP", "filter"]
+    assert [role.label for role in ROLES] == ["POA", "PPS", "POA+PPS", "PR", "TA", "PP", "filter"]
 
 
 def test_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
@@ -158,7 +165,7 @@ def test_an_interrupt_ends_it(acme: None, capsys: pytest.CaptureFixture[str]) ->
     ("arguments", "problem"),
     [
         (("first-comes",), "did you mean `first-come`"),
-        (("integrated", "--set", "instance.items_per_sku=5"), "needs pods whose SKUs never run out"),
+        (("endless", "--set", "instance.items_per_sku=5"), "needs pods whose SKUs never run out"),
         (("integrated", "--set", "instance.order=5"), "unknown key"),
         (("pod-match", "--set", "rules.poa=first-come"), "takes the place of `rules.poa`"),
         (("pod-match", "--set", "rules.poa.name=first-come"), "takes the place of `rules.poa`"),
@@ -168,7 +175,7 @@ def test_an_interrupt_ends_it(acme: None, capsys: pytest.CaptureFixture[str]) ->
         ((), "Missing argument"),
     ],
 )
-def test_wrong_input(capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str) -> None:
+def test_wrong_input(acme: None, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str) -> None:
     """What is wrong is one sentence; exit code 2."""
     code, out, err = bench(capsys, *arguments)
     assert (code, out) == (2, "")

@@ -5,9 +5,11 @@ import io
 import pytest
 from rich.console import Console
 
-from rmfs_cli.progress import LiveProgress, PlainProgress, progress_for
+from rmfs_cli.progress import RunLines, RunPanel, run_display
 from rmfs_core.events import ItemPicked, OrderCompleted, VisitStarted
 from rmfs_core.info import RunInfo
+
+HIDE_CURSOR, SHOW_CURSOR, ERASE_LINE = "\x1b[?25l", "\x1b[?25h", "\x1b[1A\x1b[2K"
 
 EVENTS = (
     VisitStarted(1000, 1, robot=0, pod=0, station=1),
@@ -20,8 +22,8 @@ EVENTS = (
 def test_plain_lines_tell_the_same_of_equal_runs(tiny: RunInfo) -> None:
     """One line at the start, one when a further tenth of the orders is complete, one at the end; no wall-clock time."""
     stream = io.StringIO()
-    progress = progress_for(Console(file=stream, width=20), "a [run]")
-    assert isinstance(progress, PlainProgress)
+    progress = run_display(Console(file=stream, width=20), "a [run]")
+    assert isinstance(progress, RunLines)
     progress.run_started(tiny)
     for event in EVENTS:
         progress.on_event(event)
@@ -37,8 +39,8 @@ def test_plain_lines_tell_the_same_of_equal_runs(tiny: RunInfo) -> None:
 def test_the_live_display_fits_the_terminal(tiny: RunInfo, width: int) -> None:
     """On a terminal, orders, figures and every station's state are shown without cutting anything off."""
     stream = io.StringIO()
-    progress = progress_for(Console(file=stream, force_terminal=True, width=width, height=30), "small")
-    assert isinstance(progress, LiveProgress)
+    progress = run_display(Console(file=stream, force_terminal=True, width=width, height=30), "small")
+    assert isinstance(progress, RunPanel)
     progress.run_started(tiny)
     for event in EVENTS:
         progress.on_event(event)
@@ -53,8 +55,14 @@ def test_the_live_display_fits_the_terminal(tiny: RunInfo, width: int) -> None:
 
 
 def test_the_live_display_can_be_closed_twice(tiny: RunInfo) -> None:
-    """The terminal is given back once, whatever ended the run."""
-    progress = LiveProgress("small", Console(file=io.StringIO(), force_terminal=True))
+    """The terminal is given back once, with its cursor and without the panel, whatever ended the run."""
+    stream = io.StringIO()
+    progress = RunPanel("small", Console(file=stream, force_terminal=True, width=80, height=30))
     progress.run_started(tiny)
+    assert (stream.getvalue().count(HIDE_CURSOR), stream.getvalue().count(SHOW_CURSOR)) == (1, 0)
     progress.close()
+    given_back = stream.getvalue()
+    assert given_back.count(SHOW_CURSOR) == 1
+    assert given_back.endswith(ERASE_LINE)
     progress.close()
+    assert stream.getvalue() == given_back

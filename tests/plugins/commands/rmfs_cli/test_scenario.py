@@ -16,6 +16,19 @@ from rmfs_core.world import make_layout, parse_map
 
 RULES = '[rules]\npoa = "pod-match"\npps = "demand"\n'
 
+ENDLESS = """
+from attrs import define
+from rmfs_core import hookimpl
+
+@define
+class Endless:
+    needs = ("unlimited stock",)
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return []
+"""
+
 WRONG = [
     # reading
     ("[robots]\ncuont = 3\n" + RULES, "Error: {file}, line 2, robots.cuont: unknown key (did you mean `count`?)\n"),
@@ -23,12 +36,6 @@ WRONG = [
     (
         '[instance]\norders_file = "no.csv"\npods_file = "no.csv"\n' + RULES,
         "Error: {folder}/no.csv: cannot be read: No such file or directory\n",
-    ),
-    # what a rule needs
-    (
-        '[instance]\nitems_per_sku = 900\n[rules]\npoa_pps = "integrated"\n',
-        'Error: {file}, line 4, rules.poa_pps: rule "integrated" (rmfs 0.2.0.dev0) needs pods whose SKUs never run out'
-        ", but the instance has finite stock\n",
     ),
     # pods, robots and stations against the layout
     (
@@ -56,6 +63,21 @@ def test_check_says_what_is_wrong(text: str, message: str, tmp_path: Path, capsy
     file.write_text(text, encoding="utf-8")
     expected = message.replace("{file}", str(file)).replace("{folder}", str(tmp_path))
     assert run(capsys, "scenario", "check", str(file)) == (2, "", expected)
+
+
+def test_check_says_what_a_rule_needs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A rule that relies on what the scenario lacks is named with its place."""
+    (tmp_path / "endless.py").write_text(ENDLESS, encoding="utf-8")
+    file = tmp_path / "wrong.toml"
+    file.write_text(
+        '[instance]\nitems_per_sku = 900\n[rules]\npps = "demand"\npoa = "endless.py:Endless"\n', encoding="utf-8"
+    )
+    code, out, err = run(capsys, "scenario", "check", str(file))
+    assert (code, out) == (2, "")
+    assert err.endswith(
+        f'Error: {file}, line 5, rules.poa: rule "endless.py:Endless" (endless.py inline) needs pods whose SKUs '
+        "never run out, but the instance has finite stock\n"
+    )
 
 
 def test_check_finds_wrong_parameters_of_rules(capsys: pytest.CaptureFixture[str]) -> None:

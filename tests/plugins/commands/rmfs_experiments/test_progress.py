@@ -6,7 +6,7 @@ from collections.abc import Callable
 from rich.console import Console
 
 from rmfs_experiments import Experiment
-from rmfs_experiments.progress import LiveProgress, PlainProgress, progress_for
+from rmfs_experiments.progress import ExperimentLines, ExperimentPanel, experiment_display
 
 Write = Callable[..., Experiment]
 
@@ -14,7 +14,7 @@ Write = Callable[..., Experiment]
 def test_plain_lines(experiment: Write) -> None:
     """A line at the start, for each tenth, for a run that is repeated or fails, and at the end."""
     console = Console(width=40, force_terminal=False)
-    progress = PlainProgress("trial", console)
+    progress = ExperimentLines("trial", console)
     jobs = experiment().jobs()
     with console.capture() as capture:
         progress.started(5, 1, 2)
@@ -40,7 +40,7 @@ def test_plain_lines(experiment: Write) -> None:
 def test_the_live_display(experiment: Write) -> None:
     """It shows runs done and under way, speed and time left; failures stay to be read when it is gone."""
     console = Console(width=100, height=40, force_terminal=True, color_system=None)
-    progress = LiveProgress("trial", console)
+    progress = ExperimentPanel("trial", console)
     jobs = experiment().jobs()
     with console.capture() as capture:
         progress.started(40, 10, 4)
@@ -61,5 +61,5 @@ def test_the_live_display(experiment: Write) -> None:
 
 def test_the_display_suits_where_it_goes() -> None:
     """Live on a terminal, lines elsewhere."""
-    assert isinstance(progress_for(Console(force_terminal=True), "x"), LiveProgress)
-    assert isinstance(progress_for(Console(force_terminal=False), "x"), PlainProgress)
+    assert isinstance(experiment_display(Console(force_terminal=True), "x"), ExperimentPanel)
+    assert isinstance(experiment_display(Console(force_terminal=False), "x"), ExperimentLines)

@@ -15,13 +15,13 @@ from rmfs_core.traffic import Query, Reservations, timed_path
 from rmfs_core.world import draw_map
 from rmfs_plan import (
     Trip,
-    bare_roads,
     collisions,
     find_planner,
     plan_trips,
     random_trips,
     read_map,
     read_trips,
+    roads_of_map,
 )
 from rmfs_testing import small_layout
 
@@ -188,22 +188,24 @@ def test_a_rule_from_a_file_plans(room: Path, monkeypatch: pytest.MonkeyPatch) -
         "from attrs import define\nfrom rmfs_sipp import Sipp\n\n\n@define\nclass Mine(Sipp):\n    pass\n",
         encoding="utf-8",
     )
-    planner = find_planner("./mine.py:Mine", {}, rng(), str(room.parent))
-    roads = bare_roads(read_map(room))
+    monkeypatch.chdir(room.parent)
+    planner = find_planner("./mine.py:Mine", {}, rng())
+    roads = roads_of_map(read_map(room))
     plans = plan_trips(roads, planner, random_trips(roads, 5, 2, "room"))
     assert planner.exclusive
     assert all(plan.arrived for plan in plans)
 
 
-def test_an_impossible_path_of_a_rule_is_an_error(room: Path) -> None:
+def test_an_impossible_path_of_a_rule_is_an_error(room: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A rule that answers its hook with nonsense is named."""
     (room.parent / "wild.py").write_text(
         "from attrs import define\nfrom rmfs_core import Leg, Path, hookimpl\n\n\n@define\nclass Wild:\n"
         "    @hookimpl\n    def plan_path(self, goal):\n        return Path((Leg(goal),))\n",
         encoding="utf-8",
     )
-    roads = bare_roads(read_map(room))
-    planner = find_planner("./wild.py:Wild", {}, rng(), str(room.parent))
+    roads = roads_of_map(read_map(room))
+    monkeypatch.chdir(room.parent)
+    planner = find_planner("./wild.py:Wild", {}, rng())
     with pytest.raises(RunError, match=r"Wild.* gave robot 1 \(id 0\) an impossible path: .* is no straight run"):
         planner.search(roads, Reservations(roads.cells), Query(0, 0, 0, 0, 23))
 
@@ -238,7 +240,7 @@ def test_a_rule_that_heeds_nobody_is_named(
 
 def test_collisions_are_found() -> None:
     """Following too closely, meeting head on, and driving into who stays: each is one overlap or more."""
-    roads = bare_roads(read_map_text("......\n......"))
+    roads = roads_of_map(read_map_text("......\n......"))
     from rmfs_core import Leg
 
     def drive(cell: int, *legs: Leg, heading: int = 0) -> object:

@@ -24,7 +24,7 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> Record:
         if settings not in done:
             folder = tmp_path_factory.mktemp("recorded")
             overrides = [*SMALL, "rules.ta=nearest-robot", *settings]
-            rmfs_core.run("examples/small", overrides=overrides, out=folder, record_decisions=True)
+            rmfs_core.run("examples/small", overrides=overrides, out=folder, record=["decisions"])
             done[settings] = read_recording(folder)
         return done[settings]
 

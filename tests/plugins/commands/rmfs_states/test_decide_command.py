@@ -11,7 +11,7 @@ import pytest
 
 from rmfs_core.cli import main
 from rmfs_states import state
-from rmfs_states.decide_command import DECIDES
+from rmfs_states.decide_command import DECIDING
 
 STATE = {
     "format": "rmfs-state",
@@ -103,7 +103,7 @@ def test_a_rule_from_a_file(decide: Any, tmp_path: Path, monkeypatch: pytest.Mon
 
 def test_what_can_be_asked() -> None:
     """The command offers what the format has."""
-    assert tuple(DECIDES) == state.DECIDES
+    assert DECIDING == state.DECIDING
 
 
 def test_the_schema(capsys: pytest.CaptureFixture[str]) -> None:

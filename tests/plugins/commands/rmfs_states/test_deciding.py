@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from rmfs_core import InputError, RuleError
+from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice
 from rmfs_states import Outcome, decide, state_from_dict
 from rmfs_states.deciding import decide_instead, outcome_of
@@ -83,7 +84,7 @@ def acme(install: Any) -> None:
 def test_a_joint_rule_in_a_state_by_hand(by_hand: dict[str, Any]) -> None:
     """The model needs no places: orders, pods and stations are enough for a proven decision."""
     answer = decide(state_from_dict(by_hand), RuleChoice("split-over-time"))
-    assert (answer.decides, answer.distribution) == ("POA+PPS", "rmfs")
+    assert (answer.decides.label, answer.distribution) == ("POA+PPS", "rmfs")
     assert answer.decision == {
         "assignments": [
             {"order": "A", "station": "north", "skus": ["milk", "tea"]},
@@ -169,7 +170,7 @@ def test_what_a_rule_needs_is_checked(by_hand: dict[str, Any], acme: None) -> No
     """A state that lacks what a rule declares to need is refused, as a scenario would be."""
     by_hand["pods"]["P1"]["contents"]["milk"] = 5
     with pytest.raises(InputError, match=r'rule "endless" .* needs pods whose SKUs never run out'):
-        decide(state_from_dict(by_hand), RuleChoice("endless"), decides="POA")
+        decide(state_from_dict(by_hand), RuleChoice("endless"), decides=Role.POA)
     by_hand["stations"]["north"] = {"order_capacity": 1}
     with pytest.raises(InputError, match=r'rule "roomy" .* needs stations that count items'):
         decide(state_from_dict(by_hand), RuleChoice("roomy"))
@@ -179,7 +180,7 @@ def test_impossible_decisions_and_errors(by_hand: dict[str, Any], acme: None) ->
     """The kernel's checks hold, and name rule, order and station; what a rule raises is told."""
     by_hand["stations"]["north"]["item_capacity"] = 3
     with pytest.raises(RuleError, match=r'"eager" .* assigned order B .* to station north .*only 1 of 3 are free'):
-        decide(state_from_dict(by_hand), RuleChoice("eager"), decides="POA")
+        decide(state_from_dict(by_hand), RuleChoice("eager"), decides=Role.POA)
     with pytest.raises(RuleError, match=r'"broken" .* raised ZeroDivisionError: nothing to divide'):
         decide(state_from_dict(by_hand), RuleChoice("broken"))
 
@@ -189,7 +190,7 @@ def test_a_rule_that_decides_several_things(by_hand: dict[str, Any], acme: None)
     state = state_from_dict(by_hand)
     with pytest.raises(InputError, match="decides POA and PPS; say which of them is asked"):
         decide(state, RuleChoice("eager"))
-    assert decide(state, RuleChoice("eager"), decides="PPS").decision == {"trips": []}
+    assert decide(state, RuleChoice("eager"), decides=Role.PPS).decision == {"trips": []}
     asked = state_from_dict({**by_hand, "ask": {"decides": "POA"}})
     assert len(decide(asked, RuleChoice("eager")).decision["assignments"]) == 2
 
@@ -198,12 +199,12 @@ def test_a_rule_that_decides_several_things(by_hand: dict[str, Any], acme: None)
     ("name", "decides", "problem"),
     [
         ("free-flow", None, "decides PP; expected a rule for POA"),
-        ("first-come", "PPS", "decides POA; expected a rule for PPS"),
+        ("first-come", Role.PPS, "decides POA; expected a rule for PPS"),
         ("first-comes", None, "did you mean `first-come`"),
-        ("free-flow", "PP", "decides: expected POA, PPS, POA\\+PPS, PR or TA, found 'PP'"),
+        ("free-flow", Role.PP, "decides: expected POA, PPS, POA\\+PPS, PR or TA, found 'PP'"),
     ],
 )
-def test_rules_that_cannot_answer(by_hand: dict[str, Any], name: str, decides: str | None, problem: str) -> None:
+def test_rules_that_cannot_answer(by_hand: dict[str, Any], name: str, decides: Role | None, problem: str) -> None:
     """A rule that is not there, or decides something else, is refused."""
     with pytest.raises(InputError, match=problem):
         decide(state_from_dict(by_hand), RuleChoice(name), decides=decides)
@@ -226,22 +227,22 @@ def test_instead_of_a_joint_rule(at_work: dict[str, Any]) -> None:
     del at_work["orders"]["A"]["parts"], at_work["robots"]
     state = state_from_dict(at_work | {"ask": {"decides": "POA+PPS"}})
     joint = decide(state, RuleChoice("integrated"))
-    both = decide_instead(state, [RuleChoice("first-come"), RuleChoice("demand")], "POA+PPS")
+    both = decide_instead(state, [RuleChoice("first-come"), RuleChoice("demand")], Role.POA_PPS)
     assert both.decision.keys() == joint.decision.keys()
-    assert both.outcome == joint.outcome == outcome_of(state, "POA+PPS", joint.decision)
-    alone = decide_instead(state, [RuleChoice("first-come")], "POA+PPS")
+    assert both.outcome == joint.outcome == outcome_of(state, Role.POA_PPS, joint.decision)
+    alone = decide_instead(state, [RuleChoice("first-come")], Role.POA_PPS)
     assert alone.outcome == Outcome(orders=2, items=4, visits=0, unused=0, uncovered=4)
 
 
 @pytest.mark.parametrize(
     ("names", "decides", "problem"),
     [
-        (["demand"], "POA", "decides PPS; expected a rule for POA or POA\\+PPS"),
-        (["demand", "nearest-pod"], "PPS", "found 2 rules to decide PPS"),
-        (["demand", "first-come"], "POA", "decides PPS; expected a rule for POA"),
+        (["demand"], Role.POA, "decides PPS; expected a rule for POA or POA\\+PPS"),
+        (["demand", "nearest-pod"], Role.PPS, "found 2 rules to decide PPS"),
+        (["demand", "first-come"], Role.POA, "decides PPS; expected a rule for POA"),
     ],
 )
-def test_rules_that_are_no_alternative(by_hand: dict[str, Any], names: list[str], decides: str, problem: str) -> None:
+def test_rules_that_are_no_alternative(by_hand: dict[str, Any], names: list[str], decides: Role, problem: str) -> None:
     """Only rules that decide the same are held against each other."""
     with pytest.raises(InputError, match=problem):
         decide_instead(state_from_dict(by_hand), [RuleChoice(name) for name in names], decides)

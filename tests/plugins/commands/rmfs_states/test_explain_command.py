@@ -22,7 +22,7 @@ JOINT = ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time")
 def sequential(tmp_path_factory: pytest.TempPathFactory) -> str:
     """Folder of a recorded run with POA and PPS rules."""
     folder = tmp_path_factory.mktemp("sequential")
-    rmfs_core.run("examples/small", overrides=SETTINGS, out=folder, record_decisions=True)
+    rmfs_core.run("examples/small", overrides=SETTINGS, out=folder, record=["decisions"])
     return str(folder)
 
 
@@ -30,7 +30,7 @@ def sequential(tmp_path_factory: pytest.TempPathFactory) -> str:
 def joint(tmp_path_factory: pytest.TempPathFactory) -> str:
     """Folder of a recorded run with a joint rule."""
     folder = tmp_path_factory.mktemp("joint")
-    rmfs_core.run("examples/small", overrides=[*SETTINGS, *JOINT], out=folder, record_decisions=True)
+    rmfs_core.run("examples/small", overrides=[*SETTINGS, *JOINT], out=folder, record=["decisions"])
     return str(folder)
 
 
@@ -94,7 +94,7 @@ def test_decisions_of_every_kind(sequential: str, capsys: pytest.CaptureFixture[
     """Any decision can be explained by its number."""
     from rmfs_states import read_recording
 
-    number = next(recorded.number for recorded in read_recording(sequential) if recorded.decides == kind)
+    number = next(recorded.number for recorded in read_recording(sequential) if recorded.decides.label == kind)
     code, out, _ = explain(capsys, sequential, "--decision", str(number))
     assert code == 0
     assert f"Decision {number}: {kind} by" in out

@@ -9,32 +9,32 @@ import pytest
 
 from rmfs_core import InputError
 from rmfs_states import state_from_dict
-from rmfs_states.rebuilding import LacksError, Scene, open_state
+from rmfs_states.rebuilding import LacksError, OpenState, open_state
 
 
-def scene_of(content: dict[str, Any]) -> Scene:
-    """Return the scene of a state."""
+def opened_from(content: dict[str, Any]) -> OpenState:
+    """Return the opened of a state."""
     return open_state(state_from_dict(content))
 
 
 def test_defaults(by_hand: dict[str, Any]) -> None:
     """By hand: everything is open, nothing is anywhere, and the first period is decided at the last arrival."""
     by_hand["orders"]["A"]["arrival_s"] = 12.5
-    scene = scene_of(by_hand)
-    view, station = scene.view, scene.view.stations[0]
+    opened = opened_from(by_hand)
+    view, station = opened.view, opened.view.stations[0]
     assert [order.name for order in view.backlog] == ["B", "A"]
-    assert (view.now_s, scene.period, scene.shown) == (12.5, 1, None)
+    assert (view.now_s, opened.period, opened.shown) == (12.5, 1, None)
     assert (station.name, station.free_capacity, station.queue_room) == ("north", 4, 13)
     assert [pod.name for pod in view.free_pods] == ["P1", "P2"]
     assert view.unlimited_stock
     assert view.robots == ()
-    assert scene.instance.skus == ("milk", "tea", "jam")
+    assert opened.instance.skus == ("milk", "tea", "jam")
 
 
 def test_what_is_under_way(at_work: dict[str, Any]) -> None:
     """Half of A is picked: it takes up its two places, wants one item, which the pod in the line has for it."""
-    scene = scene_of(at_work)
-    view, station = scene.view, scene.view.stations[0]
+    opened = opened_from(at_work)
+    view, station = opened.view, opened.view.stations[0]
     a = next(order for order in view.orders if order.name == "A")
     assert (station.load, station.free_capacity, station.queue_room) == (2, 2, 3)
     assert [(request.order.name, request.sku, request.covered) for request in station.open_requests] == [("A", 1, True)]
@@ -47,33 +47,33 @@ def test_what_is_under_way(at_work: dict[str, Any]) -> None:
     assert p2.cell == 13
     assert [robot.name for robot in view.idle_robots] == ["r2"]
     assert 13 not in view.free_storage_locations
-    assert scene.period == 2
+    assert opened.period == 2
 
 
 def test_requests_alone_tell_what_is_assigned(at_work: dict[str, Any]) -> None:
     """Left out, `parts` are the lines that stations have requests of; the other lines are open."""
     del at_work["orders"]["A"]["parts"]
-    scene = scene_of(at_work)
-    a = next(order for order in scene.view.orders if order.name == "A")
+    opened = opened_from(at_work)
+    a = next(order for order in opened.view.orders if order.name == "A")
     assert [line.sku for line in a.open_lines] == [0]
-    assert scene.view.stations[0].load == 1
+    assert opened.view.stations[0].load == 1
 
 
 def test_a_pod_in_a_line_is_carried_by_some_robot(at_work: dict[str, Any]) -> None:
     """Where robots are not listed, as many are there as carry pods, and stand where their pods do."""
     del at_work["robots"]
-    scene = scene_of(at_work)
-    (robot,) = scene.view.robots
-    assert (robot.pod, robot.cell) == (0, scene.view.stations[0].cell)
-    assert scene.warehouse.pod_at(scene.view.stations[0]) is scene.view.pods[0]
+    opened = opened_from(at_work)
+    (robot,) = opened.view.robots
+    assert (robot.pod, robot.cell) == (0, opened.view.stations[0].cell)
+    assert opened.warehouse.pod_at(opened.view.stations[0]) is opened.view.pods[0]
 
 
 def test_prefiltered(by_hand: dict[str, Any]) -> None:
     """The view's backlog is what the state says that the rule is shown."""
-    scene = scene_of({**by_hand, "backlog": ["B"]})
-    assert [order.name for order in scene.view.backlog] == ["B"]
-    assert scene.shown == {scene.names.orders["B"]}
-    assert scene.view.backlog_lines.quantity.tolist() == [2]
+    opened = opened_from({**by_hand, "backlog": ["B"]})
+    assert [order.name for order in opened.view.backlog] == ["B"]
+    assert opened.shown == {opened.names.orders["B"]}
+    assert opened.view.backlog_lines.quantity.tolist() == [2]
 
 
 def test_blocks_in_place_of_a_map(at_work: dict[str, Any]) -> None:
@@ -86,14 +86,14 @@ def test_blocks_in_place_of_a_map(at_work: dict[str, Any]) -> None:
         "P1": {"contents": {"milk": 3, "tea": 1}},
         "P2": {"contents": {"jam": 5}, "cell": 41},
     }
-    scene = scene_of(at_work)
-    assert scene.view.travel.layout.height == 10
-    assert scene.view.pods[1].cell == 41
+    opened = opened_from(at_work)
+    assert opened.view.travel.layout.height == 10
+    assert opened.view.pods[1].cell == 41
 
 
 def test_without_a_layout_places_cannot_be_asked_for(by_hand: dict[str, Any]) -> None:
     """A view of a state without a layout says what is missing."""
-    view = scene_of(by_hand).view
+    view = opened_from(by_hand).view
     for ask in (
         lambda: view.travel,
         lambda: view.free_storage_locations,
@@ -163,7 +163,7 @@ def test_without_a_layout_places_cannot_be_asked_for(by_hand: dict[str, Any]) ->
 def test_contradictions(at_work: dict[str, Any], change: dict[str, Any], place: str, problem: str) -> None:
     """A state that contradicts itself is refused with the path of the key."""
     with pytest.raises(InputError) as caught:
-        scene_of(merged(at_work, change))
+        opened_from(merged(at_work, change))
     assert caught.value.place == f"state, {place}"
     assert problem in caught.value.problem
 

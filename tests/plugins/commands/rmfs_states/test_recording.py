@@ -11,6 +11,7 @@ import pytest
 
 import rmfs_core
 from rmfs_core import InputError, RuleError
+from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice
 from rmfs_states import decide, read_recording
 from rmfs_states.recording import RECORDING_FILE as DECISIONS_FILE
@@ -43,7 +44,7 @@ def test_nothing_else_changes(tmp_path: Path) -> None:
     files = ("orders.csv", "visits.csv")
     plain = rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path / "plain")
     for name in ("one", "two"):
-        result = rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path / name, record_decisions=True)
+        result = rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path / name, record=["decisions"])
         assert result.metrics == plain.metrics
     for file in files:
         assert (tmp_path / "plain" / file).read_bytes() == (tmp_path / "one" / file).read_bytes()
@@ -53,9 +54,9 @@ def test_nothing_else_changes(tmp_path: Path) -> None:
 
 def test_every_decision_is_there(tmp_path: Path) -> None:
     """Each row of periods.csv has its recorded decision, with the same numbers."""
-    result = rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record_decisions=True)
-    recorded = [r for r in read_recording(tmp_path) if r.decides in ("POA", "PPS")]
-    assert [(r.period, r.time_s, r.decides, r.rule) for r in recorded] == [
+    result = rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record=["decisions"])
+    recorded = [r for r in read_recording(tmp_path) if r.decides in (Role.POA, Role.PPS)]
+    assert [(r.period, r.time_s, r.decides.label, r.rule) for r in recorded] == [
         (row["period"], row["time_s"], row["decides"], row["rule"]) for row in result.periods
     ]
     for decision, row in zip(recorded, result.periods, strict=True):
@@ -66,7 +67,7 @@ def test_every_decision_is_there(tmp_path: Path) -> None:
 
 def test_decisions_of_an_earlier_run_go(tmp_path: Path) -> None:
     """A run without recording leaves none of another run's decisions in its folder."""
-    rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record_decisions=True)
+    rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record=["decisions"])
     rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path)
     with pytest.raises(InputError, match="run the scenario with `--record-decisions`"):
         read_recording(tmp_path)
@@ -75,7 +76,7 @@ def test_decisions_of_an_earlier_run_go(tmp_path: Path) -> None:
 def test_recording_needs_a_folder() -> None:
     """Without `out` there is nowhere to record to."""
     with pytest.raises(InputError, match=r"decisions: .* expected `out`"):
-        rmfs_core.run("examples/small", record_decisions=True)
+        rmfs_core.run("examples/small", record=["decisions"])
 
 
 @pytest.mark.parametrize(("rule", "problem"), [("late", "named order 99"), ("raising", "nothing to divide")])
@@ -87,7 +88,7 @@ def test_what_a_failing_rule_saw_is_kept(tmp_path: Path, install: Any, rule: str
         acme_rules=f"from rmfs_core import OrderAssignment\n{RULES}",
     )
     with pytest.raises(RuleError, match=problem):
-        rmfs_core.run("examples/small", overrides=[*SETTINGS, f"rules.poa={rule}"], out=tmp_path, record_decisions=True)
+        rmfs_core.run("examples/small", overrides=[*SETTINGS, f"rules.poa={rule}"], out=tmp_path, record=["decisions"])
     *_, last = read_recording(tmp_path)
     assert (last.decides, last.decision) == ("POA", None)
     with pytest.raises(RuleError, match=problem):
@@ -97,7 +98,7 @@ def test_what_a_failing_rule_saw_is_kept(tmp_path: Path, install: Any, rule: str
 @pytest.fixture
 def recorded_file(tmp_path: Path) -> Path:
     """Return the file of a recorded run."""
-    rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record_decisions=True)
+    rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record=["decisions"])
     return tmp_path / DECISIONS_FILE
 
 

@@ -48,12 +48,12 @@ def test_every_decision_of_a_run_is_made_again(record: Any, settings: tuple[str,
     rules: dict[str, BoundRule] = {}
     for recorded in recording:
         if recorded.decides not in rules:
-            rules[recorded.decides] = load_rule(recording.choice_of(recorded), (Role.labelled(recorded.decides),))
+            rules[recorded.decides] = load_rule(recording.choice_of(recorded), (recorded.decides,))
         again = ask(open_state(recorded.state(), recorded.place), rules[recorded.decides])
         assert again.decision == recorded.decision, recorded.place
         assert again.report == recorded.report, recorded.place
         assert outcome_of(recorded.state(), recorded.decides, recorded.decision or {}) == again.outcome
-        kinds[recorded.decides] += 1
+        kinds[recorded.decides.label] += 1
     assert min(kinds.values()) >= 4
     assert kinds.keys() >= {"PR", "TA"}
 
@@ -61,7 +61,7 @@ def test_every_decision_of_a_run_is_made_again(record: Any, settings: tuple[str,
 def test_numbers_are_drawn_as_in_the_run(record: Any) -> None:
     """The random rule has drawn before in most states: what is stored of its generator is what gives its next place."""
     recording = record("rules.pr=random")
-    drawn = [recorded for recorded in recording if recorded.decides == "PR" and "random" in recorded.content]
+    drawn = [recorded for recorded in recording if recorded.decides is Role.PR and "random" in recorded.content]
     assert len(drawn) >= 5
     forgotten = 0
     for recorded in drawn:
@@ -96,11 +96,11 @@ def test_rules_see_what_they_saw_in_the_run(tmp_path: Path, settings: tuple[str,
     class Note:
         @hookimpl
         def rule_asked(self, question: Question) -> None:
-            if question.decides not in ("filter", "PP"):
+            if question.decides not in (Role.FILTER, Role.PP):
                 seen.append(public_values(question.warehouse))
 
     overrides = ["instance.orders=14", "instance.max_lines=5", "stations.item_capacity=6", *settings]
-    rmfs_core.run("examples/small", overrides=overrides, out=tmp_path, record_decisions=True, observers=[Note()])
+    rmfs_core.run("examples/small", overrides=overrides, out=tmp_path, record=["decisions"], observers=[Note()])
     for recorded, values in zip(read_recording(tmp_path), seen, strict=True):
         again = public_values(open_state(recorded.state()).view)
         assert {key: value for key, value in again.items() if values[key] != value} == {}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from rmfs_core.roles import Role
 from rmfs_states import Recorded
 from rmfs_states.rebuilding import open_state
 from rmfs_states.stories import free_capacity, open_lines, order_story, pod_story
@@ -14,7 +15,7 @@ Content = dict[str, Any]
 def decision(number: int, decides: str, content: Content, decided: Any, **ask: Any) -> Recorded:
     """Return a recorded decision made by hand; period and time are its number."""
     content = {**content, "ask": {"decides": decides, "period": number, **ask}, "time_s": float(number)}
-    return Recorded(number, decides, "rule", content, decided, None, f"line {number}")
+    return Recorded(number, Role.labelled(decides), "rule", content, decided, None, f"line {number}")
 
 
 def content(capacity: int, **changes: Any) -> Content:
@@ -115,9 +116,9 @@ def test_figures_are_those_of_the_warehouse(record: Any) -> None:
     """Free capacity and open lines, read off the JSON, are what the warehouse made from it has."""
     for settings in ((), ("stations.order_capacity=2",), ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time")):
         for recorded in record(*settings):
-            scene = open_state(recorded.state())
-            for station in scene.view.stations:
+            opened = open_state(recorded.state())
+            for station in opened.view.stations:
                 assert free_capacity(recorded.content, station.name) == station.free_capacity
-            for order in scene.view.orders:
-                lines = {scene.instance.skus[line.sku]: line.quantity for line in order.open_lines}
+            for order in opened.view.orders:
+                lines = {opened.instance.skus[line.sku]: line.quantity for line in order.open_lines}
                 assert open_lines(recorded.content, order.name) == lines

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from attrs import evolve
 
 import rmfs_core
 from rmfs_core import InputError
@@ -13,6 +14,7 @@ from rmfs_core.events import DecisionMade, Event, OrderArrived, OrderAssigned, R
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.info import RunInfo
 from rmfs_core.results import Metrics
+from rmfs_core.roles import Role
 from rmfs_trace import TraceWriter, read_trace
 
 SCENARIO = """
@@ -38,7 +40,7 @@ EVENTS = (
     OrderArrived(0, 0),
     OrderAssigned(0, 0, 1, skus=(0, 1), items=2, period=1, complete=True),
     RobotMoved(5000, 1000, 0, origin=3, to=4, heading=2, wait_ticks=0, turn_ticks=625, distance_m=1, pod=None),
-    DecisionMade(5000, 1, "POA", "rule", 2, 1, 0, "optimal", 1.5, None, False, wall_s=0.25),
+    DecisionMade(5000, 1, Role.POA, "rule", 2, 1, 0, "optimal", 1.5, None, False, wall_s=0.25),
 )
 
 
@@ -54,13 +56,14 @@ class Recorder:
         self.events.append(event)
 
 
-def write(path: Path, run: RunInfo) -> None:
-    """Write a trace of hand-made events."""
-    writer = TraceWriter(path)
-    writer.run_started(run)
+def write(folder: Path, run: RunInfo) -> Path:
+    """Write a trace of hand-made events into a folder; return its file."""
+    writer = TraceWriter()
+    writer.run_started(evolve(run, out=folder))
     for event in EVENTS:
         writer.on_event(event)
     writer.run_ended(6000, "partial")
+    return folder / writer.file
 
 
 def rewrite(path: Path, change: Callable[[list[str]], list[str]]) -> None:
@@ -72,9 +75,7 @@ def rewrite(path: Path, change: Callable[[list[str]], list[str]]) -> None:
 @pytest.fixture
 def trace_file(tmp_path: Path, tiny: RunInfo) -> Path:
     """Return a trace of hand-made events."""
-    path = tmp_path / "trace.jsonl.gz"
-    write(path, tiny)
-    return path
+    return write(tmp_path, tiny)
 
 
 def test_what_is_written_is_read_back(trace_file: Path, tiny: RunInfo) -> None:
@@ -96,15 +97,15 @@ def test_what_is_written_is_read_back(trace_file: Path, tiny: RunInfo) -> None:
 
 def test_equal_runs_have_equal_bytes(tmp_path: Path, tiny: RunInfo) -> None:
     """Neither the time of writing nor the file's name is in the file."""
-    write(tmp_path / "one.gz", tiny)
-    write(tmp_path / "two.gz", tiny)
-    assert (tmp_path / "one.gz").read_bytes() == (tmp_path / "two.gz").read_bytes()
+    (tmp_path / "one").mkdir()
+    (tmp_path / "two").mkdir()
+    assert write(tmp_path / "one", tiny).read_bytes() == write(tmp_path / "two", tiny).read_bytes()
 
 
 def test_there_is_no_file_until_the_run_has_ended(tmp_path: Path, tiny: RunInfo) -> None:
     """A trace that is being written has no name yet, and one whose run never ends leaves nothing."""
-    writer = TraceWriter(tmp_path / "trace.jsonl.gz")
-    writer.run_started(tiny)
+    writer = TraceWriter()
+    writer.run_started(evolve(tiny, out=tmp_path))
     assert not (tmp_path / "trace.jsonl.gz").exists()
     del writer
     assert list(tmp_path.iterdir()) == []
@@ -115,7 +116,7 @@ def test_metrics_of_a_run_can_be_recomputed_from_its_trace(tmp_path: Path) -> No
     file = tmp_path / "small.toml"
     file.write_text(SCENARIO, encoding="utf-8")
     recorder = Recorder()
-    result = rmfs_core.run(file, out=tmp_path / "out", trace=True, observers=[recorder])
+    result = rmfs_core.run(file, out=tmp_path / "out", record=["trace"], observers=[recorder])
     trace = read_trace(tmp_path / "out" / "trace.jsonl.gz")
     metrics = Metrics()
     metrics.begin(trace.instance, len(trace.stations))
@@ -139,6 +140,7 @@ def test_metrics_of_a_run_can_be_recomputed_from_its_trace(tmp_path: Path) -> No
         (lambda lines: [*lines[:2], '{"e":"flew"}', *lines[2:]], 3, "'flew'"),
         (lambda lines: [lines[0], '{"e":"order_arrived","tick":0}', *lines[1:]], 2, "tick, order"),
         (lambda lines: [lines[0], '{"e":"order_arrived","tick":0,"order":"x"}', *lines[1:]], 2, "'x'"),
+        (lambda lines: [line.replace('"POA"', '"lunch"') for line in lines], 5, "'lunch'"),
         (lambda lines: lines[:-1], 5, "cut off"),
         (lambda lines: [*lines, lines[-1]], 7, "behind the end"),
         (lambda lines: [*lines[:-1], '{"e":"end","tick":1,"status":"fine"}'], 6, "status"),

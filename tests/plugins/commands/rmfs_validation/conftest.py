@@ -29,7 +29,7 @@ SMALL = (
 def recorded_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of a run with orders that arrive over time."""
     folder = tmp_path_factory.mktemp("recorded")
-    rmfs_core.run("examples/small", overrides=SMALL, out=folder, trace=True)
+    rmfs_core.run("examples/small", overrides=SMALL, out=folder, record=["trace"])
     return folder
 
 

@@ -18,7 +18,7 @@ from rmfs_testing import validate_trace
 def folder(tmp_path: Path) -> Path:
     """Folder of a recorded run."""
     settings = ("instance.orders=8", "rules.pp=free-flow")
-    rmfs_core.run("examples/small", overrides=settings, out=tmp_path, trace=True)
+    rmfs_core.run("examples/small", overrides=settings, out=tmp_path, record=["trace"])
     return tmp_path
 
 

@@ -33,7 +33,7 @@ def test_there_are_rules_to_combine() -> None:
 def test_sequential_rules(poa: str, pps: str, pr: str, ta: str, pp: str, tmp_path: Path) -> None:
     """Any combination of shipped sequential rules leaves a trace and metrics without faults."""
     rules = (f"rules.poa={poa}", f"rules.pps={pps}", f"rules.pr={pr}", f"rules.ta={ta}", f"rules.pp={pp}")
-    rmfs_core.run("examples/small", overrides=(*COMMON, *rules), out=tmp_path, trace=True)
+    rmfs_core.run("examples/small", overrides=(*COMMON, *rules), out=tmp_path, record=["trace"])
     assert validate_trace(tmp_path) == []
 
 
@@ -41,7 +41,7 @@ def test_sequential_rules(poa: str, pps: str, pr: str, ta: str, pp: str, tmp_pat
 def test_joint_rules(joint: str, pp: str, tmp_path: Path) -> None:
     """So does any joint rule."""
     rules = ("rules.poa=", "rules.pps=", f"rules.poa_pps={joint}", f"rules.pp={pp}")
-    rmfs_core.run("examples/small", overrides=(*COMMON, *rules), out=tmp_path, trace=True)
+    rmfs_core.run("examples/small", overrides=(*COMMON, *rules), out=tmp_path, record=["trace"])
     assert validate_trace(tmp_path) == []
 
 
@@ -63,14 +63,14 @@ def test_joint_rules(joint: str, pp: str, tmp_path: Path) -> None:
 def test_settings(settings: tuple[str, ...], pp: str, tmp_path: Path) -> None:
     """Capacity in orders, finite stock, arrivals, early ends, other robots: no faults."""
     overrides = (*COMMON, f"rules.pp={pp}", *settings)
-    rmfs_core.run("examples/small", overrides=overrides, out=tmp_path, trace=True)
+    rmfs_core.run("examples/small", overrides=overrides, out=tmp_path, record=["trace"])
     assert validate_trace(tmp_path) == []
 
 
 @pytest.mark.parametrize("name", ["examples/from-csv", "examples/example-2-sequential", "examples/poisson"])
 def test_shipped_scenarios(name: str, tmp_path: Path) -> None:
     """Shipped examples have no faults; the report says what was looked at."""
-    rmfs_core.run(name, overrides=("rules.pp=free-flow",), out=tmp_path, trace=True)
+    rmfs_core.run(name, overrides=("rules.pp=free-flow",), out=tmp_path, record=["trace"])
     report = check_trace(tmp_path)
     assert report.faults == []
     assert report.events > 100

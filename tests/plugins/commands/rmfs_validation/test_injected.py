@@ -24,6 +24,7 @@ from rmfs_core.events import (
     VisitEnded,
     VisitStarted,
 )
+from rmfs_core.roles import Role
 from rmfs_trace.reader import Trace
 from rmfs_validation import KINDS, faults_of
 
@@ -364,7 +365,7 @@ DAMAGES: list[tuple[str, Damage, str]] = [
     ("a period too far", change(DecisionMade, lambda t, e: {"period": e.period + 1}), "period"),
     ("a decision with more trips", change(DecisionMade, lambda t, e: {"trips": e.trips + 1}), "decision-size"),
     ("a decision with another backlog", change(DecisionMade, lambda t, e: {"backlog": e.backlog + 1}), "backlog"),
-    ("a decision on nothing known", change(DecisionMade, lambda t, e: {"decides": "lunch"}), "unknown-id"),
+    ("a decision on tasks", change(DecisionMade, lambda t, e: {"decides": Role.TA}), "unknown-id"),
     ("events out of order", change(OrderCompleted, lambda t, e: {"tick": e.tick - 1}), "time-order"),
     ("a run's end before its last event", ends_early, "time-order"),
     ("a complete run called partial", partial_though_complete, "status"),

@@ -118,17 +118,17 @@ def test_shares_are_kept_for_a_while() -> None:
     decide(rule, world)
     assert set(rule.station_of.values()) == {0}
     world.assign(world.orders[5], world.stations[1], [5])
-    world.now = 29_999
+    world.advance(29_999)
     decide(rule, world)
     assert set(rule.station_of.values()) == {0}
-    world.now = 30_000
+    world.advance(30_000)
     decide(rule, world)
     assert sorted(rule.station_of.values()) == [0, 0, 1, 1]
     world.assign(world.orders[6], world.stations[2], [6])
-    world.now = 59_999
+    world.advance(59_999)
     decide(rule, world)
     assert sorted(rule.station_of.values()) == [0, 0, 1, 1]
-    world.now = 60_000
+    world.advance(60_000)
     decide(rule, world)
     assert sorted(rule.station_of.values()) == [0, 1, 2, 2]
 

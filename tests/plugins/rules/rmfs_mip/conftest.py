@@ -92,6 +92,24 @@ def scarce_period(seed: int) -> Period:
     )
 
 
+def putwall_period(seed: int) -> Period:
+    """Return a small period, scarce stock or not, whose stations count orders, in every fifth only some of them do."""
+    rng = np.random.default_rng((14, seed))
+    period = scarce_period(seed)
+    stations = range(len(period.stations))
+    counting = frozenset(s for s in stations if seed % 5 or rng.random() < 0.5)
+    begun = period.begun or (False,) * len(period.orders)
+    at = [(o, s) for o, before in enumerate(begun) for s in sorted(counting) if before and rng.random() < 0.5]
+    stock = period.stock
+    return evolve(
+        period,
+        capacities=tuple(int(c) for c in rng.integers(1, 5, len(stations))),
+        stock=stock if seed % 2 else Stock(stock.pods, stock.contents, stock.n_skus),
+        counting_orders=counting,
+        joined=frozenset(at),
+    )
+
+
 def made_alike(period: Period) -> Period:
     """Return a period with all stations like its first: as at t = 1, though with pods there."""
     n = len(period.stations)
@@ -126,7 +144,12 @@ def brute_force_from_stock(period: Period, model: Model, weight: float, splits: 
     stations, n_skus = range(len(period.stations)), period.stock.n_skus
     groups = range(1, 1 << len(stations))
     free = np.zeros((len(period.stock.pods), n_skus), dtype=np.int64)
-    free[period.stock.items.pod, period.stock.items.sku] = period.stock.items.number
+    if period.stock.items is None:
+        free[:] = 1000 * period.stock.holds
+    else:
+        free[period.stock.items.pod, period.stock.items.sku] = period.stock.items.number
+    largest = max(sum(quantity for _, quantity in lines) for lines in period.lines)
+    worth = np.array([largest if s in period.counting_orders else 1 for s in stations])
     there = [sum(1 << s for s, pods in enumerate(period.inbound) if pod in pods) for pod in range(len(free))]
     by_number: dict[int, list[np.ndarray]] = {}
     for at in product(*([m for m in range(1 << len(stations)) if m & before == before] for before in there)):
@@ -137,15 +160,20 @@ def brute_force_from_stock(period: Period, model: Model, weight: float, splits: 
     best = float("inf")
     for choice in product(*(list(_choices(lines, len(stations), model)) for lines in period.lines)):
         wanted = np.zeros((len(stations), n_skus), dtype=np.int64)
-        for lines, where in zip(period.lines, choice, strict=True):
+        at: set[tuple[int, int]] = set()
+        for order, (lines, where) in enumerate(zip(period.lines, choice, strict=True)):
             for (sku, quantity), station in zip(lines, where, strict=True):
                 if station is not None:
                     wanted[station, sku] += quantity
+                    at.add((order, station))
         if splits is not None and _new_splits(period, choice) > splits:
             continue
-        if (wanted.sum(axis=1) > period.capacities).any():
+        places = wanted.sum(axis=1)
+        for s in period.counting_orders:
+            places[s] = sum(station == s and (order, s) not in period.joined for order, station in at)
+        if (places > period.capacities).any():
             continue
-        value = period.visits_before + weight * (sum(period.capacities) - wanted.sum())
+        value = period.visits_before + weight * (worth * (period.capacities - places)).sum()
         by_group = np.array([wanted[[s for s in stations if group >> s & 1]].sum(axis=0) for group in groups])
         for number, tables in enumerate(brought):
             if value + number >= best:
@@ -231,6 +259,12 @@ def small_periods() -> list[Period]:
 def scarce_period_fixture() -> Callable[[int], Period]:
     """Return the function that makes a period whose pods run out."""
     return scarce_period
+
+
+@pytest.fixture(scope="session", name="putwall_period")
+def putwall_period_fixture() -> Callable[[int], Period]:
+    """Return the function that makes a period whose stations count orders."""
+    return putwall_period
 
 
 @pytest.fixture(scope="session")

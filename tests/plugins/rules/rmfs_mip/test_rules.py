@@ -134,6 +134,6 @@ def test_a_limit_is_reported():
 def test_the_example_with_finite_stock(rule, tmp_path):
     """It runs with each of the models to its end, and what it records is valid."""
     overrides = [f"rules.poa_pps={rule}", "rules.poa=", "rules.pps="]
-    result = rmfs_core.run("examples/from-csv", overrides=overrides, out=tmp_path, trace=True)
+    result = rmfs_core.run("examples/from-csv", overrides=overrides, out=tmp_path, record=["trace"])
     assert result.status == "complete"
     assert validate_trace(tmp_path) == []

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import plain_sipp as plain
 from crowds import crowd, newcomer, paper_roads, two_way
+from reserving import hold_until, stay
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import FOREVER, Query, Reservations, Roads, TimedPath, occupancy, roads_on
 from rmfs_core.world import Layout, parse_map
@@ -81,8 +82,8 @@ def test_no_path_arrives_earlier(data: st.DataObject) -> None:
         cell = data.draw(st.sampled_from(cells))
         since = data.draw(st.integers(0, 15))
         until = since + data.draw(st.integers(1, 6))
-        if table.blocker(cell, since * 1000, until * 1000, owner=1) is None and cell != start:
-            table.hold(1, cell, since * 1000, until * 1000)
+        if table.is_free(1, stay(cell, since * 1000, until * 1000)) and cell != start:
+            hold_until(table, 1, cell, since * 1000, until * 1000)
     query = Query(0, start, data.draw(st.integers(0, 3)), 0, goal, data.draw(st.booleans()))
     path, slow = Sipp().search(roads, table, query), plain.search(roads, table, query)
     assert (path is None) == (slow is None)
@@ -156,7 +157,7 @@ def test_it_waits_until_the_goal_is_free_for_good() -> None:
     """The goal is entered once the last reservation there has ended, however early the robot could be there."""
     roads, _ = _corridor()
     table = Reservations(roads.cells)
-    table.hold(1, 4, 30_000, 50_000)
+    hold_until(table, 1, 4, 30_000, 50_000)
     path = Sipp().search(roads, table, Query(0, 0, 0, 0, 4))
     assert path is not None
     assert path.end_tick == 51_000
@@ -170,12 +171,12 @@ def test_ones_own_reservations_are_no_obstacle() -> None:
     roads, _ = _corridor()
     table = Reservations(roads.cells)
     table.hold(0, 0, 0)
-    table.hold(0, 3, 0, 9000)
+    hold_until(table, 0, 3, 0, 9000)
     path = Sipp().search(roads, table, Query(0, 0, 0, 0, 4))
     assert path is not None
     assert path.end_tick == 4000
     table.commit(0, occupancy(roads, path))
-    assert table.blocker(3, 0, 100_000) == 0
+    assert table.blocker(3, 0) == 0
 
 
 def test_who_is_there_already_stays() -> None:
@@ -185,7 +186,7 @@ def test_who_is_there_already_stays() -> None:
     path = Sipp().search(roads, table, Query(0, 3, 0, 500, 3))
     assert path is not None
     assert (path.legs, path.end_tick) == ((), 500)
-    table.hold(1, 3, 20_000, 21_000)
+    hold_until(table, 1, 3, 20_000, 21_000)
     path = Sipp().search(roads, table, Query(0, 3, 0, 500, 3))
     assert path is not None
     assert path.end_tick == 22_000

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from crowds import crowd, newcomer, paper_roads
+from reserving import hold_until
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import Query, Reservations, occupancy, roads_on
 from rmfs_core.world import parse_map
@@ -60,7 +61,7 @@ def test_waits_are_of_two_seconds() -> None:
     """Where `sipp` leaves as soon as the way is free, `whca-n` leaves with the next full wait."""
     roads = roads_on(travel_on(CORRIDOR, Motion()))
     table = Reservations(roads.cells)
-    table.hold(1, 1, 0, 3100)
+    hold_until(table, 1, 1, 0, 3100)
     first = Sipp().search(roads, table, Query(0, 0, 0, 0, 4))
     other = WhcaN(window_s=math.inf).search(roads, table, Query(0, 0, 0, 0, 4))
     assert first is not None

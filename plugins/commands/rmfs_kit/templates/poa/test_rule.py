@@ -25,5 +25,5 @@ def test_the_smallest_order_goes_to_the_station_with_the_most_room() -> None:
 def test_who_has_waited_too_long_goes_first() -> None:
     """A minute later the large order, which came first, has its turn."""
     world = small_world(ORDERS, PODS, capacities=(3,))
-    world.now = 60_000
+    world.advance(60_000)
     assert TheRule(patience_s=30).assign_orders(WarehouseView(world)) == [OrderAssignment(LARGE, 0)]

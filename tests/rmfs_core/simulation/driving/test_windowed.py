@@ -1,4 +1,4 @@
-"""Robots that keep out of each other's way."""
+"""Driving windows: runs that are registered or refused, robots that step aside, standstills that say why."""
 
 from __future__ import annotations
 
@@ -10,85 +10,18 @@ import numpy as np
 import pytest
 
 import rmfs_core
+from corridor import CORRIDOR, CORRIDOR_MAP, INSTANCE
 from crowds import paper_roads
 from rmfs_core.decisions import Leg
-from rmfs_core.errors import InputError, RuleError, StandstillError
-from rmfs_core.events import (
-    Event,
-    OrderCompleted,
-    PodLifted,
-    PodStored,
-    QueueJoined,
-    RobotMoved,
-    TaskAssigned,
-    VisitStarted,
-)
+from rmfs_core.errors import StandstillError
+from rmfs_core.events import Event, OrderCompleted, RobotMoved, TaskAssigned
 from rmfs_core.results import load_result
-from rmfs_core.scenario.model import RuleChoice, RunSection
-from rmfs_core.simulation.driving.complete import CompleteDriving
+from rmfs_core.scenario.model import RunSection
 from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
 from rmfs_core.simulation.driving.windowed import WindowedDriving
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.traffic import FOREVER, Occupancy, Query, Roads, occupancy, timed_path
-from rmfs_core.world import check_layout, parse_map
-from rmfs_testing import small_instance, small_layout
-
-CORRIDOR_MAP = "\n".join(["#" + "." * 60 + "qO", "#.." + "@" * 57 + "...", "#.#" + "@" * 60, "@#@" + "@" * 60])
-"""One lane of nearly 60 cells, two-way, between all storage locations and the station."""
-
-CORRIDOR = parse_map(CORRIDOR_MAP, "corridor")
-INSTANCE = small_instance(
-    {f"o{i}": [sku] for i, sku in enumerate("abcd" * 4)}, {"1": ["a"], "2": ["b"], "3": ["c"], "4": ["d"]}
-)
-RULE = """
-from attrs import define
-from rmfs_core import Leg, Path, hookimpl
-
-@define
-class Mine:
-    reserves = {reserves!r}
-
-    @hookimpl
-    def plan_path(self, warehouse, robot, goal, traffic):
-        start = traffic.query
-        legs = warehouse.travel.fastest_path(start.cell, start.heading, goal, loaded=robot.pod is not None)
-        return Path({legs})
-"""
-
-
-def inline(folder: Path, reserves: str, legs: str = "legs") -> RuleChoice:
-    """Write a PP rule that heeds nobody and returns ``legs``."""
-    (folder / "mine.py").write_text(RULE.format(reserves=reserves, legs=legs))
-    return RuleChoice("./mine.py:Mine")
-
-
-@pytest.fixture(params=["sipp", "whca-n"])
-def pp(request: pytest.FixtureRequest) -> str:
-    """Return each rule that reserves."""
-    return str(request.param)
-
-
-def test_every_order_is_completed(tiny_run: Callable[..., Any], pp: str) -> None:
-    """More robots than the queue has cells: the run ends with every order complete."""
-    tiny = tiny_run(INSTANCE, capacity=3, robots=6, queue_length=1, pp=pp)
-    tiny.simulation.run()
-    assert len(tiny.recorder.of(OrderCompleted)) == 16
-
-
-def test_robots_line_up_and_are_served_in_order(tiny_run: Callable[..., Any], pp: str) -> None:
-    """Pods start their visits in the order in which they joined the queue."""
-    tiny = tiny_run(INSTANCE, capacity=3, robots=4, pp=pp)
-    tiny.simulation.run()
-    joined = [event.pod for event in tiny.recorder.of(QueueJoined)]
-    assert [event.pod for event in tiny.recorder.of(VisitStarted)] == joined
-
-
-def test_pods_at_the_station_from_the_start_are_served_first(tiny_run: Callable[..., Any], pp: str) -> None:
-    """Robots that stand in line at time 0 hold their cells, and the others queue behind them."""
-    tiny = tiny_run(INSTANCE, capacity=3, robots=4, pp=pp, at_stations={"1": ("2", "3")})
-    tiny.simulation.run()
-    assert [event.pod for event in tiny.recorder.of(VisitStarted)][:2] == [1, 2]
-    assert len(tiny.recorder.of(OrderCompleted)) == 16
+from rmfs_testing import small_instance
 
 
 def test_only_the_cells_that_robots_stand_in_are_registered(tiny_run: Callable[..., Any]) -> None:
@@ -99,82 +32,6 @@ def test_only_the_cells_that_robots_stand_in_are_registered(tiny_run: Callable[.
     for robot in simulation.warehouse.robots:
         assert registered.reserved(robot.cell) == [(robot.id, 0, FOREVER)]
     assert registered.size == 4
-
-
-def moved_without_a_task(events: list[Event]) -> bool:
-    """Whether some robot drove though it had no task."""
-    busy: set[int] = set()
-    for event in events:
-        if isinstance(event, TaskAssigned):
-            busy.add(event.robot)
-        elif isinstance(event, PodStored):
-            busy.discard(event.robot)
-        elif isinstance(event, RobotMoved) and event.robot not in busy:
-            return True
-    return False
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_idle_robots_step_aside(tiny_run: Callable[..., Any], pp: str, seed: int) -> None:
-    """With a robot in all locations but one, robots are in each other's way all the time; empty ones give way."""
-    layout = small_layout(1, block_columns=1, queue_length=1)
-    tiny = tiny_run(
-        INSTANCE, capacity=3, robots=len(layout.storage_locations) - 1, queue_length=1, layout=layout, pp=pp, seed=seed
-    )
-    tiny.simulation.run()
-    assert len(tiny.recorder.of(OrderCompleted)) == 16
-    assert moved_without_a_task(tiny.recorder.events)
-
-
-def test_sipp_passes_a_corridor_for_one(tiny_run: Callable[..., Any]) -> None:
-    """Where only one robot at a time can pass, `sipp` lets the others wait where they block nobody."""
-    check_layout(CORRIDOR, "corridor")
-    tiny = tiny_run(INSTANCE, capacity=3, robots=3, layout=CORRIDOR, queue_length=1, pp="sipp")
-    tiny.simulation.run()
-    assert len(tiny.recorder.of(OrderCompleted)) == 16
-
-
-class Overtaking:
-    """Observer of the order in which pods that came straight from storage are served at each station."""
-
-    def __init__(self) -> None:
-        self.lifted: dict[int, int] = {}
-        self.served: dict[int, list[int]] = {}
-        """When each pod was lifted, by station, as they are served."""
-
-    @rmfs_core.hookimpl
-    def on_event(self, event: Event) -> None:
-        """Note pods as they are lifted and served."""
-        if isinstance(event, PodLifted):
-            self.lifted[event.pod] = event.tick
-        elif isinstance(event, VisitStarted) and event.pod in self.lifted:
-            self.served.setdefault(event.station, []).append(self.lifted.pop(event.pod))
-
-
-def test_who_comes_first_goes_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Robots with sipp overtake others on the way to a station; where that fails, all reservations are as before."""
-    both = CompleteDriving.both
-    tried = []
-
-    def checked(driving: CompleteDriving, course: Course, first: Query, ahead: Course, second: Query) -> Any:
-        def ahead_of_now() -> list[list[tuple[int, int, int]]]:
-            now = driving.run.warehouse.now
-            cells = range(driving.roads.cells)
-            return [[entry for entry in driving.table.reserved(cell) if entry[2] > now] for cell in cells]
-
-        before = ahead_of_now()
-        paths = both(driving, course, first, ahead, second)
-        tried.append(paths is not None)
-        assert paths is not None or ahead_of_now() == before
-        return paths
-
-    monkeypatch.setattr(CompleteDriving, "both", checked)
-    observer = Overtaking()
-    settings = ["rules.pp=sipp", "robots.count=24", "instance.orders=60", "stations.pick_s=1.0"]
-    result = rmfs_core.run("paper-250", seed=2, overrides=settings, observers=[observer])
-    assert result.status == "complete"
-    assert {True, False} == set(tried)
-    assert any(lifted != sorted(lifted) for lifted in observer.served.values())
 
 
 def test_a_standstill_says_who_waits_for_whom(tmp_path: Path) -> None:
@@ -204,7 +61,7 @@ def test_a_standstill_names_a_robot_that_is_leaving_the_cell_it_wants(tiny_run: 
     course = driving.courses[0]
     simulation.start()
     while course.under_way is None:
-        simulation.warehouse.now = int(simulation.env.peek())
+        simulation.warehouse.advance(int(simulation.env.peek()))
         simulation.env.step()
     left, reached = course.robot.cell, course.under_way[1].cell
     course.goal = left
@@ -228,13 +85,13 @@ class Moves:
 
 def overlapping(moves: list[RobotMoved], roads: Roads) -> int:
     """Runs that, when they begin, overlap what another robot has until it begins its next run, or for ever."""
-    quarter = int(roads.passing.turns[1])
+    quarter = int(roads.travel.turns[1])
     begun: dict[int, dict[int, dict[int, tuple[int, int]]]] = {}
     now: dict[int, dict[int, tuple[int, int]]] = {}
     for move in moves:
         now.setdefault(move.robot, {move.origin: (0, FOREVER)})
         heading = (move.heading - move.turn_ticks // quarter) % 4  # turns to the left take as long
-        begin = move.tick - move.turn_ticks - int(roads.passing.runs[move.distance_m])
+        begin = move.tick - move.turn_ticks - int(roads.travel.runs[move.distance_m])
         path = timed_path(roads, Query(move.robot, move.origin, heading, begin, move.to), (Leg(move.to),))
         has = occupancy(roads, path)
         cells = zip(has.cells.tolist(), zip(has.since.tolist(), has.until.tolist(), strict=True), strict=True)
@@ -347,7 +204,7 @@ def on_its_way(tiny: Any, legs: int) -> tuple[WindowedDriving, Course]:
     driving, course = simulation.driving, simulation.driving.courses[0]
     simulation.start()
     while course.under_way is None or len(course.legs) < legs:
-        simulation.warehouse.now = int(simulation.env.peek())
+        simulation.warehouse.advance(int(simulation.env.peek()))
         simulation.env.step()
     return driving, course
 
@@ -381,32 +238,3 @@ def test_a_long_wait_in_line_is_no_standstill() -> None:
     settings = ["rules.pp=whca-n", "instance.orders=30", "robots.count=5", "layout.stations_east=1"]
     settings += ["stations.pick_s=600.0", "stations.handle_s=600.0", "run.standstill_s=900.0"]
     assert rmfs_core.run("paper-250", overrides=settings).status == "complete"
-
-
-@pytest.mark.parametrize("reserves", ["full paths", "windows"])
-def test_a_path_that_hits_a_reservation_is_refused(tiny_run: Callable[..., Any], tmp_path: Path, reserves: str) -> None:
-    """A rule that heeds nobody is named, with the robot in the way and the cell."""
-    tiny = tiny_run(INSTANCE, capacity=3, robots=4, layout=CORRIDOR, queue_length=1, pp=inline(tmp_path, reserves))
-    with pytest.raises(RuleError, match=r"mine.py.*a path that hits a reservation: robot \d has row \d+, column \d+"):
-        tiny.simulation.run()
-
-
-def test_a_full_path_ends_at_the_goal(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
-    """A rule that promises full paths and stops short is refused."""
-    tiny = tiny_run(INSTANCE, capacity=3, robots=1, pp=inline(tmp_path, "full paths", "legs[:-1]"))
-    with pytest.raises(RuleError, match=r"gave robot 1 a path that ends at row .*, not at its goal row|an empty path"):
-        tiny.simulation.run()
-
-
-def test_reserves_is_one_of_a_few(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
-    """A misspelt attribute is named with what would be right."""
-    with pytest.raises(InputError, match="has reserves = 'paths'; expected 'full paths', 'windows' or None"):
-        tiny_run(INSTANCE, pp=inline(tmp_path, "paths"))
-
-
-def test_one_location_is_left_for_who_steps_aside(tiny_run: Callable[..., Any], pp: str) -> None:
-    """As many robots as storage locations are refused before the run."""
-    layout = small_layout(1, block_columns=1, queue_length=1)
-    count = len(layout.storage_locations)
-    with pytest.raises(InputError, match=rf"robots.count: found {count} robots and {count} storage locations"):
-        tiny_run(INSTANCE, capacity=3, robots=count, queue_length=1, layout=layout, pp=pp)

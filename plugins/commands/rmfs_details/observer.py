@@ -1,4 +1,4 @@
-"""The recorder of every run: hours.csv, stations.csv, robots.csv and delays.csv, and metrics made of the same."""
+"""The observer of every run: hours.csv, stations.csv, robots.csv and delays.csv, and metrics made of the same."""
 
 from __future__ import annotations
 
@@ -26,8 +26,7 @@ HOURS, STATIONS, ROBOTS, DELAYS = "hours.csv", "stations.csv", "robots.csv", "de
 class Details:
     """Observer that follows hours, stations, robots and orders."""
 
-    file: ClassVar = (HOURS, STATIONS, ROBOTS, DELAYS)
-    always: ClassVar = True
+    files: ClassVar = (HOURS, STATIONS, ROBOTS, DELAYS)
     measures: ClassVar = (*DETAILS, *LATENESS)
 
     @hookimpl

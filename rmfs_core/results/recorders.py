@@ -1,0 +1,101 @@
+"""Recorders: observers that write a file beside a run's results, switched on by the names of their entry points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, ClassVar, Protocol
+
+from rmfs_core import entrypoints
+from rmfs_core.errors import InputError
+from rmfs_core.results.result import RESULT_FILE, TABLE_FILES
+from rmfs_core.wording import nearest, one_line
+
+_FILES_OF_RESULTS = frozenset({RESULT_FILE, *(file for file, _ in TABLE_FILES.values())})
+
+
+class Recorder(Protocol):
+    """An observer that `run` makes when it is asked to record: an entry point of the group ``rmfs.recorders``.
+
+    It is made without arguments and writes one file into ``RunInfo.out``, whole or not at all.
+    """
+
+    file: ClassVar[str]
+    """Name of the file; one that an earlier run has left is deleted where a run does not record it."""
+
+    def __init__(self) -> None: ...
+
+
+def load_recorder(name: str) -> type[Recorder]:
+    """Return the class of an installed recorder.
+
+    Raises
+    ------
+    InputError
+        When there is none of that name, or it is no recorder.
+    """
+    place = f"record {name}"
+    known = entrypoints.offers(entrypoints.RECORDERS)
+    if name not in known:
+        raise InputError(place, f'there is no recorder "{name}"{nearest(name, known)}')
+    kind = entrypoints.load(known[name], place, "recorder")
+    file = getattr(kind, "file", None)
+    named = isinstance(file, str) and Path(file).name == file and file not in ("", *_FILES_OF_RESULTS)
+    if not isinstance(kind, type) or not named:
+        described = entrypoints.describe("recorder", name, *entrypoints.origin(known[name][0]))
+        raise InputError(place, f"{described} is no recorder: expected a class with the name of its file as `file`")
+    return kind
+
+
+def make_recorder(name: str) -> tuple[Recorder, str]:
+    """Return a recorder, and what messages call it.
+
+    Raises
+    ------
+    InputError
+        When there is none of that name, it is no recorder, or it cannot be made.
+    """
+    kind = load_recorder(name)
+    (entry,) = entrypoints.offers(entrypoints.RECORDERS)[name]
+    return _make(kind, f"record {name}", entrypoints.describe("recorder", name, *entrypoints.origin(entry)))
+
+
+def make_observers() -> list[tuple[Any, str]]:
+    """Return the observers of every run, entry points of the group ``rmfs.observers``, and what messages call them.
+
+    They are told first of all, also where no results are kept. Their attribute ``files`` has the names of what they
+    write into ``RunInfo.out``.
+    """
+    made = []
+    for name, entries in entrypoints.offers(entrypoints.OBSERVERS).items():
+        place, described = f"observer {name}", entrypoints.describe("observer", name, *entrypoints.origin(entries[0]))
+        made.append(_make(entrypoints.load(entries, place, "observer"), place, described))
+    return made
+
+
+def _make(kind: Any, place: str, described: str) -> tuple[Any, str]:
+    try:
+        return kind(), described
+    except Exception as error:
+        raise InputError(place, f"{described} cannot be made: {one_line(error)}") from error
+
+
+def delete_left_over(folder: Path, recorded: Iterable[str]) -> None:
+    """Delete what recorders of an earlier run have left in a folder of results.
+
+    Other recorders are imported only where the folder holds a file that could be theirs.
+
+    Parameters
+    ----------
+    folder
+        Where the results are.
+    recorded
+        Files that the run's own recorders have written.
+    """
+    foreign = {file.name for file in folder.iterdir() if file.is_file()} - _FILES_OF_RESULTS - set(recorded)
+    for name in entrypoints.offers(entrypoints.RECORDERS) if foreign else ():
+        with suppress(InputError, OSError):  # a recorder that cannot be had left nothing; what is no file is not ours
+            file = load_recorder(name).file
+            if file in foreign:
+                (folder / file).unlink()

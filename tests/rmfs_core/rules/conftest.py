@@ -1,0 +1,25 @@
+"""Rule sets that are refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rmfs_core import InputError
+from rmfs_core.rules import RuleSet
+from rmfs_core.scenario.model import RuleChoice, RulesSection
+
+
+@pytest.fixture
+def refusal() -> Callable[..., str]:
+    """Return the function that returns why a rule set is refused: the sequential rules, some replaced."""
+
+    def refused(folder: str | Path = ".", **choices: RuleChoice | None) -> str:
+        rules = RulesSection(**({"poa": RuleChoice("pod-match"), "pps": RuleChoice("demand")} | choices))  # type: ignore[arg-type]
+        with pytest.raises(InputError) as caught:
+            RuleSet.load(rules, str(folder))
+        return str(caught.value)
+
+    return refused

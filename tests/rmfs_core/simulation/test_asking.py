@@ -1,0 +1,251 @@
+"""Rules that are asked and observers that are told: what they raise ends the run with their name."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bad_rules import HOOKS, prepare_bad, what_ends
+from rmfs_core import hookimpl
+from rmfs_core.decisions import PodTrip
+from rmfs_core.errors import RuleError
+from rmfs_core.events import ItemPicked
+from rmfs_core.info import Question
+from rmfs_core.scenario.model import RunSection
+from rmfs_core.simulation.asking import Asker, ImpossibleError, Observers, instance_of, sequence_of
+from rmfs_testing import small_instance, small_world
+from scripted import run_of
+
+WHATEVER = [
+    *((role, "raise RuntimeError('no idea')", "raised RuntimeError: no idea (") for role in HOOKS),
+    *((role, "return None", "returned None; expected ") for role in HOOKS if role != "pr"),
+    *((role, "return 'pod'", "returned str 'pod'; expected ") for role in HOOKS if role != "pr"),
+    ("pr", "return None", "named cell None; expected a whole number"),
+    ("pr", "return 'pod'", "named cell 'pod'; expected a whole number"),
+    ("poa", "raise SystemExit(0)", "raised SystemExit: 0 ("),
+]
+
+
+@pytest.mark.parametrize(("role", "body", "message"), WHATEVER)
+def test_what_is_no_answer_ends_the_run(
+    tiny_run: Callable[..., Any], tmp_path: Path, role: str, body: str, message: str
+) -> None:
+    """A rule that raises, or returns nothing or the wrong type, is named with what it did, whatever it decides."""
+    assert message in what_ends(prepare_bad(tiny_run, tmp_path, role, body), role)
+
+
+def test_what_was_picked_before_the_error_was_told(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
+    """A PR rule that fails when the first pod leaves: the items picked before it are known to the observers."""
+    run = prepare_bad(tiny_run, tmp_path, "pr", "return 1 / 0")
+    with pytest.raises(RuleError, match=r"raised ZeroDivisionError: division by zero \(.*bad\.py, line 10\)"):
+        run.simulation.run()
+    assert len(run.recorder.of(ItemPicked)) == 1
+
+
+@pytest.mark.parametrize("role", HOOKS)
+def test_a_rule_that_takes_too_long_is_named_when_a_limit_is_set(
+    tiny_run: Callable[..., Any], tmp_path: Path, role: str
+) -> None:
+    """run.decision_limit_s is checked for each decision; without it nothing depends on the clock."""
+    slow = RunSection(decision_limit_s=0.3)
+    run = prepare_bad(tiny_run, tmp_path, role, "time.sleep(0.35); return []", run=slow)
+    with pytest.raises(
+        RuleError, match=rf"{HOOKS[role]}, at \d+\.\d+ s: took \S+ s; the scenario allows run\.decision_l"
+    ):
+        run.simulation.run()
+
+
+@pytest.mark.parametrize("hook", ["on_event(self, event)", "run_started(self, run)"])
+def test_an_observer_that_raises_is_named(tiny_run: Callable[..., Any], tmp_path: Path, hook: str) -> None:
+    """Observers cannot decide anything, but they can fail: the run ends with their name."""
+    (tmp_path / "bad.py").write_text(
+        "from attrs import define\nfrom rmfs_core import hookimpl\n@define\nclass Bad:\n"
+        f"    @hookimpl\n    def {hook}: raise RuntimeError('full')\n",
+        encoding="utf-8",
+    )
+    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), observers=["./bad.py:Bad"])
+    with pytest.raises(RuleError, match=r'rule "\./bad\.py:Bad" .*RuntimeError: full'):
+        run.simulation.run()
+
+
+def test_an_answer_comes_with_the_time_it_took(tmp_path: Path) -> None:
+    """Calls and seconds are added up by hook, also those of an answer that is refused later."""
+    run, rule = run_of(small_world({"1": ["a"]}, {"p": ["a"]}), tmp_path)
+    rule.answers["plan_path"] = ["one", lambda _: time.sleep(0.02)]
+    asker, arguments = run.asker, {"warehouse": run.view, "rng": None, "robot": 1, "goal": 2, "traffic": None}
+    assert asker.ask(run.rules.pp, **arguments)[0] == "one"
+    answer, seconds = asker.ask(run.rules.pp, **arguments)
+    assert answer is None
+    assert 0.02 <= seconds <= asker.seconds["plan_path"]
+    assert asker.calls == {"plan_path": 2}
+
+
+class Listener:
+    """Observer of questions and answers."""
+
+    def __init__(self) -> None:
+        self.heard: list[Any] = []
+
+    @hookimpl
+    def rule_asked(self, question: Question) -> None:
+        """Keep a question."""
+        self.heard.append(question)
+
+    @hookimpl
+    def rule_answered(self, question: Question, answer: object) -> None:
+        """Keep an answer with its question."""
+        self.heard.append((question, answer))
+
+
+def test_observers_hear_questions_and_answers(tmp_path: Path) -> None:
+    """Each question before its answer; a rule that raises has not answered."""
+    world = small_world({"1": ["a"]}, {"p": ["a"]})
+    first, _ = run_of(world, tmp_path)
+    assert not first.observers.hear_questions
+    listener = Listener()
+    first.rules.register_observer(listener)
+    observers = Observers(first.rules, world)
+    assert observers.hear_questions
+    asker, rule = Asker(world, None, observers), first.rules.pp.instance
+    asker.period = 3
+    rule.answers["plan_path"] = ["over there", lambda _: 1 / 0]
+    arguments = {"warehouse": first.view, "rng": np.random.default_rng(1), "robot": 7, "goal": 5, "traffic": None}
+    asker.ask(first.rules.pp, **arguments)
+    question, (same, answer) = listener.heard
+    assert (question is same, answer) == (True, "over there")
+    assert (question.decides, question.hook, question.period) == ("PP", "plan_path", 3)
+    assert question.rule == "./scripted_rules.py:Scripted"
+    assert (question.warehouse, question.rng) == (first.view, arguments["rng"])
+    assert question.arguments == {"robot": 7, "goal": 5, "traffic": None}
+    with pytest.raises(RuleError):
+        asker.ask(first.rules.pp, **arguments)
+    assert len(listener.heard) == 3
+
+
+def test_what_a_check_finds_is_the_rules_fault(tmp_path: Path) -> None:
+    """Rule, hook and simulated time are named; what is no fault of the decision is not laid to its charge."""
+    world = small_world({"1": ["a"]}, {"p": ["a"]})
+    run, _ = run_of(world, tmp_path)
+    world.now = 12_345
+
+    def impossible() -> None:
+        raise ImpossibleError("sent the wrong pod")
+
+    with pytest.raises(RuleError) as caught:
+        run.asker.apply(run.rules.ta, impossible)
+    assert str(caught.value) == (
+        'rule "./scripted_rules.py:Scripted" (scripted_rules.py inline), assign_tasks, at 12.345 s: sent the wrong pod.'
+    )
+    assert run.asker.apply(run.rules.ta, lambda: 7) == 7
+    with pytest.raises(ZeroDivisionError):
+        run.asker.apply(run.rules.ta, lambda: 1 // 0)
+
+
+@pytest.mark.parametrize(
+    ("answer", "problem"),
+    [
+        (None, "returned None; expected a sequence of PodTrip"),
+        ({PodTrip(0, 0)}, r"returned set \{PodTrip.*; expected a sequence of PodTrip"),
+        ("pods", "returned str 'pods'; expected a sequence of PodTrip"),
+        (b"", "returned bytes b''; expected a sequence of PodTrip"),
+        ([PodTrip(0, 0), None], "returned a sequence with None in it; expected PodTrip only"),
+        (list(range(99)), "returned a sequence with int 0 in it; expected PodTrip only"),
+    ],
+)
+def test_only_sequences_of_the_right_kind_pass(answer: object, problem: str) -> None:
+    """A set has no order; a text is a sequence of texts."""
+    with pytest.raises(ImpossibleError, match=f"^{problem}$"):
+        sequence_of(answer, PodTrip)
+    assert sequence_of((PodTrip(0, 0),), PodTrip) == (PodTrip(0, 0),)
+    assert sequence_of([], PodTrip) == []
+
+
+def test_a_long_answer_is_cut_short() -> None:
+    """Eighty characters of it are enough to know it by; true is no number."""
+    with pytest.raises(ImpossibleError) as caught:
+        instance_of("x" * 500, PodTrip)
+    assert str(caught.value) == f"returned str '{'x' * 79}; expected PodTrip"
+    with pytest.raises(ImpossibleError, match=r"^returned bool True; expected int$"):
+        instance_of(True, int)
+    assert instance_of(3, int) == 3
+
+
+class Measuring:
+    """Observer that measures what it is told to, and notes that the run is over."""
+
+    def __init__(self, answer: object) -> None:
+        self.answer = answer
+        self.ended: tuple[int, str] | None = None
+
+    @hookimpl
+    def run_ended(self, tick: int, status: str) -> None:
+        """Note the end, or fail."""
+        self.ended = tick, status
+        if self.answer == "no end":
+            raise OSError("disk full")
+
+    @hookimpl
+    def measured(self) -> object:
+        """Measure, or fail."""
+        if self.answer == "no measure":
+            raise OSError("disk full")
+        return {} if self.answer == "no end" else self.answer
+
+
+def end_with(folder: Path, *answers: object) -> tuple[dict[str, float | None], Exception | None, list[Measuring]]:
+    """End a run with observers that measure these answers; the one registered last is asked first."""
+    world = small_world({"1": ["a"]}, {"p": ["a"]})
+    world.now = 5000
+    run, _ = run_of(world, folder)
+    observers = [Measuring(answer) for answer in answers]
+    for number, observer in enumerate(observers, 1):
+        run.rules.register_observer(observer, f"observer {number}")
+    found, error = Observers(run.rules, world).end("partial")
+    assert all(observer.ended == (5000, "partial") for observer in observers)
+    return found, error, observers
+
+
+def test_what_observers_measure_is_put_together(tmp_path: Path) -> None:
+    """Numbers by name; a mean over nothing is None."""
+    found, error, _ = end_with(tmp_path, {"walks": 3, "mean_m": None}, {"runs": 2.5})
+    assert (found, error) == ({"walks": 3, "mean_m": None, "runs": 2.5}, None)
+
+
+@pytest.mark.parametrize(
+    ("answer", "problem"),
+    [
+        (None, "returned None; expected numbers by name"),
+        ([("walks", 3)], "returned list [('walks', 3)]; expected numbers by name"),
+        ({"walks per h": 3}, "named a metric 'walks per h'; expected letters, digits and underscores"),
+        ({"größe": 3}, "named a metric 'größe'; expected letters, digits and underscores"),
+        ({3: 3}, "named a metric 3; expected letters, digits and underscores"),
+        ({"runs": 3}, "named a metric 'runs', which there is already"),
+        ({"walks": "3"}, "measured walks = '3'; expected an int or float below 2^63, or None"),
+        ({"walks": True}, "measured walks = True; expected an int or float below 2^63, or None"),
+        ({"walks": float("inf")}, "measured walks = inf; expected an int or float below 2^63, or None"),
+        ({"walks": float("nan")}, "measured walks = nan; expected an int or float below 2^63, or None"),
+        ({"walks": 2**63}, f"measured walks = {2**63}; expected an int or float below 2^63, or None"),
+    ],
+)
+def test_a_wrong_measurement_is_refused_and_the_others_stay(tmp_path: Path, answer: object, problem: str) -> None:
+    """The observer is named with what it measured; nothing of that answer enters the results."""
+    found, error, _ = end_with(tmp_path, answer, {"runs": 2.5})
+    assert found == {"runs": 2.5}
+    assert str(error) == f"observer 1, measured, at 5.000 s: {problem}."
+
+
+@pytest.mark.parametrize(("failing", "hook"), [("no end", "run_ended"), ("no measure", "measured")])
+def test_an_observer_that_fails_at_the_end_keeps_nothing_from_the_others(
+    tmp_path: Path, failing: str, hook: str
+) -> None:
+    """All are told and asked, whoever comes first; the first error is handed back."""
+    for answers in ((failing, {"runs": 1}), ({"runs": 1}, failing)):
+        found, error, _ = end_with(tmp_path, *answers)
+        assert found == {"runs": 1}
+        number = answers.index(failing) + 1
+        assert str(error).startswith(f"observer {number}, {hook}, at 5.000 s: raised OSError: disk full (")

@@ -1,0 +1,253 @@
+"""What makes a decision impossible: each ends the run with one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bad_rules import prepare_bad, what_ends
+from rmfs_core.decisions import Leg, OrderAssignment, PodTrip, TaskAssignment
+from rmfs_core.errors import RuleError
+from rmfs_core.events import OrderAssigned
+from rmfs_core.simulation import checks
+from rmfs_core.simulation.asking import ImpossibleError
+from rmfs_core.traffic import ReservedError
+from rmfs_core.warehouse import Warehouse
+from rmfs_testing import small_world
+
+WRONG = [
+    # POA
+    ("poa", "return [3]", "returned a sequence with int 3 in it; expected OrderAssignment only"),
+    ("poa", "return [OrderAssignment(9, 0)]", "named order 9, which does not exist; ids are 0 to 2"),
+    ("poa", "return [OrderAssignment('1', 0)]", "named order '1'; expected a whole number"),
+    ("poa", "return [OrderAssignment(0, 5)]", "named station 5, which does not exist; ids are 0 to 0"),
+    (
+        "poa",
+        "return [OrderAssignment(1, 0)]",
+        "assigned order two (id 1) to station 1 (id 0): it takes 3 items, but only 2 of 2 are free",
+    ),
+    (
+        "poa",
+        "return [OrderAssignment(0, 0), OrderAssignment(0, 0)]",
+        "assigned order one (id 0) to station 1 (id 0), but the order has no open line left",
+    ),
+    (
+        "poa",
+        "return [OrderAssignment(0, 0, skus=(2,))]",
+        "assigned SKU id 2 of order one (id 0), which is no open line of it",
+    ),
+    (
+        "poa",
+        "return [OrderAssignment(0, 0, skus=())]",
+        "assigned SKUs () of order one (id 0); expected one or more, each once",
+    ),
+    (
+        "poa",
+        "return [OrderAssignment(2, 0)]",
+        "assigned order late (id 2) to station 1 (id 0), but the order was not in the backlog it was shown",
+    ),
+    ("poa", "return [OrderAssignment(0.0, 0)]", "named order 0.0; expected a whole number"),
+    ("poa", "return [OrderAssignment(True, 0)]", "named order True; expected a whole number"),
+    (
+        "poa",
+        "return [OrderAssignment(0, 0, skus=5)]",
+        "assigned SKUs 5 of order one (id 0); expected a sequence of ids",
+    ),
+    ("poa", "return [OrderAssignment(0, 0, skus=(0.0,))]", "named SKU id 0.0; expected a whole number"),
+    # PPS
+    ("pps", "return [PodTrip(9, 0)]", "named pod 9, which does not exist; ids are 0 to 2"),
+    (
+        "pps",
+        "return [PodTrip(0, 0), PodTrip(0, 0)]",
+        "sent pod p (id 0) to station 1 (id 0), where it already is or is bound for",
+    ),
+    (
+        "pps",
+        "return [PodTrip(2, 0)]",
+        "sent pod r (id 2) to station 1 (id 0), but it holds no item of any request uncovered there",
+    ),
+    (
+        "pps",
+        "return [PodTrip(0, 0), PodTrip(1, 0)] if max_fetches == 1 else []",
+        "sent 2 stored pods on their way; at most 1 robots can start",
+    ),
+    # POA and PPS together
+    ("poa_pps", "return []", "returned list []; expected JointDecision"),
+    (
+        "poa_pps",
+        "return JointDecision([OrderAssignment(0, 0)], [])",
+        "assigned order one (id 0) to station 1 (id 0), but no pod there or bound for it has an item of SKU id 0 left",
+    ),
+    ("poa_pps", "return JointDecision([], [PodTrip(0, 7)])", "named station 7, which does not exist; ids are 0 to 0"),
+    ("poa_pps", "return JointDecision([OrderAssignment(1, 0)], [PodTrip(0, 0)])", "it takes 3 items, but only 2 of 2"),
+    (
+        "poa_pps",
+        "return JointDecision([], [PodTrip(2, 0)])",
+        "sent pod r (id 2) to station 1 (id 0), but it holds no item of any request open there",
+    ),
+    ("poa_pps", "return JointDecision([], [], report='fine')", "returned str 'fine'; expected SolveReport"),
+    ("poa_pps", "return JointDecision([], [], SolveReport('optimal', objective='x'))", "objective is 'x'; expected a"),
+    # PR
+    ("pr", "return 2.5", "named cell 2.5; expected a whole number"),
+    ("pr", "return -1", "stores pod p (id 0) at cell -1, which is not on the grid"),
+    ("pr", "return warehouse.stations[0].cell", "which is no storage location"),
+    ("pr", "return warehouse.home(warehouse.pods[1])", "which is taken"),
+    # TA
+    ("ta", "return [TaskAssignment(4, 0)]", "named robot 4, which does not exist; ids are 0 to 0"),
+    (
+        "ta",
+        "return [TaskAssignment(0, 2)]",
+        "gave pod r (id 2) to robot 1 (id 0), but the pod does not wait for a robot",
+    ),
+    ("ta", "return [TaskAssignment(0, 0), TaskAssignment(0, 1)]", "gave pod q (id 1) to robot 1 (id 0), which is busy"),
+    # PP
+    ("pp", "return Path()", "gave robot 1 (id 0) an empty path to "),
+    ("pp", "return Path([Leg(-5)])", "sent robot 1 (id 0) to cell -5, which is not on the grid"),
+    ("pp", "return Path([Leg(robot.cell)])", "gave robot 1 (id 0) a leg that waits 0 ticks and goes nowhere"),
+    ("pp", "return Path([Leg(robot.cell, 10**14)])", "gave robot 1 (id 0) a leg that waits 100000000000000 ticks"),
+    ("pp", "return Path([Leg(robot.cell, 0.5)])", "named wait_ticks 0.5; expected a whole number"),
+    ("pp", "return Path([Leg(None)])", "named cell None; expected a whole number"),
+    ("pp", "return Path([Leg(robot.cell, 60000)])", "without arriving (run.standstill_s)"),
+    ("pp", "return Path([3])", "returned a path with int 3 in it; expected Leg only"),
+    ("pp", "return Path([Leg(warehouse.stations[0].cell)])", "gave robot 1 (id 0) an impossible path: "),
+    # Filter
+    ("filters", "return orders + orders[:1] + (warehouse.orders[0],) + tuple('x')", "in it; expected Order only"),
+]
+
+
+@pytest.mark.parametrize(("role", "body", "message"), WRONG)
+def test_a_wrong_decision_ends_the_run_with_its_reason(
+    tiny_run: Callable[..., Any], tmp_path: Path, role: str, body: str, message: str
+) -> None:
+    """The error names the rule with its distribution and version, the hook, the simulated time, and what was wrong."""
+    assert message in what_ends(prepare_bad(tiny_run, tmp_path, role, body), role)
+
+
+def test_numpy_integers_are_ids_too(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
+    """A rule that finds its answer with argmax need not convert it."""
+    body = "import numpy as np; return [OrderAssignment(np.int64(o.id), np.int64(0)) for o in warehouse.backlog[:1]]"
+    run = prepare_bad(tiny_run, tmp_path, "poa", body)
+    with pytest.raises(RuleError, match="it takes 3 items"):  # only because the order is too large
+        run.simulation.run()
+    assert len(run.recorder.of(OrderAssigned)) >= 1
+
+
+def impossible(check: Callable[..., object], *arguments: object) -> str:
+    """Return why a check finds a decision impossible."""
+    with pytest.raises(ImpossibleError) as caught:
+        check(*arguments)
+    return str(caught.value)
+
+
+@pytest.fixture
+def world() -> Warehouse:
+    """Three orders, the last of them unknown yet; pods of a, of b and of a; one station for two orders, one for two."""
+    return small_world(
+        {"1": ["a"], "2": ["a", "b"], "3": ["b"]},
+        {"p": ["a"], "q": ["b"], "r": ["a"]},
+        capacities=[2, 2],
+        counts_orders=True,
+    )
+
+
+@pytest.mark.parametrize("value", [3, np.int64(3), np.int8(3), np.uint16(3)])
+def test_whole_numbers_of_numpy_are_whole_numbers(value: object) -> None:
+    """They become Python's own, so that what is told and written does not depend on how a rule computes."""
+    found = checks.whole("pod", value)
+    assert (found, type(found)) == (3, int)
+
+
+@pytest.mark.parametrize("value", [True, np.True_, 3.0, np.float64(3), "3", None])
+def test_nothing_else_is_a_whole_number(value: object) -> None:
+    """Also not what Python would take for one."""
+    assert impossible(checks.whole, "pod", value) == f"named pod {value!r}; expected a whole number"
+
+
+def test_ids_begin_at_0() -> None:
+    """The last one is not found by -1."""
+    assert checks.known("pod", 1, "ab") == "b"
+    assert impossible(checks.known, "pod", -1, "ab") == "named pod -1, which does not exist; ids are 0 to 1"
+    assert impossible(checks.known, "pod", 2, "ab") == "named pod 2, which does not exist; ids are 0 to 1"
+
+
+def test_where_orders_are_counted_each_takes_one_place(world: Warehouse) -> None:
+    """A second part of the same order and period takes none; the sentence has the unit."""
+    one, two, three = world.orders
+    station = world.stations[0]
+    world.assign(two, station, [0], period=1)
+    world.assign(one, station, [0], period=1)
+    assert checks.assignment(world, OrderAssignment(1, 0), None, 1) == (two, station, [1])
+    assert impossible(checks.assignment, world, OrderAssignment(1, 0), None, 2) == (
+        "assigned order 2 (id 1) to station 1 (id 0): it takes 1 orders, but only 0 of 2 are free"
+    )
+    assert checks.assignment(world, OrderAssignment(2, 1), {2}, 2) == (three, world.stations[1], [1])
+
+
+def test_a_pod_in_use_is_not_selected(world: Warehouse) -> None:
+    """Bound for a station, or on a robot; one that leaves a station may go on."""
+    p, q, r = world.pods
+    here, there = world.stations
+    world.place_at_station(world.robots[0], p, here)
+    world.bind(r, here)
+    uncovered = [{0}, {0, 1}]
+    for pod in (p, r):
+        text = impossible(checks.selected_trip, world, PodTrip(pod.id, 1), set(), uncovered)
+        assert text == f"sent pod {pod.label} to station 2 (id 1), but the pod is in use"
+    assert checks.selected_trip(world, PodTrip(0, 1), {0}, uncovered) == (p, there)
+    assert checks.selected_trip(world, PodTrip(1, 1), set(), uncovered) == (q, there)
+    assert impossible(checks.selected_trip, world, PodTrip(1, 0), set(), uncovered) == (
+        "sent pod q (id 1) to station 1 (id 0), but it holds no item of any request uncovered there"
+    )
+
+
+def test_a_path_is_checked_leg_by_leg() -> None:
+    """From where the one before ends; numpy's cells become whole numbers, and waiting on the spot is a leg."""
+    world = small_world({"1": ["a"]}, {"p": ["a"]})
+    robot, travel = world.robots[0], world.travel
+    start, goal = robot.cell, world.pods[0].cell
+    fastest = travel.fastest_path(start, robot.heading, goal, loaded=False)
+    legs = [Leg(start, 70), *(Leg(np.int64(leg.to)) for leg in fastest)]  # type: ignore[arg-type]
+    found = checks.path(world, robot, start, goal, legs)
+    assert found == [Leg(start, 70), *fastest]
+    assert all(type(leg.to) is int for leg in found)
+    assert checks.path(world, robot, goal, goal, []) == []
+    assert impossible(checks.path, world, robot, start, goal, legs[::-1]).startswith(
+        "gave robot 1 (id 0) an impossible "
+    )
+    most = checks.LONGEST_WAIT_TICKS
+    assert checks.path(world, robot, start, goal, [Leg(start, most)]) == [Leg(start, most)]
+    assert impossible(checks.path, world, robot, start, goal, [Leg(start, -1)]) == (
+        f"gave robot 1 (id 0) a leg that waits -1 ticks and goes nowhere; expected 0 to {most}, "
+        "and at least 1 for a leg that only waits"
+    )
+
+
+def test_a_hit_names_who_was_there_first() -> None:
+    """People count robots, rows and columns from 1."""
+    layout = small_world({}, {"p": ["a"]}).travel.layout
+    error = checks.hit(layout, 4, ReservedError(layout.width + 2, owner=0, since=12_500, until=13_000))
+    assert str(error) == ("gave robot 5 a path that hits a reservation: robot 1 has row 2, column 3 from 12.500 s on")
+
+
+def test_a_pod_is_stored_where_nothing_stands(world: Warehouse) -> None:
+    """Nor is on its way to."""
+    pod, free = world.pods[0], world.free_locations[0]
+    assert checks.storage_location(world, pod, np.int64(free)) == free
+    world.reserve(free)
+    assert impossible(checks.storage_location, world, pod, free).endswith(f"(cell {free}), which is taken")
+
+
+def test_only_idle_robots_fetch_only_waiting_pods(world: Warehouse) -> None:
+    """The pod is bound for a station, and no robot is on its way to it."""
+    pod, (one, other) = world.pods[0], world.robots
+    world.bind(pod, world.stations[0])
+    assert checks.task(world, TaskAssignment(1, 0)) == (other, pod)
+    world.take_task(one, pod)
+    assert impossible(checks.task, world, TaskAssignment(0, 0)) == "gave pod p (id 0) to robot 1 (id 0), which is busy"
+    assert impossible(checks.task, world, TaskAssignment(1, 0)) == (
+        "gave pod p (id 0) to robot 2 (id 1), but the pod does not wait for a robot"
+    )

@@ -1,0 +1,67 @@
+"""What installed distributions offer."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+
+import pytest
+
+from rmfs_core.entrypoints import COMMANDS, RULES, describe, load, offers, origin
+from rmfs_core.errors import InputError
+
+Install = Callable[..., None]
+GROUP = "rmfs.trial"
+
+
+def test_a_group_is_listed_by_name_without_importing(install: Install) -> None:
+    """What cannot be imported is listed like anything else; other groups are other lists."""
+    install("acme", {"zebra": "acme_missing:Zebra", "ant": "acme_missing:Ant"}, group=GROUP)
+    found = offers(GROUP)
+    assert list(found) == ["ant", "zebra"]
+    assert [entry.value for entry in found["ant"]] == ["acme_missing:Ant"]
+    assert origin(found["ant"][0]) == ("acme", "1.0")
+    assert "acme_missing" not in sys.modules
+    assert not found.keys() & (offers(RULES).keys() | offers(COMMANDS).keys())
+
+
+def test_what_is_offered_is_imported(install: Install) -> None:
+    """The object that the entry point leads to."""
+    install("acme", {"seven": "acme_seven:VALUES.seven"}, group=GROUP, acme_seven="class VALUES:\n    seven = [7]\n")
+    assert load(offers(GROUP)["seven"], "here", "number") == [7]
+
+
+@pytest.mark.parametrize(
+    ("source", "cause"),
+    [
+        ("", "AttributeError: module 'acme_broken' has no attribute 'Thing'"),
+        ("import acme_nowhere", "ModuleNotFoundError: No module named 'acme_nowhere'"),
+        ("raise ValueError('two\\n  lines')", "ValueError: two lines"),
+        ("raise SystemExit", "SystemExit"),
+    ],
+)
+def test_what_cannot_be_imported_is_one_sentence(install: Install, source: str, cause: str) -> None:
+    """Place, what it is, whose it is, where it should be, and the cause, whatever the module does."""
+    install("acme", {"thing": "acme_broken:Thing"}, group=GROUP, acme_broken=source)
+    with pytest.raises(InputError) as caught:
+        load(offers(GROUP)["thing"], "rules.poa", "rule")
+    assert str(caught.value) == (
+        f'rules.poa: rule "thing" (acme 1.0) cannot be imported from acme_broken:Thing: {cause}'
+    )
+
+
+def test_a_name_of_several_distributions_is_refused(install: Install) -> None:
+    """All of them are named, in the same order on every machine, and none is imported."""
+    for name in ("bolt", "acme", "acme_two"):
+        install(name, {"thing": f"{name}_missing:Thing"}, group=GROUP)
+    with pytest.raises(InputError) as caught:
+        load(offers(GROUP)["thing"], "rmfs thing", "command")
+    assert str(caught.value) == (
+        'rmfs thing: command "thing" is offered by more than one installed distribution: acme 1.0, acme_two 1.0 and '
+        "bolt 1.0; uninstall all but one"
+    )
+
+
+def test_messages_call_what_is_offered_by_name_and_origin() -> None:
+    """The same form for rules, commands and recorders."""
+    assert describe("recorder", "trace", "rmfs", "0.1.0") == 'recorder "trace" (rmfs 0.1.0)'

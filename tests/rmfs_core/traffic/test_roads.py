@@ -1,0 +1,59 @@
+"""What path planning needs to know of a layout."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from rmfs_core.motion import Motion
+from rmfs_core.traffic import Roads, roads_on
+from rmfs_core.world import CellKind, parse_map
+from rmfs_core.world.travel import travel_on
+
+LAYOUT = parse_map("#.#...\n......\n.qqO..\n......", "row")
+ROADS = roads_on(travel_on(LAYOUT, Motion()))
+
+
+def test_runs_of_one_process_share_them() -> None:
+    """The same travel times have the same roads, and a slower robot others."""
+    assert roads_on(travel_on(LAYOUT, Motion())) is ROADS
+    assert roads_on(travel_on(LAYOUT, Motion(top_speed_m_per_s=1.0))) is not ROADS
+
+
+def test_passing_times_reach_across_the_grid() -> None:
+    """The longest run is the longer side of the grid."""
+    assert (ROADS.cells, ROADS.passing.longest) == (24, 6)
+    tall = parse_map("#\n.\n" + ".\n" * 7, "tall")
+    assert Roads(travel_on(tall, Motion())).passing.longest == 9
+    assert ROADS.turns == (0, 625, 1250, 625)
+
+
+@pytest.mark.parametrize(
+    ("goal", "loaded", "storage", "queue"),
+    [
+        (2, False, True, False),  # without a pod under stored ones; no queue on the way to storage
+        (2, True, False, False),
+        (15, True, False, True),  # the station: its queue may be crossed
+        (13, False, True, True),  # a place in it
+    ],
+)
+def test_tracks_say_what_may_be_crossed(goal: int, loaded: bool, storage: bool, queue: bool) -> None:
+    """It depends on the load and the goal; the floor always may, a station never."""
+    tracks = ROADS.tracks(goal, loaded)
+    kind = LAYOUT.kind
+    assert set(tracks.passable[kind == CellKind.STORAGE].tolist()) == {storage}
+    assert set(tracks.passable[kind == CellKind.QUEUE].tolist()) == {queue}
+    assert set(tracks.passable[kind == CellKind.STATION].tolist()) == {False}
+    assert tracks.passable[kind == CellKind.FLOOR].all()
+
+
+def test_tracks_have_the_times_of_their_goal() -> None:
+    """What a search is guided by are the exact times without other robots; nobody changes the arrays."""
+    tracks = ROADS.tracks(2, True)
+    np.testing.assert_array_equal(tracks.times, ROADS.travel.times_to(2, True))
+    assert tracks.times[2].tolist() == [0] * 4
+    assert tracks.times[1, 0] == tracks.runs[1] < ROADS.tracks(0, True).times[1, 0]
+    assert (tracks.moves is LAYOUT.moves, tracks.offsets.tolist()) == (True, [1, -6, -1, 6])
+    for array in (tracks.passable, tracks.times, tracks.runs, tracks.enter):
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0

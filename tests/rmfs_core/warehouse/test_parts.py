@@ -1,0 +1,172 @@
+"""Orders, requests, pods, stations and robots as rules see them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from rmfs_core.warehouse import Order, Pod, Robot, Station, Warehouse
+from rmfs_core.warehouse.parts import UNLIMITED, OrderLine, lines_of
+from rmfs_core.world import NORTH, OrderData, PodData, StationCells
+from rmfs_testing import small_world
+
+
+@pytest.fixture
+def world() -> Warehouse:
+    """One order of three items and one of two; a pod with two of a, another with endless b; two stations."""
+    return small_world(
+        {"first": {"a": 2, "b": 1}, "second": {"b": 2}}, {"p": {"a": 2, "b": 1}, "q": ["b"]}, capacities=[5, 5]
+    )
+
+
+PARTS: list[tuple[Callable[[Warehouse], object], str]] = [
+    (lambda world: world.orders[0], "items"),
+    (lambda world: world.pods[0], "name"),
+    (lambda world: world.stations[0], "capacity"),
+    (lambda world: world.robots[0], "id"),
+]
+
+
+@pytest.mark.parametrize(("part", "name"), PARTS)
+def test_what_is_set_once_stays(world: Warehouse, part: Callable[[Warehouse], object], name: str) -> None:
+    """The class and the attribute are named."""
+    thing = part(world)
+    with pytest.raises(AttributeError, match=rf"^{type(thing).__name__}\.{name} is read-only$"):
+        setattr(thing, name, 3)
+
+
+def test_people_know_names_and_rules_return_ids() -> None:
+    """Messages have both; stations and robots that nobody named are counted from 1."""
+    cells = StationCells(3, (4,))
+    assert Order(7, OrderData("A-1", 0, ())).label == "A-1 (id 7)"
+    assert Station(0, cells, 5, False, 1).label == "1 (id 0)"
+    assert Station(0, cells, 5, False, 1, name="north").label == "north (id 0)"
+    assert Robot(1, 0, NORTH).label == "2 (id 1)"
+
+
+def test_an_order_is_open_until_its_lines_are_assigned_and_unpicked_until_its_items_are_picked(
+    world: Warehouse,
+) -> None:
+    """Lines leave one by one; what was assigned is kept as parts, the last item ends it."""
+    order, (here, there), pod = world.orders[0], world.stations, world.pods[0]
+    assert (order.items, order.open_items, order.unpicked_items, order.split) == (3, 3, 3, False)
+    assert order.lines == order.open_lines == (OrderLine(0, 2), OrderLine(1, 1))
+    world.place_at_station(world.robots[0], pod, here)
+    world.assign(order, here, [0])
+    assert (order.open_lines, order.open_items, order.unpicked_items) == ((OrderLine(1, 1),), 1, 3)
+    assert order.split  # a line is left for later
+    assert order.part_of(here.id, 1) is order.parts[0]
+    assert (order.part_of(there.id, 1), order.part_of(here.id, 2)) == (None, None)
+    world.assign(order, there, [1])
+    assert (order.open_lines, order.stations, order.split) == ((), (0, 1), True)
+    first = here.open_requests[0]
+    world.fulfil(first, pod)
+    part = order.parts[0]
+    assert (part.skus, part.items, part.unpicked_items, order.unpicked_items) == ((0,), 2, 1, 2)
+
+
+def test_stations_of_an_order_are_told_once() -> None:
+    """In the order of assignment, however many parts they have."""
+    world = small_world({"o": ["a", "b", "c"]}, {"p": ["a", "b", "c"]}, capacities=[5, 5])
+    order, (here, there) = world.orders[0], world.stations
+    for sku, station, period in ((0, there, 1), (1, here, 2), (2, there, 2)):
+        world.assign(order, station, [sku], period)
+    assert len(order.parts) == 3
+    assert order.stations == (1, 0)
+
+
+def test_open_lines_of_any_orders_as_arrays(world: Warehouse) -> None:
+    """The position is that in the sequence, not the order's id; closed lines are left out, and nobody changes them."""
+    first, second = world.orders
+    world.assign(first, world.stations[0], [1])
+    lines = lines_of((second, first))
+    assert [lines.order.tolist(), lines.sku.tolist(), lines.quantity.tolist()] == [[0, 1], [1, 0], [2, 2]]
+    assert [len(array) for array in (lines_of(()).order, lines_of(()).sku, lines_of(()).quantity)] == [0, 0, 0]
+    with pytest.raises(ValueError, match="read-only"):
+        lines.quantity[0] = 1
+
+
+def test_a_pods_free_items_are_what_it_has_not_promised(world: Warehouse) -> None:
+    """Endless stock stays endless; a SKU that the pod never had is none."""
+    (p, q), station = world.pods, world.stations[0]
+    assert (p.free_items(0), p.free_items(1), p.free_items(9)) == (2, 1, 0)
+    world.bind(p, station)
+    world.assign(world.orders[0], station, [0])
+    assert (p.free_items(0), p.contents[0]) == (0, 2)
+    world.bind(q, station)
+    world.assign(world.orders[1], station, [1])
+    assert (q.free_items(1), q.contents[1]) == (UNLIMITED, UNLIMITED)
+    assert UNLIMITED == 2**40
+
+
+def test_a_pod_is_where_its_robot_is(world: Warehouse) -> None:
+    """From the task on it has a robot, from the lift on no location, and it moves with its robot."""
+    pod, robot, station = world.pods[0], world.robots[0], world.stations[0]
+    home = pod.cell
+    assert (pod.location, pod.robot, robot.idle) == (home, None, True)
+    world.bind(pod, station)
+    world.take_task(robot, pod)
+    assert (pod.location, pod.robot, robot.task, robot.pod, robot.idle) == (home, robot.id, pod.id, None, False)
+    world.move(robot, home, NORTH)
+    world.lift(robot, pod)
+    world.move(robot, 5, 2)
+    assert (pod.location, pod.cell, pod.bound_for) == (None, 5, (0,))
+    assert (robot.pod, robot.cell, robot.heading) == (pod.id, 5, 2)
+
+
+def test_a_pod_knows_its_stock_as_numbers() -> None:
+    """Unlimited is a number, too, so that sums need no special case."""
+    pod = Pod(0, PodData("p", ((0, None), (1, 3))), cell=7)
+    assert dict(pod.contents) == {0: UNLIMITED, 1: 3}
+    assert (pod.cell, pod.location, pod.bound_for) == (7, 7, ())
+
+
+@pytest.mark.parametrize(("counts_orders", "load"), [(False, 3), (True, 1)])
+def test_a_stations_load_is_items_or_orders(counts_orders: bool, load: int) -> None:
+    """As its capacity is."""
+    world = small_world({"o": {"a": 2, "b": 1}}, {"p": ["a", "b"]}, capacities=[5], counts_orders=counts_orders)
+    station = world.stations[0]
+    world.assign(world.orders[0], station, [0, 1])
+    assert (station.load, station.free_capacity) == (load, 5 - load)
+
+
+def test_a_stations_requests_and_pods_are_in_order(world: Warehouse) -> None:
+    """Requests by age, one an item; pods in the order of their trips; what no pod holds an item for is uncovered."""
+    station, (p, q) = world.stations[0], world.pods
+    world.bind(q, station)
+    world.bind(p, station)
+    for order in world.orders:
+        world.assign(order, station, [line.sku for line in order.open_lines])
+    assert [(request.order.name, request.sku) for request in station.open_requests] == [
+        ("first", 0), ("first", 0), ("first", 1), ("second", 1), ("second", 1),
+    ]  # fmt: skip
+    assert station.inbound_pods == (q, p)
+    assert station.uncovered_requests == ()
+    other = world.stations[1]
+    assert (other.open_requests, other.inbound_pods) == ((), ())
+
+
+def test_a_stations_line_and_room(world: Warehouse) -> None:
+    """Robots that stand there and their pods; room is for as many as have not claimed a place, itself included."""
+    station, (p, q), (one, other) = world.stations[0], world.pods, world.robots
+    room = station.queue_length + 1
+    assert station.queue_room == room
+    world.place_at_station(one, q, station)
+    world.place_at_station(other, p, station)
+    assert (station.line, station.pods_in_line, station.queue_room) == ((one, other), (1, 0), room - 2)
+    assert (one.cell, other.cell) == (station.cell, station.cells.queue[0])
+    world.claim_place(station)
+    assert station.queue_room == room - 3
+
+
+def test_parts_say_what_they_are(world: Warehouse) -> None:
+    """For who debugs a rule: names, places, loads."""
+    station, pod, robot = world.stations[0], world.pods[0], world.robots[0]
+    world.place_at_station(robot, pod, station)
+    world.assign(world.orders[0], station, [0])
+    assert repr(world.orders[1]) == "Order('second', lines=(OrderLine(sku=1, quantity=2),))"
+    assert repr(station.open_requests[0]) == "Request(order='first', sku=0, station=0, covered=True)"
+    assert repr(pod) == "Pod('p', location=None, bound_for=[0])"
+    assert repr(station) == "Station(1, load=2/5, requests=2)"
+    assert repr(robot) == f"Robot(1, cell={station.cell}, task=0, pod=0)"
