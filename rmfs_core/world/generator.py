@@ -28,8 +28,8 @@ def generate_instance(section: InstanceSection, seed: int) -> Instance:
     all SKUs are concatenated and cut into chunks of alpha, one for each pod. A chunk across the end of a list may have
     a SKU twice: such a pod holds one SKU less (and twice the items, where stock is finite), as the paper's cut has it.
 
-    `instance.lines` and `instance.demand` take the place of these distributions. SKUs are dealt out at random to groups,
-    where there are any: then each line after the first has, with a probability, a SKU of the group of one before it.
+    `instance.lines` and `instance.demand` take the place of these distributions. SKUs may be dealt out at random to
+    groups: then each line after the first has, with a probability, a SKU of the group of a line before it.
 
     An order that the pods cannot fill (a SKU is on no pod, or the orders before it take all items of it) is drawn
     again within the same stream. SKUs that are on no pod are left out of the instance.
