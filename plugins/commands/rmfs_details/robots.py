@@ -42,7 +42,8 @@ class _Robot:
     def busy(self, start: int, tick: int) -> None:
         """Note that it drove, turned or lifted; before that it waited, unless it was no time to be under way."""
         if self.state in _UNDER_WAY:
-            waited = max(start, self.begin) - max(self.free, self.begin)
+            # A robot that steps aside without a task may get one on the way: that leg began before it was under way.
+            waited = max(max(start, self.begin) - max(self.free, self.begin), 0)
             self.ticks["waiting"] += waited
             self.ticks[self.state] -= waited
         self.free = tick

@@ -47,6 +47,15 @@ TRIP: tuple[Event, ...] = (
 )
 
 
+def test_a_task_on_the_way(tiny: RunInfo) -> None:
+    """A robot that steps aside gets a task: the rest of that leg counts to the task, and nobody waits."""
+    robots = Robots(tiny, 0)
+    robots.handlers[TaskAssigned](TaskAssigned(12_000, robot=0, pod=0))
+    robots.handlers[RobotMoved](moved(10, 0, 15, 3, None))
+    row = robots.rows(20_000)[0]
+    assert (row["idle_s"], row["to_pod_s"], row["waiting_s"]) == (12, 8, 0)
+
+
 @pytest.mark.parametrize(
     ("begin_s", "expected"),
     [
