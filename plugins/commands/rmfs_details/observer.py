@@ -9,12 +9,12 @@ from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.events import Event
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.results.files import to_csv, write_text
-from rmfs_core.results.metrics import Number, ratio
 from rmfs_details.catalogue import DETAILS, LATENESS
 from rmfs_details.delays import COLUMNS, Delays
 from rmfs_details.hours import Hours
 from rmfs_details.measures import Measures
 from rmfs_details.robots import Robots
+from rmfs_details.spans import Number, ratio
 from rmfs_details.stations import Stations
 
 if TYPE_CHECKING:

@@ -8,6 +8,12 @@ from collections.abc import Iterable, Sequence
 from rmfs_core.clock import to_seconds
 
 Span = tuple[int, int]
+Number = int | float | None
+
+
+def ratio(part: float, whole: float) -> float | None:
+    """``part / whole``, or None when there is no whole."""
+    return part / whole if whole else None
 
 
 def percentile(values: Sequence[int], share: float) -> float | None:

@@ -7,9 +7,9 @@ from attrs import evolve
 
 from rmfs_core.events import OrderAssigned, OrderCompleted, VisitStarted
 from rmfs_core.info import RunInfo
-from rmfs_core.results.metrics import Number
 from rmfs_core.world import Instance, OrderData
 from rmfs_details.measures import Measures
+from rmfs_details.spans import Number
 
 ORDERS = (
     OrderData("a", 0, ((0, 1),), due_tick=15_000),  # complete at 10 s: in time
