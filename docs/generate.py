@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import attrs
 
@@ -19,6 +19,7 @@ from rmfs_core.results.catalogue import METRICS, TIMING, Metric
 from rmfs_core.roles import Role
 from rmfs_core.rules.traits import NEEDS
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario
+from rmfs_details.catalogue import DETAILS, LATENESS, on_time
 
 
 def scenario_keys() -> str:
@@ -40,13 +41,19 @@ def keys_of(section: type[Any], prefix: str) -> Iterator[tuple[str, str, str, st
     fields = [f for f in attrs.fields(section) if "doc" in f.metadata]
     for f in sorted(fields, key=_is_section):
         if _is_section(f):
-            yield from keys_of(f.type, f"{prefix}{f.name}.")  # type: ignore[arg-type]
+            yield from keys_of(_section(f), f"{prefix}{f.name}.")
         else:
             yield prefix + f.name, _default(f), f.metadata["unit"] or "", f.metadata["doc"]
 
 
 def _is_section(f: attrs.Attribute[Any]) -> bool:
-    return f.type is not RuleChoice and isinstance(f.type, type) and attrs.has(f.type)
+    return _section(f) is not None
+
+
+def _section(f: attrs.Attribute[Any]) -> Any:
+    """Return the class of the table that a key holds, also one that may be left out; None of a value."""
+    kinds: tuple[Any, ...] = (f.type, *get_args(f.type))
+    return next((kind for kind in kinds if kind is not RuleChoice and isinstance(kind, type) and attrs.has(kind)), None)
 
 
 def _default(f: attrs.Attribute[Any]) -> str:
@@ -91,7 +98,8 @@ def _given(parameter: Parameter) -> str:
 def metrics() -> str:
     """Return the metrics and timing figures of result.json: a table for each group."""
     parts = []
-    for group, ours in {**METRICS, "Wall clock (under `timing`)": TIMING}.items():
+    details = {"Percentiles and waiting": DETAILS, "Due times": (*LATENESS, on_time("N"))}
+    for group, ours in {**METRICS, **details, "Wall clock (under `timing`)": TIMING}.items():
         rows = [(f"`{m.name}`", m.label.strip(), _unit(m), m.meaning) for m in ours]
         parts += [f"## {group}", "", *_table(("name", "on the screen", "unit", "meaning"), rows), ""]
     return "\n".join(parts)

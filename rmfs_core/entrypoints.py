@@ -1,4 +1,4 @@
-"""What installed distributions offer through entry points: rules, commands and recorders, listed without importing."""
+"""What installed distributions offer through entry points: rules, commands, recorders, observers of every run."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from rmfs_core.wording import listed, one_line
 RULES = "rmfs"
 COMMANDS = "rmfs.commands"
 RECORDERS = "rmfs.recorders"
+OBSERVERS = "rmfs.observers"
 
 
 def origin(entry: EntryPoint) -> tuple[str, str]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rmfs_core.clock import TICKS_PER_S, to_seconds
+from rmfs_core.clock import TICKS_PER_S, to_seconds, to_ticks
 from rmfs_core.events import (
     DecisionMade,
     Event,
@@ -50,44 +50,43 @@ class Metrics:
     def __init__(self) -> None:
         self.begin(Instance((), (), ()), 0)
 
-    def begin(self, instance: Instance, stations: int) -> None:
-        """Start afresh for an instance and a number of stations (all that events do not tell)."""
+    def begin(self, instance: Instance, stations: int, warmup_s: float | None = None) -> None:
+        """Start afresh for an instance, a number of stations and a warm-up (all that events do not tell)."""
         self.stations = stations
+        self.warmup = to_ticks(warmup_s or 0)
         self.status: str | None = None
         self.now = 0
         self.orders = [_OrderState(order.arrival_tick) for order in instance.orders]
-        self.completed = 0
+        self.left = len(self.orders)
         self.last_completion = 0
-        self.picks = 0
-        self.visits = 0
-        self.loaded_m = 0
-        self.empty_m = 0
-        self.backlog_ticks = 0
-        self.station_ticks = 0
-        self.handling_ticks = 0
         self.picker_free = [0] * stations
-        self.periods = 0
-        self.stopped_early = 0
         self.split_open: set[int] = set()
-        self.split_open_max = 0
         self.decision_s_first = 0.0
+        self._forget()
+
+    def _forget(self) -> None:
+        """Count from now on: what the warm-up was is over, but for what pickers still have in hand."""
+        self.completed = self.timed = self.picks = self.visits = self.loaded_m = self.empty_m = 0
+        self.backlog_ticks = self.station_ticks = self.periods = self.stopped_early = self.split_open_max = 0
+        self.handling_ticks = sum(max(free - self.warmup, 0) for free in self.picker_free)
         self.decision_s_later = 0.0
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
         """Start afresh."""
-        self.begin(run.instance, len(run.layout.stations))
+        self.begin(run.instance, len(run.layout.stations), run.scenario.run.warmup_s)
 
     @hookimpl
     def run_ended(self, tick: int, status: str) -> None:
         """Take note of the end."""
+        self._pass(max(tick, self.warmup))
         self.now = tick
         self.status = status
 
     @hookimpl
     def on_event(self, event: Event) -> None:
         """Count."""
-        self.now = event.tick
+        self._pass(event.tick)
         match event:
             case RobotMoved():
                 if event.pod is None:
@@ -96,7 +95,7 @@ class Metrics:
                     self.loaded_m += event.distance_m
             case ItemPicked():
                 self.picks += 1
-                self.handling_ticks += event.picker_free_tick - event.start_tick
+                self.handling_ticks += event.picker_free_tick - max(event.start_tick, self.warmup)
                 self.picker_free[event.station] = event.picker_free_tick
                 self._note_split_orders()
             case VisitStarted():
@@ -107,6 +106,12 @@ class Metrics:
                 self._completed(event)
             case DecisionMade():
                 self._decided(event)
+
+    def _pass(self, tick: int) -> None:
+        """Let the clock go on."""
+        if self.now < self.warmup <= tick:
+            self._forget()
+        self.now = tick
 
     def _assigned(self, event: OrderAssigned) -> None:
         order = self.orders[event.order]
@@ -128,9 +133,12 @@ class Metrics:
         order = self.orders[event.order]
         assigned = event.tick if order.assigned_tick is None else order.assigned_tick
         self.completed += 1
+        self.left -= 1
         self.last_completion = event.tick
-        self.backlog_ticks += assigned - order.arrival_tick
-        self.station_ticks += event.tick - assigned
+        if order.arrival_tick >= self.warmup:
+            self.timed += 1
+            self.backlog_ticks += assigned - order.arrival_tick
+            self.station_ticks += event.tick - assigned
 
     def _decided(self, event: DecisionMade) -> None:
         self.periods += event.decides.assigns
@@ -143,7 +151,7 @@ class Metrics:
     @property
     def complete(self) -> bool:
         """Whether no order is left."""
-        return self.completed == len(self.orders)
+        return self.left == 0
 
     @property
     def simulated_ticks(self) -> int:
@@ -163,7 +171,8 @@ class Metrics:
         `rmfs_core.results.catalogue` has their meanings and units.
         """
         self._note_split_orders()
-        simulated, done = self.simulated_ticks, self.completed
+        simulated, done, timed = self.simulated_ticks, self.completed, self.timed * TICKS_PER_S
+        measured = max(simulated - self.warmup, 0)
         distance = self.loaded_m + self.empty_m
         turnover = self.backlog_ticks + self.station_ticks
         return {
@@ -177,14 +186,14 @@ class Metrics:
             "distance_per_order_m": ratio(distance, done),
             "loaded_distance_m": self.loaded_m,
             "empty_distance_m": self.empty_m,
-            "turnover_s": ratio(turnover, done * TICKS_PER_S),
-            "turnover_backlog_s": ratio(self.backlog_ticks, done * TICKS_PER_S),
-            "turnover_station_s": ratio(self.station_ticks, done * TICKS_PER_S),
+            "turnover_s": ratio(turnover, timed),
+            "turnover_backlog_s": ratio(self.backlog_ticks, timed),
+            "turnover_station_s": ratio(self.station_ticks, timed),
             "makespan_s": to_seconds(simulated) if self.complete else None,
             "simulated_s": to_seconds(simulated),
-            "orders_per_hour": ratio(done * TICKS_PER_HOUR, simulated),
-            "picks_per_hour": ratio(self.picks * TICKS_PER_HOUR, simulated),
-            "picker_utilisation": ratio(self.busy_ticks, self.stations * simulated),
+            "orders_per_hour": ratio(done * TICKS_PER_HOUR, measured),
+            "picks_per_hour": ratio(self.picks * TICKS_PER_HOUR, measured),
+            "picker_utilisation": ratio(self.busy_ticks, self.stations * measured),
             "split_orders_open_max": self.split_open_max,
             "periods": self.periods,
             "solves_stopped_early": self.stopped_early,
@@ -199,7 +208,7 @@ class Metrics:
             Wall-clock seconds of the simulation.
         """
         simulated_s = to_seconds(self.now)
-        share = ratio(self.decision_s_later, to_seconds(self.simulated_ticks))
+        share = ratio(self.decision_s_later, to_seconds(max(self.simulated_ticks - self.warmup, 0)))
         return {
             "wall_s": wall_s,
             "simulated_s_per_wall_s": ratio(simulated_s, wall_s),

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
@@ -59,11 +59,32 @@ def make_recorders(names: Iterable[str]) -> list[tuple[Recorder, str]]:
 def _make_recorder(name: str) -> tuple[Recorder, str]:
     kind = load_recorder(name)
     (entry,) = entrypoints.offers(entrypoints.RECORDERS)[name]
-    described = entrypoints.describe("recorder", name, *entrypoints.origin(entry))
+    return _make(kind, f"record {name}", entrypoints.describe("recorder", name, *entrypoints.origin(entry)))
+
+
+def make_observers() -> list[tuple[Any, str]]:
+    """Return the observers of every run, entry points of the group ``rmfs.observers``, and what messages call them.
+
+    They are told first of all, also where no results are kept. Their attribute ``files`` has the names of what they
+    write into ``RunInfo.out``.
+    """
+    made = []
+    for name, entries in entrypoints.offers(entrypoints.OBSERVERS).items():
+        place, described = f"observer {name}", entrypoints.describe("observer", name, *entrypoints.origin(entries[0]))
+        made.append(_make(entrypoints.load(entries, place, "observer"), place, described))
+    return made
+
+
+def _make(kind: Any, place: str, described: str) -> tuple[Any, str]:
     try:
         return kind(), described
     except Exception as error:
-        raise InputError(f"record {name}", f"{described} cannot be made: {one_line(error)}") from error
+        raise InputError(place, f"{described} cannot be made: {one_line(error)}") from error
+
+
+def files_of(observers: Iterable[Any]) -> list[str]:
+    """Return the names of the files that recorders and observers of every run write."""
+    return [file for one in observers for file in (*getattr(one, "files", ()), getattr(one, "file", None)) if file]
 
 
 def delete_left_over(folder: Path, recorded: Iterable[str]) -> None:

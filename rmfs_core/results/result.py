@@ -13,7 +13,7 @@ from attrs import define, field
 from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import Metric
 from rmfs_core.results.files import json_ready, output_folder, to_csv, to_json, write_text
-from rmfs_core.results.tables import ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Row
+from rmfs_core.results.tables import DUE_COLUMNS, ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Row
 from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
 
 RESULT_FILE = "result.json"
@@ -94,7 +94,8 @@ class Result:
         """
         path = output_folder(folder)
         for table, (name, columns) in TABLE_FILES.items():
-            write_text(path / name, to_csv(list(columns), getattr(self, table)))
+            rows = getattr(self, table)
+            write_text(path / name, to_csv([*columns, *(c for c in DUE_COLUMNS if rows and c in rows[0])], rows))
         write_text(path / RESULT_FILE, to_json(self.to_dict(), indent=2) + "\n")
 
 
@@ -142,6 +143,8 @@ def _read(file: Path) -> str:
 
 def _read_table(file: Path, columns: Mapping[str, type]) -> list[Row]:
     reader = csv.DictReader(_read(file).splitlines(keepends=True), strict=True)
+    if reader.fieldnames is not None and columns is ORDER_COLUMNS and "due_s" in reader.fieldnames:
+        columns = {**columns, **DUE_COLUMNS}
     if reader.fieldnames is None or list(reader.fieldnames) != list(columns):
         raise InputError(f"{file}, line 1", f"expected the columns {', '.join(columns)}")
     try:

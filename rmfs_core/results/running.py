@@ -14,7 +14,7 @@ from rmfs_core.errors import InputError, RmfsError, RunError
 from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.files import output_folder
 from rmfs_core.results.metrics import Metrics
-from rmfs_core.results.recorders import delete_left_over, make_recorders
+from rmfs_core.results.recorders import delete_left_over, files_of, make_observers, make_recorders
 from rmfs_core.results.result import RESULT_FILE, TABLE_FILES, Result
 from rmfs_core.results.tables import Tables
 from rmfs_core.rules import RuleSet
@@ -72,8 +72,8 @@ def run(
     if record and out is None:
         raise InputError(record[0], "what is recorded needs a folder to be written to; expected `out` with it")
     resolved = _resolve(scenario, seed, overrides)
-    recorders = make_recorders(record)
-    told = [*((observer, None) for observer in observers), *recorders]
+    recorders, standing = make_recorders(record), make_observers()
+    told = [*((observer, None) for observer in observers), *recorders, *standing]
     again = out is not None and (Path(out) / RESULT_FILE).exists()
     measured = _prepare(resolved, told, allow_inline_rules, out)
     outcome = _simulate(measured.simulation)
@@ -81,7 +81,7 @@ def run(
     if measured.folder is not None:
         result.save(measured.folder)
         if again:
-            delete_left_over(measured.folder, [recorder.file for recorder, _ in recorders])
+            delete_left_over(measured.folder, files_of(observer for observer, _ in (*recorders, *standing)))
     if isinstance(outcome.error, RunError):
         outcome.error.result = result
     if outcome.error is not None:
@@ -148,7 +148,7 @@ def _prepare(
         rules.register_observer(observer, name)
     rules.check()
     described = described_by(rules.instances)
-    files = [recorder.file for recorder, described in told if described is not None]
+    files = files_of(observer for observer, described in told if described is not None)
     folder = None if out is None else _folder_for_results(out, scenario, files)
     simulation = Simulation(scenario, instance, layout, rules, folder)
     return _Measured(simulation, metrics, tables, versions_of(rules, scenario.folder), described, folder)

@@ -39,6 +39,9 @@ ORDER_COLUMNS: dict[str, type] = {
 """Columns of orders.csv. ``parts``: assignments (station and period); ``stations``: their numbers, first assigned
 first, separated by blanks; ``assigned_s``: when the last line was assigned. Empty where it has not come to that."""
 
+DUE_COLUMNS: dict[str, type] = {"due_s": float, "priority": int, "lateness_s": float}
+"""Further columns of orders.csv where any order has a due time or a priority. Negative lateness is time to spare."""
+
 VISIT_COLUMNS: dict[str, type] = {
     "visit": int,
     "pod": str,
@@ -141,12 +144,15 @@ class Tables:
     @property
     def orders(self) -> list[Row]:
         """Rows of orders.csv, one for every order of the instance."""
-        return [self._order(i) for i in range(len(self.instance.orders))]
+        dated = self.instance.dated
+        return [self._order(i, dated) for i in range(len(self.instance.orders))]
 
-    def _order(self, i: int) -> Row:
+    def _order(self, i: int, dated: bool) -> Row:
         order = self.instance.orders[i]
         parts = self._parts.get(i, {})
         assigned, completed = self._assigned.get(i), self._completed.get(i)
+        late = None if order.due_tick is None else _seconds(completed, order.due_tick)
+        due = {"due_s": _seconds(order.due_tick), "priority": order.priority, "lateness_s": late}
         return {
             "order": order.name,
             "arrival_s": to_seconds(order.arrival_tick),
@@ -159,6 +165,7 @@ class Tables:
             "turnover_s": _seconds(completed, order.arrival_tick),
             "turnover_backlog_s": _seconds(assigned, order.arrival_tick),
             "turnover_station_s": None if assigned is None else _seconds(completed, assigned),
+            **(due if dated else {}),
         }
 
 

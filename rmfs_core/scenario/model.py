@@ -47,16 +47,42 @@ class Arrivals:
     """When orders arrive. The paper has all of them at the start."""
 
     process: str = key(
-        "`start`: every order is there at t = 0. `poisson`: exponential times between arrivals. "
-        "(Orders from a file arrive at the times the file gives.)",
+        "`start`: every order is there at t = 0. `poisson`: exponential times between arrivals. `day`: times drawn "
+        "independently within 24 hours. (Orders from a file arrive at the times the file gives.)",
         "start",
-        check=OneOf("start", "poisson"),
+        check=OneOf("start", "poisson", "day"),
     )
     orders_per_hour: float | None = key("Mean arrival rate of `poisson`", None, unit="1/h", check=within(0.001, 1e6))
+    profile: tuple[float, ...] | str | None = key("Weights of the hours from midnight on, or a CSV hour,weight", None)
 
     def __attrs_post_init__(self) -> None:
         if (self.process == "poisson") != (self.orders_per_hour is not None):
             raise ValueError('expected `orders_per_hour` with process "poisson", and only there')
+        if self.profile is not None and self.process == "start":
+            raise ValueError('expected `profile` with process "poisson" or "day", and only there')
+        hours = self.profile if isinstance(self.profile, tuple) else (1,) * 24
+        if len(hours) != 24 or min(hours) < 0 or not any(hours):
+            raise ValueError(f"expected 24 weights >= 0 as `profile`, one of them above 0, found {list(hours)}")
+
+
+@frozen
+class Due:
+    """When generated orders are due, counted from their arrival."""
+
+    allowance_s: float = key("Time that an order has", unit="s", check=within(0, 1e7))
+    spread_s: float = key("How much that time is shorter or longer at most: it is uniform", 0.0, unit="s")
+    priority_share: float = key("Share of orders with priority 1; the others have 0", 0.0, check=within(0, 1))
+    priority_allowance_s: float | None = key("Time that those have; left out: as the others", None, unit="s")
+
+
+@frozen
+class SkuDemand:
+    """How often generated order lines want each SKU: Zipf's law, shifted as Mandelbrot has it."""
+
+    exponent: float = key("The n-th SKU has the weight 1/(n + shift)^exponent", check=within(0, 2))
+    shift: float = key("The larger, the less apart are the first SKUs", 0.0, check=within(0, 1e6))
+    groups: int | None = key("Groups of SKUs that are bought together; left out: none", None, check=at_least(1))
+    together: float = key("Share of lines drawn from the group of a line before it", 0.5, check=within(0, 1))
 
 
 @frozen
@@ -72,10 +98,14 @@ class InstanceSection:
         15,
         check=at_least(1),
     )
+    lines: tuple[float, ...] | None = key("Weights of orders of 1, 2, ... lines, in place of the geometric ones", None)
+    demand: SkuDemand | None = key("Demand of SKUs, in place of the geometric one", None)
+    due: Due | None = key("When generated orders are due; left out: whenever", None)
+    start: str | None = key("Time 0 in ISO 8601; left out: midnight, before the first date of the orders' file", None)
     items_per_sku: int | None = key(
         "Items of each SKU on a pod; left out: unlimited, the paper's assumption", None, check=at_least(1)
     )
-    orders_file: str | None = key("CSV with columns order,arrival_s,sku,quantity instead of generated orders", None)
+    orders_file: str | None = key("CSV with columns order,arrival_s,sku,quantity[,due_s,priority] for orders", None)
     pods_file: str | None = key("CSV with columns pod,sku,quantity (empty: unlimited) instead of generated pods", None)
     arrivals: Arrivals = key("When generated orders arrive", factory=Arrivals)
     pods_at_stations: Mapping[str, tuple[str, ...]] = key(
@@ -86,6 +116,8 @@ class InstanceSection:
     def __attrs_post_init__(self) -> None:
         if (self.orders_file is None) != (self.pods_file is None):
             raise ValueError("expected `orders_file` and `pods_file` together, or neither")
+        if self.lines is not None and not (any(self.lines[: self.skus]) and min(self.lines) >= 0):
+            raise ValueError(f"expected `lines` with weights >= 0, one of up to {self.skus} lines (`skus`) above 0")
         if self.orders_file is None and self.skus_per_pod > self.skus:
             raise ValueError(f"expected skus_per_pod <= skus, found {self.skus_per_pod} > {self.skus}")
 
@@ -188,6 +220,7 @@ class RunSection:
     until_s: float | None = key(
         "Simulated time at which the run ends even if orders are left", None, unit="s", check=POSITIVE
     )
+    warmup_s: float | None = key("Simulated time from which on metrics count", None, unit="s", check=POSITIVE)
     standstill_s: float = key(
         "Simulated time that a robot may be on its way to one place; one that then gets no farther ends the run",
         3600.0,
@@ -202,7 +235,9 @@ class RunSection:
     )
 
 
-GENERATED = frozenset(("orders", "skus", "pods", "skus_per_pod", "max_lines", "items_per_sku", "arrivals"))
+GENERATED = frozenset(
+    ("orders", "skus", "pods", "skus_per_pod", "max_lines", "items_per_sku", "arrivals", "lines", "demand", "due")
+)
 DRAWN = frozenset(("block_rows", "block_columns", "block_length", "hall_width", "stations_east", "stations_west"))
 
 

@@ -53,7 +53,8 @@ class OrderMemento:
     def of(cls, order: Order) -> OrderMemento:
         """Return what an order is now."""
         parts = tuple(PartMemento(part.station, part.skus, part.period) for part in order.parts)
-        return cls(OrderData(order.name, order.arrival_tick, tuple((sku, n) for sku, n in order.lines)), parts)
+        lines = tuple((sku, n) for sku, n in order.lines)
+        return cls(OrderData(order.name, order.arrival_tick, lines, order.due_tick, order.priority), parts)
 
 
 @frozen

@@ -5,7 +5,7 @@ Public attributes are read-only; what begins with an underscore belongs to this 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -50,29 +50,42 @@ class Order(ReadOnly):
     """A pick order in the backlog or at stations."""
 
     __slots__ = (
+        "_now",
         "_open",
         "_open_size",
         "_parts",
         "_unpicked",
         "arrival_s",
         "arrival_tick",
+        "due_s",
+        "due_tick",
         "id",
         "items",
         "lines",
         "name",
+        "priority",
     )
 
-    def __init__(self, order_id: int, data: OrderData) -> None:
+    def __init__(self, order_id: int, data: OrderData, now: Callable[[], int]) -> None:
+        self._now = now
         self.id = order_id
         self.name = data.name
         self.arrival_tick = data.arrival_tick
         self.arrival_s = to_seconds(data.arrival_tick)
+        self.due_tick = data.due_tick
+        self.due_s = None if data.due_tick is None else to_seconds(data.due_tick)
+        self.priority = data.priority
         self.lines = tuple(OrderLine(sku, quantity) for sku, quantity in data.lines)
         self.items = data.items
         self._open: dict[int, OrderLine] = {line.sku: line for line in self.lines}
         self._open_size = self.items
         self._unpicked = self.items
         self._parts: list[Part] = []
+
+    @property
+    def slack_s(self) -> float | None:
+        """Seconds that are left until it is due, negative when it is late; None without a due time."""
+        return None if self.due_tick is None else to_seconds(self.due_tick - self._now())
 
     @property
     def open_lines(self) -> tuple[OrderLine, ...]:

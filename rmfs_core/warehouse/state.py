@@ -51,7 +51,7 @@ class Warehouse:
         self.travel = travel
         self.n_skus = len(instance.skus)
         self.unlimited_stock = instance.unlimited_stock
-        self.orders = tuple(Order(i, data) for i, data in enumerate(instance.orders))
+        self.orders = tuple(Order(i, data, lambda: self.now) for i, data in enumerate(instance.orders))
         self.arrived: dict[int, Order] = {}
         self.pods = tuple(
             Pod(i, data, cell) for i, (data, cell) in enumerate(zip(instance.pods, pod_cells, strict=True))

@@ -5,12 +5,16 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Callable, Iterator
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rmfs_core.clock import to_ticks
+from attrs import evolve
+
+from rmfs_core.clock import Calendar, to_ticks
 from rmfs_core.errors import InputError
+from rmfs_core.wording import did_you_mean, listed
 from rmfs_core.world.instance import Instance, OrderData, PodData
 
 if TYPE_CHECKING:
@@ -18,14 +22,16 @@ if TYPE_CHECKING:
 
 ORDER_COLUMNS = ("order", "arrival_s", "sku", "quantity")
 POD_COLUMNS = ("pod", "sku", "quantity")
+DUE_COLUMNS = ("due_s", "priority")  # which orders may have besides
+_DATES = {"arrival_s": "arrival", "due_s": "due"}  # these may stand in place of others, with ISO 8601 for seconds
 _NAMES = ("order", "pod", "sku")
-
-_WHOLE = re.compile(r"[0-9]{1,15}")
-_NUMBER = re.compile(r"[0-9]{1,12}(\.[0-9]*)?([eE][+-]?[0-9]{1,2})?|\.[0-9]+")
-
+_WARNED = {""}
 
 Wrong = Callable[[InputError], None]
 """What is called with a mistake; when it returns, the row is left out."""
+
+_WHOLE = re.compile(r"[0-9]{1,15}")
+_NUMBER = re.compile(r"[0-9]{1,12}(\.[0-9]*)?([eE][+-]?[0-9]{1,2})?|\.[0-9]+")
 
 
 def refuse(error: InputError) -> None:
@@ -33,7 +39,7 @@ def refuse(error: InputError) -> None:
     raise error
 
 
-def read_instance(orders_file: Path, pods_file: Path, wrong: Wrong = refuse) -> Instance:
+def read_instance(orders_file: Path, pods_file: Path, start: str | None = None, wrong: Wrong = refuse) -> Instance:
     """Read orders and pods.
 
     Orders get their ids in the order of arrival, then of first appearance in the file; pods in the order of first
@@ -42,23 +48,26 @@ def read_instance(orders_file: Path, pods_file: Path, wrong: Wrong = refuse) -> 
     Parameters
     ----------
     orders_file
-        CSV with the columns ``order,arrival_s,sku,quantity``, one line of an order a row. Other columns are ignored;
-        rows of one order need not be adjacent; a SKU that comes twice in an order is one line of both quantities.
+        CSV with the columns ``order,arrival_s,sku,quantity``, one line of an order a row, and perhaps ``due_s`` and
+        ``priority`` (higher first), empty where an order has none. ``arrival`` and ``due`` in place of ``arrival_s``
+        and ``due_s`` are times as ISO 8601. Other columns are ignored, and named on standard error; rows of one order
+        need not be adjacent; a SKU that comes twice in an order is one line of both quantities.
     pods_file
         CSV with the columns ``pod,sku,quantity``. An empty quantity is an unlimited number of items.
+    start
+        Time 0 as ISO 8601; None: midnight before the earliest of the times that are dates.
     wrong
         Called with each mistake: an `InputError` with file, line and column. It raises the first unless told otherwise.
     """
-    orders, pods = _read_orders(orders_file, wrong), _read_pods(pods_file, wrong)
-    names = {sku for _, lines in orders.values() for sku in lines} | {sku for pod in pods.values() for sku in pod}
+    orders, pods = _read_orders(orders_file, start, wrong), _read_pods(pods_file, wrong)
+    names = {sku for _, lines in orders for sku in lines} | {sku for pod in pods.values() for sku in pod}
     skus = tuple(sorted(names, key=_natural))
     id_of = {sku: i for i, sku in enumerate(skus)}
-    by_arrival = sorted(orders.items(), key=lambda order: order[1][0])  # stable: ties by first appearance
     return Instance(
         skus=skus,
         orders=tuple(
-            OrderData(name, tick, tuple((id_of[sku], quantity) for sku, quantity in lines.items()))
-            for name, (tick, lines) in by_arrival
+            evolve(order, lines=tuple((id_of[sku], quantity) for sku, quantity in lines.items()))
+            for order, lines in orders
         ),
         pods=tuple(
             PodData(name, tuple((id_of[sku], quantity) for sku, quantity in contents.items()))
@@ -70,94 +79,149 @@ def read_instance(orders_file: Path, pods_file: Path, wrong: Wrong = refuse) -> 
 def line_of(orders_file: Path, order: str, sku: str | None = None) -> int:
     """Line on which an order of a file that was read appears first, or its first row of a SKU."""
     rows = _rows(orders_file, ORDER_COLUMNS)
-    return next(line for line, (name, _, wanted, _) in rows if name == order and sku in (None, wanted))
+    return next(line for line, row in rows if row["order"] == order and sku in (None, row["sku"]))
 
 
-def _read_orders(file: Path, wrong: Wrong) -> dict[str, tuple[int, dict[str, int]]]:
-    orders: dict[str, tuple[int, dict[str, int]]] = {}
+def read_profile(file: Path) -> tuple[float, ...]:
+    """Read the weights of the hours of a day from a CSV with the columns ``hour,weight``; hours left out have 0."""
+    weights = dict.fromkeys(map(str, range(24)), 0.0)
+    for line, row in _rows(file, ("hour", "weight")):
+        if row["hour"] not in weights or not _NUMBER.fullmatch(row["weight"]):
+            found = f"{row['hour'] or 'nothing'} and {row['weight'] or 'nothing'}"
+            raise InputError(f"{file}, line {line}", f"expected an hour from 0 to 23 and a weight >= 0, found {found}")
+        weights[row["hour"]] += float(row["weight"])
+    if not any(weights.values()):
+        raise InputError(str(file), "expected an hour with a weight above 0, found none")
+    return tuple(weights.values())
 
-    def add(line: int, name: str, arrival: str, sku: str, quantity: str) -> None:
-        tick, items = _tick(arrival, file, line), _quantity(quantity, file, line, "a whole number >= 1")
-        known_tick, lines = orders.setdefault(name, (tick, {}))
-        if tick != known_tick:
-            raise InputError(
-                f"{file}, line {line}, arrival_s",
-                f"expected {known_tick / 1000:g} as in the first row of order {name}, found {arrival}",
-            )
-        lines[sku] = lines.get(sku, 0) + items
 
-    _each_row(file, ORDER_COLUMNS, add, wrong)
-    return orders
+def _read_orders(file: Path, start: str | None, wrong: Wrong) -> list[tuple[OrderData, dict[str, int]]]:
+    """Return each order, still without lines, and its quantities by SKU; by arrival, then by first appearance."""
+    calendar = Calendar(start)
+    read = {"arrival_s": _tick, "arrival": calendar.tick, "due_s": _tick, "due": calendar.tick, "priority": _priority}
+    orders: dict[str, tuple[int, dict[str, str], dict[str, int | None], dict[str, int]]] = {}
+
+    def add(line: int, row: dict[str, str]) -> None:
+        told = {
+            column: read[column](text, f"{file}, line {line}, {column}") if text or "arrival" in column else None
+            for column, text in row.items()
+            if column in read
+        }
+        items = _quantity(row["quantity"], file, line, "a whole number >= 1")
+        _, first, first_told, lines = orders.setdefault(row["order"], (line, row, told, {}))
+        for column, value in told.items():
+            if value != first_told[column]:
+                expected = f"expected {first[column] or 'nothing'} as in the first row of order {row['order']}"
+                raise InputError(f"{file}, line {line}, {column}", f"{expected}, found {row[column] or 'nothing'}")
+        lines[row["sku"]] = lines.get(row["sku"], 0) + items
+
+    _each_row(_rows(file, ORDER_COLUMNS, DUE_COLUMNS, wrong), add, wrong)
+    dates = [[tick for _, _, told, _ in orders.values() if (tick := told.get(date))] for date in _DATES.values()]
+    zero = calendar.zero(min(dates[0] or dates[1])) if any(dates) else 0
+    found = []
+    for name, (line, row, told, lines) in orders.items():
+        arrival, due = (
+            told.get(column) if (tick := told.get(date)) is None else tick - zero for column, date in _DATES.items()
+        )
+        if arrival is None or arrival < 0:
+            problem = f"found {row['arrival']}, before time 0; expected no arrival before `instance.start`"
+            wrong(InputError(f"{file}, line {line}, arrival", problem))
+        else:
+            found.append((OrderData(name, arrival, (), due, told.get("priority") or 0), lines))
+    return sorted(found, key=lambda order: order[0].arrival_tick)
 
 
 def _read_pods(file: Path, wrong: Wrong) -> dict[str, dict[str, int | None]]:
     pods: dict[str, dict[str, int | None]] = {}
 
-    def add(line: int, name: str, sku: str, quantity: str) -> None:
-        expected = "a whole number >= 1, or nothing for an unlimited number"
-        items = _quantity(quantity, file, line, expected) if quantity else None
-        contents = pods.setdefault(name, {})
+    def add(line: int, row: dict[str, str]) -> None:
+        expected = "a whole number >= 0, or nothing for an unlimited number"
+        items = _quantity(row["quantity"], file, line, expected, least=0) if row["quantity"] else None
+        contents, sku = pods.setdefault(row["pod"], {}), row["sku"]
         held = contents.get(sku, 0)
-        contents[sku] = None if held is None or items is None else held + items
+        if items != 0 or sku in contents:
+            contents[sku] = None if held is None or items is None else held + items
 
-    _each_row(file, POD_COLUMNS, add, wrong)
+    _each_row(_rows(file, POD_COLUMNS, (), wrong), add, wrong)
     return pods
 
 
-def _each_row(file: Path, columns: tuple[str, ...], add: Callable[..., None], wrong: Wrong) -> None:
-    for line, row in _rows(file, columns, wrong):
+Row = tuple[int, dict[str, str]]
+
+
+def _each_row(rows: Iterator[Row], add: Callable[[int, dict[str, str]], None], wrong: Wrong) -> None:
+    for line, row in rows:
         try:
-            add(line, *row)
+            add(line, row)
         except InputError as error:
             wrong(error)
 
 
-def _rows(file: Path, columns: tuple[str, ...], wrong: Wrong = refuse) -> Iterator[tuple[int, list[str]]]:
-    """Yield the line number and the fields of ``columns``, without spaces around them, of every row."""
+def _rows(file: Path, columns: Sequence[str], optional: Sequence[str] = (), wrong: Wrong = refuse) -> Iterator[Row]:
+    """Yield the line number and the fields, without spaces around them, of every row, in the order of the columns."""
     try:
         with file.open(encoding="utf-8-sig", newline="") as stream:
             reader = csv.reader(stream, strict=True)
             try:
-                yield from _fields(file, reader, columns, wrong)
+                header = [name.strip() for name in next(reader, [])]
+                places = {name: header.index(name) for name in _chosen(file, header, columns, optional)}
+                yield from _fields(file, reader, places, len(header), wrong)
             except csv.Error as error:
                 wrong(InputError(f"{file}, line {reader.line_num}", f"this is no valid CSV: {error}"))
+            except InputError as error:  # in the header: without it no row can be read
+                wrong(error)
     except OSError as error:
         wrong(InputError(str(file), f"cannot be read: {error.strerror}"))
     except UnicodeDecodeError as error:
         wrong(InputError(str(file), f"expected UTF-8 text, found the byte 0x{error.object[error.start]:02x}"))
 
 
-def _fields(file: Path, reader: CsvReader, columns: tuple[str, ...], wrong: Wrong) -> Iterator[tuple[int, list[str]]]:
-    header = [name.strip() for name in next(reader, [])]
-    for column in columns:
-        if column not in header:
-            found = f"`{','.join(header)}` without `{column}`" if header else "none"
-            problem = f"expected a header with the columns {','.join(columns)}, found {found}"
-            return wrong(InputError(f"{file}, line 1", problem))
-    places = [header.index(column) for column in columns]
-    named = [pair for pair in zip(columns, places, strict=True) if pair[0] in _NAMES]
-    for row in reader:
-        if not row:
-            continue
+def _fields(file: Path, reader: CsvReader, places: dict[str, int], number: int, wrong: Wrong) -> Iterator[Row]:
+    for row in filter(None, reader):
         line = reader.line_num
-        if len(row) != len(header):
-            wrong(
-                InputError(f"{file}, line {line}", f"expected {len(header)} fields as in the header, found {len(row)}")
-            )
-        elif empty := [column for column, place in named if not row[place].strip()]:
+        fields = {column: row[place].strip() for column, place in places.items()} if len(row) == number else {}
+        if not fields:
+            wrong(InputError(f"{file}, line {line}", f"expected {number} fields as in the header, found {len(row)}"))
+        elif empty := [column for column in places if column in _NAMES and not fields[column]]:
             wrong(InputError(f"{file}, line {line}, {empty[0]}", "expected a name, found nothing"))
         else:
-            yield line, [row[place].strip() for place in places]
+            yield line, fields
 
 
-def _tick(text: str, file: Path, line: int) -> int:
+def _chosen(file: Path, header: Sequence[str], columns: Sequence[str], optional: Sequence[str]) -> Iterator[str]:
+    """Yield the columns to read; name those that nobody reads, once."""
+    known = (*columns, *optional)
+    read = {column: name for column in known for name in (_DATES.get(column, column), column) if name in header}
+    for column in columns:
+        if column not in read:
+            found = ",".join(header)
+            raise InputError(
+                f"{file}, line 1",
+                f"expected a header with the columns {','.join(columns)}, found "
+                + (f"`{found}` without `{column}`" if found else "none"),
+            )
+    left = [f"`{name}`{did_you_mean(name, known)}" for name in dict.fromkeys(header) if name not in read.values()]
+    told = f"{file}: ignored {listed(left)}." if left else ""
+    if optional and told not in _WARNED:
+        _WARNED.add(told)
+        print(told, file=sys.stderr)
+    yield from read.values()
+
+
+def _tick(text: str, place: str) -> int:
     if _NUMBER.fullmatch(text) and math.isfinite(seconds := float(text)):
         return to_ticks(seconds)
-    raise InputError(f"{file}, line {line}, arrival_s", f'expected a number of seconds >= 0, found "{text}"')
+    raise InputError(place, f'expected a number of seconds >= 0, found "{text}"')
 
 
-def _quantity(text: str, file: Path, line: int, expected: str) -> int:
-    if _WHOLE.fullmatch(text) and (quantity := int(text)) >= 1:
+def _priority(text: str, place: str) -> int:
+    if _WHOLE.fullmatch(text):
+        return int(text)
+    raise InputError(place, f'expected a whole number >= 0, or nothing for 0, found "{text}"')
+
+
+def _quantity(text: str, file: Path, line: int, expected: str, least: int = 1) -> int:
+    if _WHOLE.fullmatch(text) and (quantity := int(text)) >= least:
         return quantity
     raise InputError(f"{file}, line {line}, quantity", f'expected {expected}, found "{text}"')
 

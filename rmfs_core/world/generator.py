@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
-from rmfs_core.clock import to_ticks
+from rmfs_core.clock import Calendar, to_seconds, to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.randomness import stream
-from rmfs_core.scenario.model import Arrivals, InstanceSection
+from rmfs_core.scenario.model import Due, InstanceSection, SkuDemand
 from rmfs_core.world.instance import Instance, OrderData, PodData
 
 _LENGTH_P = 0.4
 _TRIES = 10_000
+_DAY_S = 86_400.0
 _ENOUGH = np.iinfo(np.int64).max  # items of a SKU whose stock is unlimited
 
 
@@ -24,6 +28,9 @@ def generate_instance(section: InstanceSection, seed: int) -> Instance:
     all SKUs are concatenated and cut into chunks of alpha, one for each pod. A chunk across the end of a list may have
     a SKU twice: such a pod holds one SKU less (and twice the items, where stock is finite), as the paper's cut has it.
 
+    `instance.lines` and `instance.demand` take the place of these distributions. SKUs may be dealt out at random to
+    groups: then each line after the first has, with a probability, a SKU of the group of a line before it.
+
     An order that the pods cannot fill (a SKU is on no pod, or the orders before it take all items of it) is drawn
     again within the same stream. SKUs that are on no pod are left out of the instance.
 
@@ -32,7 +39,7 @@ def generate_instance(section: InstanceSection, seed: int) -> Instance:
     section
         Sizes.
     seed
-        The scenario's seed. Orders, pods and arrivals each have a stream of their own.
+        The scenario's seed. Orders, pods, arrivals and due times each have a stream of their own.
 
     Raises
     ------
@@ -41,14 +48,15 @@ def generate_instance(section: InstanceSection, seed: int) -> Instance:
     """
     pods = _draw_pods(section, stream(seed, "pods"))
     orders = _draw_orders(section, _stock(section.skus, pods), stream(seed, "orders"))
-    arrivals = _draw_arrivals(section.arrivals, len(orders), stream(seed, "arrivals"))
+    arrivals = _draw_arrivals(section, len(orders), stream(seed, "arrivals"))
+    due = _draw_due(section.due, arrivals, stream(seed, "due times"))
     held = sorted({sku for contents in pods for sku in contents})
     new_id = {sku: i for i, sku in enumerate(held)}
     return Instance(
         skus=tuple(str(sku + 1) for sku in held),
         orders=tuple(
-            OrderData(str(i + 1), tick, tuple((new_id[sku], 1) for sku in skus))
-            for i, (tick, skus) in enumerate(zip(arrivals, orders, strict=True))
+            OrderData(str(i + 1), tick, tuple((new_id[sku], 1) for sku in skus), *when)
+            for i, (tick, skus, when) in enumerate(zip(arrivals, orders, due, strict=True))
         ),
         pods=tuple(
             PodData(str(i + 1), tuple((new_id[sku], items) for sku, items in contents.items()))
@@ -62,12 +70,17 @@ def order_lengths(longest: int) -> NDArray[np.float64]:
     return _geometric(_LENGTH_P, longest)
 
 
-def sku_demand(skus: int) -> NDArray[np.float64]:
+def sku_demand(skus: int, demand: SkuDemand | None = None) -> NDArray[np.float64]:
     """Return the probability of each SKU, the most wanted first: geometric with p = 5/\\|I\\|, scaled to a sum of 1.
 
     Up to ten SKUs have p = 0.5: the formula gives a single SKU everything at \\|I\\| = 5 and is no probability below.
+    With ``demand`` it is Zipf's law, shifted.
     """
-    return _geometric(5 / skus if skus > 10 else 0.5, skus)
+    if demand is None:
+        return _geometric(5 / skus if skus > 10 else 0.5, skus)
+    weights: NDArray[np.float64] = np.power(np.arange(1.0, skus + 1) + demand.shift, -demand.exponent)
+    weights /= weights.sum()
+    return weights
 
 
 def _geometric(p: float, largest: int) -> NDArray[np.float64]:
@@ -76,7 +89,7 @@ def _geometric(p: float, largest: int) -> NDArray[np.float64]:
     return weights
 
 
-def _draw_pods(section: InstanceSection, rng: np.random.Generator) -> list[dict[int, int | None]]:
+def _draw_pods(section: InstanceSection, rng: Generator) -> list[dict[int, int | None]]:
     """Return the items (None: unlimited) of each SKU on each pod."""
     entries = section.pods * section.skus_per_pod
     lists = -(-entries // section.skus)
@@ -95,15 +108,21 @@ def _stock(skus: int, pods: list[dict[int, int | None]]) -> NDArray[np.int64]:
     return stock
 
 
-def _draw_orders(section: InstanceSection, left: NDArray[np.int64], rng: np.random.Generator) -> list[list[int]]:
+def _draw_orders(section: InstanceSection, left: NDArray[np.int64], rng: Generator) -> list[list[int]]:
     """Return the SKUs of each order; takes what they want out of ``left``."""
     lengths = order_lengths(min(section.skus, section.max_lines)).cumsum()
-    demand = sku_demand(section.skus)
+    if section.lines is not None:
+        lengths = np.cumsum(section.lines[: section.skus]) / sum(section.lines[: section.skus])
+    demand = sku_demand(section.skus, section.demand)
+    groups = section.demand and section.demand.groups
+    group_of = rng.permutation(section.skus) % groups if groups else None
     orders: list[list[int]] = []
     for _ in range(section.orders):
         for _ in range(_TRIES if left.any() else 0):
             length = min(int(np.searchsorted(lengths, rng.random(), side="right")) + 1, len(lengths))
             skus = rng.choice(section.skus, size=length, replace=False, p=demand)
+            if section.demand is not None and group_of is not None:
+                _bring_together(skus, section.demand.together, demand, group_of, rng)
             if left[skus].all():
                 break
         else:
@@ -124,9 +143,43 @@ def _too_little(section: InstanceSection, drawn: int, skus_left: int) -> InputEr
     )
 
 
-def _draw_arrivals(arrivals: Arrivals, orders: int, rng: np.random.Generator) -> list[int]:
+def _bring_together(
+    skus: NDArray[np.int64], together: float, weights: NDArray[np.float64], group_of: NDArray[np.int64], rng: Generator
+) -> None:
+    """Put SKUs of the groups of lines before them in place of some lines of an order."""
+    for i in range(1, len(skus)):
+        if rng.random() < together:
+            group = np.flatnonzero(group_of == group_of[skus[rng.integers(i)]])
+            mate = rng.choice(group, p=weights[group] / weights[group].sum())
+            if mate not in skus:
+                skus[i] = mate
+
+
+def _draw_arrivals(section: InstanceSection, orders: int, rng: Generator) -> list[int]:
     """Return the tick at which each order arrives, ascending."""
-    if arrivals.orders_per_hour is None:
+    arrivals = section.arrivals
+    if arrivals.process == "start":
         return [0] * orders
-    times = rng.exponential(3600 / arrivals.orders_per_hour, size=orders).cumsum()
+    if arrivals.orders_per_hour is None:
+        times = np.sort(rng.random(orders)) * _DAY_S
+    else:
+        times = rng.exponential(3600 / arrivals.orders_per_hour, size=orders).cumsum()
+    if arrivals.profile is not None:  # as many in a day, but an hour counts as its weight
+        weights = np.array(arrivals.profile, dtype=np.float64)
+        share, hours = np.concatenate(([0.0], weights.cumsum() / weights.sum())), np.arange(25) * 3600.0
+        begin = to_seconds(Calendar(section.start).zero(0)) % _DAY_S
+        days, rest = np.divmod(times / _DAY_S + np.interp(begin, hours, share), 1)
+        times = days * _DAY_S + np.interp(rest, share, hours) - begin
     return [to_ticks(time) for time in times.tolist()]
+
+
+def _draw_due(due: Due | None, arrivals: Sequence[int], rng: Generator) -> list[tuple[int | None, int]]:
+    """Return the tick at which each order is due, and its priority."""
+    if due is None:
+        return [(None, 0)] * len(arrivals)
+    urgent = rng.random(len(arrivals)) < due.priority_share
+    allowed = due.allowance_s + due.spread_s * rng.uniform(-1, 1, len(arrivals))
+    if due.priority_allowance_s is not None:
+        allowed = np.where(urgent, due.priority_allowance_s, allowed)
+    drawn = zip(arrivals, allowed.tolist(), urgent.tolist(), strict=True)
+    return [(tick + to_ticks(seconds), int(first)) for tick, seconds, first in drawn]

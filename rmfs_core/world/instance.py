@@ -17,11 +17,17 @@ class OrderData:
         When it joins the backlog (ticks of 1 ms).
     lines
         (SKU id, quantity) of each order line; a SKU occurs once.
+    due_tick
+        When it shall be complete, which may be before it arrives; None: whenever.
+    priority
+        How urgent it is, higher first.
     """
 
     name: str
     arrival_tick: int
     lines: tuple[tuple[int, int], ...]
+    due_tick: int | None = None
+    priority: int = 0
 
     @property
     def items(self) -> int:
@@ -52,6 +58,11 @@ class Instance:
     skus: tuple[str, ...]
     orders: tuple[OrderData, ...]
     pods: tuple[PodData, ...]
+
+    @property
+    def dated(self) -> bool:
+        """Whether any order has a due time or a priority."""
+        return any(order.due_tick is not None or order.priority for order in self.orders)
 
     @property
     def unlimited_stock(self) -> bool:

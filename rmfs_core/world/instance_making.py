@@ -7,11 +7,14 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
+from attrs import evolve
+
+from rmfs_core.clock import Calendar
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import InstanceSection, Scenario
 from rmfs_core.scenario.reading import located
 from rmfs_core.wording import did_you_mean, first_few
-from rmfs_core.world.csv_files import Wrong, line_of, read_instance, refuse
+from rmfs_core.world.csv_files import Wrong, line_of, read_instance, read_profile, refuse
 from rmfs_core.world.generator import generate_instance
 from rmfs_core.world.instance import Instance
 
@@ -37,14 +40,17 @@ def unchecked_instance(scenario: Scenario, wrong: Wrong = refuse) -> Instance:
 
     ``wrong`` is called with each mistake in its files, as `read_instance` does.
     """
-    section = scenario.instance
+    section, folder = scenario.instance, Path(scenario.folder)
+    Calendar(section.start).zero(0)  # whether or not it is used, what is wrong with it is said
     if section.orders_file is None or section.pods_file is None:
+        if isinstance(profile := section.arrivals.profile, str):
+            section = evolve(section, arrivals=evolve(section.arrivals, profile=read_profile(folder / profile)))
         return generate_instance(section, scenario.seed)
-    orders, pods = (Path(scenario.folder) / file for file in (section.orders_file, section.pods_file))
+    orders, pods = folder / section.orders_file, folder / section.pods_file
     for key, file in (("orders_file", orders), ("pods_file", pods)):
         if not file.exists():
             raise InputError(f"instance.{key}", f"there is no file {file}")
-    return read_instance(orders, pods, wrong)
+    return read_instance(orders, pods, section.start, wrong)
 
 
 Place = Callable[..., str]

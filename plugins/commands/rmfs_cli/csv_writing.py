@@ -7,20 +7,25 @@ import io
 from collections.abc import Iterable
 
 from rmfs_core.clock import TICKS_PER_S, to_seconds
-from rmfs_core.world import Instance
-from rmfs_core.world.csv_files import ORDER_COLUMNS, POD_COLUMNS
+from rmfs_core.world import Instance, OrderData
+from rmfs_core.world.csv_files import DUE_COLUMNS, ORDER_COLUMNS, POD_COLUMNS
 
 
 def orders_csv(instance: Instance) -> str:
-    """Return the orders as CSV text, a row for each order line."""
+    """Return the orders as CSV text, a row for each order line; with due times and priorities if there are any."""
+    dated = instance.dated
     return _csv(
-        ORDER_COLUMNS,
+        (*ORDER_COLUMNS, *(DUE_COLUMNS if dated else ())),
         (
-            (order.name, _seconds(order.arrival_tick), instance.skus[sku], quantity)
+            (order.name, _seconds(order.arrival_tick), instance.skus[sku], quantity, *(_due(order) if dated else ()))
             for order in instance.orders
             for sku, quantity in order.lines
         ),
     )
+
+
+def _due(order: OrderData) -> tuple[str, int]:
+    return "" if order.due_tick is None else _seconds(order.due_tick), order.priority
 
 
 def pods_csv(instance: Instance) -> str:

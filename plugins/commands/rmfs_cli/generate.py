@@ -64,7 +64,10 @@ def _with_files(scenario: Scenario) -> tuple[Scenario, dict[str, bytes]]:
         copied[name] = _read(old / layout.map_file)
         layout = evolve(layout, map_file=name)
     instance = InstanceSection(
-        orders_file="orders.csv", pods_file="pods.csv", pods_at_stations=scenario.instance.pods_at_stations
+        orders_file="orders.csv",
+        pods_file="pods.csv",
+        pods_at_stations=scenario.instance.pods_at_stations,
+        start=scenario.instance.start,
     )
     rules = _with_rule_files(scenario.rules, old, copied)
     return evolve(scenario, instance=instance, layout=layout, rules=rules), copied

@@ -14,9 +14,11 @@ from rmfs_cli.screen import new_table
 from rmfs_core.decisions import gap_of
 from rmfs_core.results import Result
 from rmfs_core.results.catalogue import METRICS, TIMING, Metric, show
+from rmfs_details.catalogue import DETAILS, KNOWN
 
 LEFT = ("Orders", "Robots", "Decisions")
 RIGHT = ("Pods", "Throughput")
+LATE = KNOWN.keys() - {metric.name for metric in DETAILS}
 NARROW = 76
 STATUS_STYLE = {"complete": "bold green", "partial": "bold yellow", "failed": "bold red"}
 
@@ -53,6 +55,9 @@ def print_summary(console: Console, name: str, result: Result) -> None:
     left = [_group(group, metrics[group], {**result.metrics, **gaps}) for group in LEFT]
     right = [_group(group, metrics[group], result.metrics) for group in RIGHT]
     catalogue = {metric.name for group in METRICS.values() for metric in group}
+    if late := [KNOWN[name] for name in result.metrics if name in LATE]:
+        right.append(_group("Due times", late, result.metrics))
+    catalogue |= KNOWN.keys()
     others = [result.described.get(name) or Metric(name) for name in result.metrics if name not in catalogue]
     if others:
         right.append(_group("Observers", others, result.metrics))

@@ -18,11 +18,12 @@ from attrs import evolve, field, frozen
 from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import METRICS, TIMING, Metric
 from rmfs_core.wording import nearest
+from rmfs_details.catalogue import KNOWN
 
 Rows = Sequence[Mapping[str, Any]]
 
-CATALOGUE = {metric.name: metric for group in (*METRICS.values(), TIMING) for metric in group}
-"""Every figure that the kernel measures."""
+CATALOGUE = {metric.name: metric for group in (*METRICS.values(), KNOWN.values(), TIMING) for metric in group}
+"""Every figure that each run measures."""
 
 OVERALL = "overall"
 CONFIDENCE = 0.95

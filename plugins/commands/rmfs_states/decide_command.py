@@ -54,7 +54,8 @@ def decide(
 
     `rmfs explain DIR --period N --state FILE` writes a state of a recorded run; other programs write their own.
     `outcome` is what the decision comes to: orders and items assigned, new pod visits, places left unused at the
-    stations, and open requests that no pod at the stations or on its way there has an item for.
+    stations, and open requests that no pod at the stations or on its way there has an item for. `due` has the orders
+    decided on that have a due time: when, their priority, and what is left until then (negative: late).
     """
     import attrs
 
@@ -62,6 +63,7 @@ def decide(
     from rmfs_core.results.files import to_json
     from rmfs_states import decide as ask
     from rmfs_states import read_state
+    from rmfs_states.mementos import due_times
 
     given = read_state(state)
     if seed is not None:
@@ -71,6 +73,8 @@ def decide(
         answer = ask(given, choice, decides=decides, allow_inline=not no_inline_rules, source=str(state))
     asked = {"rule": answer.rule, "distribution": answer.distribution, "version": answer.version}
     written = {**asked, "decides": answer.decides.label, **answer.decision}
+    if due := due_times(given, [assignment["order"] for assignment in answer.decision.get("assignments", ())]):
+        written["due"] = due
     if answer.report is not None:
         written["report"] = answer.report
     if answer.outcome is not None:

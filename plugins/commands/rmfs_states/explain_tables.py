@@ -196,7 +196,8 @@ def _print_backlog(console: Console, opened: OpenState, assigned: Mapping[str, S
         f"Backlog: {counted(len(backlog), 'order')} with {counted(items, 'open item')}{hidden}; "
         f"decided for: {len(assigned):,}.",
     )
-    table = _table("Order", "Waits", "Open lines (SKUs)", "Goes to station", right=("Waits",))
+    due = ("Due in", "Priority") if any(order.due_s is not None or order.priority for order in backlog) else ()
+    table = _table("Order", "Waits", *due, "Open lines (SKUs)", "Goes to station", right=("Waits", *due))
     rows = [order for order in backlog if order.name in assigned]
     rows += [order for order in backlog if order.name not in assigned][: max(limit - len(rows), 0)]
     for order in rows[:limit]:
@@ -204,6 +205,7 @@ def _print_backlog(console: Console, opened: OpenState, assigned: Mapping[str, S
         table.add_row(
             Text(order.name),
             f"{to_seconds(waits):,.0f} s",
+            *(("-" if order.slack_s is None else f"{order.slack_s:,.0f} s", str(order.priority)) if due else ()),
             Text(_lines(opened, order)),
             Text("; ".join(assigned.get(order.name, ()))),
         )

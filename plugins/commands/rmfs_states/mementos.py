@@ -52,10 +52,25 @@ def memento_of(state: State, names: Names, layout: Layout) -> Memento:
 
 def _now(state: State, names: Names) -> int:
     """Return the time now in ticks."""
-    latest = max((order.arrival_s for order in state.orders.values()), default=0.0)
+    latest = _latest(state)
     if state.time_s is not None and latest > state.time_s:
         names.wrong(("time_s",), f"found {state.time_s}, but an order arrives at {latest}; expected none later")
     return to_ticks(latest if state.time_s is None else state.time_s)
+
+
+def _latest(state: State) -> float:
+    return max((order.arrival_s for order in state.orders.values()), default=0.0)
+
+
+def due_times(state: State, orders: Sequence[str]) -> dict[str, dict[str, float]]:
+    """Return due time, priority and slack of those orders that have a due time, by name."""
+    now = _latest(state) if state.time_s is None else state.time_s
+    given = [(name, state.orders[name]) for name in orders]
+    return {
+        name: {"due_s": order.due_s, "priority": order.priority, "slack_s": round(order.due_s - now, 3)}
+        for name, order in given
+        if order.due_s is not None
+    }
 
 
 def _orders(state: State, names: Names) -> tuple[OrderMemento, ...]:
@@ -64,6 +79,8 @@ def _orders(state: State, names: Names) -> tuple[OrderMemento, ...]:
             name,
             to_ticks(state.orders[name].arrival_s),
             tuple((names.sku(sku, "orders", name, "lines", sku), n) for sku, n in state.orders[name].lines.items()),
+            None if (due := state.orders[name].due_s) is None else to_ticks(due),
+            state.orders[name].priority,
         )
         for name in names.orders
     ]

@@ -127,7 +127,7 @@ def read_recording(path: str | Path) -> Recording:
                 str(folder), "found no recorded decisions; run the scenario with `--record-decisions` to have them"
             )
     place, header = next(read_json_lines(file), (str(file), {}))
-    check_format(header, RECORDING_FORMAT, RECORDING_VERSION, place)
+    check_format(header, RECORDING_FORMAT, (RECORDING_VERSION,), place)
     if not isinstance(header.get("state"), Mapping) or not isinstance(header.get("scenario"), Mapping):
         raise InputError(place, "the header lacks `scenario` or `state`")
     return Recording(file, scenario_from_dict(header["scenario"], name=f"{place}, scenario"))

@@ -21,7 +21,7 @@ from rmfs_core.events import (
 )
 from rmfs_core.warehouse.memento import OrderMemento, PodMemento, RobotMemento, StationMemento
 from rmfs_states.patches import difference
-from rmfs_states.state import FORMAT, VERSION
+from rmfs_states.state import FORMAT, VERSIONS
 
 if TYPE_CHECKING:
     from rmfs_core.info import RunInfo
@@ -53,7 +53,7 @@ class Snapshots:
         self._last: dict[str, tuple[object, dict[str, Any]]] = {}
         self.state: dict[str, Any] = {
             "format": FORMAT,
-            "version": VERSION,
+            "version": VERSIONS[run.instance.dated],
             "time_s": view.now_s,
             "skus": list(run.instance.skus),
             "layout": {"map": draw_map(run.layout).splitlines()},
@@ -119,7 +119,10 @@ class Snapshots:
             for station, skus, period in order.parts
         ]
         lines = {self._skus[sku]: quantity for sku, quantity in order.data.lines}
-        return {"lines": lines, "arrival_s": to_seconds(order.data.arrival_tick), "parts": parts}
+        state: dict[str, Any] = {"lines": lines, "arrival_s": to_seconds(order.data.arrival_tick)}
+        if order.data.due_tick is not None:
+            state["due_s"] = to_seconds(order.data.due_tick)
+        return state | ({"priority": order.data.priority} if order.data.priority else {}) | {"parts": parts}
 
     def _pod(self, pod: PodMemento) -> dict[str, Any]:
         state: dict[str, Any] = {"contents": {self._skus[sku]: n for sku, n in pod.data.contents}, "home": pod.home}

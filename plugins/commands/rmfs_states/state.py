@@ -1,4 +1,6 @@
-"""The format of decision states, version 1: every key with its meaning, unit and default.
+"""The format of decision states, version 2: every key with its meaning, unit and default.
+
+Version 1, which is read too, has no due times and priorities; a state without any is written as version 1.
 
 Orders, pods, stations, robots and SKUs are called by their names; the order in which a state lists them is the order
 of their ids, by which rules break ties. What a warehouse management system does not know it leaves out.
@@ -22,7 +24,7 @@ from rmfs_core.scenario.model import LayoutSection, key
 from rmfs_core.wording import listed
 
 FORMAT = "rmfs-state"
-VERSION = 1
+VERSIONS = (1, 2)
 DECIDING = (Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA)
 DECIDES = tuple(role.label for role in DECIDING)
 """The decisions that can be asked of a state."""
@@ -148,6 +150,8 @@ class OrderState:
 
     lines: Mapping[str, int] = key("Items wanted of each SKU", check=_QUANTITIES)
     arrival_s: float = key("When it arrived", 0.0, unit="s")
+    due_s: float | None = key("When it shall be complete; left out: whenever", None, unit="s")
+    priority: int = key("How urgent it is, higher first", 0, check=_number(0))
     parts: tuple[PartState, ...] | None = key(
         "What was assigned so far, also what is picked already; left out: the lines that stations have requests of. "
         "Every other line is open: in the backlog",
@@ -211,7 +215,9 @@ class State:
     )
     orders: Mapping[str, OrderState] = key("Orders that have arrived, by name; those that are done may be left out")
     format: str = key(f"`{FORMAT}`", FORMAT, check=_one_of(FORMAT))
-    version: int = key(f"Version of the format: {VERSION}", VERSION, check=_one_of(VERSION))
+    version: int = key(
+        f"Version of the format: {listed(map(str, VERSIONS), 'or')}", VERSIONS[-1], check=_one_of(*VERSIONS)
+    )
     time_s: float | None = key("Time now; left out: the latest arrival", None, unit="s")
     skus: tuple[str, ...] | None = key("SKUs; left out: in the order in which pods and orders name them", None)
     layout: LayoutState | None = key("The grid; left out: rules cannot ask for places and driving times", None)
@@ -231,6 +237,10 @@ class State:
     ask: AskState = key("What is asked", factory=AskState)
     seed: int = key("Seed of the rule's random generator, where `random` is left out", 1, check=_number(0))
     random: RandomState | None = key("State of the rule's random generator, where it has drawn already", None)
+
+    def __attrs_post_init__(self) -> None:
+        if self.version == VERSIONS[0] and any(o.due_s is not None or o.priority for o in self.orders.values()):
+            raise ValueError("found `due_s` or `priority` in a state of version 1; expected version 2 with them")
 
 
 def state_schema() -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,8 @@ from rmfs_core.errors import InputError
 from rmfs_core.scenario.source import Source
 from rmfs_core.scenario.structuring import KeyProblem, structure_as
 from rmfs_core.scenario.writing import plain
-from rmfs_states.state import FORMAT, VERSION, State
+from rmfs_core.wording import listed
+from rmfs_states.state import FORMAT, VERSIONS, State
 
 
 def read_state(path: str | Path) -> State:
@@ -42,7 +43,7 @@ def state_from_dict(data: object, name: str = "state") -> State:
     """
     if not isinstance(data, Mapping):
         raise InputError(name, f"expected a JSON object with the format {FORMAT!r}, found {type(data).__name__}")
-    check_format(data, FORMAT, VERSION, name)
+    check_format(data, FORMAT, VERSIONS, name)
     try:
         return structure_as(State, data)
     except KeyProblem as problem:
@@ -57,14 +58,15 @@ def state_to_dict(state: State) -> dict[str, Any]:
     return {"format": state.format, "version": state.version, **tables}
 
 
-def check_format(data: Mapping[str, Any], expected: str, version: int, name: str) -> None:
-    """Raise `InputError` unless a file says that it has a format, in the version that is known here."""
+def check_format(data: Mapping[str, Any], expected: str, versions: Sequence[int], name: str) -> None:
+    """Raise `InputError` unless a file says that it has a format, in a version that is known here."""
     if data.get("format") != expected:
         found = f"found {data['format']!r}" if "format" in data else "found no key `format`"
         raise InputError(Source(name).place_of(("format",)), f"expected {expected!r}, {found}")
-    if data.get("version") != version or isinstance(data.get("version"), bool):
+    if data.get("version") not in versions or isinstance(data.get("version"), bool):
         found = f"found {data['version']!r}" if "version" in data else "found no key `version`"
-        raise InputError(Source(name).place_of(("version",)), f"expected version {version} of {expected!r}, {found}")
+        known = f"version {listed(map(str, versions), 'or')} of {expected!r}"
+        raise InputError(Source(name).place_of(("version",)), f"expected {known}, {found}")
 
 
 def read_json(path: Path) -> Any:

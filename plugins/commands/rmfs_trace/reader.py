@@ -170,7 +170,13 @@ def _layout(table: Mapping[str, Any]) -> Layout:
 
 def _instance(first: Mapping[str, Any]) -> Instance:
     orders = tuple(
-        OrderData(order["name"], order["arrival"], tuple((sku, quantity) for sku, quantity in order["lines"]))
+        OrderData(
+            order["name"],
+            order["arrival"],
+            tuple((sku, quantity) for sku, quantity in order["lines"]),
+            order.get("due"),
+            order.get("priority", 0),
+        )
         for order in first["orders"]
     )
     pods = tuple(PodData(pod["name"], tuple((sku, number) for sku, number in pod["contents"])) for pod in first["pods"])

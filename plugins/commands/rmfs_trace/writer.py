@@ -17,7 +17,7 @@ First line, the header::
                       stations: for each its cell and its queue's cells, the one next to the station first
     motion            acceleration_m_per_s2, top_speed_m_per_s, full_turn_s, lift_s
     skus              names
-    orders            name, arrival (tick), lines: [SKU, quantity] each
+    orders            name, arrival (tick), lines: [SKU, quantity] each; due (tick) and priority where it has one
     pods              name, contents: [SKU, items or null for unlimited] each, cell, robot that carries it or null,
                       bound_for: stations it is at or bound for from the start
     robots            cell, heading
@@ -56,7 +56,7 @@ from rmfs_trace.json_lines import JsonLinesFile, beside_results
 
 if TYPE_CHECKING:
     from rmfs_core.info import RunInfo
-    from rmfs_core.world import Layout
+    from rmfs_core.world import Layout, OrderData
 
 FILE = "trace.jsonl.gz"
 FORMAT = "rmfs-trace"
@@ -122,9 +122,7 @@ def header(run: RunInfo) -> dict[str, Any]:
         "layout": _layout(run.layout),
         "motion": attrs.asdict(run.motion),
         "skus": instance.skus,
-        "orders": [
-            {"name": order.name, "arrival": order.arrival_tick, "lines": order.lines} for order in instance.orders
-        ],
+        "orders": [_order(order) for order in instance.orders],
         "pods": [
             {
                 "name": pod.name,
@@ -142,6 +140,13 @@ def header(run: RunInfo) -> dict[str, Any]:
         ],
         "blocked": warehouse.blocked_locations,
     }
+
+
+def _order(order: OrderData) -> dict[str, Any]:
+    told: dict[str, Any] = {"name": order.name, "arrival": order.arrival_tick, "lines": order.lines}
+    if order.due_tick is not None:
+        told["due"] = order.due_tick
+    return told | ({"priority": order.priority} if order.priority else {})
 
 
 def _layout(layout: Layout) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import attrs
@@ -12,6 +13,7 @@ from rmfs_trace.reader import Trace
 from rmfs_trace.writer import EVENTS
 from rmfs_validation.case import Case, seconds
 from rmfs_validation.collisions import find_collisions
+from rmfs_validation.details import check_delays
 from rmfs_validation.fault import Fault
 from rmfs_validation.header import check_header, check_readable
 from rmfs_validation.lines import LineCheck
@@ -26,7 +28,13 @@ IGNORES_OTHER_ROBOTS = "free-flow"
 CELLS = ("origin", "to", "cell")
 
 
-def faults_of(trace: Trace, result: Mapping[str, Any] | None = None, *, collisions: bool | None = None) -> list[Fault]:
+def faults_of(
+    trace: Trace,
+    result: Mapping[str, Any] | None = None,
+    *,
+    collisions: bool | None = None,
+    delays: Path | None = None,
+) -> list[Fault]:
     """Return everything that is wrong with a trace, in the order of time.
 
     Parameters
@@ -37,6 +45,8 @@ def faults_of(trace: Trace, result: Mapping[str, Any] | None = None, *, collisio
         Content of result.json; its metrics are compared with those of the trace when given.
     collisions
         Whether no two robots may hold a cell at once. None: unless the scenario's PP rule ignores other robots.
+    delays
+        The run's delays.csv, whose times are compared with those of the trace when given.
 
     Raises
     ------
@@ -70,6 +80,8 @@ def faults_of(trace: Trace, result: Mapping[str, Any] | None = None, *, collisio
             find_collisions(case, state)
         if result is not None:
             compare(case, result)
+        if delays is not None:
+            check_delays(case, delays)
     return sorted(case.faults, key=lambda fault: fault.tick)
 
 

@@ -39,10 +39,15 @@ class Demand:
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int) -> Sequence[PodTrip]:
         """Send the most wanted pods to the stations that lack one."""
-        demand = warehouse.open_demand()
+        demand = warehouse.open_demand().tolist()
+        wanted: dict[int, int] = {}  # pod -> sum; only the ties need driving times
 
-        def rank(pod: Pod, station: Station) -> tuple[int, int, int]:
-            wanted = sum(min(int(demand[sku]), items) for sku, items in pod.contents.items())
-            return -wanted, ticks_to_station(warehouse, pod, station), pod.id
+        def most_wanted(station: Station, pods: Sequence[Pod]) -> Pod:
+            for pod in pods:
+                if pod.id not in wanted:
+                    wanted[pod.id] = sum(min(demand[sku], items) for sku, items in pod.contents.items())
+            most = max(wanted[pod.id] for pod in pods)
+            ties = [pod for pod in pods if wanted[pod.id] == most]
+            return min(ties, key=lambda pod: (ticks_to_station(warehouse, pod, station), pod.id))
 
-        return send_pods(warehouse, max_fetches, lambda station, pods: min(pods, key=lambda pod: rank(pod, station)))
+        return send_pods(warehouse, max_fetches, most_wanted)

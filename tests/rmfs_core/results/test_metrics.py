@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterable
 
 import pytest
+from attrs import evolve
 
 from rmfs_core.events import (
     DecisionMade,
@@ -18,6 +19,7 @@ from rmfs_core.info import RunInfo
 from rmfs_core.results import Metrics
 from rmfs_core.results.catalogue import METRICS, TIMING
 from rmfs_core.roles import Role
+from rmfs_core.scenario.model import RunSection
 
 
 def assigned(s: int, order: int, station: int, period: int = 1, complete: bool = True) -> OrderAssigned:
@@ -87,6 +89,33 @@ def test_a_run_worked_out_by_hand(tiny: RunInfo) -> None:
     assert values["makespan_s"] == 70.0
     assert values["orders_per_hour"] == pytest.approx(3600 * 2 / 70)
     assert values["picks_per_hour"] == pytest.approx(3600 * 4 / 70)
+
+
+def test_a_warm_up_counts_for_nothing(tiny: RunInfo) -> None:
+    """From 30 s on: the second order arrives before, so nothing is said of its time; of the first only picks count."""
+    warm = evolve(tiny, scenario=evolve(tiny.scenario, run=RunSection(warmup_s=30.0)))
+    values = after(warm, WHOLE_RUN, end_s=70).values()
+    assert (values["orders_completed"], values["orders_total"]) == (2, 2)
+    assert (values["picks"], values["pod_station_visits"], values["distance_m"]) == (3, 1, 0)
+    assert (values["psv_per_order"], values["pile_on"], values["turnover_s"]) == (0.5, 3.0, None)
+    assert values["orders_per_hour"] == pytest.approx(3600 * 2 / 40)
+    # the first item is in hand until 33 s, the last one beyond the makespan for 6 s
+    assert values["picker_utilisation"] == (3 + 13 + 13 + 7) / (2 * 40)
+    assert values["makespan_s"] == 70.0
+
+
+def test_times_after_a_warm_up(tiny: RunInfo) -> None:
+    """From 3 s on: the second order arrives after it, at 5 s, is assigned at 45 s and complete at 70 s."""
+    warm = evolve(tiny, scenario=evolve(tiny.scenario, run=RunSection(warmup_s=3.0)))
+    values = after(warm, WHOLE_RUN, end_s=70).values()
+    assert [values[f"turnover{part}_s"] for part in ("", "_backlog", "_station")] == [65.0, 40.0, 25.0]
+
+
+def test_a_run_within_its_warm_up(tiny: RunInfo) -> None:
+    """It has counted nothing."""
+    warm = evolve(tiny, scenario=evolve(tiny.scenario, run=RunSection(warmup_s=900.0)))
+    values = after(warm, WHOLE_RUN, end_s=70).values()
+    assert (values["picks"], values["orders_completed"], values["orders_per_hour"]) == (0, 0, None)
 
 
 def test_pickers_are_busy_up_to_the_makespan_only(tiny: RunInfo) -> None:

@@ -11,14 +11,16 @@ from rmfs_core.world import Instance, OrderData, PodData, read_instance
 
 ORDERS = "order,arrival_s,sku,quantity\n"
 PODS = "pod,sku,quantity\n"
+DUE = "order,arrival_s,sku,quantity,due_s,priority\n"
+DATED = "order,arrival,sku,quantity,due\n"
 
 BAD_ORDERS = [
     # no file content, a header without a column, other separators
     ("", ", line 1: expected a header with the columns order,arrival_s,sku,quantity, found none"),
     (
-        "order,arrival,sku,quantity\n",
+        "order,arrives,sku,quantity\n",
         ", line 1: expected a header with the columns order,arrival_s,sku,quantity, "
-        "found `order,arrival,sku,quantity` without `arrival_s`",
+        "found `order,arrives,sku,quantity` without `arrival_s`",
     ),
     (
         "order;arrival_s;sku;quantity\n",
@@ -41,6 +43,19 @@ BAD_ORDERS = [
         ORDERS + "1,2.5,a,1\n2,0,a,1\n1,3,b,1\n",
         ", line 4, arrival_s: expected 2.5 as in the first row of order 1, found 3",
     ),
+    # due times and priorities
+    (DUE + "1,0,a,1,soon,\n", ', line 2, due_s: expected a number of seconds >= 0, found "soon"'),
+    (DUE + "1,0,a,1,,-1\n", ', line 2, priority: expected a whole number >= 0, or nothing for 0, found "-1"'),
+    (DUE + "1,0,a,1,9,\n1,0,b,1,8,\n", ", line 3, due_s: expected 9 as in the first row of order 1, found 8"),
+    (DUE + "1,0,a,1,9,\n1,0,b,1,,\n", ", line 3, due_s: expected 9 as in the first row of order 1, found nothing"),
+    (
+        DATED + "1,01.03.2024,a,1,\n",
+        ', line 2, arrival: expected a time in ISO 8601, such as 2024-03-01T06:30, found "01.03.2024"',
+    ),
+    (
+        DATED + "1,2024-03-01T06:00,a,1,\n2,2024-03-01T07:00Z,a,1,\n",
+        ', line 3, arrival: expected an offset from UTC in all times or in none, found "2024-03-01T07:00Z"',
+    ),
     # names
     (ORDERS + " ,0,a,1\n", ", line 2, order: expected a name, found nothing"),
     (ORDERS + "1,0,,1\n", ", line 2, sku: expected a name, found nothing"),
@@ -49,11 +64,11 @@ BAD_ORDERS = [
 ]
 
 
-def read(tmp_path: Path, orders: str = ORDERS, pods: str = PODS) -> Instance:
+def read(tmp_path: Path, orders: str = ORDERS, pods: str = PODS, start: str | None = None) -> Instance:
     """Write two files and read them."""
     (tmp_path / "orders.csv").write_bytes(orders.encode())
     (tmp_path / "pods.csv").write_bytes(pods.encode())
-    return read_instance(tmp_path / "orders.csv", tmp_path / "pods.csv")
+    return read_instance(tmp_path / "orders.csv", tmp_path / "pods.csv", start)
 
 
 @pytest.mark.parametrize(("orders", "message"), BAD_ORDERS)
@@ -73,7 +88,11 @@ def test_a_mistake_in_the_orders_is_one_sentence(orders: str, message: str, tmp_
         ),
         (
             PODS + "1,a,x\n",
-            ', line 2, quantity: expected a whole number >= 1, or nothing for an unlimited number, found "x"',
+            ', line 2, quantity: expected a whole number >= 0, or nothing for an unlimited number, found "x"',
+        ),
+        (
+            PODS + "1,a,-3\n",
+            ', line 2, quantity: expected a whole number >= 0, or nothing for an unlimited number, found "-3"',
         ),
         (PODS + "1,,3\n", ", line 2, sku: expected a name, found nothing"),
     ],
@@ -116,6 +135,57 @@ def test_exports_of_other_programs_are_read(tmp_path: Path) -> None:
     instance = read(tmp_path, orders)
     assert instance.skus == ("mug, red",)
     assert instance.orders == (OrderData("1", 10_000, ((0, 2),)),)
+
+
+def test_unknown_columns_are_named_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Columns that nobody reads are named on standard error, with what may have been meant; once."""
+    orders = "order,arrival_s,sku,quantity,customer,prioritet\n1,0,a,1,north,2\n"
+    for _ in range(2):
+        assert read(tmp_path, orders).orders[0].priority == 0
+    file = tmp_path / "orders.csv"
+    assert capsys.readouterr().err == f"{file}: ignored `customer` and `prioritet` (did you mean `priority`?).\n"
+
+
+def test_due_times_and_priorities(tmp_path: Path) -> None:
+    """Either may be left out; an order may be due before it arrives."""
+    instance = read(tmp_path, DUE + "1,10,a,1,7200.5,\n2,20,a,1,,3\n3,30,a,1,5,1\n")
+    assert [(order.due_tick, order.priority) for order in instance.orders] == [(7_200_500, 0), (None, 3), (5000, 1)]
+    assert instance.dated
+    assert not read(tmp_path, ORDERS + "1,10,a,1\n").dated
+
+
+def test_dates_count_from_midnight(tmp_path: Path) -> None:
+    """Time 0 is midnight before the first arrival, so that the time of day stays true."""
+    instance = read(tmp_path, DATED + "1,2024-03-02 00:30,a,1,\n2,2024-03-01T06:00:00.5,a,1,2024-02-29T23:00\n")
+    assert [(order.name, order.arrival_tick) for order in instance.orders] == [("2", 21_600_500), ("1", 88_200_000)]
+    assert [order.due_tick for order in instance.orders] == [-3_600_000, None]
+
+
+def test_dates_count_from_the_start_of_the_scenario(tmp_path: Path) -> None:
+    """`instance.start` is time 0; what arrives before is refused with its line. Due dates may stand beside seconds."""
+    rows = DATED + "1,2024-03-01T06:30,a,1,2024-03-01T07:00\n"
+    order = read(tmp_path, rows, start="2024-03-01T06:00").orders[0]
+    assert (order.arrival_tick, order.due_tick) == (1_800_000, 3_600_000)
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, rows, start="2024-03-01T07:00")
+    assert str(caught.value) == (
+        f"{tmp_path / 'orders.csv'}, line 2, arrival: found 2024-03-01T06:30, before time 0; "
+        "expected no arrival before `instance.start`"
+    )
+    seconds = "order,arrival_s,sku,quantity,due\n1,60,a,1,2024-03-01T07:00\n"
+    assert read(tmp_path, seconds, start="2024-03-01T06:00").orders[0].due_tick == 3_600_000
+
+
+def test_offsets_from_utc(tmp_path: Path) -> None:
+    """Times with an offset are shown by the clock of the first one: its midnight is time 0."""
+    rows = DATED + "1,2024-03-01T00:30+02:00,a,1,2024-02-29T23:30Z\n"
+    order = read(tmp_path, rows).orders[0]
+    assert (order.arrival_tick, order.due_tick) == (1_800_000, 5_400_000)
+
+
+def test_no_stock_is_no_stock(tmp_path: Path) -> None:
+    """A row of a stock list that says 0 puts nothing on the pod; the pod is there."""
+    assert read(tmp_path, pods=PODS + "p,a,0\nq,a,2\nq,a,0\n").pods == (PodData("p", ()), PodData("q", ((0, 2),)))
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Arrivals, InstanceSection
+from rmfs_core.scenario.model import Due, SkuDemand
 from rmfs_core.world import Instance, generate_instance
 from rmfs_core.world.generator import order_lengths, sku_demand
 
@@ -142,3 +143,69 @@ def test_too_little_stock_is_an_error() -> None:
         "of 50 orders the 5 pods of 1 SKUs each have items of 0 of 5 SKUs left, too few to draw an order that they can "
         "fill; expected more `pods` or `skus_per_pod` or `items_per_sku`, or fewer `orders` or `skus`"
     )
+
+
+PROFILE = (0.0,) * 6 + (1.0, 3.0) + (0.0,) * 16
+
+
+def test_arrivals_of_a_day_follow_the_hours() -> None:
+    """Between 6 and 8 o'clock, a quarter of them in the first hour; the orders are the same at other times."""
+    day = evolve(PAPER, arrivals=Arrivals("day", profile=PROFILE))
+    hours = np.array([order.arrival_tick for order in generate_instance(day, seed=1).orders]) / 3_600_000
+    assert (hours.min() >= 6, hours.max() < 8) == (True, True)
+    assert np.mean(hours < 7) == pytest.approx(0.25, abs=0.07)
+    assert (np.diff(hours) >= 0).all()
+    assert wanted(generate_instance(day, seed=1)) == wanted(generate_instance(PAPER, seed=1))
+
+
+def test_time_0_is_a_time_of_day() -> None:
+    """From half past 7 on: the rest of the hours' orders come the next morning."""
+    day = evolve(PAPER, arrivals=Arrivals("day", profile=PROFILE), start="2024-03-01T07:30")
+    hours = np.array([order.arrival_tick for order in generate_instance(day, seed=1).orders]) / 3_600_000
+    assert set(np.floor(hours * 2).tolist()) == {0, 45, 46, 47}  # half hours after 7:30; 6:00 is 22.5 hours later
+    assert np.mean(hours < 0.5) == pytest.approx(3 / 8, abs=0.08)
+
+
+def test_poisson_arrivals_follow_the_hours() -> None:
+    """With 100 orders an hour on average there are 2,400 a day, all of them between 6 and 8."""
+    section = evolve(PAPER, orders=4800, max_lines=1, arrivals=Arrivals("poisson", 100.0, PROFILE))
+    hours = np.array([order.arrival_tick for order in generate_instance(section, seed=1).orders]) / 3_600_000
+    assert set(np.floor(hours % 24).tolist()) == {6, 7}
+    assert np.mean(hours < 24) == pytest.approx(0.5, abs=0.05)
+
+
+def test_due_times() -> None:
+    """A third has priority 1 and a minute; the others have ten minutes, two more or less."""
+    due = Due(allowance_s=600, spread_s=120, priority_share=1 / 3, priority_allowance_s=60)
+    orders = generate_instance(evolve(PAPER, due=due, arrivals=Arrivals("day")), seed=1).orders
+    left = {0: [], 1: []}
+    for order in orders:
+        assert order.due_tick is not None
+        left[order.priority].append((order.due_tick - order.arrival_tick) / 1000)
+    assert len(left[1]) == pytest.approx(250 / 3, abs=25)
+    assert set(left[1]) == {60.0}
+    assert (480 <= min(left[0]) < 500, 700 < max(left[0]) <= 720) == (True, True)
+
+
+def test_lengths_of_a_list_of_weights() -> None:
+    """No order of two lines, three times as many of three as of one; longer than there are SKUs is none."""
+    lengths = Counter(len(lines) for lines in wanted(generate_instance(evolve(PAPER, lines=(1.0, 0.0, 3.0)), seed=1)))
+    assert lengths.keys() == {1, 3}
+    assert lengths[3] / 250 == pytest.approx(0.75, abs=0.08)
+    small = evolve(PAPER, skus=2, skus_per_pod=1, lines=(1.0, 0.0, 3.0))
+    assert {len(lines) for lines in wanted(generate_instance(small, seed=1))} == {1}
+
+
+def test_zipf_demand() -> None:
+    """Weights 1/(n + 1): of three SKUs 6/13, 4/13 and 3/13."""
+    assert sku_demand(3, SkuDemand(1.0, shift=1.0)) == pytest.approx([6 / 13, 4 / 13, 3 / 13])
+
+
+def test_what_is_bought_together() -> None:
+    """With 50 groups of two SKUs, the second of two lines is the partner of the first one wherever it can be."""
+    section = evolve(PAPER, lines=(0.0, 1.0), demand=SkuDemand(0.0, groups=50, together=1.0))
+    pairs = Counter(frozenset(lines) for lines in wanted(generate_instance(section, seed=1)))
+    alone = Counter(frozenset(lines) for lines in wanted(generate_instance(evolve(PAPER, lines=(0.0, 1.0)), seed=1)))
+    assert sum(n for n in pairs.values() if n > 1) > 0.3 * 250
+    assert pairs.most_common(1)[0][1] > 1
+    assert len(pairs) < len(alone)

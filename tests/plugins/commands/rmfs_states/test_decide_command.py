@@ -52,6 +52,17 @@ def test_a_decision_as_json(decide: Any) -> None:
     assert written["outcome"] == {"orders": 2, "items": 4, "visits": 2, "unused": 0, "uncovered": 0}
 
 
+def test_due_times(decide: Any) -> None:
+    """The orders decided on that have a due time are told with it, and with what is left until then."""
+    orders = {"A": {"lines": {"milk": 1}, "due_s": 90, "priority": 2}, "B": {"lines": {"jam": 2}, "priority": 1}}
+    code, out, _ = decide("--rule", "first-come", version=2, time_s=100.5, orders=orders)
+    assert code == 0
+    assert json.loads(out)["due"] == {"A": {"due_s": 90.0, "priority": 2, "slack_s": -10.5}}
+    code, _, err = decide("--rule", "first-come", version=1, orders=orders)
+    assert code == 2
+    assert "found `due_s` or `priority` in a state of version 1; expected version 2 with them" in err
+
+
 def test_seed(decide: Any) -> None:
     """The seed may be given; a rule that draws nothing decides the same."""
     assert decide("--rule", "first-come", "--seed", "7") == decide("--rule", "first-come")
@@ -60,7 +71,7 @@ def test_seed(decide: Any) -> None:
 @pytest.mark.parametrize(
     ("arguments", "changes", "problem"),
     [
-        (("--rule", "first-come"), {"version": 2}, "state.json, version: expected version 1"),
+        (("--rule", "first-come"), {"version": 3}, "state.json, version: expected version 1 or 2"),
         (("--rule", "first-come"), {"order": {}}, "state.json, order: unknown key (did you mean `orders`?)"),
         (("--rule", "firstcome"), {}, 'there is no rule "firstcome" (did you mean `first-come`'),
         (("--rule", "integrated", "--set", "gap=-1"), {}, "gap"),

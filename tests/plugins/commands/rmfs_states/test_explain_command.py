@@ -219,3 +219,14 @@ def test_long_names_of_rules_are_whole(width: int) -> None:
     lines = stream.getvalue().splitlines()
     assert max(map(len, lines)) <= width
     assert sum(name in line for line in lines) == 3
+
+
+def test_due_times_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The backlog shows what is left until orders are due, and their priorities; without due times it does not."""
+    due = ("instance.due.allowance_s=600", "instance.due.priority_share=0.5", "instance.due.priority_allowance_s=60")
+    rmfs_core.run("examples/small", overrides=[*SETTINGS, *due], out=tmp_path, record_decisions=True)
+    code, out, _ = explain(capsys, str(tmp_path), "--decision", "1")
+    assert code == 0
+    assert "Order Waits Due in Priority Open lines (SKUs)" in out
+    assert "0 s 60 s 1" in out
+    assert "0 s 600 s 0" in out

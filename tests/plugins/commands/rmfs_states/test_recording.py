@@ -144,3 +144,16 @@ def test_a_rule_that_the_scenario_does_not_name(recorded_file: Path) -> None:
     change(recorded_file, 1, {"decides": "POA+PPS"})
     with pytest.raises(InputError, match=r"has no rule for POA\+PPS"):
         recording.choice_of(next(iter(recording)))
+
+
+def test_due_times_are_recorded(tmp_path: Path) -> None:
+    """States with due times are of version 2, others of version 1; the rule sees the same again."""
+    due = ("instance.due.allowance_s=600", "instance.due.priority_share=0.5", "instance.due.priority_allowance_s=60")
+    versions = {}
+    for name, settings in (("plain", SETTINGS), ("due", (*SETTINGS, *due))):
+        rmfs_core.run("examples/small", overrides=settings, out=tmp_path / name, record_decisions=True)
+        state = next(iter(read_recording(tmp_path / name))).state()
+        versions[name] = state.version
+    assert versions == {"plain": 1, "due": 2}
+    assert len(state.orders) == 6
+    assert {(order.due_s, order.priority) for order in state.orders.values()} == {(600.0, 0), (60.0, 1)}

@@ -118,8 +118,8 @@ def test_a_file_by_hand(by_hand: dict[str, Any], write: Callable[[Any], Path]) -
     ("path", "value", "place", "problem"),
     [
         (("format",), "rmfs-trace", "format", "expected 'rmfs-state', found 'rmfs-trace'"),
-        (("version",), 2, "version", "expected version 1 of 'rmfs-state', found 2"),
-        (("version",), True, "version", "expected version 1 of 'rmfs-state', found True"),
+        (("version",), 3, "version", "expected version 1 or 2 of 'rmfs-state', found 3"),
+        (("version",), True, "version", "expected version 1 or 2 of 'rmfs-state', found True"),
         (("orders", "A", "lines"), {}, "orders.A.lines", "expected one line or more"),
         (("orders", "A", "lines", "milk"), 0, "orders.A.lines", "quantities from 1 to 1,000,000,000"),
         (("orders", "A", "lines", "milk"), "2", "orders.A.lines.milk", "expected a whole number"),

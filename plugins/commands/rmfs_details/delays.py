@@ -1,0 +1,88 @@
+"""What the turn-over time of each order went to: rows of delays.csv."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rmfs_core.clock import to_seconds
+from rmfs_core.events import (
+    ItemPicked,
+    OrderAssigned,
+    OrderCompleted,
+    PodLifted,
+    QueueJoined,
+    VisitEnded,
+    VisitStarted,
+)
+from rmfs_core.info import RunInfo
+from rmfs_details.handlers import Handlers
+
+COLUMNS = ("backlog_s", "other_parts_s", "fetch_s", "driving_s", "queueing_s", "station_s")
+"""Columns besides order and turnover_s, in the order of time: they follow each other and add up to it.
+
+``backlog_s``: until its first lines are assigned. ``other_parts_s``: from then on, until its last lines are. What
+follows is that of the pod that its last item is picked from, on the way of that pick: ``fetch_s`` until a robot sets
+out with the pod for the station, ``driving_s`` until it joins the queue, ``queueing_s`` until it stands at the station,
+and ``station_s`` until the pick is done. What of these came before the last assignment counts as nothing."""
+
+
+class Delays:
+    """Follows the orders and the pods on their way.
+
+    Parameters
+    ----------
+    run
+        The run.
+    """
+
+    def __init__(self, run: RunInfo) -> None:
+        self._orders = run.instance.orders
+        self._first: dict[int, int] = {}
+        self._last: dict[int, int] = {}
+        self._way = [(0, 0, 0)] * len(run.instance.pods)  # of each pod: set out, joined the queue, at the station
+        self._served: dict[int, tuple[int, int, int]] = {}
+        self.times: dict[int, tuple[int, ...]] = {}
+        """Of each completed order, the ticks that the columns have in seconds."""
+        self.handlers: Handlers = {
+            OrderAssigned: self._assigned,
+            PodLifted: self._set_out,
+            QueueJoined: self._joined,
+            VisitStarted: self._started,
+            ItemPicked: self._picked,
+            VisitEnded: self._ended,
+            OrderCompleted: self._completed,
+        }
+
+    def _assigned(self, event: OrderAssigned) -> None:
+        self._first.setdefault(event.order, event.tick)
+        self._last[event.order] = event.tick
+
+    def _set_out(self, event: PodLifted) -> None:
+        self._way[event.pod] = (event.tick, event.tick, event.tick)
+
+    def _ended(self, event: VisitEnded) -> None:
+        self._way[event.pod] = (event.tick, event.tick, event.tick)
+
+    def _joined(self, event: QueueJoined) -> None:
+        self._way[event.pod] = (self._way[event.pod][0], event.tick, event.tick)
+
+    def _started(self, event: VisitStarted) -> None:
+        self._way[event.pod] = (*self._way[event.pod][:2], event.tick)
+
+    def _picked(self, event: ItemPicked) -> None:
+        self._served[event.order] = self._way[event.pod]
+
+    def _completed(self, event: OrderCompleted) -> None:
+        arrival = self._orders[event.order].arrival_tick
+        first, last = self._first[event.order], self._last[event.order]
+        ends = [first, last, *(max(tick, last) for tick in self._served[event.order]), event.tick]
+        self.times[event.order] = tuple(end - begin for begin, end in zip([arrival, *ends], ends, strict=False))
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return a row for each order; no times where it is not complete."""
+        found: list[dict[str, Any]] = []
+        for i, order in enumerate(self._orders):
+            times = self.times.get(i)
+            row = {"order": order.name, "turnover_s": None if times is None else to_seconds(sum(times))}
+            found.append(row | dict(zip(COLUMNS, map(to_seconds, times) if times else [None] * 6, strict=True)))
+        return found

@@ -1,0 +1,68 @@
+"""The observer of every run: hours.csv, stations.csv, robots.csv and delays.csv, and metrics made of the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from rmfs_core.clock import TICKS_PER_S, to_ticks
+from rmfs_core.events import Event
+from rmfs_core.hookspecs import hookimpl
+from rmfs_core.results.files import to_csv, write_text
+from rmfs_details.catalogue import DETAILS, LATENESS
+from rmfs_details.delays import COLUMNS, Delays
+from rmfs_details.hours import Hours
+from rmfs_details.measures import Measures
+from rmfs_details.robots import Robots
+from rmfs_details.spans import Number, ratio
+from rmfs_details.stations import Stations
+
+if TYPE_CHECKING:
+    from rmfs_core.info import RunInfo
+
+HOURS, STATIONS, ROBOTS, DELAYS = "hours.csv", "stations.csv", "robots.csv", "delays.csv"
+
+
+class Details:
+    """Observer that follows hours, stations, robots and orders."""
+
+    files: ClassVar = (HOURS, STATIONS, ROBOTS, DELAYS)
+    measures: ClassVar = (*DETAILS, *LATENESS)
+
+    @hookimpl
+    def run_started(self, run: RunInfo) -> None:
+        """Start afresh."""
+        self._out = run.out
+        self._begin = self._end = to_ticks(run.scenario.run.warmup_s or 0)
+        self._hours, self._stations, self._delays = Hours(), Stations(run), Delays(run)
+        self._robots, self._measures = Robots(run, self._begin), Measures(run, self._begin)
+        self._handlers: dict[type[Event], list[Callable[[Any], None]]] = {}
+        for part in (self._hours, self._stations, self._robots, self._delays, self._measures):
+            for kind, handler in part.handlers.items():
+                self._handlers.setdefault(kind, []).append(handler)
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        """Hand the event to those who follow its kind."""
+        for handle in self._handlers.get(type(event), ()):
+            handle(event)
+
+    @hookimpl
+    def run_ended(self, tick: int) -> None:
+        """Write the files, where results are kept."""
+        self._end = max(tick, self._begin)
+        if self._out is None:
+            return
+        write_text(self._out / DELAYS, to_csv(("order", "turnover_s", *COLUMNS), self._delays.rows()))
+        for name, rows in (
+            (HOURS, self._hours.rows(tick)),
+            (STATIONS, self._stations.rows(self._begin, self._end)),
+            (ROBOTS, self._robots.rows(self._end)),
+        ):
+            write_text(self._out / name, to_csv(list(rows[0]), rows))
+
+    @hookimpl
+    def measured(self) -> dict[str, Number]:
+        """Every metric of `rmfs_details.catalogue` by name."""
+        waiting = ratio(self._robots.waiting_ticks, self._measures.visits * TICKS_PER_S)
+        return {**self._measures.values(self._end), "waiting_per_visit_s": waiting}

@@ -1,0 +1,94 @@
+"""Spans of time, in ticks, and percentiles of times."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from rmfs_core.clock import to_seconds
+
+Span = tuple[int, int]
+Number = int | float | None
+
+
+def ratio(part: float, whole: float) -> float | None:
+    """``part / whole``, or None when there is no whole."""
+    return part / whole if whole else None
+
+
+def percentile(values: Sequence[int], share: float) -> float | None:
+    """Return the percentile of ticks in seconds, interpolated between the two nearest as numpy does; None of none."""
+    if not values:
+        return None
+    ordered = sorted(values)
+    place = share * (len(ordered) - 1)
+    below = math.floor(place)
+    above = min(below + 1, len(ordered) - 1)
+    return to_seconds(ordered[below]) + (place - below) * to_seconds(ordered[above] - ordered[below])
+
+
+def merged(spans: Iterable[Span]) -> list[Span]:
+    """Return spans in the order of time, with those that overlap or touch as one."""
+    found: list[Span] = []
+    for begin, end in sorted(spans):
+        if found and begin <= found[-1][1]:
+            found[-1] = (found[-1][0], max(end, found[-1][1]))
+        elif begin < end:
+            found.append((begin, end))
+    return found
+
+
+def within(spans: Iterable[Span], begin: int, end: int) -> list[Span]:
+    """Return what of spans lies between two times."""
+    return [(max(a, begin), min(b, end)) for a, b in spans if a < end and b > begin]
+
+
+def length(spans: Iterable[Span]) -> int:
+    """Sum of the lengths of spans that do not overlap."""
+    return sum(end - begin for begin, end in spans)
+
+
+def overlap(ours: Sequence[Span], theirs: Sequence[Span]) -> int:
+    """Time that lies in spans of both, each merged."""
+    total = i = j = 0
+    while i < len(ours) and j < len(theirs):
+        total += max(min(ours[i][1], theirs[j][1]) - max(ours[i][0], theirs[j][0]), 0)
+        if ours[i][1] < theirs[j][1]:
+            i += 1
+        else:
+            j += 1
+    return total
+
+
+class Count:
+    """A number that goes up and down: when it is above 0, its mean over time and its maximum."""
+
+    def __init__(self) -> None:
+        self.number = 0
+        self.steps: list[tuple[int, int]] = [(0, 0)]
+
+    def add(self, tick: int, change: int) -> None:
+        """Change the number at a time."""
+        self.number += change
+        if self.steps[-1][0] == tick:
+            self.steps[-1] = (tick, self.number)
+        else:
+            self.steps.append((tick, self.number))
+
+    def _spans(self, begin: int, end: int) -> list[tuple[int, int, int]]:
+        """Return begin, end and number of each time with one number."""
+        ends = [*(tick for tick, _ in self.steps[1:]), end]
+        found = ((max(a, begin), min(b, end), number) for (a, number), b in zip(self.steps, ends, strict=True))
+        return [(a, b, number) for a, b, number in found if a < b]
+
+    def above_zero(self, begin: int, end: int) -> list[Span]:
+        """Return when it is above 0, between two times."""
+        return merged((a, b) for a, b, number in self._spans(begin, end) if number > 0)
+
+    def mean(self, begin: int, end: int) -> float:
+        """Mean over time."""
+        return sum((b - a) * number for a, b, number in self._spans(begin, end)) / max(end - begin, 1)
+
+    def largest(self, begin: int, end: int) -> int:
+        """Return the largest number that lasted."""
+        return max((number for _, _, number in self._spans(begin, end)), default=0)

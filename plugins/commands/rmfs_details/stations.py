@@ -1,0 +1,93 @@
+"""What each station's time goes to: rows of stations.csv."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rmfs_core.clock import to_seconds
+from rmfs_core.events import ItemPicked, OrderArrived, OrderAssigned, QueueJoined, VisitStarted
+from rmfs_core.info import RunInfo
+from rmfs_details.handlers import Handlers
+from rmfs_details.spans import Count, Span, length, merged, overlap, within
+
+
+class _Station:
+    """What is known of a station: its visits and picks, when its picker was busy, its open requests, its queue."""
+
+    def __init__(self) -> None:
+        self.visits: list[int] = []
+        self.picks: list[int] = []
+        self.busy: list[Span] = []
+        self.requests = Count()
+        self.queue = Count()
+
+
+class Stations:
+    """Follows the stations.
+
+    Parameters
+    ----------
+    run
+        The run.
+    """
+
+    def __init__(self, run: RunInfo) -> None:
+        self._names = [station.name for station in run.warehouse.stations]
+        self._stations = [_Station() for _ in self._names]
+        self._backlog = Count()
+        for station, known in zip(run.warehouse.stations, self._stations, strict=True):
+            known.queue.add(0, len(station.line))
+        self.handlers: Handlers = {
+            OrderArrived: lambda event: self._backlog.add(event.tick, 1),
+            OrderAssigned: self._assigned,
+            QueueJoined: lambda event: self._stations[event.station].queue.add(event.tick, 1),
+            VisitStarted: self._started,
+            ItemPicked: self._picked,
+        }
+
+    def _assigned(self, event: OrderAssigned) -> None:
+        self._stations[event.station].requests.add(event.tick, event.items)
+        if event.complete:
+            self._backlog.add(event.tick, -1)
+
+    def _started(self, event: VisitStarted) -> None:
+        station = self._stations[event.station]
+        station.queue.add(event.tick, -1)
+        station.visits.append(event.tick)
+
+    def _picked(self, event: ItemPicked) -> None:
+        station = self._stations[event.station]
+        station.requests.add(event.tick, -1)
+        station.picks.append(event.tick)
+        station.busy.append((event.start_tick, event.picker_free_tick))
+
+    def rows(self, begin: int, end: int) -> list[dict[str, Any]]:
+        """Return a row for each station, of what there was between two times.
+
+        ``busy_s``, ``waiting_s`` and ``idle_s`` add up to the time between them: the picker handles an item; or does
+        not, though items are to be picked there (they wait for pods); or nothing is to be picked. ``starved_s`` is
+        the part of ``idle_s`` in which orders wait in the backlog.
+        """
+        orders_wait = self._backlog.above_zero(begin, end)
+        found = []
+        for name, station in zip(self._names, self._stations, strict=True):
+            busy = merged(within(station.busy, begin, end))
+            wanted = station.requests.above_zero(begin, end)
+            either = merged([*busy, *wanted])
+            times = {
+                "busy_s": length(busy),
+                "waiting_s": length(either) - length(busy),
+                "idle_s": max(end - begin, 0) - length(either),
+                "starved_s": length(orders_wait) - overlap(orders_wait, either),
+            }
+            found.append(
+                {
+                    "station": name,
+                    "picks": sum(tick >= begin for tick in station.picks),
+                    "visits": sum(tick >= begin for tick in station.visits),
+                    **{column: to_seconds(ticks) for column, ticks in times.items()},
+                    "queue_mean": round(station.queue.mean(begin, end), 6),
+                    "queue_max": station.queue.largest(begin, end),
+                }
+            )
+        return found
