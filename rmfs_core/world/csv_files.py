@@ -7,12 +7,13 @@ import math
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from attrs import evolve
 
-from rmfs_core.clock import Calendar, to_ticks
+from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.wording import did_you_mean, listed
 from rmfs_core.world.instance import Instance, OrderData, PodData
@@ -26,6 +27,7 @@ DUE_COLUMNS = ("due_s", "priority")  # which orders may have besides
 _DATES = {"arrival_s": "arrival", "due_s": "due"}  # these may stand in place of others, with ISO 8601 for seconds
 _NAMES = ("order", "pod", "sku")
 _WARNED = {""}
+_DAY = 86_400 * TICKS_PER_S
 
 Wrong = Callable[[InputError], None]
 """What is called with a mistake; when it returns, the row is left out."""
@@ -230,3 +232,29 @@ def _natural(name: str) -> tuple[list[tuple[int, int | str]], str]:
     """Return a sort key by which numbers within a name count as numbers."""
     parts = re.split(r"([0-9]+)", name)
     return [(0, int(part)) if i % 2 else (1, part) for i, part in enumerate(parts) if part], name
+
+
+class Calendar:
+    """Reads the times of a file; their offset from UTC is that of the first one, if it has one."""
+
+    def __init__(self, start: str | None) -> None:
+        self._start = start
+        self._first: datetime | None = None
+
+    def tick(self, text: str, place: str) -> int:
+        """Return a time in ticks since 1970, as its own clock shows it; the place is where a wrong one stands."""
+        try:
+            moment = datetime.fromisoformat(text)
+        except ValueError:
+            expected = "expected a time in ISO 8601, such as 2024-03-01T06:30"
+            raise InputError(place, f'{expected}, found "{text}"') from None
+        self._first = self._first or moment
+        if (moment.tzinfo is None) != (self._first.tzinfo is None):
+            raise InputError(place, f'expected an offset from UTC in all times or in none, found "{text}"')
+        if moment.tzinfo is not None:
+            moment = moment.astimezone(self._first.tzinfo)
+        return round(moment.replace(tzinfo=UTC).timestamp() * TICKS_PER_S)
+
+    def zero(self, earliest: int) -> int:
+        """Return time 0 in ticks since 1970: the start, or else midnight before the earliest time."""
+        return earliest - earliest % _DAY if self._start is None else self.tick(self._start, "instance.start")

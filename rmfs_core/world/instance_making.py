@@ -9,12 +9,11 @@ from pathlib import Path
 
 from attrs import evolve
 
-from rmfs_core.clock import Calendar
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import InstanceSection, Scenario
 from rmfs_core.scenario.reading import located
 from rmfs_core.wording import did_you_mean, first_few
-from rmfs_core.world.csv_files import Wrong, line_of, read_instance, read_profile, refuse
+from rmfs_core.world.csv_files import Calendar, Wrong, line_of, read_instance, read_profile, refuse
 from rmfs_core.world.generator import generate_instance
 from rmfs_core.world.instance import Instance
 
