@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os.path
 import re
 import tomllib
 
@@ -106,17 +107,8 @@ def line_of(text: str, path: tuple[str | int, ...]) -> int | None:
             found = None if keys is None else table + keys
         if not found:
             continue
-        common = _common(found, wanted)
+        common = len(os.path.commonprefix([found, wanted]))  # of any sequences, not only of paths
         # A longer key under a shorter wanted path (`[rules.poa]` for `rules`) tells where the table begins.
         if common > depth and common in (len(found), len(wanted)):
             best, depth = number, common
     return best
-
-
-def _common(found: tuple[str, ...], wanted: tuple[str, ...]) -> int:
-    count = 0
-    for left, right in zip(found, wanted, strict=False):
-        if left != right:
-            break
-        count += 1
-    return count
