@@ -146,7 +146,6 @@ def _prepare(
     # Who is registered last is told first: whatever another observer does wrong, metrics and tables have it already.
     for observer, name in (*told, (tables, None), (metrics, None)):
         rules.register_observer(observer, name)
-    rules.check()
     described = described_by(rules.instances)
     files = files_of(observer for observer, described in told if described is not None)
     folder = None if out is None else _folder_for_results(out, scenario, files)

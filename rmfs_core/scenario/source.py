@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import os.path
 import re
 import tomllib
+from itertools import takewhile
+from operator import eq
 
 from attrs import frozen
 
@@ -107,7 +108,7 @@ def line_of(text: str, path: tuple[str | int, ...]) -> int | None:
             found = None if keys is None else table + keys
         if not found:
             continue
-        common = len(os.path.commonprefix([found, wanted]))  # of any sequences, not only of paths
+        common = sum(takewhile(bool, map(eq, found, wanted)))
         # A longer key under a shorter wanted path (`[rules.poa]` for `rules`) tells where the table begins.
         if common > depth and common in (len(found), len(wanted)):
             best, depth = number, common
