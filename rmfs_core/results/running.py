@@ -199,10 +199,7 @@ def _conclude(measured: _Measured, outcome: _Outcome) -> Result:
         timing={
             **metrics.timing(outcome.wall_s),
             "hook_s": dict(asker.seconds),
-            "profile_s": {
-                **profile,
-                "events": max(outcome.wall_s - sum(profile.values()), 0.0),
-            },
+            "profile_s": {**profile, "events": max(outcome.wall_s - sum(profile.values()), 0.0)},
         },
         orders=tables.orders,
         visits=tables.visits,
