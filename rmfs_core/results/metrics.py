@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from attrs import define, field
+
 from rmfs_core.clock import TICKS_PER_S, to_seconds, to_ticks
 from rmfs_core.events import (
     DecisionMade,
@@ -33,15 +35,13 @@ def ratio(part: int | float, whole: int | float) -> float | None:
     return part / whole if whole else None
 
 
+@define
 class _OrderState:
-    """What has become of one order."""
+    """What has become of one order: among it its parts, (station, period) each."""
 
-    __slots__ = ("arrival_tick", "assigned_tick", "parts")
-
-    def __init__(self, arrival_tick: int) -> None:
-        self.arrival_tick = arrival_tick
-        self.assigned_tick: int | None = None
-        self.parts: set[tuple[int, int]] = set()  # (station, period)
+    arrival_tick: int
+    assigned_tick: int | None = None
+    parts: set[tuple[int, int]] = field(factory=set)
 
 
 class Metrics:

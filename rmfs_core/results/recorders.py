@@ -88,16 +88,9 @@ def files_of(observers: Iterable[Any]) -> list[str]:
 
 
 def delete_left_over(folder: Path, recorded: Iterable[str]) -> None:
-    """Delete what recorders of an earlier run have left in a folder of results.
+    """Delete what recorders of an earlier run have left in a folder of results, but for the files ``recorded`` now.
 
     Other recorders are imported only where the folder holds a file that could be theirs.
-
-    Parameters
-    ----------
-    folder
-        Where the results are.
-    recorded
-        Files that the run's own recorders have written.
     """
     foreign = {file.name for file in folder.iterdir() if file.is_file()} - _FILES_OF_RESULTS - set(recorded)
     for name in entrypoints.offers(entrypoints.RECORDERS) if foreign else ():

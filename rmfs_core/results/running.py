@@ -146,7 +146,6 @@ def _prepare(
     # Who is registered last is told first: whatever another observer does wrong, metrics and tables have it already.
     for observer, name in (*told, (tables, None), (metrics, None)):
         rules.register_observer(observer, name)
-    rules.check()
     described = described_by(rules.instances)
     files = files_of(observer for observer, described in told if described is not None)
     folder = None if out is None else _folder_for_results(out, scenario, files)
@@ -200,10 +199,7 @@ def _conclude(measured: _Measured, outcome: _Outcome) -> Result:
         timing={
             **metrics.timing(outcome.wall_s),
             "hook_s": dict(asker.seconds),
-            "profile_s": {
-                **profile,
-                "events": max(outcome.wall_s - sum(profile.values()), 0.0),
-            },
+            "profile_s": {**profile, "events": max(outcome.wall_s - sum(profile.values()), 0.0)},
         },
         orders=tables.orders,
         visits=tables.visits,

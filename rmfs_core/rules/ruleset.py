@@ -14,7 +14,6 @@ from attrs import define, field, frozen
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.rules.hooks import (
-    ARGUMENTS,
     OBSERVER_HOOKS,
     check_hooks,
     check_rule_class,
@@ -82,7 +81,7 @@ class _Registered:
         self.instance = instance
         self.described = described
         for hook, method in marked_methods(instance).items():
-            if hook in hooks or hook not in ARGUMENTS:
+            if hook in hooks:
                 bound = getattr(instance, method)
                 named = described is not None and hook in OBSERVER_HOOKS
                 setattr(self, method, _named(bound, str(described), hook) if named else bound)
@@ -164,7 +163,7 @@ class RuleSet:
         manager, bound = _bind(RuleSources(folder, allow_inline), chosen)
         playing = {role: [rule for rule in bound if rule.role is role] for role in Role}
         filters, observers = playing.pop(Role.FILTER), playing.pop(Role.OBSERVER)
-        rule_set = cls(
+        return cls(
             pm=manager,
             **{role: found[0] for role, found in playing.items() if found},
             filters=tuple(filters),
@@ -172,8 +171,6 @@ class RuleSet:
             distributions=_versions(bound),
             inline_files=tuple(dict.fromkeys(rule.source.file for rule in bound if rule.source.file is not None)),
         )
-        rule_set.check()
-        return rule_set
 
     @property
     def deciding(self) -> tuple[BoundRule, ...]:
@@ -207,13 +204,6 @@ class RuleSet:
             names, function = implementation.argnames, implementation.function
             call = partial(_called_by_name, function, names)
             yield implementation.plugin.described or f"observer {type(implementation.plugin.instance).__name__}", call
-
-    def check(self) -> None:
-        """Raise `InputError` if anything registered implements a hook that does not exist."""
-        try:
-            self.pm.check_pending()
-        except pluggy.PluginValidationError as error:
-            raise InputError("rules", one_line(error)) from error
 
 
 def load_rule(

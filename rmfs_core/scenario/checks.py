@@ -47,13 +47,7 @@ def within(least: float, most: float) -> Check:
 
 
 class OneOf:
-    """attrs validator: one of some words.
-
-    Parameters
-    ----------
-    *names
-        The words.
-    """
+    """attrs validator: one of some words."""
 
     def __init__(self, *names: str) -> None:
         self.names = names

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from attrs import Factory, evolve, field, frozen
+from attrs import NOTHING, Factory, evolve, field, frozen
 
 from rmfs_core.scenario.checks import (
     CAPACITY,
@@ -27,19 +27,10 @@ from rmfs_core.scenario.checks import (
 )
 from rmfs_core.scenario.source import Source
 
-NOTHING_SET = object()
 
-
-def key(
-    doc: str, default: Any = NOTHING_SET, *, unit: str | None = None, check: Any = None, factory: Any = None
-) -> Any:
+def key(doc: str, default: Any = NOTHING, *, unit: str | None = None, check: Any = None, factory: Any = None) -> Any:
     """Field of a scenario section: documented, with its unit and its check."""
-    metadata = {"doc": doc, "unit": unit}
-    if factory is not None:
-        return field(factory=factory, validator=check, metadata=metadata)
-    if default is NOTHING_SET:
-        return field(validator=check, metadata=metadata)
-    return field(default=default, validator=check, metadata=metadata)
+    return field(default=default, factory=factory, validator=check, metadata={"doc": doc, "unit": unit})
 
 
 @frozen

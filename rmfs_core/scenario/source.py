@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import tomllib
+from itertools import takewhile
+from operator import eq
 
 from attrs import frozen
 
@@ -106,17 +108,8 @@ def line_of(text: str, path: tuple[str | int, ...]) -> int | None:
             found = None if keys is None else table + keys
         if not found:
             continue
-        common = _common(found, wanted)
+        common = sum(takewhile(bool, map(eq, found, wanted)))
         # A longer key under a shorter wanted path (`[rules.poa]` for `rules`) tells where the table begins.
         if common > depth and common in (len(found), len(wanted)):
             best, depth = number, common
     return best
-
-
-def _common(found: tuple[str, ...], wanted: tuple[str, ...]) -> int:
-    count = 0
-    for left, right in zip(found, wanted, strict=False):
-        if left != right:
-            break
-        count += 1
-    return count

@@ -51,14 +51,9 @@ def fields_of(cls: type) -> dict[str, attrs.Attribute[Any]]:
     return {a.name: a for a in attrs.fields(cls) if not a.metadata.get("internal")}
 
 
-def types_of(cls: type) -> dict[str, Any]:
-    """Return the types of a section class's fields, resolved."""
-    return get_type_hints(cls)
-
-
 def section_class(cls: type, key: str) -> type | None:
     """Return the class of the table that ``key`` of a section holds, or None when it holds a value."""
-    type_ = types_of(cls)[key]
+    type_ = get_type_hints(cls)[key]
     kinds = [type_, *get_args(type_)]
     return next((kind for kind in kinds if isinstance(kind, type) and attrs.has(kind)), None)
 
@@ -142,7 +137,7 @@ def _rule(value: Any, _: Any) -> RuleChoice:
 
 
 def _section(cls: type) -> Callable[[Any, Any], Any]:
-    fields, types = fields_of(cls), types_of(cls)
+    fields, types = fields_of(cls), get_type_hints(cls)
 
     def structure_section(value: Any, _: Any) -> Any:
         if not isinstance(value, Mapping):

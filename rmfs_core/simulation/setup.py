@@ -73,14 +73,7 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
     robots = [Robot(i, robot_places[i], NORTH) for i in range(scenario.robots.count)]
     travel = travel_on(layout, motion_of(scenario.robots))
     travel.load_searches()
-    warehouse = Warehouse(
-        instance,
-        travel,
-        stations,
-        robots,
-        places[:n_pods],
-        places[n_pods:standing],
-    )
+    warehouse = Warehouse(instance, travel, stations, robots, places[:n_pods], places[n_pods:standing])
     return Opening(warehouse, at_stations)
 
 

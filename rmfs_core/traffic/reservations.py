@@ -55,6 +55,9 @@ class Reservations:
     """
 
     def __init__(self, cells: int) -> None:
+        from rmfs_core.traffic import intervals  # compiled: imported when needed, for it takes its time
+
+        self._work = intervals
         self._first = np.arange(cells, dtype=np.int64) * ROOM
         self._count = np.zeros(cells, dtype=np.int64)
         self._room = np.full(cells, ROOM, dtype=np.int64)
@@ -111,13 +114,11 @@ class Reservations:
         Returns who has lost something. What the table has of them is no whole path any more: whoever calls this commits
         another one for each of them.
         """
-        from rmfs_core.traffic import intervals
-
         losers = set()
         while (hit := self._conflict(owner, occupancy)) is not None:
             found, entry = hit
             loser = int(self._owner[entry])
-            intervals.remove(occupancy.cells[found : found + 1], loser, *self.arrays)
+            self._work.remove(occupancy.cells[found : found + 1], loser, *self.arrays)
             losers.add(loser)
         self.commit(owner, occupancy)
         return losers
@@ -135,31 +136,23 @@ class Reservations:
 
     def release(self, owner: int) -> None:
         """Remove all that an owner has reserved."""
-        from rmfs_core.traffic import intervals
-
         cells = self._cells_of.pop(owner, None)
         if cells is not None:
-            intervals.remove(cells, owner, *self.arrays)
+            self._work.remove(cells, owner, *self.arrays)
 
     def forget_before(self, tick: int) -> None:
         """Remove what ended by a tick, so that the table stays as small as what is to come."""
-        from rmfs_core.traffic import intervals
-
-        intervals.forget(tick, *self.arrays)
+        self._work.forget(tick, *self.arrays)
 
     def _conflict(self, owner: int, new: Occupancy) -> tuple[int, int] | None:
         """Position of the first interval that another's overlaps, and that one's entry."""
-        from rmfs_core.traffic import intervals
-
-        found, entry = intervals.conflict(new.cells, new.since, new.until, owner, *self.arrays)
+        found, entry = self._work.conflict(new.cells, new.since, new.until, owner, *self.arrays)
         return None if found < 0 else (found, entry)
 
     def _insert(self, owner: int, new: Occupancy) -> None:
-        from rmfs_core.traffic import intervals
-
         done = 0
         while True:
-            done, self._used = intervals.insert(
+            done, self._used = self._work.insert(
                 new.cells, new.since, new.until, done, owner, self._used, self._first, self._count, self._room,
                 self._since, self._until, self._owner,
             )  # fmt: skip
@@ -171,13 +164,11 @@ class Reservations:
 
     def _grow(self) -> None:
         """Pack the pool, into a larger one where that leaves little room."""
-        from rmfs_core.traffic import intervals
-
         needed = int(self._count.sum()) + 2 * len(self._first)
         pool = max(len(self._since), 2 * needed)
         since, until = np.zeros(pool, dtype=np.int64), np.zeros(pool, dtype=np.int64)
         owner = np.full(pool, -1, dtype=np.int64)
-        self._used = intervals.pack(
+        self._used = self._work.pack(
             self._first, self._count, self._room, self._since, self._until, self._owner, since, until, owner
         )
         self._since, self._until, self._owner = since, until, owner

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Iterator
 from pathlib import Path
 
 from attrs import evolve
@@ -52,28 +51,23 @@ def unchecked_instance(scenario: Scenario, wrong: Wrong = refuse) -> Instance:
     return read_instance(orders, pods, section.start, wrong)
 
 
-Place = Callable[..., str]
-"""Where an order, or its line of a SKU, comes from."""
-
-
 def instance_problems(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
     """Yield what keeps an instance from being run: short SKUs, orders that are too large, pods at stations."""
-    section = scenario.instance
-    place = partial(_place, scenario)
-    yield from _short_skus(instance, place)
+    yield from _short_skus(instance, scenario)
     if scenario.rules.poa_pps is None:  # a joint rule may split an order that is larger than any station
         yield from oversize_orders(instance, scenario)
-    yield from _pods_at_stations(instance, section)
+    yield from _pods_at_stations(instance, scenario.instance)
 
 
 def _place(scenario: Scenario, order: str, sku: str | None = None) -> str:
+    """Return where an order, or its line of a SKU, comes from."""
     if scenario.instance.orders_file is None:
         return "instance.orders"
     file = Path(scenario.folder) / scenario.instance.orders_file
     return f"{file}, line {line_of(file, order, sku)}"
 
 
-def _short_skus(instance: Instance, place: Place) -> Iterator[InputError]:
+def _short_skus(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
     stock: dict[int, int | None] = {}
     for pod in instance.pods:
         for sku, items in pod.contents:
@@ -94,7 +88,7 @@ def _short_skus(instance: Instance, place: Place) -> Iterator[InputError]:
         if len(short) > 1 or stock.get(sku):
             named = first_few([_shortage(instance.skus[one], wanted[one], stock.get(one)) for one in short])
             problem = f"from order {order_name} on, the orders want more than all pods hold: {named}"
-        yield InputError(place(order_name, name), problem)
+        yield InputError(_place(scenario, order_name, name), problem)
 
 
 def _shortage(sku: str, wanted: int, held: int | None) -> str:

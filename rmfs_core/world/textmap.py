@@ -75,6 +75,9 @@ class _MapReader:
         self.width, self.height = max(map(len, rows)), len(rows)
         self.signs = "".join(row.ljust(self.width) for row in rows)
 
+    def _wrong(self, cell: int, problem: str) -> InputError:
+        return InputError(f"{self.place}, {where(cell, self.width)}", problem)
+
     def layout(self) -> Layout:
         kind = np.array([self._kind(cell, sign) for cell, sign in enumerate(self.signs)], dtype=np.int8)
         moves = np.zeros(len(kind), dtype=np.int8)
@@ -99,9 +102,7 @@ class _MapReader:
         kinds = {"#": CellKind.STORAGE, "O": CellKind.STATION, " ": CellKind.WALL, "@": CellKind.WALL}
         if sign not in kinds:
             known = "# O q " + " ".join((*FLOOR_MOVES, *QUEUE_HEADING)) + " @ and blank"
-            raise InputError(
-                f"{self.place}, {where(cell, self.width)}", f"unknown sign {sign!r}; expected one of {known}"
-            )
+            raise self._wrong(cell, f"unknown sign {sign!r}; expected one of {known}")
         return kinds[sign]
 
     def _station(self, layout: Layout, station: int) -> StationCells:
@@ -112,18 +113,14 @@ class _MapReader:
             feeding = [cell for cell in feeding if cell not in queue]
             if len(feeding) > 1:
                 cells = " and ".join(where(cell, self.width) for cell in feeding)
-                raise InputError(
-                    f"{self.place}, {where(at, self.width)}",
-                    f"the queue branches to {cells}; give the direction of its cells with → ← ↑ ↓",
-                )
+                raise self._wrong(at, f"the queue branches to {cells}; give the direction of its cells with → ← ↑ ↓")
             if not feeding:
                 break
             at = feeding[0]
             queue.append(at)
         if not queue:
-            raise InputError(
-                f"{self.place}, {where(station, self.width)}",
-                "the picking station has no queue; expected at least one queue cell (`q`) beside it",
+            raise self._wrong(
+                station, "the picking station has no queue; expected at least one queue cell (`q`) beside it"
             )
         return StationCells(station, tuple(queue))
 
@@ -136,19 +133,15 @@ class _MapReader:
         return [n for n in beside if n is not None and layout.kind[n] == kind]
 
     def _check_queues_used(self, kind: np.ndarray, stations: tuple[StationCells, ...]) -> None:
-        used: dict[int, int] = {}
+        used: set[int] = set()
         for cells in stations:
             for cell in cells.queue:
                 if cell in used:
-                    raise InputError(
-                        f"{self.place}, {where(cell, self.width)}", "the queue cell belongs to two stations"
-                    )
-                used[cell] = cells.station
+                    raise self._wrong(cell, "the queue cell belongs to two stations")
+                used.add(cell)
         for cell in map(int, np.flatnonzero(kind == CellKind.QUEUE)):
             if cell not in used:
-                raise InputError(
-                    f"{self.place}, {where(cell, self.width)}", "the queue cell leads to no picking station"
-                )
+                raise self._wrong(cell, "the queue cell leads to no picking station")
 
     def _moves(self, layout: Layout, cell: int, entries: set[int]) -> int:
         kind = layout.kind[cell]

@@ -11,8 +11,10 @@ cell of the same queue, and a station is never driven through.
 from __future__ import annotations
 
 from collections import OrderedDict
-from functools import lru_cache
+from collections.abc import Callable
+from functools import cached_property, lru_cache
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,6 +86,13 @@ class Travel:
         """Kinematics of the robots."""
         return self._motion
 
+    @cached_property
+    def _search(self) -> Any:
+        """The compiled searches: imported when needed, for that takes its time."""
+        from rmfs_core.world import travel_search
+
+        return travel_search
+
     def load_searches(self) -> None:
         """Load the compiled searches now (or compile them), not within the first decision that needs them."""
         station = self.layout.stations[0].station
@@ -95,30 +104,17 @@ class Travel:
 
         `UNREACHABLE` where there is no way.
         """
-        from rmfs_core.world import travel_search
-
-        table = self._kept((goal, -1, loaded))
-        if table is None:
-            started = perf_counter()
-            table = travel_search.times_to(goal, *self._grid(goal, loaded))
-            self._keep((goal, -1, loaded), table)
-            self._seconds += perf_counter() - started
-        return table
+        return self._table((goal, -1, loaded), lambda: self._search.times_to(goal, *self._grid(goal, loaded)))
 
     def times_from(self, cell: int, heading: int, loaded: bool) -> NDArray[np.int64]:
         """Ticks from standing in ``cell`` with ``heading`` to rest in each cell, whatever the heading there.
 
         Shape (cells,), read-only. Storage cells are goals here; `UNREACHABLE` where there is no way.
         """
-        from rmfs_core.world import travel_search
-
-        table = self._kept((cell, heading, loaded))
-        if table is None:
-            started = perf_counter()
-            table = travel_search.times_from(cell, heading, self._lane, *self._grid(cell, loaded))
-            self._keep((cell, heading, loaded), table)
-            self._seconds += perf_counter() - started
-        return table
+        return self._table(
+            (cell, heading, loaded),
+            lambda: self._search.times_from(cell, heading, self._lane, *self._grid(cell, loaded)),
+        )
 
     def ticks(self, cell: int, heading: int, goal: int, loaded: bool) -> int:
         """Ticks from standing in ``cell`` with ``heading`` to rest at ``goal``."""
@@ -132,12 +128,10 @@ class Travel:
         ValueError
             When there is no way.
         """
-        from rmfs_core.world import travel_search
-
         table = self.times_to(goal, loaded)
         if table[cell, heading] >= UNREACHABLE:
             raise ValueError(f"no way from {self.layout.where(cell)} to {self.layout.where(goal)}")
-        ends = travel_search.descend(cell, heading, goal, table, *self._grid(goal, loaded))
+        ends = self._search.descend(cell, heading, goal, table, *self._grid(goal, loaded))
         return tuple(Leg(int(end)) for end in ends)
 
     def run_problem(self, start: int, leg_start: int, to: int, goal: int, loaded: bool) -> str | None:
@@ -181,15 +175,17 @@ class Travel:
         """Return moves, passable cells, offsets, run and turn times."""
         return self.layout.moves, self.passable(end, loaded), self.offsets, self.runs, self.turns
 
-    def _kept(self, key: tuple[int, int, bool]) -> NDArray[np.int64] | None:
-        table = self._tables.get(key)
-        if table is not None:
+    def _table(self, key: tuple[int, int, bool], search: Callable[[], NDArray[np.int64]]) -> NDArray[np.int64]:
+        """Return a table as it was kept, or else search for it and keep it."""
+        if key in self._tables:
             self._tables.move_to_end(key)
-        return table
-
-    def _keep(self, key: tuple[int, int, bool], table: NDArray[np.int64]) -> None:
+            return self._tables[key]
+        started = perf_counter()
+        table = search()
         table.setflags(write=False)
         self._tables[key] = table
         self._bytes += table.nbytes
         while self._bytes > TABLES_BYTES and len(self._tables) > 1:
             self._bytes -= self._tables.popitem(last=False)[1].nbytes
+        self._seconds += perf_counter() - started
+        return table

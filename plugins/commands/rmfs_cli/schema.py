@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import NoneType, UnionType
-from typing import Any, Union, get_args, get_origin
+from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import attrs
 
 from rmfs_cli.toml_scenario import describe
 from rmfs_core.scenario.model import RuleChoice, Scenario
-from rmfs_core.scenario.structuring import fields_of, types_of
+from rmfs_core.scenario.structuring import fields_of
 from rmfs_core.scenario.writing import plain
 
 _SINGLE = {int: "integer", float: "number", str: "string"}
@@ -41,7 +41,7 @@ def schema_of(cls: type, title: str) -> dict[str, Any]:
 
 
 def _section(cls: type) -> dict[str, Any]:
-    types = types_of(cls)
+    types = get_type_hints(cls)
     fields = fields_of(cls)
     schema: dict[str, Any] = {
         "type": "object",

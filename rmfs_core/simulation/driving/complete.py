@@ -26,34 +26,7 @@ its ticket, than the queue has cells. Both paths, both endpoints and both places
 Otherwise the table gets back what it had. No simulated time passes in between: at all times that other arguments speak
 of, 1 to 6 hold, since the two have exchanged the endpoints that they owned, and each has a whole path to its own.
 
-Why no run stands still
------------------------
-*A path exists whenever one is asked for.* A robot asks from a state on its reserved path P (at rest, now or at the end
-of the leg under way) for a path to an endpoint g that nobody owns. Let it follow P to its end e, which takes finite
-time and hits nobody, because P is reserved; let it wait in e, which is held without end, until every other robot
-rests at the end of its path. From then on only owned endpoints are occupied. If e is a storage location, it touches
-the aisles; these hold no endpoint and lead to every aisle cell, and so to g if g is a storage location. If g is the
-ticket behind a line, the queue cells behind it are owned by nobody (by 4), and the robot drives in from the entry. If e
-is a queue cell and g lies before it in the same lane, the cells in between are owned by nobody: those of the line
-ahead lie before g. If e is a station, its exit leads to the aisles. So a path exists that arrives, and after that g can
-be held for ever: other reservations are finite in number and end, but for the endpoints. A planner that finds a path
-whenever there is one among the moves *wait, turn, run straight, stop* answers. (For overtaking, paths are asked for
-that need not exist; nothing depends on them.)
-
-*Nobody waits for ever for an endpoint.* Storage locations: a robot with a pod goes where no pod stands or comes to, a
-robot without one where its pod stands. If an empty robot owns that location (it rests there, is idle, or has not yet
-begun a task elsewhere), it is first given another location that nobody owns: there are more storage locations than
-robots, and one exists; by the first argument it gets a path, and gives up the location with it. Robots that carry pods
-own storage locations only as their goals, which PR chose when they were free of pods; nobody fetches a pod there
-before it has been set down. Tickets: a robot lifts its pod only when fewer robots have claimed a place at the station
-than it has cells; until then it rests in the storage location of its pod, which only it has to do with.
-
-*The line moves.* The first in line owns the station cell. It arrives there in finite time, since its path is finite and
-is replaced by a later one only when the robot is overtaken, which ends; picking takes finite time; then it leaves by
-the first argument, and with its departure everyone behind gets the cell ahead, by the same argument. So each claimed
-place is given up in finite time, and each task ends.
-
-A run therefore ends with every order complete, if the decision rules decide it.
+Why no run stands still is argued from 1 to 6 in the documentation, docs/explanation/traffic.md.
 
 Sources: M. Cap, J. Vokrinek, A. Kleiner, Complete decentralized method for on-line multi-robot trajectory planning in
 well-formed infrastructures, ICAPS 2015, https://doi.org/10.1609/icaps.v25i1.13696; H. Ma, J. Li, T. K. S. Kumar,

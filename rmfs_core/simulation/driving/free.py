@@ -15,11 +15,6 @@ class FreeDriving(Driving):
     """For PP rules that reserve nothing.
 
     The line at a station is in order of arrival. A robot drives to the slot behind those in line when it sets out.
-
-    Parameters
-    ----------
-    run
-        The run.
     """
 
     def __init__(self, run: RunContext) -> None:

@@ -83,11 +83,6 @@ class Course:
 class ReservedDriving(Driving):
     """Base of the ways to drive that keep robots out of each other's way.
 
-    Parameters
-    ----------
-    run
-        The run.
-
     Raises
     ------
     InputError

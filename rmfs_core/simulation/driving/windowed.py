@@ -73,13 +73,7 @@ class Progress:
 
 
 class WindowedDriving(ReservedDriving):
-    """For PP rules whose paths may end before the goal.
-
-    Parameters
-    ----------
-    run
-        The run.
-    """
+    """For PP rules whose paths may end before the goal."""
 
     def __init__(self, run: RunContext) -> None:
         super().__init__(run)

@@ -189,7 +189,6 @@ def test_an_observer_object_can_be_registered() -> None:
     first, second = Watch([]), Watch([])
     loaded.register_observer(first)
     loaded.register_observer(second)
-    loaded.check()
     loaded.pm.hook.on_event(event=1)
     assert (first.seen, second.seen) == ([1], [1])
     view = WarehouseView(small_world({"o": ["x"]}, {"p": ["x"]}))
@@ -213,17 +212,3 @@ def test_an_observer_object_is_checked_like_a_rule() -> None:
     )
     with pytest.raises(InputError, match="observer object: it implements no observer hook"):
         load().register_observer(object())
-
-
-def test_check_also_finds_what_was_registered_past_the_rule_set() -> None:
-    """pluggy's own check is the backstop."""
-
-    class Misspelt:
-        @hookimpl
-        def on_evnt(self, event: object) -> None:
-            """Never called."""
-
-    loaded = load()
-    loaded.pm.register(Misspelt())
-    with pytest.raises(InputError, match="rules: PluginValidationError: unknown hook 'on_evnt' in plugin"):
-        loaded.check()
