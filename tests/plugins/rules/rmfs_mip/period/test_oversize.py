@@ -36,6 +36,7 @@ def found(world: Warehouse, model: Model = Model.INTEGRATED, max_wait_s: float =
     [
         (FITS, False, False, False),
         (SPREAD, True, False, False),
+        ({"a": 4, "b": 1}, True, False, False),  # its longest line just fits
         (TOO_MANY, True, True, False),  # over time, its rest waits in the backlog
         (LONG_LINE, True, True, True),  # no model splits a line
     ],

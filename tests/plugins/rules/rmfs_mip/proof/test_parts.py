@@ -47,7 +47,11 @@ def period_of(
     """
     counted = [pod for pod in pods if isinstance(pod, Mapping)]
     unlimited = Stock(tuple(range(len(pods))), tuple(tuple(pod) for pod in pods), 4)
-    settings: dict[str, Any] = {"counting_orders": frozenset(range(len(places))), **changes}
+    settings: dict[str, Any] = {
+        "counting_orders": frozenset(range(len(places))),
+        "busy": tuple(sorted({pod for at in there for pod in at})),
+        **changes,
+    }
     return Period(
         Stock.counted(counted, 4) if counted else unlimited,
         tuple(range(len(places))),
@@ -57,7 +61,6 @@ def period_of(
         [order for order, skus in enumerate(orders) for _ in skus],
         [sku for skus in orders for sku in skus],
         [1 for skus in orders for _ in skus],
-        busy=tuple(sorted({pod for at in there for pod in at})),
         **settings,
     )
 
@@ -145,12 +148,13 @@ def test_an_order_with_a_place_takes_no_other() -> None:
     """What is left of it fills no place: another order has to."""
     there, place = ((0,),), frozenset({(0, 0)})
     for model in (AMONG, OVER_TIME):
-        assert solved(period_of([[A]], [[A, B]], there=there), model)[0] == 1
-        assert solved(period_of([[A]], [[A, B]], there=there, begun=(True,), joined=place), model)[0] == 1 + 2
-        two = period_of([[A], [B]], [[A, B]], there=there, begun=(True, False), joined=place)
+        for order, free in (([A], 2), ([A, B], 4)):
+            assert solved(period_of([order], [[A, B]], there=there), model)[0] == 1
+            assert solved(period_of([order], [[A, B]], there=there, begun=(True,), joined=place), model)[0] == 1 + free
+        two = period_of([[A, B], [C]], [[A, B], [C]], there=there, begun=(True, False), joined=place)
         objective, parts = solved(two, model)
-        assert objective == 1
-        assert parts[1, 0] == {B}
+        assert objective == 2
+        assert parts[1, 0] == {C}
 
 
 @pytest.mark.parametrize(("items", "objective"), [(2, 2), (3, 2), (4, 2 + 2), (5, 2 + 4)])
@@ -179,10 +183,13 @@ def test_a_station_that_cannot_be_filled_needs_a_visit() -> None:
 
 
 def test_the_pod_that_lets_in_most_orders_goes() -> None:
-    """Pod 1 fills both places; pod 0 would let in one order."""
+    """Pod 1 fills both places, also if it is bound for a station already; of equal ones an idle one goes."""
     for model in Model:
-        proof = placed(period_of([[A], [B], [C]], [[A], [B, C]], (2,)), model)
-        assert known(proof) == (1, 1)
+        for busy in ((), (1,)):
+            proof = placed(period_of([[A], [B], [C]], [[A], [B, C]], (2,), busy=busy), model)
+            assert known(proof) == (1, 1)
+            assert proof.incumbent.visits == ((1, 0),)
+        proof = placed(period_of([[A], [B]], [[A, B], [A]], busy=(0,)), model)
         assert proof.incumbent.visits == ((1, 0),)
 
 
@@ -201,8 +208,25 @@ def test_places_that_no_order_is_there_for_stay_free() -> None:
         assert known(placed(period, model)) == (1 + 2 * 2 * 2, 1 + 2 * 2 * 2)
 
 
-def test_a_visit_that_costs_more_than_the_place_is_not_made() -> None:
-    """W_u = 0.4 and one item an order: 0.4 for the place, 1 for the pod."""
+def test_one_line_fills_one_place_of_all_stations() -> None:
+    """Each of two places might be filled, but not both."""
+    for model in Model:
+        assert known(placed(period_of([[A]], [[A]], (1, 1), ((0,), ())), model)) == (1 + 2, 1 + 2)
+
+
+def test_over_time_an_order_goes_line_by_line_where_items_are_counted() -> None:
+    """One place for an item there: the other line takes the place for an order at the other station, with its pod."""
+    proof = placed(period_of([[A, B]], [[A, B]], (1, 1), ((), (0,)), counting_orders=frozenset({0})), OVER_TIME)
+    assert proof.incumbent.objective == 2
+    assert {(part.station, len(part.skus)) for part in proof.incumbent.parts} == {(0, 1), (1, 1)}
+
+
+def test_visits_that_cost_more_than_the_place_are_not_made() -> None:
+    """With W_u = 0.4, a place is worth 0.4 with orders of one item, 1.2 with three: one visit, not three."""
+    for model in (INTEGRATED, AMONG):
+        proof = placed(period_of([[A, B, C], [D]], [[A], [B], [C], [D]], (2,)), model, weight=0.4)
+        assert proof.incumbent.objective == pytest.approx(1 + 1.2)
+        assert proof.incumbent.visits == ((3, 0),)
     period = period_of([[A]], [[A]])
     for model in Model:
         proof = placed(period, model, weight=0.4)
