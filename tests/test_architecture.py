@@ -52,9 +52,6 @@ TESTS_OF_SEVERAL = {
 """Test files named after what they show, because it is of several code files."""
 
 TO_COME = {
-    "tests/plugins/rules/rmfs_rule_helpers/test_waiting.py",
-    "plugins/rules/rmfs_mip/period/oversize.py",
-    "plugins/rules/rmfs_mip/proof/parts.py",
     "plugins/commands/rmfs_states/answers.py",
     "plugins/commands/rmfs_states/explain_tables.py",
     "plugins/commands/rmfs_states/snapshots.py",

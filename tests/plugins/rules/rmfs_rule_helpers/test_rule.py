@@ -1,4 +1,4 @@
-"""What rules share: sums over lines, greedy pairs of orders and stations, pods for stations, driving times."""
+"""What rules share: sums over lines, greedy pairs, orders that waited too long, pods for stations, driving times."""
 
 from __future__ import annotations
 
@@ -7,9 +7,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from rmfs_common_lines import CommonLines
 from rmfs_core.decisions import OrderAssignment, PodTrip
 from rmfs_core.warehouse import Pod, Station, Warehouse, WarehouseView
+from rmfs_first_come import FirstCome
+from rmfs_pod_match import PodMatch
 from rmfs_rule_helpers import (
+    OVERSIZE_WAIT_S,
     assign_best_pairs,
     lines_at,
     nearest_free_location,
@@ -18,6 +22,9 @@ from rmfs_rule_helpers import (
     ticks_to_station,
 )
 from rmfs_testing import small_world
+
+RULES = pytest.mark.parametrize("rule", [PodMatch, CommonLines, FirstCome])
+"""Those that assign orders with `assign_best_pairs`."""
 
 ORDERS = {"1": {"a": 2, "b": 1}, "2": ["c"], "3": {"a": 1, "b": 1, "c": 4}}
 
@@ -107,6 +114,89 @@ def test_nothing_to_assign() -> None:
     full = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a", "b"]}, capacities=(1,))
     full.assign(full.orders[0], full.stations[0], [0])
     assert assign_best_pairs(WarehouseView(full), unasked) == []
+
+
+def two_stations(orders: dict[str, dict[str, int]], begun: dict[str, int], now_s: float) -> Warehouse:
+    """Return a world with two stations of four and six places, and some orders assigned already."""
+    world = small_world(orders, {"p": ["a"]}, capacities=[4, 6])
+    for name, station in begun.items():
+        order = next(order for order in world.orders if order.name == name)
+        world.assign(order, world.stations[station], [line.sku for line in order.open_lines])
+    world.now = int(now_s * 1000)
+    return world
+
+
+def decide(world: Warehouse, rule: PodMatch | CommonLines | FirstCome) -> list[tuple[str, int]]:
+    """Return (order's name, station) of each assignment."""
+    return [(world.orders[one.order].name, one.station) for one in rule.assign_orders(WarehouseView(world))]
+
+
+LARGE = {"large": {"a": 9}, "x": {"a": 1}, "y": {"a": 3}, "1": {"a": 1}, "2": {"a": 1}, "3": {"a": 1}, "4": {"a": 1}}
+
+
+@RULES
+def test_an_order_larger_than_any_station_goes_to_an_empty_one(rule) -> None:
+    """It takes all of it; the others go elsewhere."""
+    assert ("large", 1) in decide(two_stations(LARGE, {"x": 0}, 0), rule())
+
+
+@RULES
+def test_it_waits_for_a_while(rule) -> None:
+    """Until then, stations take what fits beside what they have."""
+    decided = decide(two_stations(LARGE, {"x": 0, "y": 1}, OVERSIZE_WAIT_S - 1), rule())
+    assert {name for name, _ in decided} == {"1", "2", "3", "4"}
+    assert {station for _, station in decided} == {0, 1}
+
+
+@RULES
+def test_then_one_station_takes_nothing_else_until_it_is_empty(rule) -> None:
+    """The one that is nearest to being empty."""
+    world = two_stations(LARGE, {"x": 0, "y": 1}, OVERSIZE_WAIT_S)
+    assert {station for _, station in decide(world, rule())} == {1}
+    world = two_stations(LARGE, {"y": 1}, OVERSIZE_WAIT_S)
+    assert decide(world, rule())[0] == ("large", 0)
+
+
+@RULES
+def test_one_station_at_a_time_is_emptied(rule) -> None:
+    """A second order of the kind waits for the first."""
+    world = two_stations({**LARGE, "larger": {"a": 12}}, {"x": 0, "y": 1}, OVERSIZE_WAIT_S)
+    assert {station for _, station in decide(world, rule())} == {1}
+
+
+FULL = {"big": {"a": 4}, "x": {"a": 3}, "y": {"a": 3}, "1": {"a": 1}, "2": {"a": 1}, "3": {"a": 1}, "4": {"a": 1}}
+
+
+@RULES
+@pytest.mark.parametrize("max_wait_s", [None, 61.0])
+def test_orders_wait_as_long_as_it_takes(rule, max_wait_s: float | None) -> None:
+    """Smaller ones fill the places that would add up to room for a larger one."""
+    decided = decide(two_stations(FULL, {"x": 0, "y": 1}, 60), rule(max_wait_s=max_wait_s))
+    assert sorted(name for name, _ in decided) == ["1", "2", "3", "4"]
+
+
+@RULES
+def test_with_a_limit_a_station_keeps_its_places_for_them(rule) -> None:
+    """The second station needs one place more for the order, the first three; only the first takes others."""
+    world = two_stations(FULL, {"x": 0, "y": 1}, 60)
+    assert [station for _, station in decide(world, rule(max_wait_s=60))] == [0]
+
+
+@RULES
+def test_orders_that_waited_go_first(rule) -> None:
+    """Whatever their score: pod and requests at the station are for others."""
+    world = small_world({"late": ["b"], "x": ["a"], "1": ["a"], "2": ["a"]}, {"p": ["a"], "q": ["b"]}, capacities=[2])
+    world.assign(world.orders[1], world.stations[0], [0])
+    world.bind(world.pods[0], world.stations[0])
+    world.now = 60_000
+    assert decide(world, rule(max_wait_s=30)) == [("late", 0)]
+
+
+@RULES
+def test_a_wait_below_zero_is_refused(rule) -> None:
+    """It is no time."""
+    with pytest.raises(ValueError, match="max_wait_s"):
+        rule(max_wait_s=-1)
 
 
 def busy(pods: dict[str, list[str]], *wanted: list[str]) -> Warehouse:
