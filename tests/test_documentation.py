@@ -157,6 +157,7 @@ def gaps_in_rule(rule: RuleDescription, reference: str, shown: str) -> list[str]
     gaps += [] if rule.summary.endswith(".") else ["no summary"]
     numbers = re.findall(r"10\.\d{4,}/\S+|arXiv:\S+", rule.short_references())
     gaps += [] if numbers else ["no reference with its DOI or arXiv number"]
+    shown = re.sub(r"\n *# ", " ", shown)  # lines that are filled are one text
     gaps += [f"{number} is not shown" for number in numbers if number not in shown]
     for parameter in rule.parameters:
         gaps += [] if parameter.doc else [f"parameter {parameter.name} is not described"]
