@@ -59,12 +59,18 @@ class PodIndex:
     visit_s: float = field(
         default=300.0,
         validator=validators.ge(0),
-        metadata={"doc": "Seconds that a visit counts in a pod's index: the larger, the more lines a pod must bring"},
+        metadata={
+            "unit": "s",
+            "doc": "What a visit counts in a pod's index: the larger, the more lines a pod must bring",
+        },
     )
     cost_s: float = field(
         default=1000.0,
         validator=validators.ge(0),
-        metadata={"doc": "Seconds that a visit costs the lines that need it: the larger, the more rare SKUs are worth"},
+        metadata={
+            "unit": "s",
+            "doc": "What a visit costs the lines that need it: the larger, the more rare SKUs are worth",
+        },
     )
     finish: float = field(
         default=0.7,
@@ -95,15 +101,17 @@ class PodIndex:
     urge_s: float = field(
         default=200.0,
         validator=validators.ge(0),
-        metadata={"doc": "Seconds that the ages of a pod's lines add up to before it is sent; 0: no waiting"},
+        metadata={"unit": "s", "doc": "What the ages of a pod's lines add up to before it is sent; 0: no waiting"},
     )
     base_s: float = field(
         default=10.0,
         validator=validators.gt(0),
-        metadata={"doc": "Seconds that a line counts in `urge_s` besides its age"},
+        metadata={"unit": "s", "doc": "What a line counts in `urge_s` besides its age"},
     )
     handle_s: float = field(
-        default=13.0, validator=validators.gt(0), metadata={"doc": "Seconds that a picker is busy with an item"}
+        default=13.0,
+        validator=validators.gt(0),
+        metadata={"unit": "s", "doc": "How long a picker is busy with an item"},
     )
     packing_capacity: int | None = field(
         default=None,
