@@ -52,9 +52,7 @@ TESTS_OF_SEVERAL = {
 """Test files named after what they show, because it is of several code files."""
 
 TO_COME = {
-    "plugins/commands/rmfs_states/answers.py",
     "plugins/commands/rmfs_states/explain_tables.py",
-    "plugins/commands/rmfs_states/snapshots.py",
 }
 """Code files whose tests are still to be written, and test files to be taken apart."""
 
