@@ -109,6 +109,7 @@ def test_requests_have_names_and_the_pod_that_they_are_promised_from(run: Run) -
     promised = [one | {"pod": "P1"} for one in request]
     assert patch["stations"] == {"2": {"requests": promised, "inbound": ["P1"]}}
     assert patch["waiting"] == ["P1"]
+    assert "pods" not in patch  # bound for one station, which says so
 
 
 def test_a_pod_that_is_fetched_and_stored_elsewhere(run: Run) -> None:
