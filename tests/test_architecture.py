@@ -52,13 +52,6 @@ TESTS_OF_SEVERAL = {
 }
 """Test files named after what they show, because it is of several code files."""
 
-TO_COME = {
-    "plugins/commands/rmfs_states/answers.py",
-    "plugins/commands/rmfs_states/explain_tables.py",
-    "plugins/commands/rmfs_states/snapshots.py",
-}
-"""Code files whose tests are still to be written, and test files to be taken apart."""
-
 PRIVATE = re.compile(r"_[A-Za-z](\w*[^\W_])?")
 DOCUMENTED = ("os._exit",)
 """Underscored names that are public all the same."""
@@ -372,14 +365,14 @@ def code_files() -> list[str]:
 def test_every_code_file_has_a_test_of_its_name() -> None:
     """Who looks for the test of a file finds it by its name."""
     without = {code for code in code_files() if not (ROOT / place_of_test(code)).exists()}
-    assert sorted(without - TO_COME) == sorted(NO_TEST_OF_ITS_OWN)
+    assert sorted(without) == sorted(NO_TEST_OF_ITS_OWN)
 
 
 def test_every_test_file_is_named_after_a_code_file() -> None:
     """Who reads a test finds the code by its name."""
     below = (ROOT / "tests" / "rmfs_core", ROOT / "tests" / "plugins")
     found = {file.relative_to(ROOT).as_posix() for folder in below for file in folder.rglob("test_*.py")}
-    assert sorted(found - {*map(place_of_test, code_files())} - TO_COME) == sorted(TESTS_OF_SEVERAL)
+    assert sorted(found - {*map(place_of_test, code_files())}) == sorted(TESTS_OF_SEVERAL)
 
 
 def test_import_linter_knows_every_package() -> None:
