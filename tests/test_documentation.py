@@ -12,7 +12,7 @@ import re
 import runpy
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import attrs
 import click
@@ -163,7 +163,9 @@ def gaps_in_rule(rule: RuleDescription, reference: str, shown: str) -> list[str]
         gaps += [] if parameter.doc else [f"parameter {parameter.name} is not described"]
         if section and f"| `{parameter.name}` |" not in section:
             gaps.append(f"parameter {parameter.name} is not in the section")
-        if f"{parameter.name} = " not in shown or squeezed(parameter.doc) not in squeezed(shown):
+        if f"{parameter.name} = " not in shown or squeezed(
+            parameter.doc.rstrip(".").replace("``", "`")
+        ) not in squeezed(shown):
             gaps.append(f"parameter {parameter.name} is not shown")
     return gaps
 
@@ -176,7 +178,7 @@ def test_every_shipped_rule_is_documented(name: str) -> None:
     """Summary, reference, and each parameter: in the docstring, in `rmfs rules` and in the reference."""
     shown = CliRunner().invoke(rmfs, ["rules", name], catch_exceptions=False).stdout
     assert gaps_in_rule(SHIPPED[name], GENERATED["rules"](), shown) == []
-    listed = CliRunner().invoke(rmfs, ["rules"], catch_exceptions=False).stdout
+    listed = CliRunner().invoke(rmfs, ["rules"], catch_exceptions=False, env={"COLUMNS": "160"}).stdout
     for number in SHIPPED[name].short_references().splitlines():
         assert number in listed
 
@@ -266,8 +268,9 @@ def gaps_in_keys(section: type, reference: str, prefix: str = "") -> Iterator[st
         if not meaning:
             yield f"{path} has no meaning"
             continue
-        if attrs.has(key.type) and key.type is not RuleChoice:
-            yield from gaps_in_keys(key.type, reference, f"{path}.")
+        kinds = [kind for kind in (key.type, *get_args(key.type)) if isinstance(kind, type) and attrs.has(kind)]
+        if kinds and RuleChoice not in kinds:
+            yield from gaps_in_keys(kinds[0], reference, f"{path}.")
             continue
         if key.name.endswith("_s") and not key.name.endswith("_per_s") and unit != "s":
             yield f"{path} has no unit"

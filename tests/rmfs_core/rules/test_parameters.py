@@ -141,7 +141,7 @@ def test_what_is_unknown_is_said_before_what_is_missing() -> None:
         (int, "a whole number"),
         (float | None, "a number or nothing"),
         (Optional[str], "a text or nothing"),  # noqa: UP045 - the older spelling is another class
-        (Literal["slow", 3], "one of 'slow', 3"),
+        (Literal["slow", 3], 'one of "slow", 3'),
         (list[bool], "a list, each true or false"),
         (tuple[int, ...], "a list, each a whole number"),
         (tuple[int, str], "a list of a whole number and a text"),

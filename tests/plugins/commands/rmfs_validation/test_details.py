@@ -12,7 +12,12 @@ from rmfs_trace import read_trace
 from rmfs_validation import validate_trace
 from rmfs_validation.details import PARTS, delays_of, recompute_details
 
-LATE = ("instance.orders=12", "instance.due={allowance_s = 10}", "run.warmup_s=30")
+LATE = (
+    "instance.orders=12",
+    'instance.arrivals={process = "poisson", orders_per_hour = 400}',
+    "instance.due={allowance_s = 10}",
+    "run.warmup_s=30",
+)
 
 
 @pytest.fixture(scope="module")
