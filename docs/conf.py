@@ -26,7 +26,6 @@ suppress_warnings = ["myst.strikethrough"]
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
-autodoc_preserve_defaults = True
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 python_use_unqualified_type_names = True
@@ -42,3 +41,12 @@ html_show_copyright = False
 html_css_files = ["tables.css"]
 
 generate.write(HERE / "reference" / "_generated")
+
+
+def setup(app):
+    """Show a default that attrs makes anew for each object as `...`, not as its marker NOTHING."""
+    app.connect("autodoc-process-signature", _with_dots)
+
+
+def _with_dots(app, what, name, found, options, signature, returned):  # noqa: ARG001
+    return signature and signature.replace("NOTHING", "..."), returned
