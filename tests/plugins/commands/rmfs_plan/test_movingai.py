@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rmfs_cli.map_drawing import draw_map
 from rmfs_core.errors import InputError
-from rmfs_core.world import EAST, NORTH, SOUTH, WEST, CellKind, draw_map
+from rmfs_core.world import EAST, NORTH, SOUTH, WEST, CellKind
 from rmfs_plan import Trip, read_map, read_trips
 from rmfs_plan.movingai import open_layout
 from rmfs_testing import small_layout

@@ -72,12 +72,16 @@ def test_alternatives(joint: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert code == 0
     assert "Model: optimal, objective" in out
     lines = out.splitlines()
-    *_, objective, _, bound = next(line for line in lines if line.startswith("split-over-time (decided)")).split()
+    *_, objective, _, bound = figures_of("split-over-time (decided)", lines)
     assert objective == bound
     assert sum(line.startswith("integrated") for line in lines) == 2
     assert sum(line.startswith("pod-match + demand") for line in lines) == 2
-    alone = next(line for line in lines if line.startswith("first-come"))
-    assert alone.split()[5] == "-"  # no pods are sent, so nothing is covered
+    assert figures_of("first-come", lines)[4] == "-"  # no pods are sent, so nothing is covered
+
+
+def figures_of(rule: str, lines: list[str]) -> list[str]:
+    """Return the figures of a rule, which stand below its name where names are too long for 80 columns."""
+    return lines[lines.index(rule) + 1].split()
 
 
 def test_a_joint_rule_instead_of_poa(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -224,7 +228,7 @@ def test_long_names_of_rules_are_whole(width: int) -> None:
 def test_due_times_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The backlog shows what is left until orders are due, and their priorities; without due times it does not."""
     due = ("instance.due.allowance_s=600", "instance.due.priority_share=0.5", "instance.due.priority_allowance_s=60")
-    rmfs_core.run("examples/small", overrides=[*SETTINGS, *due], out=tmp_path, record_decisions=True)
+    rmfs_core.run("examples/small", overrides=[*SETTINGS, *due], out=tmp_path, record=["decisions"])
     code, out, _ = explain(capsys, str(tmp_path), "--decision", "1")
     assert code == 0
     assert "Order Waits Due in Priority Open lines (SKUs)" in out

@@ -38,7 +38,7 @@ def test_decisions_are_gone_through_in_order(record: Callable[..., Recording]) -
     assert [one.number for one in found] == list(range(1, len(found) + 1))
     assert [one.time_s for one in found] == sorted(one.time_s for one in found)
     assert [one.period for one in found] == sorted(one.period for one in found)
-    assert {one.decides for one in found} >= {"POA", "PPS", "PR", "TA"}
+    assert {one.decides.label for one in found} >= {"POA", "PPS", "PR", "TA"}
     assert [one.content for one in recording] == [one.content for one in found]
     assert found[2].place == f"{recording.file}, line 4"
     assert found[0].state().time_s == found[0].time_s
@@ -84,7 +84,7 @@ def test_a_header_that_is_none_is_refused(
 @pytest.mark.parametrize(
     ("change", "problem"),
     [
-        (lambda line: line | {"decides": "lunch"}, "found lunch of period "),
+        (lambda line: line | {"decides": "lunch"}, "no role is called 'lunch'"),
         (lambda line: {key: value for key, value in line.items() if key != "rule"}, "KeyError: 'rule'"),
         (lambda line: line | {"change": 5}, "this is no recorded decision: "),
         (lambda line: 5, "expected a JSON object, found int"),

@@ -151,7 +151,7 @@ def test_due_times_are_recorded(tmp_path: Path) -> None:
     due = ("instance.due.allowance_s=600", "instance.due.priority_share=0.5", "instance.due.priority_allowance_s=60")
     versions = {}
     for name, settings in (("plain", SETTINGS), ("due", (*SETTINGS, *due))):
-        rmfs_core.run("examples/small", overrides=settings, out=tmp_path / name, record_decisions=True)
+        rmfs_core.run("examples/small", overrides=settings, out=tmp_path / name, record=["decisions"])
         state = next(iter(read_recording(tmp_path / name))).state()
         versions[name] = state.version
     assert versions == {"plain": 1, "due": 2}
