@@ -133,13 +133,15 @@ class PodIndex:
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load the compiled scores, or compile them."""
-        one, none = np.ones(1, np.int64), np.zeros(1, np.int64)
-        lines, pods = Lines(none, one, none, np.array([0, 1])), Contents(np.array([0, 1]), none, one)
+        zero, one, own = np.zeros(1, np.int64), np.ones(1, np.int64), np.zeros(1, np.int64)
+        for shown in (zero, one):
+            shown.setflags(write=False)  # as what the view shows; numba compiles for either kind
+        lines, pods = Lines(zero, one, own, np.array([0, 1])), Contents(np.array([0, 1]), zero, one)
         fits = np.ones(1, np.bool_)
         worth = line_costs(lines, pods, fits, self.handle_s, self.cost_s)
-        best_covered(lines, worth, fits, none)
-        best_pods(0.0, none, lines, worth, fits, pods, none, self.handle_s, self.visit_s)
-        urgent(none, lines, fits, worth, pods, self.urge_s)
+        best_covered(lines, worth, fits, own)
+        best_pods(0.0, own, lines, worth, fits, pods, own, self.handle_s, self.visit_s)
+        urgent(own, lines, fits, worth, pods, self.urge_s)
 
 
 class _Period:

@@ -15,12 +15,19 @@ from rmfs_pod_index.compiled import NONE, Contents, Lines, best_covered, best_po
 HANDLE_S, VISIT_S = 10.0, 100.0
 
 
+def shown(values: list[int]) -> np.ndarray:
+    """An array as the view has them: for looking only."""
+    array = np.array(values, dtype=np.int64)
+    array.setflags(write=False)
+    return array
+
+
 def lines_of(*rows: tuple[int, int], n_skus: int = 4) -> Lines:
     """Lines given as (SKU, items)."""
-    sku = np.array([row[0] for row in rows], dtype=np.int64)
+    sku = shown([row[0] for row in rows])
     by_sku = np.argsort(sku, kind="stable")
     first = np.searchsorted(sku[by_sku], np.arange(n_skus + 1))
-    return Lines(sku, np.array([row[1] for row in rows], dtype=np.int64), by_sku, first)
+    return Lines(sku, shown([row[1] for row in rows]), by_sku, first)
 
 
 def contents_of(*pods: dict[int, int]) -> Contents:
@@ -28,7 +35,7 @@ def contents_of(*pods: dict[int, int]) -> Contents:
     sku = [one for pod in pods for one in sorted(pod)]
     items = [pod[one] for pod in pods for one in sorted(pod)]
     first = np.cumsum([0, *(len(pod) for pod in pods)])
-    return Contents(first, np.array(sku, dtype=np.int64), np.array(items, dtype=np.int64))
+    return Contents(first, shown(sku), shown(items))
 
 
 def test_a_line_whose_sku_is_at_no_station_bears_its_share_of_a_visit() -> None:

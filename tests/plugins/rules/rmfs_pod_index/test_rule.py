@@ -8,7 +8,7 @@ import pytest
 
 from rmfs_core import run
 from rmfs_core.warehouse import Warehouse, WarehouseView
-from rmfs_pod_index import PodIndex
+from rmfs_pod_index import PodIndex, compiled
 from rmfs_rule_helpers import ticks_to_station
 from rmfs_testing import check_rule, small_world
 
@@ -31,6 +31,15 @@ def test_it_conforms() -> None:
     check_rule(PodIndex())
     check_rule(PodIndex(packing_capacity=1))
     check_rule(PodIndex(urge_s=0, most_pods=1, elsewhere=0))
+
+
+def test_nothing_is_compiled_once_a_run_has_begun() -> None:
+    """What is prepared is what decisions call."""
+    searches = (compiled.line_costs, compiled.best_covered, compiled.best_pods, compiled.urgent)
+    PodIndex().prepare(None)  # type: ignore[arg-type]
+    before = [len(search.signatures) for search in searches]
+    run("examples/small", overrides=["rules.poa_pps=pod-index"])
+    assert [len(search.signatures) for search in searches] == before
 
 
 def test_the_pod_that_finishes_orders_goes_first() -> None:
