@@ -74,6 +74,7 @@ def test_its_observer_and_recorder_write_beside_the_results(place: Any) -> None:
     files = {path.name for path in (place.folder / "day").iterdir()}
     assert files == {
         *("result.json", "orders.csv", "visits.csv", "periods.csv", "trace.jsonl.gz"),
+        *("hours.csv", "stations.csv", "robots.csv", "delays.csv"),
         *("first-picks.csv", "acme-log.txt"),
     }
     assert "acme-log.txt" in (place.folder / "printed.txt").read_text("utf-8")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -62,16 +63,21 @@ def _make_recorder(name: str) -> tuple[Recorder, str]:
     return _make(kind, f"record {name}", entrypoints.describe("recorder", name, *entrypoints.origin(entry)))
 
 
-def make_observers() -> list[tuple[Any, str]]:
+def make_observers(*, quiet: bool = False) -> list[tuple[Any, str]]:
     """Return the observers of every run, entry points of the group ``rmfs.observers``, and what messages call them.
 
     They are told first of all, also where no results are kept. Their attribute ``files`` has the names of what they
-    write into ``RunInfo.out``.
+    write into ``RunInfo.out``. One that cannot be had is left out, and named on standard error unless ``quiet``.
     """
     made = []
     for name, entries in entrypoints.offers(entrypoints.OBSERVERS).items():
         place, described = f"observer {name}", entrypoints.describe("observer", name, *entrypoints.origin(entries[0]))
-        made.append(_make(entrypoints.load(entries, place, "observer"), place, described))
+        try:
+            if len(entries) == 1:  # where distributions clash, each is there by a name of its own, too
+                made.append(_make(entrypoints.load(entries, place, "observer"), place, described))
+        except InputError as error:
+            if not quiet:
+                print(f"Left out: {error}", file=sys.stderr)
     return made
 
 

@@ -156,7 +156,7 @@ def _report(console: Console, result: Result, folder: Path, record: Sequence[str
         total, left = len(result.orders), sum(row["completed_s"] is None for row in result.orders)
         say(console, f"The run ended with {left:,} of {total:,} orders left; the metrics are of what was done.")
     files = [RESULT_FILE, *(file for file, _ in TABLE_FILES.values())]
-    files += [file for observer, _ in make_observers() for file in getattr(observer, "files", ())]
+    files += [file for observer, _ in make_observers(quiet=True) for file in getattr(observer, "files", ())]
     files += [load_recorder(name).file for name in record]
     say(console, f"Results in {folder}:")
     say(console, f"  {', '.join(files)}")

@@ -14,11 +14,9 @@ from rmfs_cli.screen import new_table
 from rmfs_core.decisions import gap_of
 from rmfs_core.results import Result
 from rmfs_core.results.catalogue import METRICS, TIMING, Metric, show
-from rmfs_details.catalogue import DETAILS, KNOWN
 
 LEFT = ("Orders", "Robots", "Decisions")
 RIGHT = ("Pods", "Throughput")
-LATE = KNOWN.keys() - {metric.name for metric in DETAILS}
 NARROW = 76
 STATUS_STYLE = {"complete": "bold green", "partial": "bold yellow", "failed": "bold red"}
 
@@ -55,9 +53,10 @@ def print_summary(console: Console, name: str, result: Result) -> None:
     left = [_group(group, metrics[group], {**result.metrics, **gaps}) for group in LEFT]
     right = [_group(group, metrics[group], result.metrics) for group in RIGHT]
     catalogue = {metric.name for group in METRICS.values() for metric in group}
-    if late := [KNOWN[name] for name in result.metrics if name in LATE]:
+    late, known = _of_every_run(result.metrics)
+    if late:
         right.append(_group("Due times", late, result.metrics))
-    catalogue |= KNOWN.keys()
+    catalogue |= known
     others = [result.described.get(name) or Metric(name) for name in result.metrics if name not in catalogue]
     if others:
         right.append(_group("Observers", others, result.metrics))
@@ -72,6 +71,16 @@ def print_summary(console: Console, name: str, result: Result) -> None:
     columns.add_column(ratio=1)
     columns.add_row(_stack(left), _stack(right))
     console.print(columns, width=min(console.width, NARROW + 24))
+
+
+def _of_every_run(measured: Mapping[str, Any]) -> tuple[list[Metric], set[str]]:
+    """Return the metrics of due times, and the names of all that `rmfs_details` adds, if it is installed."""
+    try:
+        from rmfs_details.catalogue import DETAILS, KNOWN
+    except ImportError:
+        return [], set()
+    shown = {metric.name for metric in DETAILS}
+    return [KNOWN[name] for name in measured if name in KNOWN and name not in shown], set(KNOWN)
 
 
 PROFILE = {

@@ -122,3 +122,14 @@ def test_a_file_that_no_run_has_written_is_left_alone(install: Callable[..., Non
     assert mine.read_text(encoding="utf-8") == "mine"
     rmfs_core.run("examples/small", overrides=["instance.orders=2"], out=mine.parent)
     assert not mine.exists()
+
+
+@pytest.mark.parametrize("source", ["import acme_missing", "class Watcher:\n    def __init__(self, path): pass"])
+def test_a_broken_observer_of_every_run_costs_a_sentence(
+    source: str, install: Callable[..., None], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The run goes on without it."""
+    install("acme", {"acme-watch": "acme_watch:Watcher"}, group="rmfs.observers", acme_watch=source)
+    assert rmfs_core.run("examples/small", overrides=["instance.orders=2"]).status == "complete"
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith('Left out: observer acme-watch: observer "acme-watch" (acme 1.0) cannot be ')
