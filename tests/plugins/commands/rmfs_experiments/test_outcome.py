@@ -52,7 +52,7 @@ def test_a_run_that_fails_has_what_was_measured_until_then(experiment: Write) ->
 def test_a_run_that_cannot_begin_is_an_outcome(experiment: Write) -> None:
     """What is wrong with its input is told as it is."""
     job = experiment().jobs()[0]
-    stations = evolve(job.scenario.stations, item_capacity=1)
+    stations = evolve(job.scenario.stations, item_capacity=1, oversize="refuse")
     outcome = simulate(evolve(job, scenario=evolve(job.scenario, stations=stations)))
     assert (outcome.result, outcome.error_kind) == (None, "InputError")
     assert outcome.error is not None
