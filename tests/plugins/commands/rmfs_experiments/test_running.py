@@ -178,7 +178,7 @@ def test_a_run_without_a_result_is_a_row_too(experiment: Write, tmp_path: Path) 
     """Orders that do not fit the station are found only when the run begins; the run is tried again the next time."""
     one = experiment(
         'base = "tiny.toml"\nseeds = [1]\nbaseline = "good"\n[[rule_sets]]\nname = "good"\n'
-        '[[rule_sets]]\nname = "narrow"\nstations.item_capacity = 1\n'
+        '[[rule_sets]]\nname = "narrow"\nstations.item_capacity = 1\nstations.oversize = "refuse"\n'
     )
     result = run_experiment(one, store=tmp_path / "runs", jobs=1)
     assert [row["status"] for row in result.rows] == ["complete", "failed"]
