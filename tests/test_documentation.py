@@ -21,13 +21,15 @@ from attrs import define, evolve, field
 from click.testing import CliRunner
 
 from rmfs_cli.description import Parameter, RuleDescription, installed_rules
-from rmfs_core import hookspecs
+from rmfs_cli.summary import GAPS, PROFILE
+from rmfs_core import hookspecs, run
 from rmfs_core.cli import rmfs
 from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks
 from rmfs_core.results.catalogue import METRICS, TIMING
 from rmfs_core.rules.hooks import marked_methods
 from rmfs_core.rules.traits import NEEDS
 from rmfs_core.scenario.model import RuleChoice, Scenario
+from rmfs_details.catalogue import DETAILS, LATENESS
 from rmfs_testing import ConformanceReport, check_rule
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -351,6 +353,19 @@ def test_every_column_is_documented() -> None:
         assert [column for column in columns if f"`{column}`" not in rows] == []
 
 
+def test_every_column_that_a_run_writes_is_documented(tmp_path: Path) -> None:
+    """Each column of each table that a run leaves, in the section of its file and its part on due times."""
+    overrides = ["instance.orders=2", "instance.due.allowance_s=60", "rules.pp=free-flow"]
+    run("examples/small", overrides=overrides, out=tmp_path)
+    tables = sorted(tmp_path.glob("*.csv"))
+    assert {"orders.csv", "hours.csv", "stations.csv", "robots.csv", "delays.csv"} <= {table.name for table in tables}
+    for table in tables:
+        section = page("reference/files.md").partition(f"\n### `{table.name}`\n")[2].partition("\n### ")[0]
+        described = "".join(line.split("|")[1] for line in section.splitlines() if line.startswith("| `"))
+        columns = table.read_text(encoding="utf-8").splitlines()[0].split(",")
+        assert [column for column in columns if f"`{column}`" not in described] == [], table.name
+
+
 # Words
 
 
@@ -364,6 +379,12 @@ def terms(glossary: str) -> set[str]:
     return found
 
 
+def undefined(labels: list[str], defined: set[str]) -> list[str]:
+    """List labels that are no term, nor terms with commas between them; the plural of a term is one."""
+    found = defined | {f"{term}s" for term in defined}
+    return [label for label in labels if not ({label.lower()} <= found or {*label.lower().split(", ")} <= found)]
+
+
 SHOWN = (
     *("Simulated time", "Time used", "Ends in about", "Robots", "busy", "idle", "Station", "Load", "Pod", "In line"),
     *("Inbound", "Requests", "Picks"),
@@ -372,6 +393,7 @@ SHOWN = (
     *("Free", "Not covered", "Queue room", "Inbound pods", "Order", "Waits", "Drive", "New visits", "Unused"),
     *("Visits + 2 unused", "Objective", "Bound", "Period"),
     *("Scenario", "Experiment", "Metric", "Event", "Trace", "Recorder", "Fault", "Hook", "Observer", "Inline rule"),
+    *("Due in", "Priority", "Where the time went", "Effort"),
     *("Optimal", "Stopped", "Below", "Above", "In range", "Same", "Pile-on", "Visits per order", "ms /call", "s /run"),
     *("Calls", "Makespan", "Sum of costs", "Delay", "Stops", "Queries", "Collisions"),
 )
@@ -381,14 +403,17 @@ SHOWN = (
 def test_the_glossary_defines_what_a_run_prints() -> None:
     """The label of every metric and timing figure, and the words of the tables; a gap would be found."""
     defined = terms(page("reference/glossary.md"))
-    labels = [metric.label.strip() for metric in (*(m for group in METRICS.values() for m in group), *TIMING)]
-    assert [word for word in (*labels, *SHOWN) if not {word.lower(), word.lower().removesuffix("s")} & defined] == []
+    metrics = (*(m for group in METRICS.values() for m in group), *TIMING, *DETAILS, *LATENESS, *GAPS)
+    labels = [metric.label.strip() for metric in metrics]
+    profile = [re.split(r":| \(", label)[0] for label in PROFILE.values()]  # what follows are examples
+    assert undefined([*labels, *profile, *SHOWN], defined) == []
+    assert undefined(["Picks, tail", "Pick, 95 %", "Nose"], {"pick", "95 %"}) == ["Picks, tail", "Nose"]
     assert "flow time" not in defined and terms(":::{glossary}\na, b\n  C, d.\n:::\n") == {"a", "b", "a, b"}
 
 
 def test_every_metric_is_in_the_reference() -> None:
     """By the name that results and experiments use."""
-    for metric in (*(m for group in METRICS.values() for m in group), *TIMING):
+    for metric in (*(m for group in METRICS.values() for m in group), *TIMING, *DETAILS, *LATENESS):
         assert f"| `{metric.name}` | {metric.label.strip()} |" in GENERATED["metrics"]()
 
 

@@ -34,7 +34,7 @@ def test_the_wheel_holds_kernel_plugins_and_scenarios(built: Built) -> None:
     assert not {name.split("/")[0] for name in names} & {"tests", "tools", "plugins", "scenarios"}
     (text,) = (name for name in names if name.endswith(".dist-info/entry_points.txt"))
     described = zipfile.ZipFile(built()[1]).read(text).decode()
-    for group in ("rmfs", "rmfs.commands", "rmfs.recorders"):
+    for group in ("rmfs", "rmfs.commands", "rmfs.observers", "rmfs.recorders"):
         ours = [entry for entry in entry_points(group=group) if entry.dist is not None and entry.dist.name == "rmfs"]
         assert ours
         assert all(f"{entry.name} = {entry.value}\n" in described for entry in ours)
