@@ -30,8 +30,14 @@ def middle_last(warehouse: WarehouseView, stations: Iterable[int]) -> list[int]:
 def share_out(warehouse: WarehouseView, before: Mapping[int, int], stations: Sequence[int]) -> dict[int, int]:
     """Return the station of each robot.
 
-    :param before: station of each robot until now.
-    :param stations: the stations to share the robots among; the first ones get the remainder.
+    Parameters
+    ----------
+    warehouse
+        The warehouse now.
+    before
+        Station of each robot until now.
+    stations
+        The stations to share the robots among; the first ones get the remainder.
     """
     each, remainder = divmod(len(warehouse.robots), len(stations))
     room = Counter({station: each + (rank < remainder) for rank, station in enumerate(stations)})

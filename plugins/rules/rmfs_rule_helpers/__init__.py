@@ -90,13 +90,23 @@ def assign_best_pairs(
     that have waited too long go first, oldest first; each that fits nowhere keeps one station, that with most room of
     those that could take it, from taking anything else.
 
-    :param warehouse: the warehouse now.
-    :param score: scores (>= 0) of all orders of the backlog at a station, by position in the backlog.
-    :param assigned: told of each assignment (station, position of the order in the backlog) before the next one is
-        chosen; returns the ids of the stations whose scores it changes. Left out: scores stay.
-    :param max_wait_s: how long an order may wait. Left out: as long as it takes, but for an order that is larger than
-        any station, which waits `OVERSIZE_WAIT_S`; of these one at a time keeps a station.
-    :return: the assignments in the order in which they were chosen.
+    Parameters
+    ----------
+    warehouse
+        The warehouse now.
+    score
+        Scores (>= 0) of all orders of the backlog at a station, by position in the backlog.
+    assigned
+        Told of each assignment (station, position of the order in the backlog) before the next one is chosen; returns
+        the ids of the stations whose scores it changes. Left out: scores stay.
+    max_wait_s
+        How long an order may wait. Left out: as long as it takes, but for an order that is larger than any station,
+        which waits `OVERSIZE_WAIT_S`; of these one at a time keeps a station.
+
+    Returns
+    -------
+    list[OrderAssignment]
+        The assignments in the order in which they were chosen.
     """
     stations = [station for station in warehouse.stations if station.free_capacity > 0 or station.counts_orders]
     if not stations or not warehouse.backlog:
@@ -180,10 +190,19 @@ def send_pods(
     robots are scarce, and a station without pods idles. Candidates are stored pods bound nowhere, at most
     ``max_fetches`` of them, and pods that are about to leave a station.
 
-    :param warehouse: the warehouse now.
-    :param max_fetches: how many stored pods may be sent.
-    :param choose: picks one of the pods, given by id, each of which serves an uncovered request of the station.
-    :return: the trips in the order in which they were chosen.
+    Parameters
+    ----------
+    warehouse
+        The warehouse now.
+    max_fetches
+        How many stored pods may be sent.
+    choose
+        Picks one of the pods, given by id, each of which serves an uncovered request of the station.
+
+    Returns
+    -------
+    list[PodTrip]
+        The trips in the order in which they were chosen.
     """
     stored = {pod.id for pod in warehouse.free_pods} if max_fetches > 0 else set()
     leaving = {pod.id for pod in warehouse.leaving_pods}
