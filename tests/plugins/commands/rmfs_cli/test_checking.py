@@ -60,7 +60,7 @@ def test_everything_that_is_wrong_is_named_with_its_place(tmp_path: Path) -> Non
     assert problems(file, "rules.pps=demnd", "robots", "stations.foo=") == [
         "--set robots: expected key=value, such as instance.orders=50",
         "--set stations.foo=: unknown key `foo`; expected one of `handle_s`, `item_capacity`, `order_capacity`, "
-        "`pick_s`, `queue_length`",
+        "`oversize`, `pick_s`, `queue_length`",
         f"{file}, line 1, sed: unknown key (did you mean `seed`?)",
         f"{file}, line 7, stations: expected handle_s >= pick_s, found 2.0 < 7.0",
         f'{file}, line 12, robots.count: expected a whole number, found "many"',
@@ -174,7 +174,7 @@ def test_every_mistake_in_csv_files_is_named(tmp_path: Path) -> None:
         f"{at} 5, sku: expected a name, found nothing",
         f"{at} 6: expected 4 fields as in the header, found 3",
         f'{at} 7, quantity: expected a whole number >= 1, found "0"',
-        f"{tmp_path}/p.csv, line 2, quantity: expected a whole number >= 1, or nothing for an unlimited number, "
+        f"{tmp_path}/p.csv, line 2, quantity: expected a whole number >= 0, or nothing for an unlimited number, "
         'found "lots"',
     ]
     (tmp_path / "o.csv").write_text("order,arrival_s,sku,quantity\n" + 30 * "1,0,a,x\n", encoding="utf-8")

@@ -61,16 +61,16 @@ def test_keys_and_values_of_overrides() -> None:
         "robots.full_turn_s=",
         "robots.lift_s=",
     ]
-    assert completed("run", "x", "--set", "rules.poa=po") == ["rules.poa=pod-match"]
+    assert completed("run", "x", "--set", "rules.poa=pod-m") == ["rules.poa=pod-match"]
     assert completed("run", "--set", "rules.pr=") == [f"rules.pr={name}" for name in RULES]
     assert completed("run", "--set", "instance.orders=") == []
 
 
 def test_bash_splits_at_the_equals_sign() -> None:
-    """Its words are `rules.poa`, `=` and `po`, and only the last one is replaced."""
-    assert completed("run", "x", "--set", "rules.poa", "=", "po") == ["pod-match"]
+    """Its words are `rules.poa`, `=` and `pod-m`, and only the last one is replaced."""
+    assert completed("run", "x", "--set", "rules.poa", "=", "pod-m") == ["pod-match"]
     assert completed("run", "--set", "rules.poa", "=") == RULES
-    assert completed("run", "--set", "rules.poa", "=", "po") == ["pod-match"]
+    assert completed("run", "--set", "rules.poa", "=", "pod-m") == ["pod-match"]
 
 
 def test_experiments_and_recorders() -> None:

@@ -70,7 +70,9 @@ def test_metrics_are_printed_and_files_are_where_it_says(folder: Path, capsys: p
     for text in ("Visits per order", "Pile-on", "Makespan", "Picker utilisation", "Turn-over time", "Decisions, t > 1"):
         assert text in printed.out
     assert "rmfs-runs/small-seed3" in printed.out
-    assert max(map(len, printed.out.splitlines())) <= 80
+    tables, _, files = printed.out.partition("Results in ")
+    assert max(map(len, tables.splitlines())) <= 80
+    assert "delays.csv" in files
     assert "small: 10 orders" in printed.err
     assert load_result("rmfs-runs/small-seed3").status == "complete"
 

@@ -57,7 +57,7 @@ def test_the_schema_takes_states_and_nothing_else(by_hand: dict[str, object], at
     for good in (by_hand, at_work):
         assert validator.is_valid(good)
     for changed in (
-        {"version": 2},
+        {"version": 3},
         {"pods": 5},
         {"weather": "fine"},
         {"stations": {"north": {"item_capacity": 0}}},

@@ -9,6 +9,7 @@ from attrs import evolve
 
 from rmfs_trace.reader import Trace
 from rmfs_validation import faults_of
+from rmfs_validation.details import recompute_details
 from rmfs_validation.metrics import recompute
 
 METRICS = (
@@ -44,7 +45,8 @@ def test_an_altered_metric_is_found(recorded: Trace, recorded_result: dict[str, 
 
 def test_every_metric_is_recomputed(recorded: Trace, recorded_result: dict[str, Any]) -> None:
     """Whatever a result reports as a metric, the trace is enough to check it."""
-    assert recompute(recorded).keys() == recorded_result["metrics"].keys()
+    found = recompute(recorded) | recompute_details(recorded)
+    assert found.keys() == recorded_result["metrics"].keys()
 
 
 def test_a_result_of_another_run_is_found(recorded: Trace, recorded_result: dict[str, Any]) -> None:
