@@ -143,7 +143,7 @@ def test_what_a_model_decides_can_be_carried_out(held, wanted, bound, rule):
             world.bind(world.pods[pod], world.stations[station])
     for period in (1, 2, 3):
         decision = rule.assign_orders_and_pods(WarehouseView(world), np.random.default_rng(0))
-        assert decision.report.status == "optimal"
+        assert decision.report is None or decision.report.status == "optimal"  # None: an order alone
         apply_assignments(
             world, decision, joint=True, shown=None, period=period, packing_capacity=None, keep=lambda event: None
         )

@@ -43,14 +43,17 @@ def test_load_from_earlier_decisions_counts() -> None:
 
 def test_an_order_that_does_not_fit_is_passed_over() -> None:
     """The best match has three items, but there is room for two."""
-    world = small_world({"big": ["a", "b", "c"], "small": ["d"]}, {"p": ["a", "b", "c"], "q": ["d"]}, capacities=[2])
+    orders = {"0": ["d", "e", "f"], "big": ["a", "b", "c"], "small": ["d"]}
+    world = small_world(orders, {"p": ["a", "b", "c"], "q": ["d"]}, capacities=[2, 3])
+    world.assign(world.orders[0], world.stations[1], [line.sku for line in world.orders[0].lines])
     world.bind(world.pods[0], world.stations[0])
     assert decide(world) == [("small", 0)]
 
 
 def test_nothing_fits_or_nothing_is_there() -> None:
     """A full station gets nothing, and an empty backlog gives nothing."""
-    world = small_world({"big": ["a", "b"]}, {"p": ["a", "b"]}, capacities=[1])
+    world = small_world({"0": ["a", "b"], "big": ["a", "b"]}, {"p": ["a", "b"]}, capacities=[1, 2])
+    world.assign(world.orders[0], world.stations[1], [line.sku for line in world.orders[0].lines])
     assert decide(world) == []
     assert decide(small_world({}, {"p": ["a"]})) == []
 
