@@ -43,7 +43,16 @@ class Failing:
         return Path(warehouse.travel.fastest_path(robot.cell, robot.heading, goal, robot.pod is not None))
 """
 
-FILES = {"result.json", "orders.csv", "visits.csv", "periods.csv"}
+FILES = {
+    "result.json",
+    "orders.csv",
+    "visits.csv",
+    "periods.csv",
+    "hours.csv",
+    "stations.csv",
+    "robots.csv",
+    "delays.csv",
+}
 
 
 class Interrupting:
