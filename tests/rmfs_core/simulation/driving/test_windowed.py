@@ -31,7 +31,7 @@ def test_only_the_cells_that_robots_stand_in_are_registered(tiny_run: Callable[.
     registered = simulation.driving.registered
     for robot in simulation.warehouse.robots:
         assert registered.reserved(robot.cell) == [(robot.id, 0, FOREVER)]
-    assert registered.size == 4
+    assert registered.arrays.count.sum() == 4
 
 
 def test_a_standstill_says_who_waits_for_whom(tmp_path: Path) -> None:
