@@ -19,7 +19,7 @@ BAD_FILES = [
     # a key that resembles none: all are listed
     (
         "[instance.arrivals]\nx = 1\n" + RULES,
-        ", line 2, instance.arrivals.x: unknown key; expected one of `orders_per_hour`, `process`",
+        ", line 2, instance.arrivals.x: unknown key; expected one of `orders_per_hour`, `process`, `profile`",
     ),
     # a text is no number
     (
