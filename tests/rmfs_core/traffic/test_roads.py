@@ -16,8 +16,9 @@ ROADS = roads_on(travel_on(LAYOUT, Motion()))
 
 def test_runs_of_one_process_share_them() -> None:
     """The same travel times have the same roads, and a slower robot others."""
-    assert roads_on(travel_on(LAYOUT, Motion())) is ROADS
-    assert roads_on(travel_on(LAYOUT, Motion(top_speed_m_per_s=1.0))) is not ROADS
+    roads = roads_on(travel_on(LAYOUT, Motion()))
+    assert roads_on(travel_on(LAYOUT, Motion())) is roads
+    assert roads_on(travel_on(LAYOUT, Motion(top_speed_m_per_s=1.0))) is not roads
 
 
 def test_passing_times_reach_across_the_grid() -> None:

@@ -39,7 +39,7 @@ def test_what_is_set_once_stays(world: Warehouse, part: Callable[[Warehouse], ob
 def test_people_know_names_and_rules_return_ids() -> None:
     """Messages have both; stations and robots that nobody named are counted from 1."""
     cells = StationCells(3, (4,))
-    assert Order(7, OrderData("A-1", 0, ())).label == "A-1 (id 7)"
+    assert Order(7, OrderData("A-1", 0, ()), lambda: 0).label == "A-1 (id 7)"
     assert Station(0, cells, 5, False, 1).label == "1 (id 0)"
     assert Station(0, cells, 5, False, 1, name="north").label == "north (id 0)"
     assert Robot(1, 0, NORTH).label == "2 (id 1)"
