@@ -211,7 +211,7 @@ def _print_backlog(console: Console, opened: OpenState, assigned: Mapping[str, S
         )
     console.print(table)
     if len(backlog) > len(rows[:limit]):
-        say(console, f"... and {len(backlog) - len(rows[:limit]):,} more orders; --limit shows more.")
+        say(console, f"... and {counted(len(backlog) - len(rows[:limit]), 'more order')}; --limit shows more.")
 
 
 def _print_wanted(console: Console, opened: OpenState, max_fetches: int | None) -> None:

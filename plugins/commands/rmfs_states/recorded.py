@@ -11,6 +11,7 @@ from attrs import frozen
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice, Scenario, scenario_from_dict
+from rmfs_core.wording import listed, shown_short
 from rmfs_states.patches import patched
 from rmfs_states.recording import RECORDING_FILE, RECORDING_FORMAT, RECORDING_VERSION
 from rmfs_states.state import DECIDING, State
@@ -88,6 +89,10 @@ class Recording:
         _, header = next(lines)
         content: Mapping[str, Any] = header["state"]
         for number, (place, line) in enumerate(lines, 1):
+            if lacking := [key for key in ("change", "decides", "rule", "decision") if key not in line]:
+                raise InputError(place, f"this is no recorded decision: it lacks {listed(lacking)}")
+            if not isinstance(line["change"], Mapping):
+                raise InputError(f"{place}, change", f"expected a JSON object, found {shown_short(line['change'])}")
             try:
                 content = patched(content, line["change"])
                 decides = Role.labelled(line["decides"])
@@ -95,7 +100,7 @@ class Recording:
                 if decides not in DECIDING or recorded.period < 0 or recorded.time_s < 0:
                     raise InputError(place, f"found {decides.label} of period {recorded.period}; expected a decision")
             except (KeyError, TypeError, AttributeError, ValueError) as error:
-                raise InputError(place, f"this is no recorded decision: {type(error).__name__}: {error}") from error
+                raise InputError(place, f"this is no recorded decision: {error}") from error
             yield recorded
 
     def choice_of(self, recorded: Recorded) -> RuleChoice:

@@ -117,8 +117,8 @@ def change(file: Path, number: int, entry: dict[str, Any]) -> None:
         (0, {"version": 9}, "line 1, version: expected version 1 of 'rmfs-decisions', found 9"),
         (0, {"state": None}, "line 1: the header lacks"),
         (0, {"scenario": {"rules": {}}}, "line 1, scenario"),
-        (1, {"change": None}, "line 2: this is no recorded decision"),
-        (1, {"change": 3}, "line 2: this is no recorded decision"),
+        (1, {"change": None}, "line 2: this is no recorded decision: it lacks change"),
+        (1, {"change": 3}, "line 2, change: expected a JSON object, found 3"),
         (1, {"decides": "PP"}, "line 2: found PP of period 1"),
     ],
 )
