@@ -25,7 +25,7 @@ EXPERIMENT = """
 base = "watched.toml"
 seeds = [1, 2]
 baseline = "pod-match"
-metrics = ["makespan_s", "acme_all_busy_s", "acme_busy_stations"]
+metrics = ["makespan_s", "acme_all_busy_s", "acme_busy_stations", "acme_legs"]
 [[rule_sets]]
 name = "pod-match"
 [[rule_sets]]
@@ -75,7 +75,7 @@ def test_its_observer_and_recorder_write_beside_the_results(place: Any) -> None:
     assert files == {
         *("result.json", "orders.csv", "visits.csv", "periods.csv", "trace.jsonl.gz"),
         *("hours.csv", "stations.csv", "robots.csv", "delays.csv"),
-        *("first-picks.csv", "acme-log.txt"),
+        *("first-picks.csv", "acme-log.txt", "acme-turns.txt"),
     }
     assert "acme-log.txt" in (place.folder / "printed.txt").read_text("utf-8")
     asked = dict(line.split() for line in (place.folder / "day" / "acme-log.txt").read_text("utf-8").splitlines())
@@ -110,6 +110,7 @@ def test_its_metrics_are_compared(place: Any) -> None:
     assert ">All stations busy (s)</h2>" in page
     assert "When the last station had its first pick." in page
     assert ">acme_busy_stations</h2>" in page
+    assert rows["acme_legs", "unwatched"]["mean"] == rows["acme_legs", "pod-match"]["mean"] != ""
     (place.folder / "typo.toml").write_text(EXPERIMENT.replace("acme_busy_", "acme_buzy_"), encoding="utf-8")
     done = place.run(*RMFS, "compare", "typo.toml", "--out", "compared", "--quiet")
     assert done.returncode == 2

@@ -22,6 +22,8 @@ class Metric:
         How a table shows it: the name where there is no label; no unit for a plain number; integers without digits.
     meaning
         One sentence.
+    group
+        Under which heading the summary of a run shows an observer's metric; None: not there.
     """
 
     name: str
@@ -29,9 +31,10 @@ class Metric:
     unit: str = ""
     digits: int = 2
     meaning: str = ""
+    group: str | None = "Observers"
 
     def __attrs_post_init__(self) -> None:
-        texts = (self.name, self.label, self.unit, self.meaning)
+        texts = (self.name, self.label, self.unit, self.meaning, self.group or "")
         if not all(isinstance(text, str) and text.isprintable() for text in texts) or self.digits not in range(16):
             raise ValueError(f"expected texts of one line and 0 to 15 digits, found {shown_short(self)}")
 

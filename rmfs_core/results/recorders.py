@@ -6,13 +6,14 @@ import re
 import sys
 from collections.abc import Iterable
 from contextlib import suppress
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.results.result import RESULT_FILE, TABLE_FILES
-from rmfs_core.wording import listed, nearest, one_line
+from rmfs_core.wording import listed, nearest, one_line, shown_short
 
 _FILES_OF_RESULTS = frozenset({RESULT_FILE, *(file for file, _ in TABLE_FILES.values())})
 
@@ -29,6 +30,12 @@ class Recorder(Protocol):
     def __init__(self) -> None: ...
 
 
+def _is_plain(file: object) -> bool:
+    """Whether that is the name of a file in a folder of results, and of none of theirs."""
+    plain = isinstance(file, str) and re.fullmatch(r"[A-Za-z0-9][\w.-]{0,99}", file, re.ASCII) is not None
+    return plain and str(file).lower() not in _FILES_OF_RESULTS
+
+
 def load_recorder(name: str) -> type[Recorder]:
     """Return the class of an installed recorder; raise `InputError` when there is none of that name, or it is none."""
     place = f"record {name}"
@@ -36,10 +43,7 @@ def load_recorder(name: str) -> type[Recorder]:
     if name not in known:
         raise InputError(place, f'there is no recorder "{name}"{nearest(name, known)}')
     kind = entrypoints.load(known[name], place, "recorder")
-    file = getattr(kind, "file", None)
-    plain = isinstance(file, str) and re.fullmatch(r"[A-Za-z0-9][\w.-]{0,99}", file, re.ASCII) is not None
-    named = plain and str(file).lower() not in _FILES_OF_RESULTS
-    if not isinstance(kind, type) or not named:
+    if not isinstance(kind, type) or not _is_plain(getattr(kind, "file", None)):
         described = entrypoints.describe("recorder", name, *entrypoints.origin(known[name][0]))
         raise InputError(place, f"{described} is no recorder: expected a class with the name of its file as `file`")
     return kind
@@ -74,11 +78,25 @@ def make_observers(*, quiet: bool = False) -> list[tuple[Any, str]]:
         place, described = f"observer {name}", entrypoints.describe("observer", name, *entrypoints.origin(entries[0]))
         try:
             if len(entries) == 1:  # where distributions clash, each is there by a name of its own, too
-                made.append(_make(entrypoints.load(entries, place, "observer"), place, described))
+                made.append(_make_observer(entries, place, described))
         except InputError as error:
             if not quiet:
                 print(f"Left out: {error}", file=sys.stderr)
     return made
+
+
+def _make_observer(entries: tuple[EntryPoint, ...], place: str, described: str) -> tuple[Any, str]:
+    observer, _ = _make(entrypoints.load(entries, place, "observer"), place, described)
+    files = getattr(observer, "files", ())
+    if not isinstance(files, tuple | list) or not all(map(_is_plain, files)):
+        expected = "a tuple of plain names, none that of a file of results"
+        raise InputError(place, f"{described}: expected `files` to be {expected}; found {shown_short(files)}")
+    return observer, described
+
+
+def versions_of_observers() -> dict[str, str]:
+    """Return the versions of the distributions that offer observers of every run: these measure, too."""
+    return dict(entrypoints.origin(entry) for entry, *_ in entrypoints.offers(entrypoints.OBSERVERS).values())
 
 
 def _make(kind: Any, place: str, described: str) -> tuple[Any, str]:

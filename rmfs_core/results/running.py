@@ -14,11 +14,18 @@ from rmfs_core.errors import InputError, RmfsError, RunError
 from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.files import output_folder
 from rmfs_core.results.metrics import Metrics
-from rmfs_core.results.recorders import delete_left_over, files_of, make_observers, make_recorders
+from rmfs_core.results.recorders import (
+    delete_left_over,
+    files_of,
+    make_observers,
+    make_recorders,
+    versions_of_observers,
+)
 from rmfs_core.results.result import RESULT_FILE, TABLE_FILES, Result
 from rmfs_core.results.tables import Tables
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, load_scenario, located
+from rmfs_core.scenario.overrides import data_files
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.wording import one_line
 from rmfs_core.world import make_instance, make_layout
@@ -105,10 +112,10 @@ def _folder_for_results(out: str | Path, scenario: Scenario, files: Sequence[str
     """Return the output folder, unless results, or the files of recorders, would replace what is no result."""
     folder = output_folder(out)
     names = [*(name for name, _ in TABLE_FILES.values()), *files]
-    for key in ("orders_file", "pods_file"):
-        given = getattr(scenario.instance, key)
-        if given is not None and (Path(scenario.folder) / given).resolve() in [(folder / n).resolve() for n in names]:
-            raise InputError(str(folder), f"results would replace `instance.{key}`, {given}; expected another folder")
+    for path, given in data_files(scenario).items():
+        if (Path(scenario.folder) / given).resolve() in [(folder / name).resolve() for name in names]:
+            key = ".".join(path)
+            raise InputError(str(folder), f"results would replace `{key}`, {given}; expected another folder")
     foreign = [name for name in names if (folder / name).exists()]
     if foreign and not (folder / RESULT_FILE).exists():
         raise InputError(
@@ -158,7 +165,7 @@ def versions_of(rules: RuleSet, folder: str) -> dict[str, str]:
 
     A file in the scenario's ``folder`` is named as seen from there, any other by its absolute path.
     """
-    found = dict(rules.distributions)
+    found = versions_of_observers() | dict(rules.distributions)
     for file in map(Path, rules.inline_files):
         name = file.relative_to(folder) if file.is_relative_to(folder) else file
         found[name.as_posix()] = f"sha256:{hashlib.sha256(file.read_bytes()).hexdigest()}"

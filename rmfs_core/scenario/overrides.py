@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +22,10 @@ from rmfs_core.wording import nearest
 DATA_FILES: Mapping[tuple[str, ...], frozenset[str]] = {
     ("instance", "orders_file"): GENERATED,
     ("instance", "pods_file"): GENERATED,
+    ("instance", "arrivals", "profile"): frozenset(),
     ("layout", "map_file"): DRAWN,
 }
-"""Section and key of every file with data that a scenario may name, and the keys that it takes the place of."""
+"""Path of the key of every file with data that a scenario may name, and the keys that it takes the place of."""
 
 
 @frozen
@@ -92,6 +94,13 @@ def apply_overrides(data: dict[str, Any], overrides: Sequence[Override]) -> dict
     for override in overrides:
         data = _applied(data, override, override.path)
     return data
+
+
+def data_files(scenario: Scenario) -> dict[tuple[str, ...], str]:
+    """Return the files with data that a scenario names, by the paths of their keys."""
+    whole: Any = scenario
+    named = {path: reduce(lambda part, key: getattr(part, key, None), path, whole) for path in DATA_FILES}
+    return {path: name for path, name in named.items() if isinstance(name, str)}
 
 
 def _chosen(override: Override) -> str | None:

@@ -53,13 +53,11 @@ def print_summary(console: Console, name: str, result: Result) -> None:
     left = [_group(group, metrics[group], {**result.metrics, **gaps}) for group in LEFT]
     right = [_group(group, metrics[group], result.metrics) for group in RIGHT]
     catalogue = {metric.name for group in METRICS.values() for metric in group}
-    late, known = _of_every_run(result.metrics)
-    if late:
-        right.append(_group("Due times", late, result.metrics))
-    catalogue |= known
     others = [result.described.get(name) or Metric(name) for name in result.metrics if name not in catalogue]
-    if others:
-        right.append(_group("Observers", others, result.metrics))
+    for heading in dict.fromkeys(metric.group for metric in others):
+        if heading is not None:
+            of_group = [metric for metric in others if metric.group == heading]
+            right.append(_group(heading, of_group, result.metrics))
     right.append(_group("Wall clock", TIMING, result.timing))
     console.print()
     console.print(Rule(title, align="left", style="dim"))
@@ -71,16 +69,6 @@ def print_summary(console: Console, name: str, result: Result) -> None:
     columns.add_column(ratio=1)
     columns.add_row(_stack(left), _stack(right))
     console.print(columns, width=min(console.width, NARROW + 24))
-
-
-def _of_every_run(measured: Mapping[str, Any]) -> tuple[list[Metric], set[str]]:
-    """Return the metrics of due times, and the names of all that `rmfs_details` adds, if it is installed."""
-    try:
-        from rmfs_details.catalogue import DETAILS, KNOWN
-    except ImportError:
-        return [], set()
-    shown = {metric.name for metric in DETAILS}
-    return [KNOWN[name] for name in measured if name in KNOWN and name not in shown], set(KNOWN)
 
 
 PROFILE = {

@@ -6,6 +6,8 @@ arrive before ``run.warmup_s`` are left out of what is said of orders' times; ot
 
 from __future__ import annotations
 
+from attrs import evolve
+
 from rmfs_core.results.catalogue import Metric
 
 DETAILS: tuple[Metric, ...] = (
@@ -53,7 +55,8 @@ def on_time(priority: int | str) -> Metric:
     return Metric(f"on_time_percent_priority_{priority}", f"  priority {priority}", "%", 1, meaning)
 
 
-KNOWN: dict[str, Metric] = {
-    metric.name: metric for metric in (*DETAILS, *LATENESS, *(on_time(priority) for priority in range(10)))
-}
-"""All of them by name, with the first ten priorities."""
+MEASURES = (
+    *(evolve(metric, group=None) for metric in DETAILS),
+    *(evolve(metric, group="Due times") for metric in (*LATENESS, *map(on_time, range(10)))),
+)
+"""All of them, with the first ten priorities; the summary of a run shows those of due times."""

@@ -9,7 +9,7 @@ from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.events import Event
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.results.files import to_csv, write_text
-from rmfs_details.catalogue import DETAILS, LATENESS
+from rmfs_details.catalogue import MEASURES
 from rmfs_details.delays import COLUMNS, Delays
 from rmfs_details.hours import Hours
 from rmfs_details.measures import Measures
@@ -27,7 +27,7 @@ class Details:
     """Observer that follows hours, stations, robots and orders."""
 
     files: ClassVar = (HOURS, STATIONS, ROBOTS, DELAYS)
-    measures: ClassVar = (*DETAILS, *LATENESS)
+    measures: ClassVar = MEASURES
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:

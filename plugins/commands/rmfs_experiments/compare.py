@@ -18,12 +18,11 @@ from attrs import evolve, field, frozen
 from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import METRICS, TIMING, Metric
 from rmfs_core.wording import nearest
-from rmfs_details.catalogue import KNOWN
 
 Rows = Sequence[Mapping[str, Any]]
 
-CATALOGUE = {metric.name: metric for group in (*METRICS.values(), KNOWN.values(), TIMING) for metric in group}
-"""Every figure that each run measures."""
+CATALOGUE = {metric.name: metric for group in (*METRICS.values(), TIMING) for metric in group}
+"""Every figure of the kernel; observers measure more."""
 
 OVERALL = "overall"
 CONFIDENCE = 0.95

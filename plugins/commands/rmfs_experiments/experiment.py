@@ -11,6 +11,7 @@ from attrs import field, frozen
 
 from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import Metric, described_by
+from rmfs_core.results.recorders import make_observers
 from rmfs_core.results.running import versions_of
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario
@@ -195,10 +196,9 @@ class Experiment:
 
     def _check_axes(self) -> None:
         """Refuse an axis called like a column of the table, and a key that is set twice."""
+        self._check_columns((*LABELS, *CATALOGUE, *self.metrics))
         setters: dict[str, str] = {}
         for axis in self.axes:
-            if axis.name in (*LABELS, *CATALOGUE, *self.metrics):
-                raise InputError(f"axes.{axis.name}", "the table has another column of that name; expected another one")
             for key in dict.fromkeys(key for point in axis.points for key in point.changes):
                 if key in setters:
                     raise InputError(f"axes.{axis.name}", f"sets `{key}`, which axis {setters[key]} sets too")
@@ -209,6 +209,11 @@ class Experiment:
                     raise InputError(
                         "rule_sets", f'"{rule_set.name}" sets `{key}`, which is an axis; leave one of them out'
                     )
+
+    def _check_columns(self, columns: Collection[str]) -> None:
+        for axis in self.axes:
+            if axis.name in columns:
+                raise InputError(f"axes.{axis.name}", "the table has another column of that name; expected another one")
 
     def jobs(self, *, allow_inline_rules: bool = True) -> list[Job]:
         """Return every run, by instance, rule set and seed.
@@ -225,6 +230,9 @@ class Experiment:
             is unknown, and there is no rule or observer that measures something.
         """
         found: list[Job] = []
+        standing = [observer for observer, _ in make_observers(quiet=True)]
+        of_all = described_by(standing)
+        self._check_columns(of_all)
         loaded: dict[tuple[str, str], tuple[dict[str, str], dict[str, Metric], bool]] = {}  # most have the same rules
         for instance, base, points in self._instances():
             values = {"scenario": base.name} | {a.name: p.value for a, p in zip(self.axes, points, strict=True)}
@@ -240,14 +248,15 @@ class Experiment:
                     if chosen not in loaded:
                         rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
                         observed = bool(rules.pm.hook.measured.get_hookimpls())
-                        loaded[chosen] = versions_of(rules, scenario.folder), described_by(rules.instances), observed
+                        measures = of_all | described_by(rules.instances)
+                        loaded[chosen] = versions_of(rules, scenario.folder), measures, observed
                     versions, measures, observed = loaded[chosen]
                     key = run_key(scenario, versions)
                 for seed in self.seeds:
                     of_seed = scenario.with_seed(seed), versions, key(seed), measures, observed
                     found.append(Job(instance, rule_set.name, seed, values, *of_seed))
         if not any(observed for _, _, observed in loaded.values()):
-            self.check_metrics(CATALOGUE)
+            self.check_metrics({*CATALOGUE, *of_all})
         return found
 
     def check_metrics(self, known: Collection[str]) -> None:

@@ -10,12 +10,14 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping
+from functools import reduce
+from operator import getitem
 from pathlib import Path
 
 from rmfs_core.errors import InputError
 from rmfs_core.results.files import json_ready
 from rmfs_core.scenario import Scenario, scenario_to_dict
-from rmfs_core.scenario.overrides import DATA_FILES
+from rmfs_core.scenario.overrides import data_files
 
 KEY_LENGTH = 24
 """Hexadecimal digits: 96 bits, so that a million runs collide with a probability of 1e-17."""
@@ -37,10 +39,8 @@ def run_key(scenario: Scenario, versions: Mapping[str, str]) -> Callable[[int], 
         When a file that the scenario names cannot be read.
     """
     tables = scenario_to_dict(scenario)
-    for section, name in DATA_FILES:
-        if name in tables[section]:
-            file = Path(scenario.folder) / tables[section][name]
-            tables[section][name] = _digest(file, f"{section}.{name}")
+    for (*sections, name), file in data_files(scenario).items():
+        reduce(getitem, sections, tables)[name] = _digest(Path(scenario.folder) / file, ".".join([*sections, name]))
 
     def key(seed: int) -> str:
         content = {"scenario": {**tables, "seed": seed}, "versions": dict(versions)}

@@ -12,7 +12,7 @@ from attrs import evolve
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
 from rmfs_core.scenario.model import replaced_keys
-from rmfs_core.scenario.overrides import DATA_FILES, Override, apply_overrides
+from rmfs_core.scenario.overrides import Override, apply_overrides, data_files
 from rmfs_core.scenario.rulenames import is_inline, rule_choices
 from rmfs_core.scenario.tomltext import shown
 
@@ -69,9 +69,9 @@ def located_in(place: str) -> Iterator[None]:
 
 def _folders(scenario: Scenario, changes: Changes, folder: str) -> Iterator[str]:
     """Yield the folder of every file that the scenario names: the experiment's where the changes name it."""
-    for section, key in DATA_FILES:
-        if getattr(getattr(scenario, section), key) is not None:
-            yield folder if f"{section}.{key}" in changes else scenario.folder
+    for path in data_files(scenario):
+        named = (".".join(path[:length]) for length in range(1, len(path) + 1))
+        yield folder if any(key in changes for key in named) else scenario.folder
     for (role, *_), choice in rule_choices(scenario.rules):
         if is_inline(choice.rule):
             yield folder if changes.keys() & {f"rules.{role}", f"rules.{role}.rule"} else scenario.folder

@@ -64,7 +64,7 @@ class ExperimentResult:
         """
         one = self.experiment
         if len(self.failed) < len(self.rows):
-            one.check_metrics({*CATALOGUE, *_metrics(self.rows)})
+            one.check_metrics({*CATALOGUE, *self.measures, *_metrics(self.rows)})
         return summary(self.rows, one.baseline, one.metrics, by=one.by or ("instance",), measures=self.measures)
 
 
@@ -149,7 +149,7 @@ class _Expected:
     def __init__(self, experiment: Experiment, jobs: Iterable[Job]) -> None:
         self._experiment = experiment
         self._unseen = {repr(job.scenario.rules) for job in jobs if job.observed}
-        self._known = set(CATALOGUE)
+        self._known = {*CATALOGUE, *(name for job in jobs for name in job.measures)}
 
     def waits_for(self, job: Job) -> bool:
         """Whether no run with a job's observers was seen."""

@@ -124,12 +124,45 @@ def test_a_file_that_no_run_has_written_is_left_alone(install: Callable[..., Non
     assert not mine.exists()
 
 
-@pytest.mark.parametrize("source", ["import acme_missing", "class Watcher:\n    def __init__(self, path): pass"])
+WATCHER = """from rmfs_core import hookimpl
+class Watcher:
+    files = FILES
+    @hookimpl
+    def measured(self):
+        return {"acme_one": 1}
+"""
+
+
+@pytest.mark.parametrize(
+    ("source", "problem"),
+    [
+        ("import acme_missing", " cannot be imported from acme_watch:Watcher: ModuleNotFoundError"),
+        ("class Watcher:\n    def __init__(self, path): pass", " cannot be made: TypeError"),
+        (
+            WATCHER.replace("FILES", "'a.csv'"),
+            ": expected `files` to be a tuple of plain names, none that of a file of ",
+        ),
+        (WATCHER.replace("FILES", "('Result.json',)"), "results; found ('Result.json',)"),
+        (WATCHER.replace("FILES", "('../a.csv',)"), "results; found ('../a.csv',)"),
+    ],
+)
 def test_a_broken_observer_of_every_run_costs_a_sentence(
-    source: str, install: Callable[..., None], capsys: pytest.CaptureFixture[str]
+    source: str, problem: str, install: Callable[..., None], capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The run goes on without it."""
     install("acme", {"acme-watch": "acme_watch:Watcher"}, group="rmfs.observers", acme_watch=source)
-    assert rmfs_core.run("examples/small", overrides=["instance.orders=2"]).status == "complete"
+    result = rmfs_core.run("examples/small", overrides=["instance.orders=2"])
+    assert result.status == "complete"
+    assert "acme_one" not in result.metrics
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith('Left out: observer acme-watch: observer "acme-watch" (acme 1.0) cannot be ')
+    assert line.startswith('Left out: observer acme-watch: observer "acme-watch" (acme 1.0)')
+    assert problem in line
+
+
+def test_the_version_of_an_observer_of_every_run_is_kept(install: Callable[..., None]) -> None:
+    """What it measures is part of the results, as what rules decide is."""
+    source = WATCHER.replace("FILES", "()")
+    install("acme", {"acme-watch": "acme_watch:Watcher"}, group="rmfs.observers", acme_watch=source)
+    result = rmfs_core.run("examples/small", overrides=["instance.orders=2"])
+    assert result.metrics["acme_one"] == 1
+    assert result.versions["acme"] == "1.0"

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
+import attrs
 import pytest
 
 from rmfs_core.errors import InputError
-from rmfs_core.scenario import RuleChoice, load_scenario
+from rmfs_core.scenario import RuleChoice, Scenario, load_scenario
+from rmfs_core.scenario.overrides import DATA_FILES
+from rmfs_core.scenario.structuring import section_class
 
 WRONG = [
     # no equals sign
@@ -164,6 +168,8 @@ def test_files_of_data_are_looked_up_where_the_command_is_called(
     scenario = load_scenario(
         "paper-250", [*(f"instance.{key}={file}" for key, file in files.items()), "layout.map_file=my/map.txt"]
     )
+    daily = load_scenario("grocery-day", ["instance.arrivals.profile=hours.csv"]).instance.arrivals
+    assert daily.profile == str(tmp_path / "hours.csv")
     assert scenario.instance.orders_file == str(tmp_path / "o.csv")
     assert scenario.instance.pods_file == str(tmp_path.parent / "p.csv")
     assert scenario.layout.map_file == str(tmp_path / "my" / "map.txt")
@@ -191,3 +197,18 @@ def test_what_a_file_of_data_replaces_is_refused_beside_it() -> None:
 def test_sections_that_the_file_lacks_are_made() -> None:
     """An override may set a key of a section that the file does not have."""
     assert load_scenario("examples/small", ["run.until_s=100"]).run.until_s == 100.0
+
+
+def keys_of_files(section: type, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+    """Yield the paths of the keys that say of themselves that they name a file."""
+    for field in attrs.fields(section):
+        inner = section_class(section, field.name)
+        if inner is not None and attrs.has(inner):
+            yield from keys_of_files(inner, (*path, field.name))
+        elif field.name.endswith("_file") or "CSV" in field.metadata.get("doc", ""):
+            yield (*path, field.name)
+
+
+def test_every_key_that_names_a_file_is_known_as_one() -> None:
+    """Else its file is looked up in another place, and a change in it goes unnoticed."""
+    assert set(keys_of_files(Scenario)) == set(DATA_FILES)

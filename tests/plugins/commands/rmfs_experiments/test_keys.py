@@ -52,6 +52,16 @@ def test_seed_values_and_versions_count(scenario: Scenario) -> None:
     assert len(set(keys)) == len(keys)
 
 
+def test_the_hours_of_a_profile_count(tmp_path: Path) -> None:
+    """A file that a key within a section of a section names is one, too."""
+    file = tmp_path / "hours.csv"
+    keys = set()
+    for weight in (1, 2):
+        file.write_text(f"hour,weight\n9,{weight}\n", encoding="utf-8")
+        keys.add(run_key(load_scenario("grocery-day", [f"instance.arrivals.profile={file}"]), VERSIONS)(1))
+    assert len(keys) == 2
+
+
 @pytest.mark.parametrize("name", ["orders.csv", "pods.csv", "map.txt", "bad.py"])
 def test_the_contents_of_files_count(scenario: Scenario, name: str) -> None:
     """A change in a file of orders, pods, layout or rules that the scenario names makes another run."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from attrs import define, field
 
 from rmfs_core import hookimpl
-from rmfs_core.events import Event, ItemPicked
+from rmfs_core.events import Event, ItemPicked, RobotMoved
 from rmfs_core.info import RunInfo
 from rmfs_core.results.catalogue import Metric
 
@@ -53,3 +53,32 @@ class FirstPicks:
     def measured(self) -> dict[str, float | None]:
         """One metric that `measures` describes, and one that it does not."""
         return {"acme_all_busy_s": max(self.first_s.values(), default=None), "acme_busy_stations": len(self.first_s)}
+
+
+class Turns:
+    """Count how often robots drive, in every run, and write that to a file."""
+
+    files = ("acme-turns.txt",)
+    measures = (Metric("acme_legs", "Legs", "", 0, "How often a robot drove."),)
+
+    @hookimpl
+    def run_started(self, run: RunInfo) -> None:
+        """Start afresh."""
+        self.legs = 0
+        self.out = run.out
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        """Count."""
+        self.legs += isinstance(event, RobotMoved)
+
+    @hookimpl
+    def run_ended(self) -> None:
+        """Write the file."""
+        if self.out is not None:
+            (self.out / self.files[0]).write_text(f"{self.legs}\n", encoding="utf-8")
+
+    @hookimpl
+    def measured(self) -> dict[str, float]:
+        """How often robots drove."""
+        return {"acme_legs": self.legs}
