@@ -109,6 +109,7 @@ def test_every_hook_has_a_description_and_an_example() -> None:
     assert gaps_in_hooks(HOOKS) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hook", HOOKS)
 def test_the_example_of_a_hook_runs(hook: str) -> None:
     """It is a rule with no findings, and its hook is called."""
@@ -175,12 +176,23 @@ def gaps_in_rule(rule: RuleDescription, reference: str, shown: str) -> list[str]
 SHIPPED = {rule.name: rule for rule in installed_rules() if rule.distribution == "rmfs"}
 
 
+@pytest.fixture(scope="module")
+def reference() -> str:
+    """Return the reference of the rules."""
+    return str(GENERATED["rules"]())
+
+
+@pytest.fixture(scope="module")
+def listed() -> str:
+    """Return what `rmfs rules` prints."""
+    return CliRunner().invoke(rmfs, ["rules"], catch_exceptions=False, env={"COLUMNS": "160"}).stdout
+
+
 @pytest.mark.parametrize("name", SHIPPED)
-def test_every_shipped_rule_is_documented(name: str) -> None:
+def test_every_shipped_rule_is_documented(name: str, reference: str, listed: str) -> None:
     """Summary, reference, and each parameter: in the docstring, in `rmfs rules` and in the reference."""
     shown = CliRunner().invoke(rmfs, ["rules", name], catch_exceptions=False).stdout
-    assert gaps_in_rule(SHIPPED[name], GENERATED["rules"](), shown) == []
-    listed = CliRunner().invoke(rmfs, ["rules"], catch_exceptions=False, env={"COLUMNS": "160"}).stdout
+    assert gaps_in_rule(SHIPPED[name], reference, shown) == []
     for number in SHIPPED[name].short_references().splitlines():
         assert number in listed
 

@@ -24,6 +24,7 @@ def test_example_2_sequential() -> None:
     assert rest == [("3", "1"), ("3", "2"), ("4", "1"), ("4", "2")]
 
 
+@pytest.mark.slow
 def test_makespan_of_the_250_order_instances(capsys: pytest.CaptureFixture[str]) -> None:
     """Over the eight 250-order instances the mean makespan lies within 25 % of the one the paper's tables imply."""
     makespans = {}

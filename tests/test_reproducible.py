@@ -12,7 +12,7 @@ import rmfs_core
 
 RUN = """
 import sys, rmfs_core
-rmfs_core.run("examples/small", out=sys.argv[1], record=["trace"], observers=[])
+rmfs_core.run("examples/small", overrides=["instance.orders=30"], out=sys.argv[1], record=["trace"])
 """
 
 

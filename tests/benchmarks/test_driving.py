@@ -44,6 +44,7 @@ def pods_per_hour(pp: str, robots: int, seed: int, *overrides: str) -> float:
     return float(metrics["pod_station_visits"] / metrics["makespan_s"] * 3600)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("robots", "bar"), [(8, 1.05), (32, 1.15)])
 def test_sipp_brings_more_pods(benchmark: Any, robots: int, bar: float) -> None:
     """Bar: `sipp` brings so many times the pods of `whca-n`, mean of five seeds, where robots are the bottleneck."""

@@ -33,6 +33,7 @@ PREFILTER = 'rules.filters=[{rule="most-covered",n=10}]'
 SHIPPED = sorted(
     entry.name for entry in entry_points(group="rmfs") if entry.dist is not None and entry.dist.name == "rmfs"
 )
+NAMES = [name if name != "integrated" else pytest.param(name, marks=pytest.mark.slow) for name in SHIPPED]
 SIZES = [world if world == "small" else pytest.param(world, marks=pytest.mark.slow) for world in WORLDS]
 
 
@@ -41,7 +42,7 @@ class _MeasuredError(Exception):
 
 
 @pytest.mark.parametrize("world", SIZES)
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", NAMES)
 def test_one_call(benchmark: Any, monkeypatch: pytest.MonkeyPatch, name: str, world: str) -> None:
     """Median of a call in the middle of a run."""
     (entry,) = entry_points(group="rmfs", name=name)

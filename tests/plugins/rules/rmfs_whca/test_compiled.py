@@ -25,7 +25,9 @@ EVEN = Motion(acceleration_m_per_s2=1e12, top_speed_m_per_s=1.0, full_turn_s=4.0
 YARD = parse_map("......\n@@@..#\nqO....", "yard")
 
 
-@pytest.mark.parametrize(("robots", "seed"), [(8, 0), (16, 1), (32, 2), (48, 3)])
+@pytest.mark.parametrize(
+    ("robots", "seed"), [(8, 0), (16, 1), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((32, 2), (48, 3)))]
+)
 def test_sipp_never_arrives_later(robots: int, seed: int) -> None:
     """With an unlimited window, 250 queries each among so many robots: `sipp` is never later, and often earlier."""
     roads, sipp, whca = paper_roads(), Sipp(), WhcaN(window_s=math.inf)

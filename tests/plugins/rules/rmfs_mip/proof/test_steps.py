@@ -67,7 +67,9 @@ def test_solvers_agree(periods, solver):
             assert proof_of(period, model, 2, Limits(solver)).run().objective == reference
 
 
-@pytest.mark.parametrize("splits", [0, 1, 2])
+@pytest.mark.parametrize(
+    "splits", [0, pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)]
+)
 def test_few_splits(splitting_period, splits):
     """It has the objective of the printed model, with and without begun orders and pods at the stations."""
     among, limited = Model.SPLIT_AMONG_STATIONS, 0
