@@ -52,6 +52,11 @@ class Parameter:
         value = "(required)" if self.required else _toml_like(self.default)
         return f"{self.name} = {value} {self.unit}".rstrip()
 
+    def in_scenario(self) -> str:
+        """Return the parameter as a line of a scenario has it, a comment where it has no value: ``window_s = 20.0``."""
+        value = "(required)" if self.required else _toml_like(self.default)
+        return f"{'# ' if value.startswith('(') else ''}{self.name} = {value}"
+
 
 @frozen
 class RuleDescription:

@@ -111,10 +111,11 @@ def _print_details(rule: RuleDescription) -> None:
         console.print()
         console.print(Text("In a scenario", style="bold cyan"))
     for parameter in rule.parameters:
-        about = f"{parameter.type}. {parameter.doc}".rstrip(" .").replace("``", "`")
-        lines = [f"  {parameter.shown()}  # {about}"]
+        unit = f", in {parameter.unit}" if parameter.unit and f"({parameter.unit})" not in parameter.doc else ""
+        about = f"{parameter.type}{unit}. {parameter.doc}".rstrip(" .").replace("``", "`")
+        lines = [f"  {parameter.in_scenario()}  # {about}"]
         if len(lines[0]) > console.width:
-            lines = [f"  {parameter.shown()}", *_filled(about, console.width, "    # ")]
+            lines = [f"  {parameter.in_scenario()}", *_filled(about, console.width, "    # ")]
         for line in lines:
             console.print(Text(line), soft_wrap=True)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from collections.abc import Callable
 from typing import Any
 
@@ -10,7 +11,10 @@ import pytest
 from click.testing import CliRunner, Result
 
 from rmfs_cli.rules import rules
+from rmfs_core import entrypoints
 from rmfs_core.cli import main
+from rmfs_core.rules.parameters import parameters_of
+from rmfs_core.rules.sources import load_entry
 
 Install = Callable[..., None]
 
@@ -113,9 +117,18 @@ def test_the_details_of_one_rule(install: Install) -> None:
     assert (result.exit_code, result.stderr) == (0, "")
     assert result.stdout.startswith("mine  decides POA, PPS, observer; from acme 1.0\n\nAssign as I please.\n")
     assert "Another report, 1999." in result.stdout
-    assert "  patience_s = (required) s  # a number. How long to wait (s)\n" in result.stdout
+    assert "  # patience_s = (required)  # a number. How long to wait (s)\n" in result.stdout
     assert '  mode = "slow"  # a text. Fast or slow\n' in result.stdout
     assert "\nParameters\n" not in result.stdout  # they are told once
+
+
+@pytest.mark.parametrize("name", ["integrated", "balanced", "common-lines", "sipp"])
+def test_parameters_are_shown_as_toml_has_them(name: str) -> None:
+    """What stands below "In a scenario" can be copied into one."""
+    choice = tomllib.loads(invoke(name).stdout.partition("In a scenario\n")[2])
+    source = load_entry(entrypoints.offers(entrypoints.RULES)[name], name)
+    assert choice.keys() <= parameters_of(source.target).keys()
+    assert source.target(**choice) == source.target()
 
 
 @pytest.mark.parametrize("name", ["integrated", "balanced", "common-lines", "sipp"])
@@ -165,7 +178,7 @@ def test_an_unknown_name_is_a_wrong_input(capsys: pytest.CaptureFixture[str]) ->
 def test_nothing_set_is_said_in_words(install: Install) -> None:
     """A default is printed as TOML has it; where it is none, that the key is not set."""
     shown = invoke("integrated").stdout
-    assert "  max_seconds = (not set)\n    # a number or nothing." in shown
+    assert "  # max_seconds = (not set)\n    # a number or nothing. " in shown
     assert "None" not in invoke().stdout
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules=DOCUMENTED)
     assert "  names = []  # " in invoke("mine").stdout
