@@ -12,7 +12,12 @@ import numpy as np
 
 
 def stream(seed: int, purpose: str) -> np.random.Generator:
-    """Return the generator of ``purpose`` (for example ``"orders"`` or ``"rule pr"``) for ``seed``."""
+    """Return the generator of ``purpose`` (for example ``"orders"``) for ``seed``."""
     digest = hashlib.sha256(purpose.encode()).digest()
     key = tuple(int.from_bytes(digest[i : i + 4], "big") for i in range(0, 16, 4))
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
+
+
+def rule_stream(seed: int, role: str, name: str, place: int | None = None) -> np.random.Generator:
+    """Return the generator of the rule ``name`` in a role; ``place`` tells filters of one name apart, from 1."""
+    return stream(seed, f"rule {role} {name}{'' if place is None else f' {place}'}")

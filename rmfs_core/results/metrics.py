@@ -45,7 +45,7 @@ class _OrderState:
 
 
 class Metrics:
-    """Observer that computes every metric of a run; `values` and `timing` can be asked at any time."""
+    """Observer that computes every metric of a run; `measured` and `timing` can be asked at any time."""
 
     def __init__(self) -> None:
         self.begin(Instance((), (), ()), 0)
@@ -164,15 +164,15 @@ class Metrics:
         beyond = sum(max(0, free - self.simulated_ticks) for free in self.picker_free)
         return self.handling_ticks - beyond
 
-    @hookimpl(specname="measured")
-    def values(self) -> dict[str, Number]:
+    @hookimpl
+    def measured(self) -> dict[str, Number]:
         """Every metric that is the same on every run of the same scenario and seed, by name.
 
         `rmfs_core.results.catalogue` has their meanings and units.
         """
         self._note_split_orders()
         simulated, done, timed = self.simulated_ticks, self.completed, self.timed * TICKS_PER_S
-        measured = max(simulated - self.warmup, 0)
+        counted = max(simulated - self.warmup, 0)
         distance = self.loaded_m + self.empty_m
         turnover = self.backlog_ticks + self.station_ticks
         return {
@@ -191,9 +191,9 @@ class Metrics:
             "turnover_station_s": ratio(self.station_ticks, timed),
             "makespan_s": to_seconds(simulated) if self.complete else None,
             "simulated_s": to_seconds(simulated),
-            "orders_per_hour": ratio(done * TICKS_PER_HOUR, measured),
-            "picks_per_hour": ratio(self.picks * TICKS_PER_HOUR, measured),
-            "picker_utilisation": ratio(self.busy_ticks, self.stations * measured),
+            "orders_per_hour": ratio(done * TICKS_PER_HOUR, counted),
+            "picks_per_hour": ratio(self.picks * TICKS_PER_HOUR, counted),
+            "picker_utilisation": ratio(self.busy_ticks, self.stations * counted),
             "split_orders_open_max": self.split_open_max,
             "periods": self.periods,
             "solves_stopped_early": self.stopped_early,

@@ -194,7 +194,7 @@ class RulesSection:
     ta: RuleChoice = key("Task allocation: tasks to robots", RuleChoice("balanced"))
     pp: RuleChoice = key("Path planning", RuleChoice("sipp"))
     filters: tuple[RuleChoice, ...] = key("Backlog prefilters, applied in this order", ())
-    observers: tuple[RuleChoice, ...] = key("Observers of third parties to register", ())
+    observers: tuple[RuleChoice, ...] = key("Observers to register, besides those of every run", ())
 
     def __attrs_post_init__(self) -> None:
         if self.poa_pps is not None and (self.poa is not None or self.pps is not None):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Container, Sequence
+from collections.abc import Callable, Container
 
 from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
 from rmfs_core.events import Event, OrderAssigned, TaskAssigned, TripDecided
@@ -72,12 +72,12 @@ def apply_selection(
     answer: object,
     *,
     max_fetches: int,
-    leaving: Container[int],
-    uncovered: Sequence[Collection[int]],
     keep: Keep,
 ) -> JointDecision:
-    """Bind the pods of a PPS decision; return it. ``leaving`` and ``uncovered`` as for `checks.selected_trip`."""
+    """Bind the pods of a PPS decision; return it."""
     trips = sequence_of(answer, PodTrip)
+    leaving = {pod.id for pod in warehouse.leaving_pods()}
+    uncovered = [{request.sku for request in station.uncovered_requests} for station in warehouse.stations]
     fetches = 0
     for given in trips:
         pod, station = checks.selected_trip(warehouse, given, leaving, uncovered)

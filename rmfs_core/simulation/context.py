@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import simpy
 
-from rmfs_core.randomness import stream
+from rmfs_core.randomness import rule_stream
 from rmfs_core.rules import BoundRule, RuleSet
 from rmfs_core.scenario.model import Scenario
 from rmfs_core.simulation.asking import Asker, Observers
@@ -74,6 +74,6 @@ class RunContext:
         """Return a rule's random generator: by role and name, and by place among filters of the same name."""
         if id(rule) not in self._streams:
             same = [other for other in self.rules.filters if other.name == rule.name]
-            place = f" {same.index(rule) + 1}" if rule in same else ""
-            self._streams[id(rule)] = stream(self.scenario.seed, f"rule {rule.role} {rule.name}{place}")
+            place = same.index(rule) + 1 if rule in same else None
+            self._streams[id(rule)] = rule_stream(self.scenario.seed, rule.role, rule.name, place)
         return self._streams[id(rule)]

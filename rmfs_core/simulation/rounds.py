@@ -97,27 +97,17 @@ class Decisions:
     # PPS
 
     def _select_pods(self, rule: BoundRule) -> None:
-        uncovered = [{request.sku for request in s.uncovered_requests} for s in self.warehouse.stations]
-        if not any(uncovered):
+        if not any(station.uncovered_requests for station in self.warehouse.stations):
             return
-        leaving = {pod.id for pod in self.warehouse.leaving_pods()}
         idle = sum(robot.idle for robot in self.warehouse.robots)
         max_fetches = max(idle - len(self.warehouse.waiting), 0)
-        if not (max_fetches or leaving):
+        if not (max_fetches or self.warehouse.leaving_pods()):
             return
         answer, seconds = self._run.ask(rule, max_fetches=max_fetches)
 
-        def apply() -> JointDecision:
-            return apply_selection(
-                self.warehouse,
-                answer,
-                max_fetches=max_fetches,
-                leaving=leaving,
-                uncovered=uncovered,
-                keep=self._keep,
-            )
-
-        decision = self._apply(rule, apply)
+        decision = self._apply(
+            rule, partial(apply_selection, self.warehouse, answer, max_fetches=max_fetches, keep=self._keep)
+        )
         self._tell_decision(rule, len(self.warehouse.backlog), decision, seconds)
 
     # TA

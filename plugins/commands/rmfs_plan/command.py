@@ -58,13 +58,14 @@ def plan(
     from rmfs_cli.choices import option_named
     from rmfs_cli.compiling import compiling_announced
     from rmfs_core.errors import RunError
-    from rmfs_core.randomness import stream
+    from rmfs_core.randomness import rule_stream
+    from rmfs_core.roles import Role
     from rmfs_core.scenario.rulenames import rule_name_from
     from rmfs_plan import collisions, find_planner, plan_trips, random_trips, read_map, read_trips, roads_of_map
 
     roads = roads_of_map(read_map(map_file))
     with option_named("--pp", f"--pp {pp}", values):
-        planner = find_planner(rule_name_from(pp, ".", "."), _parameters(values), stream(seed, f"rule pp {pp}"))
+        planner = find_planner(rule_name_from(pp, ".", "."), _parameters(values), rule_stream(seed, Role.PP, pp))
     with compiling_announced(notes_console()):
         trips = random_trips(roads, agents, seed, map_file) if scen is None else read_trips(scen, roads.layout, agents)
         _check_reach(roads, trips, scen or map_file)

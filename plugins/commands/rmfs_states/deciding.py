@@ -9,7 +9,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from rmfs_core.errors import InputError, RuleError
-from rmfs_core.randomness import stream
+from rmfs_core.randomness import rule_stream
 from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule, load_rule
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario, StationsSection
@@ -241,7 +241,7 @@ def _given(opened: OpenState, role: Role) -> dict[str, Any]:
 
 def _generator(state: State, rule: BoundRule) -> np.random.Generator:
     if state.random is None:
-        return stream(state.seed, f"rule {rule.role} {rule.name}")
+        return rule_stream(state.seed, rule.role, rule.name)
     return _restored(state.random)
 
 
@@ -275,9 +275,7 @@ def carry_out(
         return None
     open_before = sum(order.open_items for order in warehouse.backlog)
     if role is Role.PPS:
-        leaving = {pod.id for pod in warehouse.leaving_pods()}
-        uncovered = [{request.sku for request in s.uncovered_requests} for s in warehouse.stations]
-        decision = apply_selection(warehouse, answer, leaving=leaving, uncovered=uncovered, keep=_forget, **arguments)
+        decision = apply_selection(warehouse, answer, keep=_forget, **arguments)
     else:
         decision = apply_assignments(
             warehouse,

@@ -15,9 +15,6 @@ if TYPE_CHECKING:
 
     from rmfs_validation import Fault, Report
 
-PIPE_WIDTH = 200
-"""Columns of the table where the output is no terminal."""
-
 
 @click.command(short_help="Check the trace of a run for impossible things.")
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))

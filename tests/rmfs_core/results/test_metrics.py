@@ -77,7 +77,7 @@ WHOLE_RUN = (
 
 def test_a_run_worked_out_by_hand(tiny: RunInfo) -> None:
     """Two orders, four picks and two visits give the numbers of the definitions."""
-    values = after(tiny, WHOLE_RUN, end_s=70).values()
+    values = after(tiny, WHOLE_RUN, end_s=70).measured()
     assert values["orders_completed"] == values["orders_total"] == 2
     assert (values["picks"], values["pod_station_visits"]) == (4, 2)
     assert (values["psv_per_order"], values["pile_on"]) == (1.0, 2.0)
@@ -94,7 +94,7 @@ def test_a_run_worked_out_by_hand(tiny: RunInfo) -> None:
 def test_a_warm_up_counts_for_nothing(tiny: RunInfo) -> None:
     """From 30 s on: the second order arrives before, so nothing is said of its time; of the first only picks count."""
     warm = evolve(tiny, scenario=evolve(tiny.scenario, run=RunSection(warmup_s=30.0)))
-    values = after(warm, WHOLE_RUN, end_s=70).values()
+    values = after(warm, WHOLE_RUN, end_s=70).measured()
     assert (values["orders_completed"], values["orders_total"]) == (2, 2)
     assert (values["picks"], values["pod_station_visits"], values["distance_m"]) == (3, 1, 0)
     assert (values["psv_per_order"], values["pile_on"], values["turnover_s"]) == (0.5, 3.0, None)
@@ -107,26 +107,26 @@ def test_a_warm_up_counts_for_nothing(tiny: RunInfo) -> None:
 def test_times_after_a_warm_up(tiny: RunInfo) -> None:
     """From 3 s on: the second order arrives after it, at 5 s, is assigned at 45 s and complete at 70 s."""
     warm = evolve(tiny, scenario=evolve(tiny.scenario, run=RunSection(warmup_s=3.0)))
-    values = after(warm, WHOLE_RUN, end_s=70).values()
+    values = after(warm, WHOLE_RUN, end_s=70).measured()
     assert [values[f"turnover{part}_s"] for part in ("", "_backlog", "_station")] == [65.0, 40.0, 25.0]
 
 
 def test_a_run_within_its_warm_up(tiny: RunInfo) -> None:
     """It has counted nothing."""
     warm = evolve(tiny, scenario=evolve(tiny.scenario, run=RunSection(warmup_s=900.0)))
-    values = after(warm, WHOLE_RUN, end_s=70).values()
+    values = after(warm, WHOLE_RUN, end_s=70).measured()
     assert (values["picks"], values["orders_completed"], values["orders_per_hour"]) == (0, 0, None)
 
 
 def test_pickers_are_busy_up_to_the_makespan_only(tiny: RunInfo) -> None:
     """The last item is handled 6 s beyond its pick; those are no part of the makespan."""
-    values = after(tiny, WHOLE_RUN, end_s=70).values()
+    values = after(tiny, WHOLE_RUN, end_s=70).measured()
     assert values["picker_utilisation"] == (4 * 13 - 6) / (2 * 70)
 
 
 def test_a_partial_run_has_no_makespan(tiny: RunInfo) -> None:
     """With an order left, time counts to the end of the run, and means are over completed orders."""
-    values = after(tiny, WHOLE_RUN[:8], status="partial", end_s=100).values()
+    values = after(tiny, WHOLE_RUN[:8], status="partial", end_s=100).measured()
     assert (values["makespan_s"], values["simulated_s"]) == (None, 100.0)
     assert values["orders_completed"] == 1
     assert values["turnover_s"] == 40.0
@@ -134,7 +134,7 @@ def test_a_partial_run_has_no_makespan(tiny: RunInfo) -> None:
 
 def test_a_run_in_which_nothing_happens_has_no_means(tiny: RunInfo) -> None:
     """Without orders, visits or time every mean is None, and the values are valid JSON."""
-    values = after(tiny, (), status="partial").values()
+    values = after(tiny, (), status="partial").measured()
     for name in ("psv_per_order", "pile_on", "distance_per_order_m", "turnover_s", "picker_utilisation"):
         assert values[name] is None
     json.dumps(values, allow_nan=False)
@@ -164,7 +164,7 @@ def test_a_run_in_which_nothing_happens_has_no_means(tiny: RunInfo) -> None:
 )
 def test_split_orders_open_at_once(tiny: RunInfo, events: tuple[Event, ...], most: int) -> None:
     """An order counts from when it is known to be split until its last item is picked."""
-    assert after(tiny, events, status="partial").values()["split_orders_open_max"] == most
+    assert after(tiny, events, status="partial").measured()["split_orders_open_max"] == most
 
 
 def test_decisions_are_told_apart_by_period(tiny: RunInfo) -> None:
@@ -175,7 +175,7 @@ def test_decisions_are_told_apart_by_period(tiny: RunInfo) -> None:
         end_s=70,
     )
     timing = metrics.timing(wall_s=10.0)
-    assert (metrics.values()["periods"], metrics.values()["solves_stopped_early"]) == (2, 1)
+    assert (metrics.measured()["periods"], metrics.measured()["solves_stopped_early"]) == (2, 1)
     assert (timing["decision_s_first"], timing["decision_s_later"]) == (3.0, 0.5)
     assert timing["decision_s_per_order"] == 0.25
     assert timing["decision_percent_of_simulated"] == pytest.approx(100 * 0.5 / 70)
@@ -185,5 +185,5 @@ def test_decisions_are_told_apart_by_period(tiny: RunInfo) -> None:
 def test_every_metric_is_in_the_catalogue(tiny: RunInfo) -> None:
     """The table at the end of a run shows each metric and each wall-clock figure."""
     metrics = after(tiny, ())
-    assert {metric.name for group in METRICS.values() for metric in group} == metrics.values().keys()
+    assert {metric.name for group in METRICS.values() for metric in group} == metrics.measured().keys()
     assert {metric.name for metric in TIMING} == metrics.timing(1.0).keys()

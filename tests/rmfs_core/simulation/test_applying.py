@@ -34,14 +34,7 @@ def assigned(
 def selected(world: Warehouse, trips: Sequence[PodTrip], max_fetches: int) -> list[Event]:
     """Carry out a decision on pods; return its events."""
     events: list[Event] = []
-    apply_selection(
-        world,
-        trips,
-        max_fetches=max_fetches,
-        leaving={pod.id for pod in world.leaving_pods()},
-        uncovered=[{request.sku for request in station.uncovered_requests} for station in world.stations],
-        keep=events.append,
-    )
+    apply_selection(world, trips, max_fetches=max_fetches, keep=events.append)
     return events
 
 

@@ -78,7 +78,7 @@ name = "unwatched"
 
 def without_timing(rows: Rows) -> Rows:
     """Return rows with what is the same on every run."""
-    kept = {*Metrics().values(), "instance", "scenario", "rule_set", "seed", "status", "error", "error_kind", "key"}
+    kept = {*Metrics().measured(), "instance", "scenario", "rule_set", "seed", "status", "error", "error_kind", "key"}
     return [{name: value for name, value in row.items() if name in kept} for row in rows]
 
 
