@@ -55,17 +55,19 @@ def plan(
     Each robot has one trip: random ones, or those of a scenario. The paths are checked for collisions.
     """
 
-    from rmfs_cli.choices import option_named
+    from rmfs_cli.choices import option_named, with_parameters
     from rmfs_cli.compiling import compiling_announced
     from rmfs_core.errors import RunError
     from rmfs_core.randomness import rule_stream
     from rmfs_core.roles import Role
+    from rmfs_core.scenario import RuleChoice
     from rmfs_core.scenario.rulenames import rule_name_from
     from rmfs_plan import collisions, find_planner, plan_trips, random_trips, read_map, read_trips, roads_of_map
 
     roads = roads_of_map(read_map(map_file))
     with option_named("--pp", f"--pp {pp}", values):
-        planner = find_planner(rule_name_from(pp, ".", "."), _parameters(values), rule_stream(seed, Role.PP, pp))
+        choice = with_parameters(RuleChoice(rule_name_from(pp, ".", ".")), values)
+        planner = find_planner(choice.rule, choice.parameters, rule_stream(seed, Role.PP, pp))
     with compiling_announced(notes_console()):
         trips = random_trips(roads, agents, seed, map_file) if scen is None else read_trips(scen, roads.layout, agents)
         _check_reach(roads, trips, scen or map_file)
@@ -74,7 +76,7 @@ def plan(
         wall_s = time.perf_counter() - started
     hits = collisions(roads, [one.path for one in plans])
     title = f"{Path(map_file).name}, {len(plans)} robots, {pp}"
-    about = {"map": map_file, "scen": scen, "seed": seed, "pp": pp, "parameters": _parameters(values)}
+    about = {"map": map_file, "scen": scen, "seed": seed, "pp": pp, "parameters": dict(choice.parameters)}
     if as_json:
         rows = [_row(roads, robot, one) for robot, one in enumerate(plans, 1)]
         print_json({**_document(plans, hits, about), "trips": rows})
@@ -90,19 +92,6 @@ def plan(
         )
     if hits and planner.exclusive:
         raise RunError(f"{pp} let robots collide, first {_describe(roads, hits[0])}.")
-
-
-def _parameters(values: Sequence[str]) -> dict[str, Any]:
-    from rmfs_core.errors import InputError
-    from rmfs_core.scenario.overrides import parse_override
-
-    found = {}
-    for override in map(parse_override, values):
-        if len(override.path) != 1:
-            raise InputError(override.place, "expected a parameter of the planner, such as window_s=30")
-        value = override.value
-        found[override.path[0]] = float(value) if type(value) is int and override.path[0].endswith("_s") else value
-    return found
 
 
 def _check_reach(roads: Roads, trips: Sequence[Any], place: str) -> None:

@@ -130,7 +130,7 @@ def test_wrong_scenarios_are_refused(text: str, problem: str, room: Path, capsys
         (["--pp", "demand"], "decides PPS; expected a rule for PP"),
         (["--pp", "whca-n", "--set", "window=3"], "--set window=3: rule"),
         (["--pp", "whca-n", "--set", "window_s=-3"], "expected a number > 0"),
-        (["--set", "a.b=3"], "--set a.b=3: expected a parameter of the planner"),
+        (["--set", "a.b=3"], "--set a.b=3: expected a parameter of the rule"),
         (["--agents", "50"], "found room for"),
     ],
 )
