@@ -16,8 +16,6 @@ from rmfs_cli.shipped import print_shipped
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from rmfs_experiments import ExperimentResult
-
 RUNS_FOLDER = "runs"
 
 
@@ -47,9 +45,9 @@ def compare(
 ) -> None:
     """Run EXPERIMENT, a file or the name of a shipped one (small-rules), and compare its rule sets.
 
-    Every finished run is kept in DIR/runs, so that an interrupted experiment goes on where it stopped; delete that
-    folder to compute everything again. The comparison is printed and written to DIR: summary.csv, runs.parquet,
-    report.html and plots. Exit code 1 when a run failed; the others are finished and compared.
+    Every finished run is kept in DIR/runs, so that an interrupted experiment goes on where it stopped; a run whose
+    scenario, files or code changed is computed anew. The comparison is printed and written to DIR: summary.csv,
+    runs.parquet, report.html and plots. Exit code 1 when a run failed; the others are finished and compared.
     """
     import attrs
 
@@ -85,8 +83,6 @@ def compare(
         raise
     if not result.computed:
         say(notes, f"{loaded.name}: all {len(result.rows):,} runs are stored already")
-    if result.computed < len(result.rows):
-        _note_editable(notes, result, folder)
     comparison = result.comparison()
     write_report(result, comparison, folder)
     if as_json:
@@ -104,26 +100,6 @@ def compare(
     if result.failed:
         raise RunError(
             f"{len(result.failed)} of {len(result.rows)} runs failed; {folder / REPORT_FILE} has their errors."
-        )
-
-
-def _note_editable(notes: Console, result: ExperimentResult, folder: Path) -> None:
-    """Say which distributions may have changed without their version telling so."""
-    from importlib.metadata import PackageNotFoundError, distribution
-
-    editable = []
-    for name, version in result.versions.items():
-        try:
-            origin = distribution(name).read_text("direct_url.json") or ""
-        except (PackageNotFoundError, ValueError):  # python itself, and files of rules
-            continue
-        if '"editable": true' in origin:
-            editable.append(f"{name} {version}")
-    if editable:
-        say(
-            notes,
-            f"Some runs were stored before. {', '.join(editable)}: installed as editable, so that changes of its code "
-            f"since then are not noticed; delete {folder / RUNS_FOLDER} to compute them again.",
         )
 
 

@@ -1,15 +1,18 @@
 """Paired comparison of rule sets with a baseline.
 
 Runs of the same instance and seed see the same orders, pods and robots (common random numbers), so that a rule set is
-judged by its differences from the baseline, pair by pair: their mean, the Student t interval of that mean, and the
-p-value of the paired t test, corrected for the number of rule sets compared after Holm (1979, A simple sequentially
-rejective multiple test procedure, Scandinavian Journal of Statistics 6(2), 65-70).
+judged by its differences from the baseline, pair by pair. Instances share the orders' random numbers of a seed, too:
+what is independent is the seeds. So each seed gives one value, the mean over the instances of a set, and over these go
+the mean, its Student t interval, and the p-value of the paired t test, corrected for the number of rule sets compared
+after Holm (1979, A simple sequentially rejective multiple test procedure, Scandinavian Journal of Statistics 6(2),
+65-70).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
 from statistics import fmean, stdev
 from typing import Any
 
@@ -37,15 +40,24 @@ class Interval:
     mean
         Mean of the values.
     low, high
-        Bounds of the Student t interval.
+        Bounds of the Student t interval: 95 % for this mean alone.
     p
-        Two-sided p-value of the t test that the mean is 0.
+        Two-sided p-value of the t test that the mean is 0; at most 0.05 when 0 is outside of ``low`` to ``high``.
+    low_holm, high_holm
+        Bounds that hold for all means of the family at once with 95 % (after Bonferroni), and end at 0 where Holm's
+        test tells on which side of 0 the mean lies though they would go beyond.
+    p_holm
+        The p-value corrected for the size of the family; at most 0.05 when 0 is not within ``low_holm`` to
+        ``high_holm``, or their end.
     """
 
     mean: float | None
     low: float | None = None
     high: float | None = None
     p: float | None = None
+    low_holm: float | None = None
+    high_holm: float | None = None
+    p_holm: float | None = None
 
 
 @frozen
@@ -58,31 +70,38 @@ class Paired:
         The instance set, or ``"overall"``.
     metric, rule_set
         What is compared.
+    seeds
+        Number of seeds that count: each gives one value, the mean over its pairs.
     pairs
-        Number of pairs of runs of the same instance and seed in which both sides have the figure. (For the baseline:
-        number of its runs that have it.)
+        Number of their pairs of runs of the same instance and seed. (For the baseline: of its runs.)
     left_out
-        Pairs in which a side failed or has no such figure.
+        Pairs that do not count: a side is not complete or has no such figure, or that is so of another instance of
+        the seed, whose mean would be over other instances than those of other seeds. (An instance without any pair
+        is left out alone.)
     mean, baseline_mean
-        Means over the pairs.
+        Means over the seeds.
     difference
         Rule set minus baseline.
     relative
-        The same as a share of the baseline's figure, mean over the pairs; not defined when a baseline's figure is 0.
-    p_holm
-        The difference's p-value, corrected over the rule sets compared in this metric and instance set.
+        The same as a share of the baseline's figure, mean over the pairs of a seed; not defined when a baseline's
+        figure is 0.
     """
 
     instances: str
     metric: str
     rule_set: str
+    seeds: int
     pairs: int
     left_out: int
     mean: float | None
     baseline_mean: float | None
-    difference: Interval
-    relative: Interval
-    p_holm: float | None = None
+    difference: Interval = Interval(None)
+    relative: Interval = Interval(None)
+
+    @property
+    def p_holm(self) -> float | None:
+        """The difference's p-value, corrected over the rule sets compared in this metric and instance set."""
+        return self.difference.p_holm
 
 
 @frozen
@@ -194,7 +213,7 @@ def summary(
     paired: list[Paired] = []
     for name, members in sets.items():
         for metric in metrics:
-            paired += _with_holm([_pair(name, members, metric, rule_set, baseline) for rule_set in rule_sets])
+            paired += _family(name, members, metric, rule_sets, baseline)
     counted = tuple(_count(name, members, rule_set) for name, members in sets.items() for rule_set in rule_sets)
     return Comparison(
         baseline, tuple(sets), rule_sets, tuple(metrics), tuple(paired), counted, tuple(by), measures or {}
@@ -208,35 +227,54 @@ def _label(row: Mapping[str, Any], by: Sequence[str]) -> str:
 
 
 def _figures(rows: Iterable[Mapping[str, Any]], rule_set: str, metric: str) -> dict[tuple[str, int], float | None]:
-    """Return a rule set's figure by instance and seed; None where the run failed or has none."""
+    """Return a rule set's figure by instance and seed; None where the run is not complete or has none."""
     return {
-        (row["instance"], row["seed"]): None if row["status"] == "failed" else row.get(metric)
+        (row["instance"], row["seed"]): row.get(metric) if row["status"] == "complete" else None
         for row in rows
         if row["rule_set"] == rule_set
     }
 
 
-def _pair(name: str, rows: Rows, metric: str, rule_set: str, baseline: str) -> Paired:
+Pairs = Sequence[tuple[float, float]]
+"""Figures of rule set and baseline, an instance each."""
+
+
+def _by_seed(rows: Rows, metric: str, rule_set: str, baseline: str) -> tuple[list[Pairs], int]:
+    """Return the pairs of each seed that counts, and the number of pairs left out."""
     ours, theirs = _figures(rows, rule_set, metric), _figures(rows, baseline, metric)
-    pairs = list(_both(ours, theirs))
-    mean = fmean(own for own, _ in pairs) if pairs else None
-    baseline_mean = fmean(other for _, other in pairs) if pairs else None
-    difference = relative = Interval(None)
-    if rule_set != baseline:
-        difference = interval([own - other for own, other in pairs])
-        if all(other != 0 for _, other in pairs):
-            relative = interval([own / other - 1 for own, other in pairs])
-    left_out = len(ours.keys() | theirs.keys()) - len(pairs)
-    return Paired(name, metric, rule_set, len(pairs), left_out, mean, baseline_mean, difference, relative)
+    all_of_them = ours.keys() | theirs.keys()
+    pairs = {
+        key: (own, other)
+        for key, own in ours.items()
+        if own is not None and (other := theirs.get(key)) is not None
+    }
+    instances = {instance for instance, _ in pairs}
+    broken = {seed for instance, seed in all_of_them - pairs.keys() if instance in instances}
+    seeds: dict[int, list[tuple[float, float]]] = {}
+    for (_, seed), pair in pairs.items():
+        if seed not in broken:
+            seeds.setdefault(seed, []).append(pair)
+    return list(seeds.values()), len(all_of_them) - sum(map(len, seeds.values()))
 
 
-def _both(
-    ours: Mapping[tuple[str, int], float | None], theirs: Mapping[tuple[str, int], float | None]
-) -> Iterator[tuple[float, float]]:
-    for key, own in ours.items():
-        other = theirs.get(key)
-        if own is not None and other is not None:
-            yield own, other
+def _family(name: str, rows: Rows, metric: str, rule_sets: Sequence[str], baseline: str) -> list[Paired]:
+    """Compare the rule sets with the baseline in one metric on one instance set."""
+    found, differences, relative = [], [], []
+    for rule_set in rule_sets:
+        seeds, left_out = _by_seed(rows, metric, rule_set, baseline)
+        number = sum(map(len, seeds))
+        means = [_mean([fmean(pair[side] for pair in pairs) for pairs in seeds]) for side in (0, 1)]
+        found.append(Paired(name, metric, rule_set, len(seeds), number, left_out, *means))
+        compared = seeds if rule_set != baseline else []
+        defined = all(other != 0 for pairs in seeds for _, other in pairs)
+        differences.append([fmean(own - other for own, other in pairs) for pairs in compared])
+        relative.append([fmean(own / other - 1 for own, other in pairs) for pairs in compared if defined])
+    of_all = zip(found, intervals(differences), intervals(relative), strict=True)
+    return [evolve(one, difference=difference, relative=share) for one, difference, share in of_all]
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return fmean(values) if values else None
 
 
 def interval(values: Sequence[float]) -> Interval:
@@ -245,19 +283,43 @@ def interval(values: Sequence[float]) -> Interval:
     One value has no interval. Values that are all the same have one of width 0, and a p-value of 1 if they are 0, of
     0 if they are not.
     """
-    from scipy.stats import t  # imported here: half a second
+    from scipy.special import stdtr  # imported here: it takes a while
 
-    count = len(values)
-    if count == 0:
-        return Interval(None)
-    mean = fmean(values)
-    if count == 1:
+    mean = _mean(values)
+    if mean is None or len(values) == 1:
         return Interval(mean)
-    error = stdev(values) / math.sqrt(count)
-    if error == 0:
-        return Interval(mean, mean, mean, 1.0 if mean == 0 else 0.0)
-    half = float(t.ppf((1 + CONFIDENCE) / 2, count - 1)) * error
-    return Interval(mean, mean - half, mean + half, float(2 * t.sf(abs(mean) / error, count - 1)))
+    low, high = _bounds(values, CONFIDENCE)
+    error = _error(values)
+    p = float(2 * stdtr(len(values) - 1, -abs(mean) / error)) if error else 1.0 if mean == 0 else 0.0
+    return Interval(mean, low, high, p)
+
+
+def intervals(family: Sequence[Sequence[float]]) -> list[Interval]:
+    """Return several means, each as `interval` does, with what holds for all of them at once."""
+    found = [interval(values) for values in family]
+    tested = [(place, one.p) for place, one in enumerate(found) if one.p is not None]
+    for (place, _), p in zip(tested, holm([p for _, p in tested]), strict=True):
+        low, high = _bounds(family[place], 1 - (1 - CONFIDENCE) / len(tested))
+        if p <= 1 - CONFIDENCE:
+            low, high = (max(low, 0.0), high) if fmean(family[place]) > 0 else (low, min(high, 0.0))
+        found[place] = evolve(found[place], low_holm=low, high_holm=high, p_holm=p)
+    return found
+
+
+def _error(values: Sequence[float]) -> float:
+    return stdev(values) / math.sqrt(len(values))
+
+
+def _bounds(values: Sequence[float], confidence: float) -> tuple[float, float]:
+    mean, half = fmean(values), _quantile((1 + confidence) / 2, len(values) - 1) * _error(values)
+    return mean - half, mean + half
+
+
+@lru_cache(maxsize=1000)
+def _quantile(share: float, degrees: int) -> float:
+    from scipy.special import stdtrit
+
+    return float(stdtrit(degrees, share))
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
@@ -271,13 +333,6 @@ def holm(p_values: Sequence[float]) -> list[float]:
         largest = max(largest, min(1.0, p_values[place] * (len(p_values) - rank)))
         corrected[place] = largest
     return corrected
-
-
-def _with_holm(family: Sequence[Paired]) -> list[Paired]:
-    tested = [one for one in family if one.difference.p is not None]
-    corrected = holm([one.difference.p for one in tested if one.difference.p is not None])
-    p_of = {one.rule_set: p for one, p in zip(tested, corrected, strict=True)}
-    return [evolve(one, p_holm=p_of.get(one.rule_set)) for one in family]
 
 
 def _count(name: str, rows: Rows, rule_set: str) -> Counted:

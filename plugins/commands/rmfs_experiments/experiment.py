@@ -20,6 +20,7 @@ from rmfs_core.wording import nearest
 from rmfs_experiments.compare import CATALOGUE
 from rmfs_experiments.keys import run_key
 from rmfs_experiments.resolving import Changes, located_in, resolve
+from rmfs_experiments.sources import sources_of
 
 DEFAULT_METRICS = ("psv_per_order", "pile_on", "distance_per_order_m", "turnover_s", "makespan_s", "picker_utilisation")
 LABELS = ("instance", "scenario", "rule_set", "seed", "status", "error", "error_kind", "key", "run_s")
@@ -111,11 +112,13 @@ class Job:
     versions
         Versions of everything that takes part, as in result.json.
     key
-        Hash of resolved scenario (with the contents of the files it names), seed and versions.
+        Hash of resolved scenario (with the contents of the files it names), seed, versions and sources.
     measures
         Metrics that its observers describe, by name.
     observed
         Whether it has observers that measure something.
+    sources
+        Digests of the code of everything that takes part, by import package.
     """
 
     instance: str
@@ -127,9 +130,20 @@ class Job:
     key: str
     measures: Mapping[str, Metric] = field(factory=dict)
     observed: bool = False
+    sources: Mapping[str, str] = field(factory=dict, repr=False)
 
     def __str__(self) -> str:
         return f"{self.instance}, {self.rule_set}, seed {self.seed}"
+
+
+@frozen
+class _Loaded:
+    """What there is to know of the rules of some runs."""
+
+    versions: dict[str, str]
+    measures: dict[str, Metric]
+    observed: bool
+    sources: dict[str, str]
 
 
 @frozen
@@ -233,7 +247,7 @@ class Experiment:
         standing = [observer for observer, _ in make_observers(quiet=True)]
         of_all = described_by(standing)
         self._check_columns(of_all)
-        loaded: dict[tuple[str, str], tuple[dict[str, str], dict[str, Metric], bool]] = {}  # most have the same rules
+        loaded: dict[tuple[str, str], _Loaded] = {}  # most have the same rules
         for instance, base, points in self._instances():
             values = {"scenario": base.name} | {a.name: p.value for a, p in zip(self.axes, points, strict=True)}
             for rule_set in self.rule_sets:
@@ -249,13 +263,15 @@ class Experiment:
                         rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
                         observed = bool(rules.pm.hook.measured.get_hookimpls())
                         measures = of_all | described_by(rules.instances)
-                        loaded[chosen] = versions_of(rules, scenario.folder), measures, observed
-                    versions, measures, observed = loaded[chosen]
-                    key = run_key(scenario, versions)
+                        versions = versions_of(rules, scenario.folder)
+                        loaded[chosen] = _Loaded(versions, measures, observed, sources_of(rules))
+                    code = loaded[chosen]
+                    key = run_key(scenario, code.versions, code.sources)
                 for seed in self.seeds:
-                    of_seed = scenario.with_seed(seed), versions, key(seed), measures, observed
-                    found.append(Job(instance, rule_set.name, seed, values, *of_seed))
-        if not any(observed for _, _, observed in loaded.values()):
+                    of_seed = scenario.with_seed(seed), code.versions, key(seed)
+                    of_rules = code.measures, code.observed, code.sources
+                    found.append(Job(instance, rule_set.name, seed, values, *of_seed, *of_rules))
+        if not any(code.observed for code in loaded.values()):
             self.check_metrics({*CATALOGUE, *of_all})
         return found
 

@@ -1,8 +1,8 @@
 """What makes a run the run it is: the hash that names its folder.
 
 Two runs with the same key give the same metrics, so that one of them need not be computed. What counts is the resolved
-scenario, the contents of the files it names, the seed and the versions; where the files are, and in which order keys
-were written, does not.
+scenario, the contents of the files it names, the seed, the versions and the code; where the files are, and in which
+order keys were written, does not.
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ KEY_LENGTH = 24
 """Hexadecimal digits: 96 bits, so that a million runs collide with a probability of 1e-17."""
 
 
-def run_key(scenario: Scenario, versions: Mapping[str, str]) -> Callable[[int], str]:
+def run_key(
+    scenario: Scenario, versions: Mapping[str, str], sources: Mapping[str, str]
+) -> Callable[[int], str]:
     """Return the function from a seed to the key of a run.
 
     Parameters
@@ -32,6 +34,8 @@ def run_key(scenario: Scenario, versions: Mapping[str, str]) -> Callable[[int], 
         The resolved scenario; its own seed does not count.
     versions
         Of everything that takes part; of a rule's file beside the scenario, the digest.
+    sources
+        Digests of the code of everything that takes part, see `sources_of`.
 
     Raises
     ------
@@ -43,7 +47,7 @@ def run_key(scenario: Scenario, versions: Mapping[str, str]) -> Callable[[int], 
         reduce(getitem, sections, tables)[name] = _digest(Path(scenario.folder) / file, ".".join([*sections, name]))
 
     def key(seed: int) -> str:
-        content = {"scenario": {**tables, "seed": seed}, "versions": dict(versions)}
+        content = {"scenario": {**tables, "seed": seed}, "versions": dict(versions), "sources": dict(sources)}
         text = json.dumps(json_ready(content), sort_keys=True, ensure_ascii=False, default=repr)
         return hashlib.sha256(text.encode()).hexdigest()[:KEY_LENGTH]
 

@@ -10,7 +10,9 @@ from attrs import frozen
 from rmfs_core import run
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.results import Result
+from rmfs_core.wording import listed
 from rmfs_experiments.experiment import Job
+from rmfs_experiments.sources import changed_since
 
 
 @frozen(eq=False)
@@ -38,6 +40,10 @@ class Outcome:
 def simulate(job: Job) -> Outcome:
     """Run a job. Never raises: a run that fails is an outcome like any other."""
     started = time.perf_counter()
+    changed = changed_since(job.sources)
+    if changed:
+        problem = f"the worker has other code of {listed(changed)}; expected that which the experiment began with"
+        return Outcome(None, problem, "VersionError")
     result: Result | None = None
     error: Exception | None = None
     try:

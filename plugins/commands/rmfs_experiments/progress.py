@@ -103,6 +103,10 @@ class ExperimentLines(Display, Watcher):
         with self._lock:
             self.counts.begin(job)
 
+    def run_dropped(self, job: Job, problem: str) -> None:
+        """Write a line."""
+        self.line(f"Computed again: {job}: {problem}")
+
     def run_repeated(self, job: Job, problem: str) -> None:
         """Write a line."""
         with self._lock:
@@ -158,6 +162,10 @@ class ExperimentPanel(PanelDisplay, Watcher):
         """Count."""
         with self._lock:
             self.counts.begin(job)
+
+    def run_dropped(self, job: Job, problem: str) -> None:
+        """Write a line; the display is not open yet."""
+        self._above("Computed again", f"{job}: {problem}", "yellow")
 
     def run_repeated(self, job: Job, problem: str) -> None:
         """Write a line above the display."""

@@ -79,7 +79,7 @@ def run_experiment(
 ) -> ExperimentResult:
     """Run what is not stored yet; return all rows.
 
-    Every run is stored as soon as it is finished. A run whose worker dies is repeated once, then it is a failed row;
+    Every run is stored as soon as it is finished. One whose files are not as they were stored is run again. A run whose worker dies is repeated once, then it is a failed row;
     it is not stored, nor is one that ended without a result, so that they are tried again the next time. Runs that a
     rule's misbehaviour ended are stored: they would end the same way again.
 
@@ -113,10 +113,11 @@ def run_experiment(
     all_jobs = experiment.jobs(allow_inline_rules=allow_inline_rules)
     different = {job.key: job for job in all_jobs}
     runs = RunStore(store)
-    todo = [job for job in different.values() if job not in runs]
+    todo = [job for job in different.values() if not _is_stored(job, runs, watcher)]
+    missing = {job.key for job in todo}
     expected = _Expected(experiment, all_jobs)
     for job in different.values():
-        if expected.waits_for(job) and job in runs:
+        if expected.waits_for(job) and job.key not in missing:
             expected.see(job, runs.row(job))
     not_stored: dict[str, Outcome] = {}
     if todo:
@@ -141,6 +142,16 @@ def run_experiment(
     versions = {name: version for job in all_jobs for name, version in job.versions.items()}
     measures = {name: metric for job in all_jobs for name, metric in job.measures.items()}
     return ExperimentResult(experiment, rows, dict(sorted(versions.items())), len(todo), measures)
+
+
+def _is_stored(job: Job, runs: RunStore, watcher: Watcher) -> bool:
+    """Whether a run is there as it was stored; who watches is told of one that is not."""
+    if job not in runs:
+        return False
+    problem = runs.problem(job)
+    if problem is not None:
+        watcher.run_dropped(job, problem)
+    return problem is None
 
 
 class _Expected:

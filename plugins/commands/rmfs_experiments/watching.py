@@ -12,6 +12,9 @@ class Watcher:
     `run_started` and `run_repeated` are called from other threads than the rest, several at a time.
     """
 
+    def run_dropped(self, job: Job, problem: str) -> None:
+        """Say, before `started`, that a stored run is computed again, since something is wrong with its files."""
+
     def started(self, total: int, stored: int, slots: int) -> None:
         """Say that an experiment begins: runs in all, how many of them are stored already, runs at a time."""
 

@@ -25,13 +25,13 @@ def value(metric: Metric, number: float | None) -> str:
 
 
 def difference(metric: Metric, found: Interval) -> str:
-    """Return a difference with its interval: ``-0.17 [-0.21, -0.13]``."""
+    """Return a difference with its interval beside Holm's p: ``-0.17 [-0.21, -0.13]``."""
     finer = _finer(metric)
     return _with_bounds(found, lambda number: _signed(show(finer, number)))
 
 
 def relative(found: Interval) -> str:
-    """Return a relative difference in percent with its interval."""
+    """Return a relative difference in percent with its interval beside Holm's p."""
     return _with_bounds(found, lambda number: _signed(f"{100 * number:,.1f}"), " %")
 
 
@@ -42,9 +42,9 @@ def probability(p: float | None) -> str:
     return "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
-def pairs(one: Paired) -> str:
-    """Return the number of pairs, and how many were left out."""
-    return f"{one.pairs} ({one.left_out} left out)" if one.left_out else str(one.pairs)
+def seeds(one: Paired) -> str:
+    """Return the number of seeds, and how many pairs were left out."""
+    return f"{one.seeds} ({one.left_out} left out)" if one.left_out else str(one.seeds)
 
 
 def _finer(metric: Metric) -> Metric:
@@ -63,6 +63,6 @@ def _with_bounds(found: Interval, shown: object, unit: str = "") -> str:
     assert callable(shown)
     if found.mean is None:
         return NONE
-    if found.low is None or found.high is None:
+    if found.low_holm is None or found.high_holm is None:
         return f"{shown(found.mean)}{unit} (no interval)"
-    return f"{shown(found.mean)}{unit} [{shown(found.low)}, {shown(found.high)}]"
+    return f"{shown(found.mean)}{unit} [{shown(found.low_holm)}, {shown(found.high_holm)}]"

@@ -141,8 +141,8 @@ def _whisker(panel: Axes, interval: Interval, y: float, colour: str, scale: floa
     if interval.mean is None:
         return
     panel.plot(scale * interval.mean, y, "o", color=colour, markersize=4)
-    if interval.low is not None and interval.high is not None:
-        panel.plot([scale * interval.low, scale * interval.high], [y, y], color=colour, linewidth=1.4)
+    if interval.low_holm is not None and interval.high_holm is not None:
+        panel.plot([scale * interval.low_holm, scale * interval.high_holm], [y, y], color=colour, linewidth=1.4)
 
 
 def _scale(metric: str) -> float:
@@ -151,8 +151,9 @@ def _scale(metric: str) -> float:
 
 
 def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str) -> Figure:
-    """Every run as a dot and the means as bars, by instance set and rule set."""
+    """Every complete run as a dot and the means of the table as bars, by instance set and rule set."""
     sets = _shown_sets(comparison)
+    means = {(one.rule_set, one.instances): one.mean for name in sets for one in comparison.of(name, metric)}
     figure = _figure(max(4.0, 1.2 + 0.45 * len(comparison.rule_sets) * len(sets)), 3.0)
     panel = figure.subplots()
     width = 0.8 / len(comparison.rule_sets)
@@ -167,8 +168,10 @@ def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str
             offsets = [(0.5 - (i + 0.5) / len(values)) * width * 0.7 for i in range(len(values))]
             panel.plot([x + offset for offset in offsets], values, "o", color=colour, markersize=3, alpha=0.5)
             lowest = min(lowest, *values)
-            mean = sum(values) / len(values)
-            panel.plot([x - width * 0.42, x + width * 0.42], [mean, mean], color=colour, linewidth=2.2)
+            mean = means[rule_set, name]
+            if mean is not None:
+                bar = [_scale(metric) * mean] * 2
+                panel.plot([x - width * 0.42, x + width * 0.42], bar, color=colour, linewidth=2.2)
         panel.plot([], [], "o", color=colour, label=rule_set)
     panel.set_xticks(range(len(sets)), [name.replace(", ", "\n") for name in sets])
     panel.set_xlim(-0.5, len(sets) - 0.5)
@@ -183,7 +186,7 @@ def _values(
     rows: Sequence[Mapping[str, Any]], comparison: Comparison, instances: str, rule_set: str, metric: str
 ) -> Iterator[float]:
     for row in rows:
-        if row["rule_set"] != rule_set or row["status"] == "failed" or row.get(metric) is None:
+        if row["rule_set"] != rule_set or row["status"] != "complete" or row.get(metric) is None:
             continue
         if comparison.holds(instances, row):
             yield _scale(metric) * row[metric]

@@ -16,6 +16,7 @@ SUMMARY_COLUMNS = (
     "metric",
     "rule_set",
     "baseline",
+    "seeds",
     "pairs",
     "left_out",
     "mean",
@@ -23,11 +24,17 @@ SUMMARY_COLUMNS = (
     "difference",
     "difference_low",
     "difference_high",
+    "p",
+    "difference_low_holm",
+    "difference_high_holm",
+    "p_holm",
     "relative",
     "relative_low",
     "relative_high",
-    "p",
-    "p_holm",
+    "relative_p",
+    "relative_low_holm",
+    "relative_high_holm",
+    "relative_p_holm",
     "runs",
     "complete",
     "partial",
@@ -35,7 +42,10 @@ SUMMARY_COLUMNS = (
     "stood_still",
     "stopped_early",
 )
-"""Columns of summary.csv; their meanings are those of `rmfs_experiments.compare.Paired` and `Counted`."""
+"""Columns of summary.csv, see `rmfs_experiments.compare`: `Paired`, `Interval` and `Counted`.
+
+``p`` belongs to ``difference_low`` and ``difference_high``, ``p_holm`` to those with ``_holm``; so it is for ``relative``.
+"""
 
 
 def summary_csv(comparison: Comparison) -> str:
@@ -52,14 +62,13 @@ def _summary_rows(comparison: Comparison) -> Iterator[dict[str, Any]]:
             "metric": one.metric,
             "rule_set": one.rule_set,
             "baseline": comparison.baseline,
+            "seeds": one.seeds,
             "pairs": one.pairs,
             "left_out": one.left_out,
             "mean": one.mean,
             "baseline_mean": one.baseline_mean,
-            **_interval("difference", one.difference),
-            **_interval("relative", one.relative),
-            "p": one.difference.p,
-            "p_holm": one.p_holm,
+            **_interval("difference_", "", one.difference),
+            **_interval("relative_", "relative_", one.relative),
             "runs": count.runs,
             "complete": count.complete,
             "partial": count.partial,
@@ -69,8 +78,16 @@ def _summary_rows(comparison: Comparison) -> Iterator[dict[str, Any]]:
         }
 
 
-def _interval(name: str, found: Interval) -> dict[str, float | None]:
-    return {name: found.mean, f"{name}_low": found.low, f"{name}_high": found.high}
+def _interval(name: str, of_p: str, found: Interval) -> dict[str, float | None]:
+    return {
+        name.rstrip("_"): found.mean,
+        f"{name}low": found.low,
+        f"{name}high": found.high,
+        f"{of_p}p": found.p,
+        f"{name}low_holm": found.low_holm,
+        f"{name}high_holm": found.high_holm,
+        f"{of_p}p_holm": found.p_holm,
+    }
 
 
 def write_parquet(result: ExperimentResult, path: Path) -> None:

@@ -17,6 +17,11 @@ MOST_SETS = 6
 MOST_ERRORS = 5
 WIDE = 100
 """Columns from which on absolute differences are shown beside the relative ones."""
+CAPTION = (
+    'Differences from "{}": a value for each seed, the mean over its pairs of runs of the same instance; over seeds their '
+    "mean and p of the paired t test, after Holm for the number of rule sets. Intervals hold for all rule sets at once "
+    "with 95 %, and agree with p beside them. Runs that are not complete do not count."
+)
 
 
 def print_comparison(console: Console, result: ExperimentResult, comparison: Comparison) -> None:
@@ -33,12 +38,7 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
         console.print()
     for metric in comparison.metrics:
         print_named(console, _metric(comparison, metric, shown, console.width >= WIDE))
-    console.print(
-        f'Differences from "{comparison.baseline}", means of pairs of runs of the same instance and seed, with 95 % '
-        "Student t intervals; p of the paired t test, corrected for the number of rule sets after Holm.",
-        style="dim",
-        highlight=False,
-    )
+    console.print(CAPTION.format(comparison.baseline), style="dim", highlight=False, markup=False)
 
 
 def _counts(comparison: Comparison) -> Table:
@@ -61,10 +61,15 @@ def _counts(comparison: Comparison) -> Table:
 
 
 def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: bool) -> Table:
+    """Return the table of a metric: relative differences with their p, and absolute ones where there is room or need."""
     shown_as = comparison.described(metric)
+    others = [one for name in shown for one in comparison.of(name, metric) if one.rule_set != comparison.baseline]
+    relative = any(one.relative.mean is not None for one in others)
+    absolute = wide or not relative
     table = new_table(escape(numbers.title(shown_as)))
     table.add_column("Rule set")
-    for name in ("Pairs", "Mean", *(["Difference"] if wide else []), "Relative", "p (Holm)"):
+    columns = (["Difference", "p (Holm)"] if absolute else []) + (["Relative", "p (Holm)"] if relative else [])
+    for name in ("Seeds", "Mean", *columns):
         table.add_column(name, justify="right")
     for instances in shown:
         if len(shown) > 1:
@@ -75,13 +80,9 @@ def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: b
             if one.rule_set == comparison.baseline:
                 table.add_row(Text(name), "", mean, Text("baseline", "dim"))
                 continue
-            differences = [numbers.difference(shown_as, one.difference)] if wide else []
-            table.add_row(
-                Text(name),
-                numbers.pairs(one),
-                mean,
-                *differences,
-                numbers.relative(one.relative),
-                numbers.probability(one.p_holm),
-            )
+            cells = [numbers.difference(shown_as, one.difference), numbers.probability(one.difference.p_holm)]
+            cells = cells if absolute else []
+            if relative:
+                cells += [numbers.relative(one.relative), numbers.probability(one.relative.p_holm)]
+            table.add_row(Text(name), numbers.seeds(one), mean, *cells)
     return table

@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from importlib.metadata import PathDistribution
 from pathlib import Path
 
 import pandas
@@ -101,21 +100,17 @@ def test_a_comparison_is_printed_and_files_are_where_it_says(folder: Path, capsy
     assert {path: path.stat().st_mtime_ns for path in (out / "runs").rglob("*")} == before
 
 
-def test_stored_runs_of_code_that_may_have_changed_are_pointed_out(
-    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """An editable install may change without its version telling: a second call says that its runs are from before."""
-
-    read = PathDistribution.read_text
-
-    def editable(distribution: PathDistribution, name: str) -> str | None:
-        return '{"dir_info": {"editable": true}}' if name == "direct_url.json" else read(distribution, name)
-
-    monkeypatch.setattr(PathDistribution, "read_text", editable)
+def test_a_stored_run_that_was_changed_is_told_of(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It is computed again, and the comparison is what it was."""
     assert exit_code("trial.toml", "--jobs", "1") == 0
-    assert "editable" not in capsys.readouterr().err
+    printed = capsys.readouterr().out
+    stored = next((folder / "rmfs-runs" / "trial" / "runs").iterdir())
+    (stored / "orders.csv").write_text("mine\n", encoding="utf-8")
     assert exit_code("trial.toml") == 0
-    assert "installed as editable" in capsys.readouterr().err
+    again = capsys.readouterr()
+    assert f"{stored.relative_to(folder)}: is not as it was stored: orders.csv was changed" in again.err
+    assert again.err.startswith("Computed again: tiny, ")
+    assert again.out == printed
 
 
 def test_a_rule_that_fails_costs_its_own_runs_alone(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

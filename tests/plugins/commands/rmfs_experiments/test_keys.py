@@ -12,8 +12,10 @@ from rmfs_core.results.running import versions_of
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, load_scenario
 from rmfs_experiments.keys import run_key
+from rmfs_experiments.sources import sources_of
 
 VERSIONS = {"rmfs": "0.1.0", "other": "2"}
+SOURCES = {"rmfs_core": "sha256:1", "mine": "sha256:2"}
 MAP = "........\n.##.##..\n.##.##..\n........\n.##.##.qqqO\n.##.##.@@@.\n...........\n"
 
 
@@ -35,19 +37,20 @@ def scenario(folder: Path) -> Scenario:
 def key_of(scenario: Scenario, seed: int = 1) -> str:
     """Return the key of a run of a scenario with the rules that are installed."""
     rules = RuleSet.load(scenario.rules, scenario.folder)
-    return run_key(scenario, versions_of(rules, scenario.folder))(seed)
+    return run_key(scenario, versions_of(rules, scenario.folder), sources_of(rules))(seed)
 
 
-def test_seed_values_and_versions_count(scenario: Scenario) -> None:
-    """Another seed, value, rule, parameter or version is another run."""
+def test_seed_values_versions_and_code_count(scenario: Scenario) -> None:
+    """Another seed, value, rule, parameter, version or code is another run."""
     keys = [
-        run_key(scenario, VERSIONS)(1),
-        run_key(scenario, VERSIONS)(2),
-        run_key(scenario, {**VERSIONS, "rmfs": "0.1.1"})(1),
-        run_key(scenario, {**VERSIONS, "other": "3"})(1),
-        run_key(evolve(scenario, robots=evolve(scenario.robots, count=3)), VERSIONS)(1),
-        run_key(load_scenario(f"{scenario.folder}/files.toml", ["rules.poa=first-come"]), VERSIONS)(1),
-        run_key(load_scenario(f"{scenario.folder}/files.toml", ["rules.ta.help_others=false"]), VERSIONS)(1),
+        run_key(scenario, VERSIONS, SOURCES)(1),
+        run_key(scenario, VERSIONS, SOURCES)(2),
+        run_key(scenario, VERSIONS, {**SOURCES, "mine": "sha256:3"})(1),
+        run_key(scenario, {**VERSIONS, "rmfs": "0.1.1"}, SOURCES)(1),
+        run_key(scenario, {**VERSIONS, "other": "3"}, SOURCES)(1),
+        run_key(evolve(scenario, robots=evolve(scenario.robots, count=3)), VERSIONS, SOURCES)(1),
+        run_key(load_scenario(f"{scenario.folder}/files.toml", ["rules.poa=first-come"]), VERSIONS, SOURCES)(1),
+        run_key(load_scenario(f"{scenario.folder}/files.toml", ["rules.ta.help_others=false"]), VERSIONS, SOURCES)(1),
     ]
     assert len(set(keys)) == len(keys)
 
@@ -102,4 +105,4 @@ def test_a_missing_file_is_named(scenario: Scenario) -> None:
     """A file that cannot be read is an error with the key that names it."""
     (Path(scenario.folder) / "orders.csv").unlink()
     with pytest.raises(InputError, match=r"instance.orders_file: cannot read .*orders.csv"):
-        run_key(scenario, VERSIONS)
+        run_key(scenario, VERSIONS, SOURCES)

@@ -30,6 +30,14 @@ def test_other_versions_at_a_worker_are_no_result(experiment: Write) -> None:
     assert outcome.error == f"the worker has rmfs {job.versions['rmfs']}, expected 0.0.9"
 
 
+def test_other_code_at_a_worker_is_no_result(experiment: Write) -> None:
+    """Nor must one that has an older copy of a package, or a newer one."""
+    job = experiment().jobs()[0]
+    outcome = simulate(evolve(job, sources={**job.sources, "rmfs_demand": "sha256:0"}))
+    assert outcome.result is None
+    assert outcome.error == "the worker has other code of rmfs_demand; expected that which the experiment began with"
+
+
 def test_a_run_that_completes(experiment: Write, folder: object) -> None:
     """Its result is that of the scenario, and its time that of the whole run."""
     outcome = simulate(experiment().jobs()[1])

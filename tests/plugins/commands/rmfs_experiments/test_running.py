@@ -27,6 +27,9 @@ class Recorder(Watcher):
     def started(self, total: int, stored: int, slots: int) -> None:
         self.told.append(f"started {total} {stored} {slots}")
 
+    def run_dropped(self, job: Job, problem: str) -> None:
+        self.told.append(f"dropped {job.rule_set} {job.seed}: {problem}")
+
     def run_repeated(self, job: Job, problem: str) -> None:
         self.told.append(f"repeated {job.rule_set} {job.seed}: {problem}")
 
@@ -142,13 +145,55 @@ def test_equal_rule_sets_are_computed_once(experiment: Write, tmp_path: Path) ->
     assert [{**row, "rule_set": "first-come"} for row in again] == result.rows[2:4]
 
 
-def test_a_stored_run_that_was_changed_is_named(experiment: Write, tmp_path: Path) -> None:
-    """A stored file that is none any more is an error that says what to do."""
-    run_experiment(experiment(), store=tmp_path / "runs", jobs=1)
-    key = experiment().jobs()[1].key
-    (tmp_path / "runs" / key / "result.json").write_text("{", encoding="utf-8")
-    with pytest.raises(InputError, match=f"{key}: is not as it was stored; delete the folder"):
-        run_experiment(experiment(), store=tmp_path / "runs")
+def test_a_stored_run_that_was_changed_is_computed_again(experiment: Write, tmp_path: Path) -> None:
+    """Who watches is told; its row is the one that it had."""
+    first = run_experiment(experiment(), store=tmp_path / "runs", jobs=1)
+    job = experiment().jobs()[1]
+    file = tmp_path / "runs" / job.key / "result.json"
+    file.write_text(file.read_text(encoding="utf-8").replace('"picks": ', '"picks": 9', 1), encoding="utf-8")
+    recorder = Recorder()
+    again = run_experiment(experiment(), store=tmp_path / "runs", jobs=1, watcher=recorder)
+    assert recorder.told[0] == f"dropped {job.rule_set} {job.seed}: {file.parent}: is not as it was stored: " + (
+        "result.json was changed"
+    )
+    assert recorder.ran == [job.key]
+    assert without_timing(again.rows) == without_timing(first.rows)
+
+
+RULE = """
+from attrs import define
+from rmfs_core import hookimpl
+from its_helper import number
+
+@define
+class Mine:
+    @hookimpl
+    def choose_storage_location(self, warehouse):
+        return sorted(warehouse.free_storage_locations)[number()]
+"""
+
+
+def test_a_rule_from_a_path_whose_code_changed_is_computed_anew(
+    experiment: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its version says nothing, nor is it its own file that changed. With one more seed no row is of the older code."""
+    path = tmp_path / "path"
+    (path / "mine-1.0.dist-info").mkdir(parents=True)
+    (path / "mine-1.0.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: mine\nVersion: 1.0\n")
+    (path / "mine-1.0.dist-info" / "entry_points.txt").write_text("[rmfs]\nmine = its_rule:Mine\n")
+    (path / "its_rule.py").write_text(RULE, encoding="utf-8")
+    (path / "its_helper.py").write_text("def number():\n    return 0\n", encoding="utf-8")
+    monkeypatch.syspath_prepend(path)
+    text = 'base = "tiny.toml"\nseeds = {}\nbaseline = "other"\n[[rule_sets]]\nname = "other"\n'
+    text += '[[rule_sets]]\nname = "mine"\nrules.pr = "mine"\n'
+    before = run_experiment(experiment(text.format("[1]")), store=tmp_path / "runs", jobs=1)
+    (path / "its_helper.py").write_text("def number():\n    return -1\n", encoding="utf-8")
+    after = run_experiment(experiment(text.format("[1, 2]")), store=tmp_path / "runs", jobs=1)
+    assert after.failed == []
+    assert after.computed == 3
+    assert [row["key"] for row in after.rows if row["rule_set"] == "other"][0] == before.rows[0]["key"]
+    assert after.rows[2]["distance_m"] != before.rows[1]["distance_m"]
+    assert before.rows[1]["key"] not in [row["key"] for row in after.rows]
 
 
 FAILING = """

@@ -80,21 +80,61 @@ def test_what_cannot_be_written_leaves_nothing(
         assert list(runs.folder.iterdir()) == []
 
 
+def changed(folder: Path, name: str, text: str | None) -> None:
+    """Change a file of a stored run, or delete it: ``/`` tells what is replaced from what takes its place."""
+    file = folder / name
+    if text is None:
+        file.unlink()
+    elif "/" in text:
+        before, after = text.split("/")
+        content = file.read_text(encoding="utf-8")
+        assert before in content
+        file.write_text(content.replace(before, after, 1), encoding="utf-8")
+    else:
+        file.write_text(text, encoding="utf-8")
+
+
 @pytest.mark.parametrize(
-    ("name", "text"), [("result.json", "{"), ("result.json", "[]"), ("run.json", "{}"), ("run.json", None)]
+    ("name", "text", "problem"),
+    [
+        ("result.json", "{", ""),
+        ("result.json", "[]", ""),
+        ("result.json", '"picks": /"picks": 1', ": result.json was changed"),
+        ("result.json", '"key": "/"key": "0', ": it is the run 0{key}"),
+        ("result.json", '"run.json": "sha256:/"run.json": "sha256:0', ": run.json was changed"),
+        ("run.json", "{}", ": run.json was changed"),
+        ("run.json", '"run_s": /"run_s": 1', ": run.json was changed"),
+        ("run.json", None, ""),
+        ("orders.csv", ",/,1", ": orders.csv was changed"),
+        ("visits.csv", None, ""),
+    ],
 )
-def test_a_run_that_was_changed_is_named(experiment: Write, tmp_path: Path, name: str, text: str | None) -> None:
-    """The sentence says what to do."""
+def test_a_run_that_was_changed_is_noticed(
+    experiment: Write, tmp_path: Path, name: str, text: str | None, problem: str
+) -> None:
+    """Whichever of its files; what is computed again takes its place."""
     job = experiment().jobs()[0]
     runs = RunStore(tmp_path / "runs")
-    runs.save(job, simulate(job))
-    file = runs.folder / job.key / name
-    file.unlink() if text is None else file.write_text(text, encoding="utf-8")
+    outcome = simulate(job)
+    runs.save(job, outcome)
+    changed(runs.folder / job.key, name, text)
+    sentence = f"{runs.folder / job.key}: is not as it was stored{problem.format(key=job.key)}"
+    assert runs.problem(job) == sentence
     with pytest.raises(InputError) as caught:
         runs.row(job)
-    assert str(caught.value) == (
-        f"{runs.folder / job.key}: is not as it was stored; delete the folder, and the run is computed again"
-    )
+    assert str(caught.value) == sentence
+    runs.save(job, outcome)
+    assert runs.problem(job) is None
+    assert [path.name for path in runs.folder.iterdir()] == [job.key]
+
+
+def test_the_run_of_another_key_is_noticed(experiment: Write, tmp_path: Path) -> None:
+    """A folder that was renamed holds what it held."""
+    one, other = experiment().jobs()[:2]
+    runs = RunStore(tmp_path / "runs")
+    runs.save(one, simulate(one))
+    (runs.folder / one.key).rename(runs.folder / other.key)
+    assert str(runs.problem(other)).endswith(f": is not as it was stored: it is the run {one.key}")
 
 
 def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
