@@ -3,7 +3,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 JOBS ?= 2
 
-.PHONY: run test slow lint docs bench clean
+.PHONY: run test slow long lint docs bench clean
 
 run: $(VENV)/installed
 	$(BIN)/rmfs run scenarios/paper-250.toml
@@ -13,6 +13,10 @@ test: $(VENV)/installed-dev
 
 slow: $(VENV)/installed-dev
 	$(BIN)/python -m pytest -m slow
+
+# What takes too long for every change: done before a release.
+long: $(VENV)/installed-dev
+	$(BIN)/python tools/coverage_study.py
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .

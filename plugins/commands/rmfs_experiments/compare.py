@@ -244,9 +244,7 @@ def _by_seed(rows: Rows, metric: str, rule_set: str, baseline: str) -> tuple[lis
     ours, theirs = _figures(rows, rule_set, metric), _figures(rows, baseline, metric)
     all_of_them = ours.keys() | theirs.keys()
     pairs = {
-        key: (own, other)
-        for key, own in ours.items()
-        if own is not None and (other := theirs.get(key)) is not None
+        key: (own, other) for key, own in ours.items() if own is not None and (other := theirs.get(key)) is not None
     }
     instances = {instance for instance, _ in pairs}
     broken = {seed for instance, seed in all_of_them - pairs.keys() if instance in instances}

@@ -23,9 +23,7 @@ KEY_LENGTH = 24
 """Hexadecimal digits: 96 bits, so that a million runs collide with a probability of 1e-17."""
 
 
-def run_key(
-    scenario: Scenario, versions: Mapping[str, str], sources: Mapping[str, str]
-) -> Callable[[int], str]:
+def run_key(scenario: Scenario, versions: Mapping[str, str], sources: Mapping[str, str]) -> Callable[[int], str]:
     """Return the function from a seed to the key of a run.
 
     Parameters

@@ -44,7 +44,7 @@ SUMMARY_COLUMNS = (
 )
 """Columns of summary.csv, see `rmfs_experiments.compare`: `Paired`, `Interval` and `Counted`.
 
-``p`` belongs to ``difference_low`` and ``difference_high``, ``p_holm`` to those with ``_holm``; so it is for ``relative``.
+``p`` belongs to ``difference_low`` and ``difference_high``, ``p_holm`` to those with ``_holm``; so for ``relative``.
 """
 
 

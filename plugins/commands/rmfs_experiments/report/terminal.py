@@ -15,11 +15,11 @@ from rmfs_experiments.running import ExperimentResult
 MOST_SETS = 6
 """With more instance sets than these the terminal has the overall figures alone."""
 MOST_ERRORS = 5
-WIDE = 100
+WIDE = 120
 """Columns from which on absolute differences are shown beside the relative ones."""
 CAPTION = (
-    'Differences from "{}": a value for each seed, the mean over its pairs of runs of the same instance; over seeds their '
-    "mean and p of the paired t test, after Holm for the number of rule sets. Intervals hold for all rule sets at once "
+    'Differences from "{}": a value for each seed, the mean over its pairs of runs of the same instance; over seeds '
+    "their mean and p of the paired t test, after Holm for the number of rule sets. Intervals hold for all rule sets at once "
     "with 95 %, and agree with p beside them. Runs that are not complete do not count."
 )
 
@@ -61,7 +61,7 @@ def _counts(comparison: Comparison) -> Table:
 
 
 def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: bool) -> Table:
-    """Return the table of a metric: relative differences with their p, and absolute ones where there is room or need."""
+    """Return the table of a metric: relative differences, and absolute ones where there is room or need."""
     shown_as = comparison.described(metric)
     others = [one for name in shown for one in comparison.of(name, metric) if one.rule_set != comparison.baseline]
     relative = any(one.relative.mean is not None for one in others)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from rmfs_core.errors import InputError
-from rmfs_experiments.compare import holm, interval, summary
+from rmfs_experiments.compare import holm, interval, intervals, summary
 
 
 def row(rule_set: str, seed: int, value: float | None, instance: str = "one", **more: Any) -> dict[str, Any]:
@@ -88,6 +88,87 @@ def test_pairs_with_a_side_that_failed_are_left_out_and_counted() -> None:
     other = summary(rows, "base", ["m"]).paired[1]
     assert (other.pairs, other.left_out, other.mean, other.baseline_mean) == (2, 3, 13.0, 10.0)
     assert other.difference.mean == 3.0
+
+
+def test_partial_runs_do_not_count() -> None:
+    """What a run with orders left has measured until then is no figure of the whole."""
+    rows = [row("base", seed, 10.0) for seed in (1, 2, 3)]
+    rows += [row("other", seed, 11.0) for seed in (1, 2)] + [row("other", 3, 99.0, status="partial")]
+    other = summary(rows, "base", ["m"]).paired[1]
+    assert (other.seeds, other.left_out, other.mean, other.difference.mean) == (2, 1, 11.0, 1.0)
+
+
+def test_overall_has_one_value_a_seed() -> None:
+    """Instances share the orders of a seed: two seeds are two values, however many instances there are."""
+    of_seed = {1: 1.0, 2: 3.0, 3: 2.0}
+    rows = [row("base", seed, 10.0, f"instance {i}") for seed in of_seed for i in range(4)]
+    rows += [row("other", seed, 10.0 + of_seed[seed] + i, f"instance {i}") for seed in of_seed for i in range(4)]
+    other = summary(rows, "base", ["m"]).of("overall", "m")[1]
+    by_hand = stats.ttest_1samp([2.5, 4.5, 3.5], 0.0)
+    assert (other.seeds, other.pairs, other.mean) == (3, 12, 13.5)
+    assert other.difference.p == pytest.approx(by_hand.pvalue)
+    assert other.difference.low == pytest.approx(by_hand.confidence_interval(0.95).low)
+    assert other.relative.mean == pytest.approx(0.35)
+
+
+def test_every_seed_is_of_the_same_instances() -> None:
+    """A seed that lacks a pair of one of them is left out; an instance without any pair is left out alone."""
+    rows = [row(name, seed, 10.0, instance) for name in ("base", "other") for seed in (1, 2, 3) for instance in "abc"]
+    for one in rows:
+        one["m"] += 5.0 * (one["rule_set"] == "other") * "abc".index(one["instance"])
+        if one["rule_set"] == "other" and (one["instance"] == "c" or (one["instance"], one["seed"]) == ("a", 2)):
+            one["status"] = "failed"
+    other = summary(rows, "base", ["m"]).of("overall", "m")[1]
+    assert (other.seeds, other.pairs, other.left_out) == (2, 4, 5)
+    assert (other.mean, other.difference.mean) == (12.5, 2.5)
+
+
+def test_bounds_for_all_at_once_agree_with_holm() -> None:
+    """Wider than alone, by the number of rule sets; where Holm is surer than Bonferroni they end at 0."""
+    sure, nearly, unsure = [5.0, 5.1, 5.2, 5.0], [1.0, 2.0, 1.5, 0.6], [1.0, -1.0, 0.5, -0.4]
+    found = intervals([sure, nearly, unsure])
+    alone = [interval(values) for values in (sure, nearly, unsure)]
+    assert [(one.mean, one.low, one.high, one.p) for one in found] == [
+        (one.mean, one.low, one.high, one.p) for one in alone
+    ]
+    wide = stats.t.interval(1 - 0.05 / 3, 3, loc=1.275, scale=stats.sem(nearly))
+    assert wide[0] < 0
+    assert (found[1].low_holm, found[1].high_holm) == (0.0, pytest.approx(wide[1]))
+    assert found[1].p is not None
+    assert 0.05 / 3 < found[1].p < 0.05 / 2
+    assert found[1].p_holm == pytest.approx(2 * found[1].p)
+    assert found[0].low_holm is not None
+    assert 0 < found[0].low_holm < (found[0].low or 0)
+
+
+def different(values: list[float]) -> bool:
+    """Whether their spread is more than an error of rounding."""
+    return max(values) - min(values) > 1e-6
+
+
+@given(st.lists(st.lists(st.floats(-10, 10), min_size=3, max_size=6).filter(different), min_size=1, max_size=5))
+def test_bounds_and_p_values_never_contradict_each_other(family: list[list[float]]) -> None:
+    """0 lies within an interval when its p-value is above 0.05, and not inside when it is not."""
+    for one in intervals(family):
+        assert one.low is not None
+        assert one.low_holm is not None
+        assert one.high is not None
+        assert one.high_holm is not None
+        assert one.p is not None
+        assert one.p_holm is not None
+        assert (one.low <= 0 <= one.high) == (one.p > 0.05)
+        assert (one.low_holm < 0 < one.high_holm) == (one.p_holm > 0.05)
+
+
+def test_relative_differences_have_a_p_of_their_own() -> None:
+    """That of the differences is another one: it may be above 0.05 where the other is below."""
+    rows = [row("base", seed, 10.0**seed) for seed in (1, 2, 3, 4)]
+    rows += [row("other", seed, 1.1 * 10.0**seed + seed) for seed in (1, 2, 3, 4)]
+    other = summary(rows, "base", ["m"]).paired[1]
+    assert other.relative.p is not None
+    assert other.relative.p == pytest.approx(stats.ttest_1samp([0.2, 0.12, 0.103, 0.1004], 0.0).pvalue)
+    assert other.difference.p is not None
+    assert other.relative.p < 0.05 < other.difference.p
 
 
 def test_a_baseline_of_zero_has_no_relative_difference() -> None:

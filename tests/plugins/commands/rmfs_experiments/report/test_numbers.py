@@ -15,7 +15,7 @@ PART = Metric("loaded_distance_m", "  with a pod", "m", 0, "Part of the distance
 
 def found(mean: float | None, low: float | None = None, high: float | None = None) -> Interval:
     """Return an interval."""
-    return Interval(mean, low, high, None)
+    return Interval(mean, None, None, None, low, high)
 
 
 @pytest.mark.parametrize(

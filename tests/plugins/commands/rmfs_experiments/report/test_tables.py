@@ -44,8 +44,10 @@ def test_the_summary_has_every_comparison(result: ExperimentResult) -> None:
     assert tuple(rows[0]) == SUMMARY_COLUMNS
     assert len(rows) == 3 * 3 * 3
     (one,) = [r for r in rows if (r["instances"], r["metric"], r["rule_set"]) == ("overall", "pile_on", "bad")]
-    assert (one["pairs"], one["left_out"], one["runs"], one["failed"]) == ("5", "1", "6", "1")
+    assert (one["seeds"], one["pairs"], one["left_out"], one["runs"], one["failed"]) == ("2", "4", "2", "6", "1")
     assert float(one["difference"]) == pytest.approx(2.0)
+    assert float(one["relative_low_holm"]) < float(one["relative_low"]) < float(one["relative"])
+    assert 0 < float(one["relative_p"]) <= float(one["relative_p_holm"]) < 0.05
     (base,) = [r for r in rows if (r["instances"], r["metric"], r["rule_set"]) == ("overall", "pile_on", "base")]
     assert (base["difference"], base["p"]) == ("", "")
 
