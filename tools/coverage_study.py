@@ -1,6 +1,6 @@
 """Simulate comparisons whose truth is known: how often do intervals hold it, and how often are there false alarms?
 
-``python tools/coverage_study.py [--repeats N]`` makes up runs, compares them by the code of ``rmfs compare``, and counts.
+``python tools/coverage_study.py [--repeats N]`` makes up runs, compares them with the code of ``rmfs compare``, counts.
 In a made-up run, all instances of a seed share what their orders do to a rule set, as they do in a comparison; pooling
 all pairs as if they were independent is shown beside. Exit code 1 when an interval for one comparison holds the truth
 in other than 95 +- 1.5 % of the repeats, one for all comparisons at once in less, when there are false alarms after

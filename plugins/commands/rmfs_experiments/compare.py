@@ -261,12 +261,12 @@ def _family(name: str, rows: Rows, metric: str, rule_sets: Sequence[str], baseli
     for rule_set in rule_sets:
         seeds, left_out = _by_seed(rows, metric, rule_set, baseline)
         number = sum(map(len, seeds))
-        means = [_mean([fmean(pair[side] for pair in pairs) for pairs in seeds]) for side in (0, 1)]
-        found.append(Paired(name, metric, rule_set, len(seeds), number, left_out, *means))
+        own, other = (_mean([fmean(pair[side] for pair in pairs) for pairs in seeds]) for side in (0, 1))
+        found.append(Paired(name, metric, rule_set, len(seeds), number, left_out, own, other))
         compared = seeds if rule_set != baseline else []
-        defined = all(other != 0 for pairs in seeds for _, other in pairs)
-        differences.append([fmean(own - other for own, other in pairs) for pairs in compared])
-        relative.append([fmean(own / other - 1 for own, other in pairs) for pairs in compared if defined])
+        defined = all(base != 0 for pairs in seeds for _, base in pairs)
+        differences.append([fmean(figure - base for figure, base in pairs) for pairs in compared])
+        relative.append([fmean(figure / base - 1 for figure, base in pairs) for pairs in compared if defined])
     of_all = zip(found, intervals(differences), intervals(relative), strict=True)
     return [evolve(one, difference=difference, relative=share) for one, difference, share in of_all]
 

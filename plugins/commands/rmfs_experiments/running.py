@@ -80,9 +80,9 @@ def run_experiment(
     """Run what is not stored yet; return all rows.
 
     Every run is stored as soon as it is finished. One whose files are not as they were stored is run again. A run
-    whose worker dies is repeated once, then it is a failed row;
-    it is not stored, nor is one that ended without a result, so that they are tried again the next time. Runs that a
-    rule's misbehaviour ended are stored: they would end the same way again.
+    whose worker dies is repeated once, then it is a failed row; it is not stored, nor is one that ended without a
+    result, so that they are tried again the next time. Runs that a rule's misbehaviour ended are stored: they would end
+    the same way again.
 
     Parameters
     ----------

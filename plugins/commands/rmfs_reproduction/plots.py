@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from attrs import frozen
 
-from rmfs_experiments.report.plots import STYLE, Plot
+from rmfs_experiments.report.plots import STYLE, Plot, plot_of
 from rmfs_reproduction.extensions import PREFILTER
 from rmfs_reproduction.instance_sets import METHODS, MODELS
 from rmfs_reproduction.tables import Table
@@ -259,7 +259,7 @@ DRAWINGS = {
 
 
 def draw(tables: Tables) -> dict[str, Plot]:
-    """Return the plots that there are all tables for, by name.
+    """Return the plots that there are all tables for, by name; one that cannot be drawn is named on standard error.
 
     Parameters
     ----------
@@ -269,15 +269,9 @@ def draw(tables: Tables) -> dict[str, Plot]:
     import matplotlib as mpl
 
     with mpl.rc_context(STYLE):
-        return {
-            name: _plot(name, drawing.title, drawing.draw(tables))
+        plots = {
+            name: plot_of(name, drawing.title, partial(drawing.draw, tables), DPI)
             for name, drawing in DRAWINGS.items()
             if all(exhibit in tables for exhibit in drawing.exhibits)
         }
-
-
-def _plot(name: str, title: str, figure: Figure) -> Plot:
-    svg, png = io.BytesIO(), io.BytesIO()
-    figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
-    figure.savefig(png, format="png", dpi=DPI, metadata={"Software": None})
-    return Plot(name, title, svg.getvalue(), png.getvalue())
+    return {name: plot for name, plot in plots.items() if plot is not None}

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from attrs import frozen
 
+from rmfs_core.wording import one_line
 from rmfs_experiments.compare import Comparison, Interval
 from rmfs_experiments.report.numbers import title
 
@@ -55,18 +58,40 @@ class Plot:
 
 
 def make_plots(rows: Sequence[Mapping[str, Any]], comparison: Comparison) -> list[Plot]:
-    """Return the plot of all differences, then one for each metric with every run in it."""
+    """Return the plot of all differences, then one for each metric with every complete run in it.
+
+    One that cannot be drawn is left out, and named on standard error.
+    """
     import matplotlib as mpl
 
     with mpl.rc_context(STYLE):
         plots = [
-            _drawn(plot_name(metric), _title(comparison, metric), _runs(rows, comparison, metric))
+            plot_of(plot_name(metric), _title(comparison, metric), partial(_runs, rows, comparison, metric))
             for metric in comparison.metrics
         ]
         if len(comparison.rule_sets) > 1:
             heading = f"Differences from {comparison.baseline}"
-            plots.insert(0, _drawn(DIFFERENCES, heading, _differences(comparison)))
-    return plots
+            plots.insert(0, plot_of(DIFFERENCES, heading, partial(_differences, comparison)))
+    return [plot for plot in plots if plot is not None]
+
+
+def plot_of(name: str, heading: str, draw: Callable[[], Figure], dpi: int = DPI) -> Plot | None:
+    """Return a plot; None, with a sentence on standard error, where it cannot be drawn: it costs no other."""
+    svg, png = io.BytesIO(), io.BytesIO()
+    try:
+        figure = draw()
+        figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
+        figure.savefig(png, format="png", dpi=dpi, metadata={"Software": None})
+    except Exception as error:  # whatever a library makes of names and figures
+        print(f"Left out: the plot {name} cannot be drawn: {one_line(error)}", file=sys.stderr)
+        return None
+    return Plot(name, heading, svg.getvalue(), png.getvalue())
+
+
+def plain(text: object) -> str:
+    """Return a name as a picture can show it: signs that no font and no SVG has are replaced."""
+    shown = "".join(sign if sign.isprintable() else "\N{REPLACEMENT CHARACTER}" for sign in str(text))
+    return f" {shown}" if shown.startswith("_") else shown  # legends leave out what begins so
 
 
 def plot_name(metric: str) -> str:
@@ -76,13 +101,6 @@ def plot_name(metric: str) -> str:
 
 def _title(comparison: Comparison, metric: str) -> str:
     return title(comparison.described(metric))
-
-
-def _drawn(name: str, heading: str, figure: Figure) -> Plot:
-    svg, png = io.BytesIO(), io.BytesIO()
-    figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
-    figure.savefig(png, format="png", dpi=DPI, metadata={"Software": None})
-    return Plot(name, heading, svg.getvalue(), png.getvalue())
 
 
 def _figure(width: float, height: float) -> Figure:
@@ -128,13 +146,13 @@ def _forest(panel: Axes, comparison: Comparison, metric: str, others: Sequence[s
             one = found[other, name]
             interval = one.relative if in_percent else one.difference
             _whisker(panel, interval, row + spread, colour, 100 if in_percent else _scale(metric))
-        panel.plot([], [], "o", color=colour, label=name)
-    panel.set_yticks(range(len(others)), others)
+        panel.plot([], [], "o", color=colour, label=plain(name))
+    panel.set_yticks(range(len(others)), [plain(other) for other in others])
     panel.set_ylim(len(others) - 0.5, -0.5)
-    panel.set_title(_title(comparison, metric).partition(" (")[0])
+    panel.set_title(plain(_title(comparison, metric).partition(" (")[0]))
     unit = comparison.described(metric).unit
     absolute = f"difference ({unit})" if unit else "difference"
-    panel.set_xlabel(f"difference, % of {comparison.baseline}" if in_percent else absolute)
+    panel.set_xlabel(plain(f"difference, % of {comparison.baseline}" if in_percent else absolute))
 
 
 def _whisker(panel: Axes, interval: Interval, y: float, colour: str, scale: float) -> None:
@@ -172,12 +190,12 @@ def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str
             if mean is not None:
                 bar = [_scale(metric) * mean] * 2
                 panel.plot([x - width * 0.42, x + width * 0.42], bar, color=colour, linewidth=2.2)
-        panel.plot([], [], "o", color=colour, label=rule_set)
-    panel.set_xticks(range(len(sets)), [name.replace(", ", "\n") for name in sets])
+        panel.plot([], [], "o", color=colour, label=plain(rule_set))
+    panel.set_xticks(range(len(sets)), [plain(name).replace(", ", "\n") for name in sets])
     panel.set_xlim(-0.5, len(sets) - 0.5)
     if lowest == 0:
         panel.set_ylim(bottom=0)
-    panel.set_ylabel(_title(comparison, metric))
+    panel.set_ylabel(plain(_title(comparison, metric)))
     figure.legend(loc="outside upper left", ncols=min(4, len(comparison.rule_sets)))
     return figure
 

@@ -50,7 +50,13 @@ SUMMARY_COLUMNS = (
 
 def summary_csv(comparison: Comparison) -> str:
     """Return the comparison as CSV: one row an instance set, metric and rule set."""
-    return to_csv(SUMMARY_COLUMNS, list(_summary_rows(comparison)))
+    rows = ({name: _no_formula(value) for name, value in row.items()} for row in _summary_rows(comparison))
+    return to_csv(SUMMARY_COLUMNS, list(rows))
+
+
+def _no_formula(value: Any) -> Any:
+    """Return a text that no spreadsheet takes for a formula."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r")) else value
 
 
 def _summary_rows(comparison: Comparison) -> Iterator[dict[str, Any]]:

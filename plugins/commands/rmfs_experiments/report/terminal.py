@@ -19,8 +19,8 @@ WIDE = 120
 """Columns from which on absolute differences are shown beside the relative ones."""
 CAPTION = (
     'Differences from "{}": a value for each seed, the mean over its pairs of runs of the same instance; over seeds '
-    "their mean and p of the paired t test, after Holm for the number of rule sets. Intervals hold for all rule sets at once "
-    "with 95 %, and agree with p beside them. Runs that are not complete do not count."
+    "their mean and p of the paired t test, after Holm for the number of rule sets. Intervals hold for all rule sets "
+    "at once with 95 %, and agree with p beside them. Runs that are not complete do not count."
 )
 
 

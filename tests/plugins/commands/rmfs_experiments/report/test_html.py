@@ -36,6 +36,13 @@ def test_the_report_needs_nothing_else(result: ExperimentResult) -> None:
     assert "2 (2 left out)" in page
 
 
+def test_a_plot_that_is_missing_is_left_out(result: ExperimentResult) -> None:
+    """The report has its table all the same."""
+    page = report_html(result, result.comparison(), [])
+    assert "<img" not in page
+    assert page.count("<table>") == 1 + 3
+
+
 def test_the_report_says_what_was_run(result: ExperimentResult) -> None:
     """Runs, scenarios, axes, seeds, rule sets, versions; a digest among these is cut off."""
     assert fact(result, "Runs") == "18"

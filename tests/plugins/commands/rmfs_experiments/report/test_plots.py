@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from typing import Any
+from xml.etree import ElementTree
 
 import pytest
 from attrs import evolve
+from matplotlib.figure import Figure
 
 from rmfs_experiments import ExperimentResult
-from rmfs_experiments.report.plots import make_plots
+from rmfs_experiments.report.plots import make_plots, plot_of
 
 
 def plots_of(result: ExperimentResult, **changes: Any) -> list[Any]:
@@ -32,6 +34,36 @@ def test_another_figure_gives_another_plot(result: ExperimentResult) -> None:
     result.rows[0]["pile_on"] = 7.0
     after = {plot.name: plot.svg for plot in plots_of(result, metrics=metrics)}
     assert {name for name in before if before[name] != after[name]} == {"differences", "pile_on"}
+
+
+NAMES = ("$\\frac{1$", "_hidden", "a\nb", "a\x00\x1bb", "\ud800", "{x} %s \\alpha", "\N{SNOWMAN}")
+
+
+@pytest.mark.filterwarnings("ignore:Glyph")
+@pytest.mark.parametrize("name", NAMES)
+def test_names_may_have_any_sign(result: ExperimentResult, name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """None is a formula, a comment of a legend, or a reason not to draw; the pictures can be read."""
+    for row in result.rows:
+        row["rule_set"] = f"{name}{row['rule_set']}"
+        row["instance"] = f"{name}{row['instance']}"
+    rule_sets = tuple(evolve(one, name=f"{name}{one.name}") for one in result.experiment.rule_sets)
+    plots = plots_of(result, rule_sets=rule_sets, baseline=f"{name}base", metrics=("pile_on",))
+    assert [plot.name for plot in plots] == ["differences", "pile_on"]
+    assert [ElementTree.fromstring(plot.svg).tag for plot in plots] == ["{http://www.w3.org/2000/svg}svg"] * 2
+    assert capsys.readouterr().err == ""
+
+
+def test_a_plot_that_fails_costs_that_plot_only(capsys: pytest.CaptureFixture[str]) -> None:
+    """It is named, and there is none."""
+
+    def draw() -> Figure:
+        raise ValueError("no\nidea")
+
+    assert plot_of("mine", "My plot", draw) is None
+    assert capsys.readouterr().err == "Left out: the plot mine cannot be drawn: ValueError: no idea\n"
+    drawn = plot_of("mine", "My plot", Figure)
+    assert drawn is not None
+    assert drawn.title == "My plot"
 
 
 def test_a_single_rule_set_differs_from_nothing(result: ExperimentResult) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from pathlib import Path
 
 import pandas
@@ -50,6 +51,23 @@ def test_the_summary_has_every_comparison(result: ExperimentResult) -> None:
     assert 0 < float(one["relative_p"]) <= float(one["relative_p_holm"]) < 0.05
     (base,) = [r for r in rows if (r["instances"], r["metric"], r["rule_set"]) == ("overall", "pile_on", "base")]
     assert (base["difference"], base["p"]) == ("", "")
+
+
+@pytest.mark.parametrize("name", ["=cmd|' /C calc'!A0", "+1", "-1", "@sum(a)", "\tx", "\rx"])
+def test_no_name_is_a_formula(result: ExperimentResult, tmp_path: Path, name: str) -> None:
+    """In the summary, which spreadsheets open, an apostrophe is before it; the data of the runs have it as it is."""
+    for row in result.rows:
+        row["rule_set"] = f"{name}{row['rule_set']}"
+        row["instance"] = f"{name}{row['instance']}"
+    rule_sets = tuple(evolve(one, name=f"{name}{one.name}") for one in result.experiment.rule_sets)
+    one = evolve(result, experiment=evolve(result.experiment, baseline=f"{name}base", rule_sets=rule_sets))
+    rows = list(csv.DictReader(io.StringIO(summary_csv(one.comparison()), newline="")))
+    assert rows[0]["instances"] == f"'{name}orders=50"
+    assert {row["rule_set"] for row in rows} == {f"'{name}{end}" for end in ("base", "good", "bad")}
+    assert rows[0]["baseline"] == f"'{name}base"
+    assert float(rows[1]["difference"]) == pytest.approx(1.0)
+    write_parquet(one, tmp_path / "runs.parquet")
+    assert pandas.read_parquet(tmp_path / "runs.parquet")["rule_set"].iloc[0] == f"{name}base"
 
 
 def test_a_metric_that_no_run_has_is_empty(result: ExperimentResult, tmp_path: Path) -> None:
