@@ -179,7 +179,7 @@ class ObserverHooks:
         Parameters
         ----------
         run
-            Scenario, instance, layout, the warehouse at time 0, and ``run.out``, the folder of the results, where an
+            Scenario, instance, layout, the warehouse at time 0, and ``run.out``, a folder beside the results, where an
             observer may write files of its own.
         """
 

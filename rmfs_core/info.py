@@ -28,7 +28,7 @@ class RunInfo:
     warehouse
         The warehouse at time 0; the same object shows it at any later time.
     out
-        The folder that the results will be in, where an observer may write files of its own; None where none are kept.
+        A folder whose files will be beside the results, where an observer may write some; None where none are kept.
     """
 
     scenario: Scenario

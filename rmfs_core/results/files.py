@@ -3,23 +3,89 @@
 from __future__ import annotations
 
 import csv
+import fcntl
 import io
 import json
 import math
 import operator
 import os
+import re
+import shutil
 import uuid
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
 from rmfs_core.errors import InputError
 
 
+def _problem(path: Path, error: OSError) -> InputError:
+    return InputError(str(path), f"cannot be written: {error.strerror or error}")
+
+
+def _beside(path: Path) -> Path:
+    return path.with_name(f".{path.name[:50]}.{uuid.uuid4().hex[:12]}.part")
+
+
+def _hold(opened: int) -> bool:
+    """Lock what is written as long as it is open, so that nobody takes it for left over; False when another has it."""
+    try:
+        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:  # any other: this file system knows no locks
+        return not isinstance(error, BlockingIOError)
+    return True
+
+
+def clean(folder: Path) -> None:
+    """Delete what killed processes have left half written in a folder, and put in place what they had written whole."""
+    for part in folder.iterdir():
+        if re.fullmatch(r"\..*\.[0-9a-f]{12}\.(part|whole)", part.name):
+            with suppress(FileNotFoundError):  # another is at it, too
+                opened = os.open(part, os.O_RDONLY)
+                if _hold(opened):
+                    for file in part.iterdir() if part.suffix == ".whole" else ():
+                        _put(file, folder / file.name)
+                    shutil.rmtree(part) if part.is_dir() else part.unlink()
+                os.close(opened)
+
+
+def _put(file: Path, target: Path) -> None:
+    if file.is_dir():
+        shutil.copytree(file, target, dirs_exist_ok=True)
+    elif not target.is_symlink() and (target.is_file() or not target.exists()):
+        file.replace(target)
+    else:  # a link, a device or a pipe
+        with AtomicFile(target) as stream:
+            stream.write(file.read_bytes())
+
+
+@contextmanager
+def staged(folder: Path) -> Iterator[Path]:
+    """Yield a hidden folder whose files take their places in ``folder`` when the block ends well: all of them, or none.
+
+    If the process is killed while they do, the next one that writes there goes on with it.
+    """
+    try:
+        path = _beside(folder / "files")
+        path.mkdir()
+        opened = os.open(path, os.O_RDONLY)
+        _hold(opened)
+        try:
+            yield path
+            path.rename(path.with_suffix(".whole"))
+        finally:
+            os.close(opened)
+            clean(folder)
+    except OSError as error:
+        raise _problem(folder, error) from error
+
+
 class AtomicFile:
     """A file that appears under its name when it is committed, complete, and not before.
 
-    Usable as a context manager: leaving the block commits, an exception discards.
+    Usable as a context manager: leaving the block commits, an exception discards. A link is followed, a device or a
+    pipe written to as it is.
 
     Parameters
     ----------
@@ -29,41 +95,51 @@ class AtomicFile:
     Raises
     ------
     InputError
-        When the folder cannot be written to, or the name is a folder's.
+        When it cannot be written: the name is a folder's, or a disk is full.
     """
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        if self.path.is_dir():
-            raise InputError(str(self.path), "cannot be written: a folder has that name")
-        self._beside = self.path.with_name(f".{self.path.name}.{uuid.uuid4().hex[:12]}.part")
+        self._beside: Path | None = None
         try:
-            self.stream: BinaryIO = self._beside.open("xb")
+            if self.path.is_dir():
+                raise InputError(str(self.path), "cannot be written: a folder has that name")
+            if self.path.is_file() or not self.path.exists():
+                self._beside = _beside(self.path.resolve())
+            self.stream: BinaryIO = self._beside.open("xb") if self._beside else self.path.open("wb")
+            _hold(self.stream.fileno())
         except OSError as error:
-            raise InputError(str(self.path), f"cannot be written: {error.strerror or error}") from error
+            raise _problem(self.path, error) from error
 
     def commit(self) -> None:
         """Close the file and give it its name, replacing what had it."""
-        self.stream.close()
         try:
-            os.replace(self._beside, self.path)  # noqa: PTH105 (the one call whose atomicity everything here rests on)
+            self.stream.flush()
+            if self._beside:
+                os.fsync(self.stream.fileno())
+                os.replace(self._beside, self.path.resolve())  # noqa: PTH105 (everything here rests on this call)
+            self.stream.close()
         except OSError as error:
-            self._beside.unlink(missing_ok=True)
-            raise InputError(str(self.path), f"cannot be replaced: {error.strerror or error}") from error
+            self.discard()
+            raise _problem(self.path, error) from error
 
     def discard(self) -> None:
         """Close and delete what was written; the file of that name stays as it was."""
-        self.stream.close()
-        self._beside.unlink(missing_ok=True)
+        with suppress(OSError):  # what is left in the buffer may not fit
+            self.stream.close()
+        if self._beside:
+            self._beside.unlink(missing_ok=True)
 
     def __enter__(self) -> BinaryIO:
         return self.stream
 
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: object) -> None:
         if kind is None:
             self.commit()
         else:
             self.discard()
+            if isinstance(error, OSError) and error.filename is None:
+                raise _problem(self.path, error) from error
 
 
 def write_text(path: str | Path, text: str) -> None:

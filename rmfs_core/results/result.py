@@ -12,7 +12,7 @@ from attrs import define, field
 
 from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import Metric
-from rmfs_core.results.files import json_ready, output_folder, to_csv, to_json, write_text
+from rmfs_core.results.files import json_ready, output_folder, staged, to_csv, to_json, write_text
 from rmfs_core.results.tables import DUE_COLUMNS, ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Row
 from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
 
@@ -83,7 +83,7 @@ class Result:
         return content | {"metrics": self.metrics, "timing": self.timing}
 
     def save(self, folder: str | Path) -> None:
-        """Write result.json, orders.csv, visits.csv and periods.csv, each whole or not at all.
+        """Write result.json, orders.csv, visits.csv and periods.csv, all of them or none.
 
         The folder is made when it is not there; files of an earlier run are replaced.
 
@@ -92,11 +92,12 @@ class Result:
         InputError
             When the folder is a file, or cannot be written to.
         """
-        path = output_folder(folder)
-        for table, (name, columns) in TABLE_FILES.items():
-            rows = getattr(self, table)
-            write_text(path / name, to_csv([*columns, *(c for c in DUE_COLUMNS if rows and c in rows[0])], rows))
-        write_text(path / RESULT_FILE, to_json(self.to_dict(), indent=2) + "\n")
+        with staged(output_folder(folder)) as path:
+            for table, (name, columns) in TABLE_FILES.items():
+                rows = getattr(self, table)
+                due = (column for column in DUE_COLUMNS if rows and column in rows[0])
+                write_text(path / name, to_csv([*columns, *due], rows))
+            write_text(path / RESULT_FILE, to_json(self.to_dict(), indent=2) + "\n")
 
 
 def load_result(folder: str | Path) -> Result:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import time
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,7 @@ from attrs import define, frozen
 
 from rmfs_core.errors import InputError, RmfsError, RunError
 from rmfs_core.results.catalogue import Metric, described_by
-from rmfs_core.results.files import output_folder
+from rmfs_core.results.files import clean, output_folder, staged
 from rmfs_core.results.metrics import Metrics
 from rmfs_core.results.recorders import (
     delete_left_over,
@@ -53,8 +55,8 @@ def run(
         ``key=value`` each, replacing values of the file; not for a `Scenario` object (see `attrs.evolve`). Files
         that they name are looked up in the current directory.
     out
-        Folder to write the result's files to. Files of an earlier run there are replaced; what its recorders wrote is
-        deleted.
+        Folder to write the result's files to, all at the end. Files of an earlier run there stay until then, and are
+        replaced; what its recorders wrote is deleted.
     record
         Names of recorders, entry points of the group ``rmfs.recorders``, whose files shall be in ``out`` too.
     observers
@@ -81,14 +83,15 @@ def run(
     resolved = _resolve(scenario, seed, overrides)
     recorders, standing = make_recorders(record), make_observers()
     told = [*((observer, None) for observer in observers), *recorders, *standing]
-    again = out is not None and (Path(out) / RESULT_FILE).exists()
-    measured = _prepare(resolved, told, allow_inline_rules, out)
-    outcome = _simulate(measured.simulation)
-    result = _conclude(measured, outcome)
-    if measured.folder is not None:
-        result.save(measured.folder)
-        if again:
-            delete_left_over(measured.folder, files_of(observer for observer, _ in (*recorders, *standing)))
+    again = out is not None and os.path.exists(Path(out) / RESULT_FILE)  # noqa: PTH110 (also of a name too long)
+    with ExitStack() as stack:
+        measured = _prepare(resolved, told, allow_inline_rules, out, stack)
+        outcome = _simulate(measured.simulation)
+        result = _conclude(measured, outcome)
+        if measured.folder is not None:
+            result.save(measured.folder)
+    if out is not None and again:
+        delete_left_over(Path(out), files_of(observer for observer, _ in (*recorders, *standing)))
     if isinstance(outcome.error, RunError):
         outcome.error.result = result
     if outcome.error is not None:
@@ -111,11 +114,15 @@ class _Measured:
 def _folder_for_results(out: str | Path, scenario: Scenario, files: Sequence[str]) -> Path:
     """Return the output folder, unless results, or the files of recorders, would replace what is no result."""
     folder = output_folder(out)
+    clean(folder)
     names = [*(name for name, _ in TABLE_FILES.values()), *files]
     for path, given in data_files(scenario).items():
         if (Path(scenario.folder) / given).resolve() in [(folder / name).resolve() for name in names]:
             key = ".".join(path)
             raise InputError(str(folder), f"results would replace `{key}`, {given}; expected another folder")
+    for name in names:
+        if (folder / name).is_dir():
+            raise InputError(str(folder / name), "cannot be written: a folder has that name")
     foreign = [name for name in names if (folder / name).exists()]
     if foreign and not (folder / RESULT_FILE).exists():
         raise InputError(
@@ -144,7 +151,11 @@ def _resolve(scenario: Scenario | str | Path, seed: int | None, overrides: Seque
 
 
 def _prepare(
-    scenario: Scenario, told: Sequence[tuple[Any, str | None]], allow_inline_rules: bool, out: str | Path | None
+    scenario: Scenario,
+    told: Sequence[tuple[Any, str | None]],
+    allow_inline_rules: bool,
+    out: str | Path | None,
+    stack: ExitStack,
 ) -> _Measured:
     with located(scenario):
         rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
@@ -155,7 +166,7 @@ def _prepare(
         rules.register_observer(observer, name)
     described = described_by(rules.instances)
     files = files_of(observer for observer, described in told if described is not None)
-    folder = None if out is None else _folder_for_results(out, scenario, files)
+    folder = None if out is None else stack.enter_context(staged(_folder_for_results(out, scenario, files)))
     simulation = Simulation(scenario, instance, layout, rules, folder)
     return _Measured(simulation, metrics, tables, versions_of(rules, scenario.folder), described, folder)
 

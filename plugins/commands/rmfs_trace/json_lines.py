@@ -6,6 +6,7 @@ import gzip
 import json
 import zlib
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +47,8 @@ class JsonLinesFile:
     def discard(self) -> None:
         """Delete what was written of a file that was not committed; afterwards without effect."""
         if not self._lines.closed:
-            self._lines.close()
+            with suppress(OSError):  # what is left may not fit
+                self._lines.close()
             self._file.discard()
 
     def __del__(self) -> None:

@@ -56,7 +56,10 @@ def summary_csv(comparison: Comparison) -> str:
 
 def _no_formula(value: Any) -> Any:
     """Return a text that no spreadsheet takes for a formula."""
-    return f"'{value}" if isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r")) else value
+    if not isinstance(value, str):
+        return value
+    text = value.replace("\r", " ")
+    return f"'{text}" if text.lstrip().startswith(("=", "+", "-", "@")) else text
 
 
 def _summary_rows(comparison: Comparison) -> Iterator[dict[str, Any]]:
