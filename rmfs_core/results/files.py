@@ -28,7 +28,7 @@ def _beside(path: Path) -> Path:
     return path.with_name(f".{path.name[:50]}.{uuid.uuid4().hex[:12]}.part")
 
 
-def _hold(opened: int) -> bool:
+def hold(opened: int) -> bool:
     """Lock what is written as long as it is open, so that nobody takes it for left over; False when another has it."""
     try:
         fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -43,7 +43,7 @@ def clean(folder: Path) -> None:
         if re.fullmatch(r"\..*\.[0-9a-f]{12}\.(part|whole)", part.name):
             with suppress(FileNotFoundError):  # another is at it, too
                 opened = os.open(part, os.O_RDONLY)
-                if _hold(opened):
+                if hold(opened):
                     for file in part.iterdir() if part.suffix == ".whole" else ():
                         _put(file, folder / file.name)
                     shutil.rmtree(part) if part.is_dir() else part.unlink()
@@ -70,7 +70,7 @@ def staged(folder: Path) -> Iterator[Path]:
         path = _beside(folder / "files")
         path.mkdir()
         opened = os.open(path, os.O_RDONLY)
-        _hold(opened)
+        hold(opened)
         try:
             yield path
             path.rename(path.with_suffix(".whole"))
@@ -107,7 +107,7 @@ class AtomicFile:
             if self.path.is_file() or not self.path.exists():
                 self._beside = _beside(self.path.resolve())
             self.stream: BinaryIO = self._beside.open("xb") if self._beside else self.path.open("wb")
-            _hold(self.stream.fileno())
+            hold(self.stream.fileno())
         except OSError as error:
             raise _problem(self.path, error) from error
 
@@ -191,7 +191,7 @@ def _field(value: object) -> object:
 
 
 def output_folder(path: str | Path) -> Path:
-    """Return ``path`` as a folder that exists and can be written to; make it when it is not there.
+    """Return ``path`` as a folder that exists and can be written to, without what killed processes have left there.
 
     Raises
     ------
@@ -205,6 +205,7 @@ def output_folder(path: str | Path) -> Path:
         raise InputError(str(folder), "found a file in the way; expected a folder, or nothing") from error
     except OSError as error:
         raise InputError(str(folder), f"cannot be made: {error.strerror or error}") from error
-    if not os.access(folder, os.W_OK | os.X_OK):
+    if not os.access(folder, os.R_OK | os.W_OK | os.X_OK):
         raise InputError(str(folder), "cannot be written to; expected a folder you may write to")
+    clean(folder)
     return folder

@@ -14,7 +14,7 @@ from attrs import define, frozen
 
 from rmfs_core.errors import InputError, RmfsError, RunError
 from rmfs_core.results.catalogue import Metric, described_by
-from rmfs_core.results.files import clean, output_folder, staged
+from rmfs_core.results.files import output_folder, staged
 from rmfs_core.results.metrics import Metrics
 from rmfs_core.results.recorders import (
     delete_left_over,
@@ -114,7 +114,6 @@ class _Measured:
 def _folder_for_results(out: str | Path, scenario: Scenario, files: Sequence[str]) -> Path:
     """Return the output folder, unless results, or the files of recorders, would replace what is no result."""
     folder = output_folder(out)
-    clean(folder)
     names = [*(name for name, _ in TABLE_FILES.values()), *files]
     for path, given in data_files(scenario).items():
         if (Path(scenario.folder) / given).resolve() in [(folder / name).resolve() for name in names]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-import os.path
+import os
 import sys
 import types
 from importlib.metadata import EntryPoint
@@ -61,12 +61,12 @@ class RuleSources:
     folder
         The scenario's folder.
     allow_inline
-        Whether files in it may be loaded as code.
+        Whether files in it may be loaded as code; none may where the environment has RMFS_NO_INLINE_RULES.
     """
 
     def __init__(self, folder: str, allow_inline: bool = True) -> None:
         self.folder = folder
-        self.allow_inline = allow_inline
+        self.allow_inline = allow_inline and not os.environ.get("RMFS_NO_INLINE_RULES")
         self._offers = entrypoints.offers(entrypoints.RULES)
         self._modules: dict[str, types.ModuleType] = {}
 

@@ -9,7 +9,7 @@ import click
 
 from rmfs_cli import completion
 from rmfs_cli.notes import notes_console
-from rmfs_cli.options import decides_option, json_option
+from rmfs_cli.options import decides_option, json_option, no_inline_option
 from rmfs_cli.screen import new_table, output_console, print_json, print_named
 from rmfs_core.roles import Role
 
@@ -45,7 +45,7 @@ JSON_VERSION = 1
 )
 @decides_option(ROLES, help="What to compare rules in that decide several things.")
 @json_option
-@click.option("--no-inline-rules", is_flag=True, help="Refuse rules from files.")
+@no_inline_option
 def bench(
     rules: tuple[str, ...],
     worlds: tuple[str, ...],

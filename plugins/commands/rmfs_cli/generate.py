@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rmfs_cli.completion import SetCommand
-from rmfs_cli.options import scenario_argument, seed_option, set_option
+from rmfs_cli.options import no_inline_option, scenario_argument, seed_option, set_option
 
 if TYPE_CHECKING:
     from rmfs_core.scenario import RuleChoice, RulesSection, Scenario
@@ -21,7 +21,10 @@ if TYPE_CHECKING:
 @set_option
 @seed_option
 @click.option("--force", is_flag=True, help="Replace files that are there already.")
-def generate(scenario: str, out: str, overrides: tuple[str, ...], seed: int | None, force: bool) -> None:
+@no_inline_option
+def generate(
+    scenario: str, out: str, overrides: tuple[str, ...], seed: int | None, force: bool, no_inline_rules: bool
+) -> None:
     """Write the orders and pods of SCENARIO to DIR as CSV, and a scenario that uses them.
 
     DIR/scenario.toml runs on the same instance as SCENARIO. A text map and rules from files are copied along.
@@ -35,7 +38,7 @@ def generate(scenario: str, out: str, overrides: tuple[str, ...], seed: int | No
 
     loaded = load_checked(scenario, overrides, seed)
     instance = make_instance(loaded)
-    moved, copied = _with_files(loaded)
+    moved, copied = _with_files(loaded, allow_inline=not no_inline_rules)
     files = {
         **copied,
         "orders.csv": orders_csv(instance).encode(),
@@ -50,7 +53,7 @@ def generate(scenario: str, out: str, overrides: tuple[str, ...], seed: int | No
     )
 
 
-def _with_files(scenario: Scenario) -> tuple[Scenario, dict[str, bytes]]:
+def _with_files(scenario: Scenario, *, allow_inline: bool) -> tuple[Scenario, dict[str, bytes]]:
     """Return the scenario for another folder, on CSV files, and the other files it needs there by name."""
     from attrs import evolve
 
@@ -69,14 +72,15 @@ def _with_files(scenario: Scenario) -> tuple[Scenario, dict[str, bytes]]:
         pods_at_stations=scenario.instance.pods_at_stations,
         start=scenario.instance.start,
     )
-    rules = _with_rule_files(scenario.rules, old, copied)
+    rules = _with_rule_files(scenario.rules, old, copied, allow_inline)
     return evolve(scenario, instance=instance, layout=layout, rules=rules), copied
 
 
-def _with_rule_files(rules: RulesSection, old: Path, copied: dict[str, bytes]) -> RulesSection:
+def _with_rule_files(rules: RulesSection, old: Path, copied: dict[str, bytes], allow_inline: bool) -> RulesSection:
     """Add the files of rules to those to copy, and return the rules as another folder names them."""
     from attrs import evolve
 
+    from rmfs_core.errors import InputError
     from rmfs_core.scenario.rulenames import is_inline, rule_choices
 
     moved: dict[str, list[RuleChoice]] = {}
@@ -84,6 +88,8 @@ def _with_rule_files(rules: RulesSection, old: Path, copied: dict[str, bytes]) -
         file, _, class_name = choice.rule.rpartition(":")
         renamed = choice
         if is_inline(choice.rule):
+            if not allow_inline:
+                raise InputError(f"rules.{key}", f'rule "{choice.rule}" is a file, which --no-inline-rules refuses')
             content = _read(old / file)
             target = Path(file if not Path(file).is_absolute() else Path(file).name)
             while copied.get(target.as_posix(), content) != content:  # another file of that name is there
@@ -106,22 +112,17 @@ def _read(path: Path) -> bytes:
 
 
 def _write(folder: Path, files: Mapping[str, bytes], force: bool) -> None:
-    """Write all files or none: each is complete beside its place before the first takes its place."""
+    """Write all files or none."""
     from rmfs_core.errors import InputError
-    from rmfs_core.results.files import AtomicFile, output_folder
+    from rmfs_core.results.files import AtomicFile, output_folder, staged
 
     there = [str(folder / name) for name in sorted(files) if (folder / name).exists()]
     if there and not force:
         raise InputError(", ".join(there), "found a file of that name; --force replaces it")
-    waiting: list[AtomicFile] = []
-    try:
+    for name in files:
+        if (folder / name).is_dir():
+            raise InputError(str(folder / name), "cannot be written: a folder has that name")
+    with staged(output_folder(folder)) as hidden:
         for name, content in files.items():
-            output_folder((folder / name).parent)
-            waiting.append(AtomicFile(folder / name))
-            waiting[-1].stream.write(content)
-    except BaseException:
-        for file in waiting:
-            file.discard()
-        raise
-    for file in waiting:
-        file.commit()
+            with AtomicFile(output_folder((hidden / name).parent) / Path(name).name) as stream:
+                stream.write(content)

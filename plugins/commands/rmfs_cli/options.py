@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
@@ -38,6 +39,13 @@ def decides_option(roles: Iterable[Role], **attributes: Any) -> Callable[[F], F]
 
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for machines, and nothing else.")
+
+no_inline_option = click.option(
+    "--no-inline-rules",
+    is_flag=True,
+    callback=lambda _ctx, _param, value: value or bool(os.environ.get("RMFS_NO_INLINE_RULES")),
+    help="Refuse rules from files, as RMFS_NO_INLINE_RULES=1 in the environment does.",
+)
 
 seed_option = click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Replace the scenario's seed.")
 

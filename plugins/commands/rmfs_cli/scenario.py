@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from rmfs_cli.completion import SetCommand
-from rmfs_cli.options import json_option, scenario_argument, seed_option, set_option
+from rmfs_cli.options import json_option, no_inline_option, scenario_argument, seed_option, set_option
 from rmfs_cli.screen import print_json
 from rmfs_cli.shipped import print_shipped
 
@@ -19,7 +19,7 @@ def scenario() -> None:
 @scenario_argument
 @set_option
 @seed_option
-@click.option("--no-inline-rules", is_flag=True, help="Refuse rules from files.")
+@no_inline_option
 @json_option
 def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline_rules: bool, as_json: bool) -> None:
     """Say all that is wrong with SCENARIO, without running it.

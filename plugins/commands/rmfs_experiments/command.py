@@ -9,7 +9,7 @@ import click
 
 from rmfs_cli.completion import experiments
 from rmfs_cli.notes import notes_console
-from rmfs_cli.options import dask_option, jobs_option, json_option
+from rmfs_cli.options import dask_option, jobs_option, json_option, no_inline_option
 from rmfs_cli.screen import output_console, print_json, say
 from rmfs_cli.shipped import print_shipped
 
@@ -30,7 +30,7 @@ RUNS_FOLDER = "runs"
     help="Folder for finished runs and the report. [default: rmfs-runs/<name of the experiment>]",
 )
 @click.option("--list", "list_them", is_flag=True, help="List the experiments that come with the package.")
-@click.option("--no-inline-rules", is_flag=True, help="Refuse rules from files beside the experiment or scenario.")
+@no_inline_option
 @json_option
 @click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
 def compare(

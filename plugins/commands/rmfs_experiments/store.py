@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import shutil
 import uuid
 from pathlib import Path
@@ -15,7 +16,7 @@ from typing import Any
 
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
-from rmfs_core.results.files import output_folder, to_json, write_text
+from rmfs_core.results.files import hold, output_folder, to_json, write_text
 from rmfs_experiments.experiment import Job
 from rmfs_experiments.outcome import Outcome
 from rmfs_experiments.rows import Row, row_of
@@ -63,6 +64,9 @@ class RunStore:
         if outcome.result is None:
             raise ValueError("a run without a result has nothing to be stored")
         beside = self.folder / f".{job.key}.{uuid.uuid4().hex[:12]}{PART}"
+        beside.mkdir()
+        held = os.open(beside, os.O_RDONLY)
+        hold(held)
         try:
             outcome.result.save(beside)
             note = {"run": str(job), "error_kind": outcome.error_kind, "run_s": outcome.run_s}
@@ -77,6 +81,8 @@ class RunStore:
             shutil.rmtree(beside, ignore_errors=True)
             if not isinstance(error, OSError) or job not in self:  # else another process has stored the same run
                 raise
+        finally:
+            os.close(held)
 
     def row(self, job: Job) -> Row:
         """Read a stored run as a row.

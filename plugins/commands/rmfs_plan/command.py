@@ -11,7 +11,7 @@ import click
 
 from rmfs_cli import completion
 from rmfs_cli.notes import notes_console
-from rmfs_cli.options import json_option
+from rmfs_cli.options import json_option, no_inline_option
 from rmfs_cli.screen import new_table, output_console, print_json
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ SHOWN = 12
 @click.option("--set", "values", multiple=True, metavar="KEY=VALUE", help="A parameter of the planner. Repeatable.")
 @click.option("--scen", metavar="FILE", help="Take the trips from a MovingAI scenario, the first ones in it.")
 @click.option("--out", metavar="DIR", help="Folder to write plan.json and paths.csv to.")
+@no_inline_option
 @json_option
 def plan(
     map_file: str,
@@ -48,6 +49,7 @@ def plan(
     values: tuple[str, ...],
     scen: str | None,
     out: str | None,
+    no_inline_rules: bool,
     as_json: bool,
 ) -> None:
     """Plan the paths of robots on MAP, a MovingAI map or a text map, one robot after another.
@@ -67,7 +69,8 @@ def plan(
     roads = roads_of_map(read_map(map_file))
     with option_named("--pp", f"--pp {pp}", values):
         choice = with_parameters(RuleChoice(rule_name_from(pp, ".", ".")), values)
-        planner = find_planner(choice.rule, choice.parameters, rule_stream(seed, Role.PP, pp))
+        draws, allowed = rule_stream(seed, Role.PP, pp), not no_inline_rules
+        planner = find_planner(choice.rule, choice.parameters, draws, allow_inline=allowed)
     with compiling_announced(notes_console()):
         trips = random_trips(roads, agents, seed, map_file) if scen is None else read_trips(scen, roads.layout, agents)
         _check_reach(roads, trips, scen or map_file)

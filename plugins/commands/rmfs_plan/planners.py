@@ -18,7 +18,9 @@ from rmfs_core.warehouse import Robot, Warehouse, WarehouseView
 from rmfs_core.world import Instance
 
 
-def find_planner(name: str, parameters: Mapping[str, Any], rng: np.random.Generator) -> HookPlanner:
+def find_planner(
+    name: str, parameters: Mapping[str, Any], rng: np.random.Generator, *, allow_inline: bool = True
+) -> HookPlanner:
     """Return the planner of a name, or of a file in the current folder and its class: ``./my_rule.py:MyRule``.
 
     Parameters
@@ -29,13 +31,15 @@ def find_planner(name: str, parameters: Mapping[str, Any], rng: np.random.Genera
         Values of the rule's parameters.
     rng
         For rules that draw random numbers.
+    allow_inline
+        Whether code may be loaded from a file.
 
     Raises
     ------
     InputError
         When there is no such rule, it takes no such parameters, or it plans no paths.
     """
-    rule = load_rule(RuleChoice(name, parameters), (Role.PP,), place="--pp")
+    rule = load_rule(RuleChoice(name, parameters), (Role.PP,), allow_inline=allow_inline, place="--pp")
     return HookPlanner(rule, rng)
 
 

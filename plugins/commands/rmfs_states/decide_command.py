@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from rmfs_cli import completion
-from rmfs_cli.options import decides_option
+from rmfs_cli.options import decides_option, no_inline_option
 from rmfs_core.roles import Role
 
 DECIDING = (Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA)
@@ -38,7 +38,7 @@ def _print_schema(ctx: click.Context, _parameter: click.Parameter, wanted: bool)
 )
 @decides_option(DECIDING, help="What to ask of a rule that decides several things.")
 @click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Seed of the rule's random generator.")
-@click.option("--no-inline-rules", is_flag=True, help="Refuse a rule from a file.")
+@no_inline_option
 @click.option(
     "--schema",
     is_flag=True,

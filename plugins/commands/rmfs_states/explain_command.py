@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rmfs_cli import completion
-from rmfs_cli.options import json_option
+from rmfs_cli.options import json_option, no_inline_option
 from rmfs_cli.screen import output_console, print_json
 from rmfs_core.roles import Role
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 )
 @click.option("--state", "state_file", type=click.Path(path_type=Path), metavar="FILE", help="Write the state there.")
 @click.option("--limit", type=click.IntRange(min=1), default=10, show_default=True, help="Orders to show at most.")
-@click.option("--no-inline-rules", is_flag=True, help="Refuse rules from files.")
+@no_inline_option
 @json_option
 def explain(
     folder: Path,

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 import pytest
 from click.testing import CliRunner
 
+from rmfs_core.cli import main
 from rmfs_cli.options import dask_option, jobs_option, json_option, scenario_argument, seed_option, set_option
 
 
@@ -68,3 +71,48 @@ def test_what_is_wrong_is_said(arguments: tuple[str, ...], problem: str) -> None
     done = CliRunner().invoke(command, arguments)
     assert done.exit_code == 2
     assert problem in done.output
+
+
+RULE = "from pathlib import Path\nPath('loaded').touch()\nclass Mine:\n    pass\n"
+EXPERIMENT = """
+base = "examples/small"
+seeds = [1]
+baseline = "mine"
+[[rule_sets]]
+name = "mine"
+rules.pr = "./mine.py:Mine"
+"""
+LOADING = (
+    ("run", "examples/small", "--set", "rules.pr=./mine.py:Mine"),
+    ("scenario", "check", "examples/small", "--set", "rules.pr=./mine.py:Mine"),
+    ("generate", "examples/small", "--set", "rules.pr=./mine.py:Mine", "--out", "out"),
+    ("compare", "experiment.toml"),
+    ("bench", "./mine.py:Mine"),
+    ("plan", "map.txt", "--pp", "./mine.py:Mine", "--agents", "1"),
+)
+"""Commands that load rules, asked for one from a file."""
+
+
+@pytest.mark.parametrize("arguments", LOADING, ids=lambda arguments: arguments[0])
+@pytest.mark.parametrize("by", ["option", "environment"])
+def test_no_code_is_loaded_from_files_where_that_is_refused(
+    by: str,
+    arguments: tuple[str, ...],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """By the option of each command, or by the environment of a service for all of them."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(RULE, encoding="utf-8")
+    (tmp_path / "experiment.toml").write_text(EXPERIMENT, encoding="utf-8")
+    (tmp_path / "map.txt").write_text("....\n....\n", encoding="utf-8")
+    if by == "environment":
+        monkeypatch.setenv("RMFS_NO_INLINE_RULES", "1")
+    with pytest.raises(SystemExit) as stop:
+        main([*arguments, *(["--no-inline-rules"] if by == "option" else [])])
+    printed = capsys.readouterr()
+    assert stop.value.code == 2
+    assert "which --no-inline-rules refuses" in printed.out + printed.err
+    assert "Loading code" not in printed.err
+    assert not (tmp_path / "loaded").exists()

@@ -27,6 +27,8 @@ def test_half_a_run_does_not_count(experiment: Write, tmp_path: Path) -> None:
     runs.save(job, simulate(job))
     assert job in runs
     assert runs.row(job)["status"] == "complete"
+    RunStore(tmp_path / "runs")
+    assert [path.name for path in runs.folder.iterdir()] == [job.key]
 
 
 def test_a_run_that_another_process_stored_meanwhile_stays(experiment: Write, tmp_path: Path) -> None:

@@ -1,0 +1,193 @@
+"""Disks that are full, names that are too long, and other reasons why nothing can be written: nothing is lost."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rmfs_core.cli import main
+from rmfs_core.errors import InputError
+from rmfs_reproduction import choose_parts, reproduce
+
+TINY = """
+[instance]
+orders = 6
+skus = 8
+pods = 6
+skus_per_pod = 3
+[layout]
+block_rows = 3
+block_columns = 2
+stations_east = 1
+[robots]
+count = 2
+[rules]
+poa = "pod-match"
+pps = "demand"
+pp = "free-flow"
+"""
+
+TRIAL = """
+base = "tiny.toml"
+seeds = [1]
+baseline = "pod-match"
+metrics = ["pile_on"]
+[[rule_sets]]
+name = "pod-match"
+"""
+
+COMMANDS = {
+    "run": ("run", "tiny.toml", "--out", "out", "--quiet"),
+    "recorded": ("run", "tiny.toml", "--out", "out", "--quiet", "--trace"),
+    "compare": ("compare", "trial.toml", "--out", "out", "--jobs", "1", "--quiet"),
+    "generate": ("generate", "tiny.toml", "--out", "out", "--force"),
+}
+LIMIT = 100
+"""Bytes that a file may have where nothing shall fit: less than any file of results."""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the current folder, with a scenario and an experiment."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tiny.toml").write_text(TINY, encoding="utf-8")
+    (tmp_path / "trial.toml").write_text(TRIAL, encoding="utf-8")
+    return tmp_path
+
+
+@pytest.fixture
+def small_files() -> Iterator[None]:
+    """Let no file become larger than the limit."""
+    hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
+    resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT, hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))
+
+
+def exit_code(*arguments: str) -> int:
+    """Run ``rmfs`` and return how it exits."""
+    try:
+        main([*arguments])
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    return 0
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return every file below a folder with what is in it."""
+    return {file.relative_to(folder).as_posix(): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+
+
+def is_told(capsys: pytest.CaptureFixture[str], *texts: str) -> None:
+    """Check that the last line on standard error is one sentence that holds texts."""
+    err = capsys.readouterr().err
+    assert "Traceback" not in err
+    last = err.splitlines()[-1]
+    assert last.startswith("Error: ")
+    for text in texts:
+        assert text in last
+
+
+@pytest.mark.parametrize("name", ["run", "recorded", "compare", "generate"])
+def test_what_does_not_fit_is_told_and_loses_nothing(
+    name: str, folder: Path, capsys: pytest.CaptureFixture[str], request: pytest.FixtureRequest
+) -> None:
+    """What was there before stays, whole; nothing half written is left."""
+    assert exit_code(*COMMANDS[name]) == 0
+    before = contents(folder)
+    capsys.readouterr()
+    request.getfixturevalue("small_files")
+    other = ("--set", "instance.orders=7") if name != "compare" else ()
+    if name == "compare":
+        text = (folder / "trial.toml").read_bytes().replace(b"[1]", b"[1, 2]")
+        (folder / "trial.toml").unlink()
+        resource.setrlimit(resource.RLIMIT_FSIZE, (len(text), resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
+        (folder / "trial.toml").write_bytes(text)
+        before["trial.toml"] = text
+    assert exit_code(*COMMANDS[name], *other) in (1, 2)
+    is_told(capsys, "File too large")
+    assert contents(folder) == before
+
+
+@pytest.mark.parametrize("name", ["run", "compare", "generate"])
+@pytest.mark.parametrize(
+    ("out", "text"),
+    [("x" * 300, "File name too long"), ("tiny.toml", "expected a folder"), ("tiny.toml/a", "expected")],
+)
+def test_where_nothing_can_be_written_is_told_at_once(
+    name: str, out: str, text: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A name that is too long, and a file where a folder should be."""
+    before = contents(folder)
+    arguments = [out if argument == "out" else argument for argument in COMMANDS[name]]
+    assert exit_code(*arguments) == 2
+    is_told(capsys, text)
+    assert contents(folder) == before
+
+
+@pytest.mark.parametrize(("out", "text"), [("x" * 300, "File name too long"), ("tiny.toml", "expected a folder")])
+def test_a_reproduction_that_cannot_be_kept_is_not_begun(out: str, text: str) -> None:
+    """Its runs take a while."""
+    with pytest.raises(InputError, match=text):
+        reproduce(choose_parts(("examples",)), Path(out), jobs=1)
+
+
+def test_a_folder_in_place_of_a_file_is_told_before_the_run(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Nothing of an earlier run is touched."""
+    assert exit_code(*COMMANDS["run"]) == 0
+    (folder / "out" / "delays.csv").unlink()
+    (folder / "out" / "delays.csv").mkdir()
+    before = contents(folder)
+    assert exit_code(*COMMANDS["run"], "--seed", "2") == 2
+    is_told(capsys, "out/delays.csv: cannot be written: a folder has that name")
+    assert contents(folder) == before
+
+
+def test_links_in_the_folder_of_results_are_followed(folder: Path) -> None:
+    """Who keeps orders.csv elsewhere finds it there."""
+    assert exit_code(*COMMANDS["run"]) == 0
+    (folder / "out" / "orders.csv").rename(folder / "elsewhere.csv")
+    (folder / "out" / "orders.csv").symlink_to("../elsewhere.csv")
+    before = (folder / "elsewhere.csv").read_bytes()
+    assert exit_code(*COMMANDS["run"], "--seed", "2") == 0
+    assert (folder / "out" / "orders.csv").is_symlink()
+    assert (folder / "elsewhere.csv").read_bytes() != before
+
+
+def test_a_killed_run_leaves_what_was_there_and_the_next_cleans_up(folder: Path) -> None:
+    """Its files are hidden until all of them are there."""
+    assert exit_code(*COMMANDS["run"]) == 0
+    before = contents(folder / "out")
+    long = ["run", "tiny.toml", "--out", "out", "--quiet", "--trace", "--set", "instance.orders=2000"]
+    with subprocess.Popen([sys.executable, "-c", "from rmfs_core.cli import main; main()", *long]) as process:
+        until = time.monotonic() + 60
+        while not list((folder / "out").glob(".*/.trace*")):
+            assert process.poll() is None
+            assert time.monotonic() < until
+            time.sleep(0.02)
+        process.send_signal(signal.SIGKILL)
+    left = contents(folder / "out")
+    assert {name: content for name, content in left.items() if not name.startswith(".")} == before
+    assert left.keys() != before.keys()
+    assert exit_code(*COMMANDS["run"], "--seed", "2") == 0
+    assert contents(folder / "out").keys() == before.keys()
+    assert not list((folder / "out").glob(".*"))
+
+
+def test_a_pipe_as_the_file_of_a_state_stays_a_pipe(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """What writes to a path that is named follows it."""
+    assert exit_code("run", "tiny.toml", "--out", "out", "--quiet", "--record-decisions") == 0
+    os.mkfifo(folder / "pipe")
+    with subprocess.Popen(["cat", "pipe"], stdout=subprocess.PIPE) as reader:
+        assert exit_code("explain", "out", "--decision", "1", "--state", "pipe") == 0
+        assert reader.stdout is not None
+        assert reader.stdout.read().startswith(b"{")
+    assert (folder / "pipe").is_fifo()
