@@ -31,8 +31,12 @@ PREFILTER = 'rules.filters=[{rule="most-covered",n=10}]'
 """What the paper puts before its models where there are 2000 orders."""
 
 SHIPPED = sorted(
-    entry.name for entry in entry_points(group="rmfs") if entry.dist is not None and entry.dist.name == "rmfs"
+    (entry.name, role)
+    for entry in entry_points(group="rmfs")
+    if entry.dist is not None and entry.dist.name == "rmfs"
+    for role in roles_of(entry.load())
 )
+"""Each rule, once for each decision that it makes."""
 SIZES = [world if world == "small" else pytest.param(world, marks=pytest.mark.slow) for world in WORLDS]
 
 
@@ -41,11 +45,9 @@ class _MeasuredError(Exception):
 
 
 @pytest.mark.parametrize("world", SIZES)
-@pytest.mark.parametrize("name", SHIPPED)
-def test_one_call(benchmark: Any, monkeypatch: pytest.MonkeyPatch, name: str, world: str) -> None:
+@pytest.mark.parametrize(("name", "role"), SHIPPED)
+def test_one_call(benchmark: Any, monkeypatch: pytest.MonkeyPatch, name: str, role: Role, world: str) -> None:
     """Median of a call in the middle of a run."""
-    (entry,) = entry_points(group="rmfs", name=name)
-    (role,) = roles_of(entry.load())
     overrides = [PREFILTER] if role is Role.POA_PPS and world == "2000" else []
     scenario = world_with(world, role, RuleChoice(name, PARAMETERS.get(name, {})), overrides)
     asked = Asker.ask

@@ -21,7 +21,7 @@ from rmfs_testing import small_world
 POA = "    @hookimpl\n    def assign_orders(self, warehouse):\n        return [{answer}]\n"
 RULE_NAMES = {
     *("pod-match", "common-lines", "first-come"),
-    *("demand", "nearest-pod"),
+    *("demand", "nearest-pod", "completes", "work-amount", "lexicographic"),
     *("nearest", "fixed", "random"),
     *("nearest-robot", "balanced"),
     "free-flow",
@@ -81,7 +81,7 @@ def test_every_shipped_rule_can_be_selected() -> None:
     """Each rule answers its hook through the rule set."""
     for poa in ("pod-match", "common-lines", "first-come"):
         assert load(poa=RuleChoice(poa)).poa is not None
-    for pps in ("demand", "nearest-pod"):
+    for pps in ("demand", "nearest-pod", "completes", "work-amount", "lexicographic", "random"):
         assert load(pps=RuleChoice(pps)).pps is not None
     for pr, ta in (("nearest", "balanced"), ("fixed", "nearest-robot"), ("random", "balanced")):
         loaded = load(pr=RuleChoice(pr), ta=RuleChoice(ta))

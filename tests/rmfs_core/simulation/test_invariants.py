@@ -79,7 +79,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
     return Scenario(
         rules=RulesSection(
             poa=choose("pod-match", "common-lines", "first-come"),
-            pps=choose("demand", "nearest-pod"),
+            pps=choose("demand", "nearest-pod", "completes", "random"),
             pr=choose("nearest", "fixed", "random"),
             ta=choose("nearest-robot", "balanced"),
         ),

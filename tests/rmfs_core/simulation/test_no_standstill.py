@@ -78,7 +78,10 @@ def attacks(draw: st.DrawFn, max_robots: int, pp: str = "sipp") -> tuple[Scenari
     deciders = (
         {"poa_pps": choose("integrated", "split-among-stations", "split-over-time")}
         if draw(st.integers(0, 3)) == 0
-        else {"poa": choose("pod-match", "common-lines", "first-come"), "pps": choose("demand", "nearest-pod")}
+        else {
+            "poa": choose("pod-match", "common-lines", "first-come"),
+            "pps": choose("demand", "nearest-pod", "completes", "random"),
+        }
     )
     scenario = Scenario(
         rules=RulesSection(
