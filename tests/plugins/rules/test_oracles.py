@@ -17,13 +17,16 @@ from rmfs_common_lines import CommonLines
 from rmfs_core.warehouse import Order, Pod, Station, Warehouse, WarehouseView
 from rmfs_demand import Demand
 from rmfs_first_come import FirstCome
+from rmfs_near_best_pod import NearBestPod
 from rmfs_nearest_pod import NearestPod
 from rmfs_pod_match import PodMatch
+from rmfs_rule_helpers.options import PairOptions
 from rmfs_scorers import Completes, WorkAmount
 from rmfs_testing import small_world
+from rmfs_workload import Workload
 
 SKUS = "abcdef"
-Score = Callable[[Warehouse, Order, Station], int]
+Score = Callable[[Warehouse, Order, Station], int | tuple[int, ...]]
 Value = Callable[[Warehouse, Pod, Station], tuple[float, ...]]
 
 
@@ -79,11 +82,16 @@ def _put_at_station(world: Warehouse, pod: Pod, station: Station) -> None:
     world.place_at_station(world.robots[0], pod, station)
 
 
+def negative(score: int | tuple[int, ...]) -> tuple[int, ...]:
+    """Return a score of one or several parts with all of them negative."""
+    return tuple(-part for part in (score if isinstance(score, tuple) else (score,)))
+
+
 def literal_assignments(world: Warehouse, score: Score) -> Iterator[tuple[int, int]]:
     """Yield (order, station) of the best pair, again and again, after the definition of the greedy POA rules."""
     while True:
         pairs = [
-            (-score(world, order, station), age, station.load, station.id)
+            (negative(score(world, order, station)), age, station.load, station.id)
             for age, order in enumerate(world.backlog)
             for station in world.stations
             if world.size_at(order, station) <= station.free_capacity
@@ -150,6 +158,24 @@ def system_demand(world: Warehouse, pod: Pod, _: Station) -> tuple[int]:
     return (sum(min(demand.get(sku, 0), items) for sku, items in pod.contents.items()),)
 
 
+def orders_at(station: Station) -> int:
+    """Orders that the station works on."""
+    return len({request.order.id for request in station.open_requests})
+
+
+def near_best_pod(world: Warehouse, order: Order, station: Station) -> tuple[int, int]:
+    """The oldest order goes first; it goes where one of the pods with most of it is near."""
+    items = {
+        pod: sum(min(line.quantity, pod.free_items(line.sku)) for line in order.open_lines)
+        for pod in world.pods
+        if pod.location is not None and not pod.bound_for
+    }
+    most = max(items.values(), default=0)
+    times = world.travel.times_to(station.cell, True)
+    near = min((times[pod.cell].min() for pod in items if items[pod] == most > 0), default=0)
+    return -world.backlog.index(order), -int(near)
+
+
 def wanted_at(station: Station) -> dict[int, Counter[int]]:
     """Uncovered items by order and SKU; the order that was assigned first comes first."""
     wanted: dict[int, Counter[int]] = {}
@@ -211,14 +237,20 @@ def work(world: Warehouse, pod: Pod, station: Station) -> tuple[float]:
 @settings(max_examples=300, deadline=None)
 @given(worlds())
 def test_order_assignment_is_what_its_definition_says(build: Callable[[], Warehouse]) -> None:
-    """pod-match, common-lines and first-come, with unlimited and finite stock, item and order capacity."""
-    rules: tuple[tuple[PodMatch | CommonLines | FirstCome, Score], ...] = (
+    """Rules that score pairs, with unlimited and finite stock, item and order capacity."""
+    rules: tuple[tuple[PairOptions, Score], ...] = (
         (PodMatch(), match),
         (CommonLines(), in_common),
         (FirstCome(), lambda world, order, station: 0),
+        (Workload(), lambda world, order, station: -orders_at(station)),
+        (Workload(prefer="most"), lambda world, order, station: orders_at(station)),
+        (NearBestPod(), near_best_pod),
     )
     for rule, score in rules:
-        decided = [(given.order, given.station) for given in rule.assign_orders(WarehouseView(build()))]
+        decided = [
+            (given.order, given.station)
+            for given in rule.assign_orders(WarehouseView(build()), np.random.default_rng(0))
+        ]
         assert decided == list(literal_assignments(build(), score)), rule
 
 

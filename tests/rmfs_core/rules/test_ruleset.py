@@ -20,7 +20,7 @@ from rmfs_testing import small_world
 
 POA = "    @hookimpl\n    def assign_orders(self, warehouse):\n        return [{answer}]\n"
 RULE_NAMES = {
-    *("pod-match", "common-lines", "first-come"),
+    *("pod-match", "common-lines", "first-come", "workload", "near-best-pod", "earliest-due", "least-slack"),
     *("demand", "nearest-pod", "completes", "work-amount", "lexicographic"),
     *("nearest", "fixed", "random"),
     *("nearest-robot", "balanced"),
@@ -79,7 +79,7 @@ def test_a_rule_s_own_libraries_took_part_too() -> None:
 
 def test_every_shipped_rule_can_be_selected() -> None:
     """Each rule answers its hook through the rule set."""
-    for poa in ("pod-match", "common-lines", "first-come"):
+    for poa in ("pod-match", "common-lines", "first-come", "workload", "near-best-pod", "earliest-due", "least-slack"):
         assert load(poa=RuleChoice(poa)).poa is not None
     for pps in ("demand", "nearest-pod", "completes", "work-amount", "lexicographic", "random"):
         assert load(pps=RuleChoice(pps)).pps is not None
