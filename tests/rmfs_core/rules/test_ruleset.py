@@ -22,7 +22,7 @@ POA = "    @hookimpl\n    def assign_orders(self, warehouse):\n        return [{
 RULE_NAMES = {
     *("pod-match", "common-lines", "first-come", "workload", "near-best-pod", "earliest-due", "least-slack"),
     *("demand", "nearest-pod", "completes", "work-amount", "lexicographic"),
-    *("nearest", "fixed", "random"),
+    *("nearest", "fixed", "random", "station-based", "turnover-classes", "cache", "utility"),
     *("nearest-robot", "balanced"),
     "free-flow",
 }
@@ -83,7 +83,10 @@ def test_every_shipped_rule_can_be_selected() -> None:
         assert load(poa=RuleChoice(poa)).poa is not None
     for pps in ("demand", "nearest-pod", "completes", "work-amount", "lexicographic", "random"):
         assert load(pps=RuleChoice(pps)).pps is not None
-    for pr, ta in (("nearest", "balanced"), ("fixed", "nearest-robot"), ("random", "balanced")):
+    for pr, ta in (
+        *(("nearest", "balanced"), ("fixed", "nearest-robot"), ("random", "random"), ("station-based", "balanced")),
+        *(("turnover-classes", "balanced"), ("cache", "balanced"), ("utility", "balanced")),
+    ):
         loaded = load(pr=RuleChoice(pr), ta=RuleChoice(ta))
         assert (loaded.pr.name, loaded.ta.name) == (pr, ta)
 
