@@ -23,7 +23,7 @@ RULE_NAMES = {
     *("pod-match", "common-lines", "first-come", "workload", "near-best-pod", "earliest-due", "least-slack"),
     *("demand", "nearest-pod", "completes", "work-amount", "lexicographic"),
     *("nearest", "fixed", "random", "station-based", "turnover-classes", "cache", "utility"),
-    *("nearest-robot", "balanced"),
+    *("nearest-robot", "balanced", "assignment"),
     "free-flow",
 }
 
@@ -85,7 +85,7 @@ def test_every_shipped_rule_can_be_selected() -> None:
         assert load(pps=RuleChoice(pps)).pps is not None
     for pr, ta in (
         *(("nearest", "balanced"), ("fixed", "nearest-robot"), ("random", "random"), ("station-based", "balanced")),
-        *(("turnover-classes", "balanced"), ("cache", "balanced"), ("utility", "balanced")),
+        *(("turnover-classes", "balanced"), ("cache", "balanced"), ("utility", "assignment")),
     ):
         loaded = load(pr=RuleChoice(pr), ta=RuleChoice(ta))
         assert (loaded.pr.name, loaded.ta.name) == (pr, ta)
