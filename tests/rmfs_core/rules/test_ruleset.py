@@ -19,8 +19,12 @@ from rmfs_core.warehouse import WarehouseView
 from rmfs_testing import small_world
 
 POA = "    @hookimpl\n    def assign_orders(self, warehouse):\n        return [{answer}]\n"
+POA_RULES = (
+    *("pod-match", "common-lines", "first-come", "random"),
+    *("workload", "near-best-pod", "earliest-due", "least-slack", "station-queue"),
+)
 RULE_NAMES = {
-    *("pod-match", "common-lines", "first-come", "workload", "near-best-pod", "earliest-due", "least-slack"),
+    *POA_RULES,
     *("demand", "nearest-pod", "completes", "work-amount", "lexicographic"),
     *("nearest", "fixed", "random", "station-based", "turnover-classes", "cache", "utility"),
     *("nearest-robot", "balanced", "assignment"),
@@ -79,7 +83,7 @@ def test_a_rule_s_own_libraries_took_part_too() -> None:
 
 def test_every_shipped_rule_can_be_selected() -> None:
     """Each rule answers its hook through the rule set."""
-    for poa in ("pod-match", "common-lines", "first-come", "workload", "near-best-pod", "earliest-due", "least-slack"):
+    for poa in POA_RULES:
         assert load(poa=RuleChoice(poa)).poa is not None
     for pps in ("demand", "nearest-pod", "completes", "work-amount", "lexicographic", "random"):
         assert load(pps=RuleChoice(pps)).pps is not None
