@@ -22,6 +22,7 @@ from rmfs_core.simulation.asking import Asker
 MIDDLE_S = 300
 PARAMETERS: dict[str, dict[str, Any]] = {
     "most-covered": {"n": 10},
+    "switch": {"cases": [{"rule": "random"}]},
     # Only later periods are measured here; tests/benchmarks/test_mip_first_period.py has the first.
     "integrated": {"max_seconds": 1.0},
     "split-among-stations": {"max_seconds": 1.0},

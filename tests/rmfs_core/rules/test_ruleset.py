@@ -28,7 +28,7 @@ RULE_NAMES = {
     *("demand", "nearest-pod", "completes", "work-amount", "lexicographic"),
     *("nearest", "fixed", "random", "station-based", "turnover-classes", "cache", "utility"),
     *("nearest-robot", "balanced", "assignment"),
-    "free-flow",
+    *("free-flow", "switch"),
 }
 
 Install = Callable[..., None]
