@@ -61,7 +61,8 @@ class LeastSlack(LaneOptions):
 
     References
     ----------
-    R. W. Conway, W. L. Maxwell, L. W. Miller: Theory of Scheduling. Addison-Wesley, 1967 (slack as a priority).
+    S. S. Panwalkar, W. Iskander: A survey of scheduling rules. Operations Research 25(1), 45-61, 1977.
+    https://doi.org/10.1287/opre.25.1.45 (slack as a priority)
     """
 
     item_s: float = field(
