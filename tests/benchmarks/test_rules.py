@@ -22,6 +22,7 @@ from rmfs_core.simulation.asking import Asker
 MIDDLE_S = 300
 PARAMETERS: dict[str, dict[str, Any]] = {
     "most-covered": {"n": 10},
+    "switch": {"cases": [{"rule": "random"}]},
     # Only later periods are measured here; tests/benchmarks/test_mip_first_period.py has the first.
     "integrated": {"max_seconds": 1.0},
     "split-among-stations": {"max_seconds": 1.0},
@@ -31,9 +32,14 @@ PREFILTER = 'rules.filters=[{rule="most-covered",n=10}]'
 """What the paper puts before its models where there are 2000 orders."""
 
 SHIPPED = sorted(
-    entry.name for entry in entry_points(group="rmfs") if entry.dist is not None and entry.dist.name == "rmfs"
+    (entry.name, role)
+    for entry in entry_points(group="rmfs")
+    if entry.dist is not None and entry.dist.name == "rmfs"
+    for role in roles_of(entry.load())
 )
-NAMES = [name if name != "integrated" else pytest.param(name, marks=pytest.mark.slow) for name in SHIPPED]
+"""Each rule, once for each decision that it makes."""
+LONG = [pytest.mark.slow]
+NAMES = [pytest.param(name, role, marks=LONG if name == "integrated" else []) for name, role in SHIPPED]
 SIZES = [world if world == "small" else pytest.param(world, marks=pytest.mark.slow) for world in WORLDS]
 
 
@@ -42,11 +48,9 @@ class _MeasuredError(Exception):
 
 
 @pytest.mark.parametrize("world", SIZES)
-@pytest.mark.parametrize("name", NAMES)
-def test_one_call(benchmark: Any, monkeypatch: pytest.MonkeyPatch, name: str, world: str) -> None:
+@pytest.mark.parametrize(("name", "role"), NAMES)
+def test_one_call(benchmark: Any, monkeypatch: pytest.MonkeyPatch, name: str, role: Role, world: str) -> None:
     """Median of a call in the middle of a run."""
-    (entry,) = entry_points(group="rmfs", name=name)
-    (role,) = roles_of(entry.load())
     overrides = [PREFILTER] if role is Role.POA_PPS and world == "2000" else []
     scenario = world_with(world, role, RuleChoice(name, PARAMETERS.get(name, {})), overrides)
     asked = Asker.ask

@@ -14,7 +14,13 @@ from rmfs_core.world.travel import travel_on
 Wanted = Mapping[str, Sequence[str] | Mapping[str, int]]
 
 
-def small_instance(orders: Wanted, pods: Wanted, *, arrivals_s: Mapping[str, float] | None = None) -> Instance:
+def small_instance(
+    orders: Wanted,
+    pods: Wanted,
+    *,
+    arrivals_s: Mapping[str, float] | None = None,
+    due_s: Mapping[str, float] | None = None,
+) -> Instance:
     """Write down an instance.
 
     Parameters
@@ -25,14 +31,21 @@ def small_instance(orders: Wanted, pods: Wanted, *, arrivals_s: Mapping[str, flo
         Pod name to its SKUs (unlimited stock), or to SKU and number of items.
     arrivals_s
         Order name to its arrival in seconds; 0 where left out.
+    due_s
+        Order name to its due time in seconds; none where left out.
     """
     names = dict.fromkeys(sku for contents in (*pods.values(), *orders.values()) for sku in contents)
     ids = {name: i for i, name in enumerate(names)}
-    arrivals = arrivals_s or {}
+    arrivals, due = arrivals_s or {}, {name: round(seconds * 1000) for name, seconds in (due_s or {}).items()}
     return Instance(
         skus=tuple(names),
         orders=tuple(
-            OrderData(name, round(arrivals.get(name, 0.0) * 1000), tuple((ids[s], n) for s, n in _numbers(wanted, 1)))
+            OrderData(
+                name,
+                round(arrivals.get(name, 0.0) * 1000),
+                tuple((ids[s], n) for s, n in _numbers(wanted, 1)),
+                due_tick=due.get(name),
+            )
             for name, wanted in orders.items()
         ),
         pods=tuple(PodData(name, tuple((ids[s], n) for s, n in _numbers(held, None))) for name, held in pods.items()),
@@ -64,6 +77,7 @@ def small_world(
     counts_orders: bool = False,
     robots: int = 2,
     layout: Layout | None = None,
+    due_s: Mapping[str, float] | None = None,
 ) -> Warehouse:
     """Return a warehouse at time 0 with all orders in the backlog.
 
@@ -81,8 +95,10 @@ def small_world(
         Number of robots.
     layout
         The grid; left out, `small_layout` with the stations needed.
+    due_s
+        As for `small_instance`.
     """
-    instance = small_instance(orders, pods)
+    instance = small_instance(orders, pods, due_s=due_s)
     layout = layout or small_layout(len(capacities))
     locations = layout.storage_locations
     stations = [

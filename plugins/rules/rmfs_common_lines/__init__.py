@@ -10,14 +10,15 @@ from attrs import define
 from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rule_helpers import assign_best_pairs, lines_at, sum_per_order, waiting_limit
+from rmfs_rule_helpers import lines_at, sum_per_order
+from rmfs_rule_helpers.options import PairOptions
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
 
 
 @define
-class CommonLines:
+class CommonLines(PairOptions):
     """Assign the order that wants the same SKUs as the orders already at a station.
 
     Over all stations s with room and all orders o that fit there, the pair with the most lines in common,
@@ -25,8 +26,8 @@ class CommonLines:
         number of open lines of o whose SKU is wanted by an open request at s,
 
     is assigned, so that one pod can serve several orders. Requests assigned in the same decision count as well. Ties go
-    to the oldest order, then to the station with the lowest load, then to the one with the lowest id. This is repeated
-    until nothing fits.
+    to the oldest order (or as ``tie_break`` says), then to the station with the lowest load, then to the one with the
+    lowest id. This is repeated until nothing fits.
 
     References
     ----------
@@ -37,10 +38,8 @@ class CommonLines:
     Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8
     """
 
-    max_wait_s: float | None = waiting_limit()
-
     @hookimpl
-    def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
+    def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign the pairs of order and station with the most lines in common."""
         lines = warehouse.backlog_lines
         wanted = np.zeros((len(warehouse.stations), warehouse.n_skus), dtype=np.int64)
@@ -54,4 +53,4 @@ class CommonLines:
             wanted[station.id, lines.sku[lines_at(warehouse, position)]] = 1
             return (station.id,)
 
-        return assign_best_pairs(warehouse, score, assigned, max_wait_s=self.max_wait_s)
+        return self.assign(warehouse, rng, score, assigned)

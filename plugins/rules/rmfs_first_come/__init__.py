@@ -9,14 +9,14 @@ import numpy as np
 from attrs import define
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rule_helpers import assign_best_pairs, waiting_limit
+from rmfs_rule_helpers.options import PairOptions
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import WarehouseView
 
 
 @define
-class FirstCome:
+class FirstCome(PairOptions):
     """Assign the oldest order first.
 
     The oldest order that fits anywhere goes to the station with the lowest load where it fits (ties: lowest id). When
@@ -28,10 +28,8 @@ class FirstCome:
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
-    max_wait_s: float | None = waiting_limit()
-
     @hookimpl
-    def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
+    def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign orders by age: all pairs score the same, and ties go to the oldest order."""
         same = np.zeros(len(warehouse.backlog), dtype=np.int64)
-        return assign_best_pairs(warehouse, lambda _: same, max_wait_s=self.max_wait_s)
+        return self.assign(warehouse, rng, lambda _: same)

@@ -10,14 +10,15 @@ from attrs import define
 from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rule_helpers import assign_best_pairs, lines_at, sum_per_order, waiting_limit
+from rmfs_rule_helpers import lines_at, sum_per_order
+from rmfs_rule_helpers.options import PairOptions
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
 
 
 @define
-class PodMatch:
+class PodMatch(PairOptions):
     """Assign the order that the pods at a station can serve best.
 
     Over all stations s with room and all orders o that fit there, the pair with the highest score
@@ -25,8 +26,8 @@ class PodMatch:
         sum over the SKUs i of o of min(d_oi, a_is)
 
     is assigned; d_oi is the number of items wanted and a_is the number of items on the pods inbound to s that are not
-    promised to other requests. Ties go to the oldest order, then to the station with the lowest load, then to the one
-    with the lowest id. This is repeated until nothing fits.
+    promised to other requests. Ties go to the oldest order (or as ``tie_break`` says), then to the station with the
+    lowest load, then to the one with the lowest id. This is repeated until nothing fits.
 
     References
     ----------
@@ -37,14 +38,12 @@ class PodMatch:
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
-    max_wait_s: float | None = waiting_limit()
-
     @hookimpl
-    def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
+    def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign the best matching pairs of order and station."""
         stock = _InboundStock(warehouse)
         take = None if warehouse.unlimited_stock else stock.take
-        return assign_best_pairs(warehouse, stock.score, take, max_wait_s=self.max_wait_s)
+        return self.assign(warehouse, rng, stock.score, take)
 
 
 class _InboundStock:

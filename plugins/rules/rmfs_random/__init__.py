@@ -1,21 +1,32 @@
-"""PR rule ``random``."""
+"""Rule ``random``, for POA, PPS, PR and TA: the baseline that every study prints."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from attrs import define
+from numpy.typing import NDArray
 
-from rmfs_core import hookimpl
+from rmfs_core import OrderAssignment, PodTrip, TaskAssignment, hookimpl
+from rmfs_rule_helpers import assign_best_pairs, send_pods, waiting_limit
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import WarehouseView
+    from rmfs_core.warehouse import Pod, Station, WarehouseView
+
+LOTS = 1 << 62
+"""Lots are whole numbers below this: two are hardly ever the same."""
 
 
 @define
-class RandomLocation:
-    """Store a pod in a random free storage location, each as likely as any other.
+class Random:
+    """Draw lots, each choice as likely as any other.
+
+    As POA: again and again one of the pairs of order and station that fit, until nothing does. As PPS: one of the
+    pods not in use (or leaving a station with no next one) that can serve an uncovered request of the station, which
+    is that with the fewest inbound pods. As PR: one of the free storage locations. As TA: for each idle robot one of
+    the waiting pods.
 
     References
     ----------
@@ -23,8 +34,35 @@ class RandomLocation:
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
+    max_wait_s: float | None = waiting_limit()
+
+    @hookimpl
+    def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
+        """Draw pairs of order and station: a lot for each, the highest that fits goes first."""
+
+        def lots(_station: Station) -> NDArray[np.int64]:
+            return rng.integers(LOTS, size=len(warehouse.backlog))
+
+        return assign_best_pairs(warehouse, lots, max_wait_s=self.max_wait_s)
+
+    @hookimpl
+    def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
+        """Draw pods for the stations that lack one."""
+
+        def one(_station: Station, pods: Sequence[Pod]) -> Pod:
+            return pods[int(rng.integers(len(pods)))]
+
+        return send_pods(warehouse, max_fetches, one)
+
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, rng: np.random.Generator) -> int:
         """Draw a free storage location."""
         free = warehouse.free_storage_locations
         return free[int(rng.integers(len(free)))]
+
+    @hookimpl
+    def assign_tasks(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[TaskAssignment]:
+        """Draw a pod for each robot, or a robot for each pod: whichever are fewer."""
+        robots, pods = warehouse.idle_robots, warehouse.waiting_pods
+        pairs = zip(rng.permutation(len(robots)).tolist(), rng.permutation(len(pods)).tolist(), strict=False)
+        return [TaskAssignment(robots[robot].id, pods[pod].id) for robot, pod in pairs]

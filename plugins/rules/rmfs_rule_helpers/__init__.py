@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,6 +27,7 @@ __all__ = [
     "largest_capacity",
     "lines_at",
     "nearest_free_location",
+    "pod_at",
     "send_pods",
     "sum_per_order",
     "ticks_to_station",
@@ -82,6 +83,10 @@ def assign_best_pairs(
     assigned: Callable[[Station, int], Iterable[int]] | None = None,
     *,
     max_wait_s: float | None = None,
+    rank: NDArray[np.generic] | None = None,
+    first: NDArray[np.bool_] | None = None,
+    prefer: Callable[[int, Station], int] | None = None,
+    fast_lane: int = 0,
 ) -> list[OrderAssignment]:
     """Assign whole orders greedily: again and again the pair of order and station with the highest score.
 
@@ -102,6 +107,16 @@ def assign_best_pairs(
     max_wait_s
         How long an order may wait. Left out: as long as it takes, but for an order that is larger than any station,
         which waits `OVERSIZE_WAIT_S`; of these one at a time keeps a station.
+    rank
+        Which of two orders with the same score goes first, by position in the backlog: the lower one. Left out: the
+        older one.
+    first
+        Orders that go before all others, whatever their scores, by position in the backlog.
+    prefer
+        Which of the stations with an order's highest score takes it (position of the order, station): the lowest, ties
+        as told above.
+    fast_lane
+        Places that a station with something to do keeps for orders which the pod that is there can complete.
 
     Returns
     -------
@@ -117,50 +132,132 @@ def assign_best_pairs(
     free = np.array([station.free_capacity for station in stations])
     load = [station.load for station in stations]
     unassigned = np.ones(len(items), dtype=bool)
-    scores = np.where(sizes <= free, np.column_stack([score(station) for station in stations]), DOES_NOT_FIT)
+    lane = _FastLane(warehouse, fast_lane) if fast_lane else None
+    columns = range(len(stations))
+
+    def fits(column: int) -> NDArray[np.bool_]:
+        """Whether each order fits a station now."""
+        room = lane.room(stations[column], free[column]) if lane is not None and load[column] else free[column]
+        fitting: NDArray[np.bool_] = sizes[:, column] <= room
+        return fitting
+
+    fitting = np.column_stack([fits(column) for column in columns])
+    scores = np.where(fitting, np.column_stack([score(station) for station in stations]), DOES_NOT_FIT)
     chosen: list[OrderAssignment] = []
 
     def assign(position: int) -> None:
         """Assign an order to the station with the highest score of it."""
         tied = np.flatnonzero(scores[position] == scores[position].max())
-        column = min((int(column) for column in tied), key=lambda column: (load[column], stations[column].id))
+        column = min(
+            (int(column) for column in tied),
+            key=lambda column: (prefer(position, stations[column]) if prefer else 0, load[column], stations[column].id),
+        )
         station = stations[column]
         chosen.append(OrderAssignment(warehouse.backlog[position].id, station.id))
         load[column] += int(sizes[position, column])
         free[column] -= sizes[position, column]
         unassigned[position] = False
         scores[position] = DOES_NOT_FIT
-        scores[sizes[:, column] > free[column], column] = DOES_NOT_FIT
+        if lane is not None:
+            lane.take(station, position)
+        for other in columns if lane is not None else (column,):
+            scores[~fits(other), other] = DOES_NOT_FIT
         changed = set(assigned(station, position)) if assigned is not None else ()
         for other, changed_station in enumerate(stations):
             if changed_station.id in changed:
-                fits = unassigned & (sizes[:, other] <= free[other])
-                scores[:, other] = np.where(fits, score(changed_station), DOES_NOT_FIT)
+                scores[:, other] = np.where(unassigned & fits(other), score(changed_station), DOES_NOT_FIT)
 
     kept: dict[int, bool] = {}  # stations kept for an order that waits, and whether that is larger than any station
     for position in _late(warehouse, oversize, max_wait_s):
         if scores[position].max() > DOES_NOT_FIT:
             assign(position)
         elif max_wait_s is not None or not any(kept.values()):
-            room = {station.id: 0 for station in warehouse.stations}
-            room |= {station.id: int(number) for station, number in zip(stations, free, strict=True)}
-            lacking = {
-                station.id: warehouse.size_at(warehouse.backlog[position], station) - room[station.id]
-                for station in warehouse.stations
-                if station.id not in kept
-            }
-            able = [i for i in lacking if lacking[i] <= warehouse.stations[i].capacity - room[i]]
-            if able:
-                keep = min(able, key=lambda identifier: (lacking[identifier], identifier))
+            keep = _station_to_keep(warehouse, position, dict(zip((s.id for s in stations), free, strict=True)), kept)
+            if keep is not None:
                 kept[keep] = bool(oversize[position])
                 for column in (column for column, station in enumerate(stations) if station.id == keep):
                     free[column] = 0
                     scores[:, column] = DOES_NOT_FIT
         if len(kept) == len(warehouse.stations):
             break
-    while scores.flat[first := int(scores.argmax())] > DOES_NOT_FIT:
-        assign(first // len(stations))
+    while (position := _next_order(scores, rank, first)) != DOES_NOT_FIT:
+        assign(position)
     return chosen
+
+
+def _next_order(scores: NDArray[np.int64], rank: NDArray[np.generic] | None, first: NDArray[np.bool_] | None) -> int:
+    """Return the position of the order that goes next; `DOES_NOT_FIT` when none fits."""
+    if rank is None and first is None:
+        at = int(scores.argmax())
+        return at // scores.shape[1] if scores.flat[at] > DOES_NOT_FIT else DOES_NOT_FIT
+    best = scores.max(axis=1)
+    if first is not None and (best[first] > DOES_NOT_FIT).any():
+        best = np.where(first, best, DOES_NOT_FIT)
+    if best.max() == DOES_NOT_FIT:
+        return DOES_NOT_FIT
+    tied = np.flatnonzero(best == best.max())
+    return int(tied[0] if rank is None else tied[rank[tied].argmin()])
+
+
+def _station_to_keep(
+    warehouse: WarehouseView, position: int, free: Mapping[int, int], kept: Container[int]
+) -> int | None:
+    """Return the station with most room of those that could take an order if they took nothing else."""
+    room = {station.id: int(free.get(station.id, 0)) for station in warehouse.stations}
+    lacking = {
+        station.id: warehouse.size_at(warehouse.backlog[position], station) - room[station.id]
+        for station in warehouse.stations
+        if station.id not in kept
+    }
+    able = [i for i in lacking if lacking[i] <= warehouse.stations[i].capacity - room[i]]
+    return min(able, key=lambda identifier: (lacking[identifier], identifier), default=None)
+
+
+class _FastLane:
+    """Places that stations keep for what the pods that stand there can complete at once.
+
+    Parameters
+    ----------
+    warehouse
+        The warehouse now.
+    places
+        How many places each station keeps.
+    """
+
+    def __init__(self, warehouse: WarehouseView, places: int) -> None:
+        self._warehouse, self._places = warehouse, places
+        self._pods = {station.id: pod for station in warehouse.stations if (pod := pod_at(warehouse, station))}
+        self._left: dict[int, NDArray[np.int64]] = {}  # pod -> free items by SKU
+        for pod in self._pods.values():
+            self._left[pod.id] = np.zeros(warehouse.n_skus, np.int64)
+            for sku in pod.contents:
+                self._left[pod.id][sku] = pod.free_items(sku)
+
+    def room(self, station: Station, free: int) -> NDArray[np.int64]:
+        """Places for each order of the backlog at a station with something to do."""
+        lines = self._warehouse.backlog_lines
+        ordinary = max(free - self._places, 0)
+        if station.id not in self._pods:
+            return np.full(len(self._warehouse.backlog), ordinary)
+        missing = self._left[self._pods[station.id].id][lines.sku] < lines.quantity
+        return np.where(sum_per_order(self._warehouse, missing.astype(np.int64)), ordinary, free)
+
+    def take(self, station: Station, position: int) -> None:
+        """Take account of an assigned order: pods at or bound for its station may have to serve it."""
+        if self._warehouse.unlimited_stock:
+            return
+        lines = self._warehouse.backlog_lines
+        where = lines_at(self._warehouse, position)
+        for pod in self._pods.values():
+            if station.id in pod.bound_for:
+                self._left[pod.id][lines.sku[where]] -= lines.quantity[where]
+
+
+def pod_at(warehouse: WarehouseView, station: Station) -> Pod | None:
+    """Return the pod that stands at a station, not in its queue."""
+    if not station.line or station.line[0].cell != station.cell or station.line[0].pod is None:
+        return None
+    return warehouse.pods[station.line[0].pod]
 
 
 def _sizes_at(

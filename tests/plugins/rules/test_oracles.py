@@ -6,8 +6,10 @@ next one, so they share no bookkeeping with the rules.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
 
+import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -15,12 +17,17 @@ from rmfs_common_lines import CommonLines
 from rmfs_core.warehouse import Order, Pod, Station, Warehouse, WarehouseView
 from rmfs_demand import Demand
 from rmfs_first_come import FirstCome
+from rmfs_near_best_pod import NearBestPod
 from rmfs_nearest_pod import NearestPod
 from rmfs_pod_match import PodMatch
+from rmfs_rule_helpers.options import PairOptions
+from rmfs_scorers import Completes, WorkAmount
 from rmfs_testing import small_world
+from rmfs_workload import Workload
 
 SKUS = "abcdef"
-Score = Callable[[Warehouse, Order, Station], int]
+Score = Callable[[Warehouse, Order, Station], int | tuple[int, ...]]
+Value = Callable[[Warehouse, Pod, Station], tuple[float, ...]]
 
 
 @st.composite
@@ -75,11 +82,16 @@ def _put_at_station(world: Warehouse, pod: Pod, station: Station) -> None:
     world.place_at_station(world.robots[0], pod, station)
 
 
+def negative(score: int | tuple[int, ...]) -> tuple[int, ...]:
+    """Return a score of one or several parts with all of them negative."""
+    return tuple(-part for part in (score if isinstance(score, tuple) else (score,)))
+
+
 def literal_assignments(world: Warehouse, score: Score) -> Iterator[tuple[int, int]]:
     """Yield (order, station) of the best pair, again and again, after the definition of the greedy POA rules."""
     while True:
         pairs = [
-            (-score(world, order, station), age, station.load, station.id)
+            (negative(score(world, order, station)), age, station.load, station.id)
             for age, order in enumerate(world.backlog)
             for station in world.stations
             if world.size_at(order, station) <= station.free_capacity
@@ -105,9 +117,7 @@ def in_common(world: Warehouse, order: Order, station: Station) -> int:
     return sum(line.sku in wanted for line in order.open_lines)
 
 
-def literal_trips(
-    world: Warehouse, max_fetches: int, value: Callable[[Warehouse, Pod], int]
-) -> Iterator[tuple[int, int]]:
+def literal_trips(world: Warehouse, max_fetches: int, value: Value) -> Iterator[tuple[int, int]]:
     """Yield (pod, station) of the best pod for the station whose turn it is, after the definition of the PPS rules."""
     leaving = list(world.leaving_pods())
     given_up: set[int] = set()
@@ -119,7 +129,7 @@ def literal_trips(
         station = min(stations, key=lambda s: (len(s.inbound_pods), -len(s.uncovered_requests), s.id))
         times = world.travel.times_to(station.cell, True)
         ranked = [
-            (-value(world, pod), times[pod.cell].min(), pod.id)
+            (tuple(-part for part in value(world, pod, station)), times[pod.cell].min(), pod.id)
             for pod in world.pods
             if pod.id not in sent
             and station.id not in pod.bound_for
@@ -136,7 +146,7 @@ def literal_trips(
         world.bind(pod, station)
 
 
-def system_demand(world: Warehouse, pod: Pod) -> int:
+def system_demand(world: Warehouse, pod: Pod, _: Station) -> tuple[int]:
     """Open demand of the system that the pod's contents could serve."""
     demand: dict[int, int] = {}
     for order in world.orders:
@@ -145,31 +155,139 @@ def system_demand(world: Warehouse, pod: Pod) -> int:
     for station in world.stations:
         for request in station.open_requests:
             demand[request.sku] = demand.get(request.sku, 0) + 1
-    return sum(min(demand.get(sku, 0), items) for sku, items in pod.contents.items())
+    return (sum(min(demand.get(sku, 0), items) for sku, items in pod.contents.items()),)
+
+
+def orders_at(station: Station) -> int:
+    """Orders that the station works on."""
+    return len({request.order.id for request in station.open_requests})
+
+
+def near_best_pod(world: Warehouse, order: Order, station: Station) -> tuple[int, int]:
+    """The oldest order goes first; it goes where one of the pods with most of it is near."""
+    items = {
+        pod: sum(min(line.quantity, pod.free_items(line.sku)) for line in order.open_lines)
+        for pod in world.pods
+        if pod.location is not None and not pod.bound_for
+    }
+    most = max(items.values(), default=0)
+    times = world.travel.times_to(station.cell, True)
+    near = min((times[pod.cell].min() for pod in items if items[pod] == most > 0), default=0)
+    return -world.backlog.index(order), -int(near)
+
+
+def wanted_at(station: Station) -> dict[int, Counter[int]]:
+    """Uncovered items by order and SKU; the order that was assigned first comes first."""
+    wanted: dict[int, Counter[int]] = {}
+    for request in station.uncovered_requests:
+        wanted.setdefault(request.order.id, Counter())[request.sku] += 1
+    return wanted
+
+
+def completed(wanted: Iterable[Counter[int]], items: Counter[int]) -> list[bool]:
+    """Whether each order is completed with items, when one takes its items after the other."""
+    found = []
+    for needs in wanted:
+        found.append(needs <= items)
+        if found[-1]:
+            items = items - needs
+    return found
+
+
+def picks(station: Station, items: Counter[int]) -> Counter[int]:
+    """Items that serve uncovered requests of the station."""
+    return items & Counter(request.sku for request in station.uncovered_requests)
+
+
+def completes(world: Warehouse, pod: Pod, station: Station) -> tuple[int, int]:
+    """Orders of the station that the pod completes, and its picks there."""
+    items = Counter({sku: pod.free_items(sku) for sku in pod.contents})
+    return sum(completed(wanted_at(station).values(), items)), picks(station, items).total()
+
+
+def completes_backlog(world: Warehouse, pod: Pod, station: Station) -> tuple[int, int]:
+    """The same, with the orders of the backlog that what is left completes."""
+    items = Counter({sku: pod.free_items(sku) for sku in pod.contents})
+    here, served = completes(world, pod, station)
+    lines = [Counter({line.sku: line.quantity for line in order.open_lines}) for order in world.backlog]
+    return here + sum(completed(lines, items - picks(station, items))), served
+
+
+def work(world: Warehouse, pod: Pod, station: Station) -> tuple[float]:
+    """What the items are worth that the pod serves, in shares of the orders' ages; the drive costs."""
+    items = Counter({sku: pod.free_items(sku) for sku in pod.contents})
+    wanted = wanted_at(station)
+    whole = dict(zip(wanted, completed(wanted.values(), items), strict=True))
+    total = 0.0
+    for request in station.uncovered_requests:
+        share = (world.now / 1000 - request.order.arrival_s) / request.order.unpicked_items
+        total += share * whole[request.order.id]
+        if items[request.sku] > 0:
+            items[request.sku] -= 1
+            total += share
+    for order in world.backlog:
+        for line in order.open_lines:
+            served = min(items[line.sku], line.quantity)
+            items[line.sku] -= served
+            total += 0.2 * served * (world.now / 1000 - order.arrival_s) / order.unpicked_items
+    drive = world.travel.times_to(station.cell, True)[pod.cell].min() / 1000
+    return (round(total - drive / 3, 6),)
 
 
 @settings(max_examples=300, deadline=None)
 @given(worlds())
 def test_order_assignment_is_what_its_definition_says(build: Callable[[], Warehouse]) -> None:
-    """pod-match, common-lines and first-come, with unlimited and finite stock, item and order capacity."""
-    rules: tuple[tuple[PodMatch | CommonLines | FirstCome, Score], ...] = (
+    """Rules that score pairs, with unlimited and finite stock, item and order capacity."""
+    rules: tuple[tuple[PairOptions, Score], ...] = (
         (PodMatch(), match),
         (CommonLines(), in_common),
         (FirstCome(), lambda world, order, station: 0),
+        (Workload(), lambda world, order, station: -orders_at(station)),
+        (Workload(prefer="most"), lambda world, order, station: orders_at(station)),
+        (NearBestPod(), near_best_pod),
     )
     for rule, score in rules:
-        decided = [(given.order, given.station) for given in rule.assign_orders(WarehouseView(build()))]
+        decided = [
+            (given.order, given.station)
+            for given in rule.assign_orders(WarehouseView(build()), np.random.default_rng(0))
+        ]
         assert decided == list(literal_assignments(build(), score)), rule
 
 
 @settings(max_examples=300, deadline=None)
 @given(worlds(), st.integers(0, 4))
 def test_pod_selection_is_what_its_definition_says(build: Callable[[], Warehouse], max_fetches: int) -> None:
-    """demand and nearest-pod, with stored and leaving pods."""
-    rules: tuple[tuple[Demand | NearestPod, Callable[[Warehouse, Pod], int]], ...] = (
+    """demand, nearest-pod and completes, with stored and leaving pods."""
+    rules: tuple[tuple[Demand | NearestPod, Value], ...] = (
         (Demand(), system_demand),
-        (NearestPod(), lambda world, pod: 0),
+        (NearestPod(), lambda world, pod, _: ()),
     )
     for rule, value in rules:
         decided = [(trip.pod, trip.station) for trip in rule.select_pods(WarehouseView(build()), max_fetches)]
         assert decided == list(literal_trips(build(), max_fetches, value)), rule
+    rng = np.random.default_rng(0)
+    for scored, value in ((Completes(), completes), (Completes(count_backlog=True), completes_backlog)):
+        trips = scored.select_pods(WarehouseView(build()), max_fetches, rng)
+        assert [(trip.pod, trip.station) for trip in trips] == list(literal_trips(build(), max_fetches, value)), scored
+
+
+@settings(max_examples=150, deadline=None)
+@given(worlds())
+def test_work_is_what_its_definition_says(build: Callable[[], Warehouse]) -> None:
+    """work-amount sends no pod that another beats by more than what sums of fractions are off."""
+    world = build()
+    world.now = 60_000
+    rule = WorkAmount(value="age")
+    trips = rule.select_pods(WarehouseView(world), 9, np.random.default_rng(0))
+    for trip in trips:
+        station, pod = world.stations[trip.station], world.pods[trip.pod]
+        rivals = [
+            other
+            for other in world.pods
+            if (other in world.leaving_pods() or (other.location is not None and not other.bound_for))
+            and station.id not in other.bound_for
+            and any(other.free_items(request.sku) > 0 for request in station.uncovered_requests)
+        ]
+        best = max(work(world, other, station) for other in rivals)
+        assert work(world, pod, station)[0] >= best[0] - 1e-5
+        world.bind(pod, station)

@@ -19,12 +19,16 @@ from rmfs_core.warehouse import WarehouseView
 from rmfs_testing import small_world
 
 POA = "    @hookimpl\n    def assign_orders(self, warehouse):\n        return [{answer}]\n"
+POA_RULES = (
+    *("pod-match", "common-lines", "first-come", "random"),
+    *("workload", "near-best-pod", "earliest-due", "least-slack", "station-queue"),
+)
 RULE_NAMES = {
-    *("pod-match", "common-lines", "first-come"),
-    *("demand", "nearest-pod"),
-    *("nearest", "fixed", "random"),
-    *("nearest-robot", "balanced"),
-    "free-flow",
+    *POA_RULES,
+    *("demand", "nearest-pod", "completes", "work-amount", "lexicographic"),
+    *("nearest", "fixed", "random", "station-based", "turnover-classes", "cache", "utility"),
+    *("nearest-robot", "balanced", "assignment"),
+    *("free-flow", "switch"),
 }
 
 Install = Callable[..., None]
@@ -79,11 +83,14 @@ def test_a_rule_s_own_libraries_took_part_too() -> None:
 
 def test_every_shipped_rule_can_be_selected() -> None:
     """Each rule answers its hook through the rule set."""
-    for poa in ("pod-match", "common-lines", "first-come"):
+    for poa in POA_RULES:
         assert load(poa=RuleChoice(poa)).poa is not None
-    for pps in ("demand", "nearest-pod"):
+    for pps in ("demand", "nearest-pod", "completes", "work-amount", "lexicographic", "random"):
         assert load(pps=RuleChoice(pps)).pps is not None
-    for pr, ta in (("nearest", "balanced"), ("fixed", "nearest-robot"), ("random", "balanced")):
+    for pr, ta in (
+        *(("nearest", "balanced"), ("fixed", "nearest-robot"), ("random", "random"), ("station-based", "balanced")),
+        *(("turnover-classes", "balanced"), ("cache", "balanced"), ("utility", "assignment")),
+    ):
         loaded = load(pr=RuleChoice(pr), ta=RuleChoice(ta))
         assert (loaded.pr.name, loaded.ta.name) == (pr, ta)
 

@@ -78,10 +78,10 @@ def scenarios(draw: st.DrawFn) -> Scenario:
     by_orders = draw(st.booleans())
     return Scenario(
         rules=RulesSection(
-            poa=choose("pod-match", "common-lines", "first-come"),
-            pps=choose("demand", "nearest-pod"),
-            pr=choose("nearest", "fixed", "random"),
-            ta=choose("nearest-robot", "balanced"),
+            poa=choose("pod-match", "common-lines", "first-come", "near-best-pod", "station-queue"),
+            pps=choose("demand", "nearest-pod", "completes", "random"),
+            pr=choose("nearest", "fixed", "random", "turnover-classes", "cache", "utility"),
+            ta=choose("nearest-robot", "balanced", "assignment"),
         ),
         seed=draw(st.integers(0, 1000)),
         layout=LayoutSection(

@@ -78,13 +78,16 @@ def attacks(draw: st.DrawFn, max_robots: int, pp: str = "sipp") -> tuple[Scenari
     deciders = (
         {"poa_pps": choose("integrated", "split-among-stations", "split-over-time")}
         if draw(st.integers(0, 3)) == 0
-        else {"poa": choose("pod-match", "common-lines", "first-come"), "pps": choose("demand", "nearest-pod")}
+        else {
+            "poa": choose("pod-match", "common-lines", "first-come", "near-best-pod", "station-queue"),
+            "pps": choose("demand", "nearest-pod", "completes", "random"),
+        }
     )
     scenario = Scenario(
         rules=RulesSection(
             **deciders,
-            pr=choose("nearest", "fixed", "random"),
-            ta=choose("nearest-robot", "balanced"),
+            pr=choose("nearest", "fixed", "random", "turnover-classes", "cache", "utility"),
+            ta=choose("nearest-robot", "balanced", "assignment"),
             pp=RuleChoice(pp),
         ),
         seed=draw(st.integers(0, 1000)),

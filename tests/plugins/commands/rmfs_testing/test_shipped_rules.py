@@ -5,9 +5,13 @@ from typing import Any
 import pytest
 
 from rmfs_core.entrypoints import RULES, offers, origin
+from rmfs_switch import Case
 from rmfs_testing import check_rule
 
-REQUIRED: dict[str, dict[str, Any]] = {"most-covered": {"n": 3}}
+REQUIRED: dict[str, dict[str, Any]] = {
+    "most-covered": {"n": 3},
+    "switch": {"cases": (Case("random", before_s=60), Case("random"))},
+}
 """Parameters of the rules that cannot do without."""
 
 SHIPPED = [name for name, entries in offers(RULES).items() if origin(entries[0])[0] == "rmfs"]

@@ -20,6 +20,19 @@ def test_an_instance_is_written_down_by_names() -> None:
     assert not given.unlimited_stock
 
 
+def test_orders_may_be_due() -> None:
+    """At a time in seconds, in an instance as in a world; the others never are."""
+    due = {"2": 1.5}
+    assert [order.due_tick for order in small_instance({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, due_s=due).orders] == [
+        None,
+        1500,
+    ]
+    assert [order.due_s for order in small_world({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, due_s=due).orders] == [
+        None,
+        1.5,
+    ]
+
+
 @pytest.mark.parametrize("stations", [1, 2, 4])
 @pytest.mark.parametrize(("queue_length", "drawn"), [(1, 3), (3, 3), (4, 6)])
 def test_a_layout_has_the_stations_asked_for(stations: int, queue_length: int, drawn: int) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from rmfs_common_lines import CommonLines
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_testing import small_world
@@ -9,7 +11,10 @@ from rmfs_testing import small_world
 
 def decide(world: Warehouse) -> list[tuple[str, int]]:
     """Return (order's name, station) of each assignment."""
-    return [(world.orders[one.order].name, one.station) for one in CommonLines().assign_orders(WarehouseView(world))]
+    return [
+        (world.orders[one.order].name, one.station)
+        for one in CommonLines().assign_orders(WarehouseView(world), np.random.default_rng(0))
+    ]
 
 
 def test_the_order_with_most_skus_in_common_goes_to_the_station() -> None:

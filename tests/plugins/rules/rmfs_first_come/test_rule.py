@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_first_come import FirstCome
 from rmfs_testing import small_world
@@ -9,7 +11,10 @@ from rmfs_testing import small_world
 
 def decide(world: Warehouse) -> list[tuple[str, int]]:
     """Return (order's name, station) of each assignment."""
-    return [(world.orders[one.order].name, one.station) for one in FirstCome().assign_orders(WarehouseView(world))]
+    return [
+        (world.orders[one.order].name, one.station)
+        for one in FirstCome().assign_orders(WarehouseView(world), np.random.default_rng(0))
+    ]
 
 
 def test_orders_are_assigned_by_age_to_the_station_with_the_lowest_load() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_pod_match import PodMatch
 from rmfs_testing import small_world
@@ -9,7 +11,7 @@ from rmfs_testing import small_world
 
 def decide(world: Warehouse, view: WarehouseView | None = None) -> list[tuple[str, int]]:
     """Return (order's name, station) of each assignment."""
-    given = PodMatch().assign_orders(view or WarehouseView(world))
+    given = PodMatch().assign_orders(view or WarehouseView(world), np.random.default_rng(0))
     assert all(type(one.order) is int and type(one.station) is int and one.skus is None for one in given)
     return [(world.orders[one.order].name, one.station) for one in given]
 

@@ -128,7 +128,10 @@ def two_stations(orders: dict[str, dict[str, int]], begun: dict[str, int], now_s
 
 def decide(world: Warehouse, rule: PodMatch | CommonLines | FirstCome) -> list[tuple[str, int]]:
     """Return (order's name, station) of each assignment."""
-    return [(world.orders[one.order].name, one.station) for one in rule.assign_orders(WarehouseView(world))]
+    return [
+        (world.orders[one.order].name, one.station)
+        for one in rule.assign_orders(WarehouseView(world), np.random.default_rng(0))
+    ]
 
 
 LARGE = {"large": {"a": 9}, "x": {"a": 1}, "y": {"a": 3}, "1": {"a": 1}, "2": {"a": 1}, "3": {"a": 1}, "4": {"a": 1}}

@@ -1,0 +1,86 @@
+"""How good storage locations are: near a station."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from attrs import frozen
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from rmfs_core.warehouse import Pod, WarehouseView
+
+NO_STATION = -1
+
+Ids = NDArray[np.int64]
+
+
+@frozen(eq=False)
+class Places:
+    """The storage locations of a warehouse that hold no empty pod.
+
+    Parameters
+    ----------
+    cells
+        Their cells, ascending, shape (n,).
+    ticks
+        Shortest loaded driving times to the stations, shape (stations, n).
+    """
+
+    cells: Ids
+    ticks: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, warehouse: WarehouseView) -> Places:
+        """Look up the driving times."""
+        blocked = set(warehouse.blocked_locations)
+        cells = [cell for cell in sorted(warehouse.travel.layout.storage_locations) if cell not in blocked]
+        ticks = [warehouse.travel.times_to(station.cell, True)[cells].min(axis=1) for station in warehouse.stations]
+        return cls(np.array(cells, np.int64), np.array(ticks, np.int64))
+
+    @property
+    def nearest_ticks(self) -> NDArray[np.int64]:
+        """Driving time from each to the station that is nearest to it."""
+        nearest: NDArray[np.int64] = self.ticks.min(axis=0)
+        return nearest
+
+    def classes(self, borders: tuple[float, ...]) -> Ids:
+        """Return the class of each: 0 for the share of them next to stations that the first border says, and so on."""
+        return by_share(np.argsort(self.nearest_ticks, kind="stable"), borders)
+
+    def ranks(self) -> Ids:
+        """Return the rank of each, 0 for the best; places with the same driving time have the same rank."""
+        return np.unique(self.nearest_ticks, return_inverse=True)[1].astype(np.int64)
+
+    def caches(self, share: float) -> Ids:
+        """Return whose cache each belongs to: a station, or none.
+
+        A share of all places is divided among the stations; again and again the place goes to the station that is the
+        shortest drive of all from it to a station whose cache is not complete.
+        """
+        stations, number = self.ticks.shape
+        room = np.full(stations, math.ceil(share * number / stations))
+        owner = np.full(number, NO_STATION)
+        for pair in np.argsort(self.ticks, axis=None, kind="stable").tolist():
+            station, place = divmod(pair, number)
+            if room[station] and owner[place] == NO_STATION:
+                owner[place] = station
+                room[station] -= 1
+        return owner
+
+
+def by_share(order: Ids, borders: tuple[float, ...]) -> Ids:
+    """Cut what is sorted, best first, into classes that end at these shares of all; return the class of each."""
+    rank = np.empty(len(order), np.int64)
+    rank[order] = np.arange(len(order))
+    ends = np.array([math.floor(border * len(order)) for border in borders[:-1]], np.int64)
+    return ends.searchsorted(rank, side="right").astype(np.int64)
+
+
+def nearest_of(warehouse: WarehouseView, pod: Pod, cells: Ids) -> int:
+    """Return the cell with the shortest driving time for the robot that carries a pod; ties go to the lowest cell."""
+    assert pod.robot is not None, "the pod is being carried"
+    times = warehouse.travel.times_from(pod.cell, warehouse.robots[pod.robot].heading, True)
+    return int(cells[times[cells].argmin()])

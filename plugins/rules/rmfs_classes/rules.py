@@ -1,0 +1,229 @@
+"""The rules: good places for pods that are wanted much."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from attrs import define, field, validators
+
+from rmfs_classes.places import NO_STATION, Places, by_share, nearest_of
+from rmfs_classes.worth import Ordered, combined, speed
+from rmfs_core import hookimpl
+
+if TYPE_CHECKING:
+    from rmfs_core.warehouse import Pod, Robot, WarehouseView
+
+
+def _weight(default: float, of: str) -> Any:
+    return field(
+        default=default,
+        validator=validators.ge(0),
+        metadata={"doc": f"What {of} counts in how much a pod is wanted, as a share of that of the most wanted pod"},
+    )
+
+
+def _weight_speed(default: float) -> Any:
+    return _weight(default, "the number of items ordered until now of the SKUs on it")
+
+
+def _weight_demand(default: float) -> Any:
+    return _weight(default, "the number of items on it that are wanted now")
+
+
+@define
+class StationBased:
+    """Store a pod as near as possible to any picking station.
+
+    That is in the free storage location with the shortest loaded driving time to the station that is nearest to it;
+    ties go to the shortest drive from where the pod is, then to the lowest cell index.
+
+    References
+    ----------
+    M. Merschformann, T. Lamballais, R. de Koster, L. Suhl: Decision rules for robotic mobile fulfillment systems.
+    Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
+    """
+
+    @hookimpl
+    def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
+        """Choose the free location that is nearest to a station."""
+        free = np.array(warehouse.free_storage_locations)
+        times = [warehouse.travel.times_to(station.cell, True)[free].min(axis=1) for station in warehouse.stations]
+        ticks = np.min(times, axis=0)
+        return nearest_of(warehouse, pod, free[ticks == ticks.min()])
+
+
+def _shares(_instance: object, _attribute: Any, value: tuple[float, ...]) -> None:
+    if not value or value[-1] != 1 or any(a >= b for a, b in zip((0.0, *value), value, strict=False)):
+        raise ValueError(f"expected shares above 0 that rise to 1, found {list(value)}")
+
+
+@define
+class TurnoverClasses:
+    """Store a pod in the class of places that is as good as the pod is wanted.
+
+    The storage locations (those that hold no empty pod), sorted by the loaded driving time to the nearest station, and
+    the pods, sorted by
+
+        sum over the SKUs i that pod p has free of (items of i in all orders until now),
+
+    most first, are cut into classes at the same shares. A pod goes to the free location of its class with the shortest
+    driving time from where it is. When its class is full, the next class down is tried, then the next one up, and so on
+    to both sides. Ties go to the lowest id and cell index.
+
+    References
+    ----------
+    R. Yuan, T. Cezik, S. C. Graves: Velocity-based storage assignment in semi-automated storage systems. Production and
+    Operations Management, 2018.
+
+    M. Merschformann, T. Lamballais, R. de Koster, L. Suhl: Decision rules for robotic mobile fulfillment systems.
+    Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
+    """
+
+    borders: tuple[float, ...] = field(
+        default=(0.1, 0.3, 1.0),
+        validator=_shares,
+        metadata={"doc": "Where the classes end: shares of all places and of all pods, rising to 1"},
+    )
+    _ordered: Ordered = field(init=False, factory=Ordered, repr=False, eq=False)
+
+    @hookimpl
+    def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
+        """Choose the nearest free location of the pod's class."""
+        places = Places.of(warehouse)
+        wanted = speed(warehouse, self._ordered.items(warehouse))
+        own = by_share(np.argsort(-wanted, kind="stable"), self.borders)[pod.id]
+        free = np.isin(places.cells, warehouse.free_storage_locations)
+        away = _turn(places.classes(self.borders) - own, better_first=False)
+        return nearest_of(warehouse, pod, places.cells[free & (away == away[free].min())])
+
+
+@define
+class Cache:
+    """Keep the best places of each station for pods that are wanted much.
+
+    Each station has a cache: of the storage locations (those that hold no empty pod) a share is divided among the
+    stations, the shortest loaded drive to a station first. A pod that leaves station s belongs there if
+
+        (weight_free * f + weight_worth * u) / 2 > threshold,
+
+    f being the share of the cache of s that is free, and u the share of the pods stored in it that are wanted less than
+    the pod (1 where there are none). How much a pod is wanted is the weighted sum of the items on it that are wanted
+    now and of the items ordered until now of its SKUs. It goes to the location with the shortest driving time from
+    where it is: in the cache of s, else in none; a pod that does not belong there to one in no cache. Caches of others
+    come last, as does that of s for such a pod. Ties go to the lowest cell index.
+
+    References
+    ----------
+    M. Merschformann, T. Lamballais, R. de Koster, L. Suhl: Decision rules for robotic mobile fulfillment systems.
+    Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
+    """
+
+    share: float = field(
+        default=0.25,
+        validator=[validators.ge(0), validators.le(1)],
+        metadata={"doc": "Share of the storage locations that the caches have"},
+    )
+    threshold: float = field(
+        default=0.5,
+        validator=validators.ge(0),
+        metadata={"doc": "What has to be exceeded for a pod to go into the cache: the higher, the fewer pods do"},
+    )
+    weight_free: float = field(
+        default=1.0,
+        validator=validators.ge(0),
+        metadata={"doc": "What the share of the cache that is free counts"},
+    )
+    weight_worth: float = field(
+        default=1.0,
+        validator=validators.ge(0),
+        metadata={"doc": "What the share of the pods in the cache counts that are wanted less"},
+    )
+    weight_speed: float = _weight_speed(0.0)
+    weight_demand: float = _weight_demand(1.0)
+    _ordered: Ordered = field(init=False, factory=Ordered, repr=False, eq=False)
+    _caches: Any = field(init=False, default=None, repr=False, eq=False)
+    _robots: tuple[Robot, ...] = field(init=False, default=(), repr=False, eq=False)  # whose run it is
+
+    @hookimpl
+    def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
+        """Choose the nearest free location in the station's cache, or outside all caches."""
+        if self._robots is not warehouse.robots:  # another run
+            places = Places.of(warehouse)
+            self._robots, self._caches = warehouse.robots, (places.cells, places.caches(self.share))
+        cells, owner = self._caches
+        station = min(
+            warehouse.stations,
+            key=lambda s: (int(warehouse.travel.times_to(s.cell, True)[pod.cell].min()), s.id),
+        ).id
+        free = np.isin(cells, warehouse.free_storage_locations)
+        if self._belongs(warehouse, pod, cells[owner == station], free[owner == station]):
+            away = np.where(owner == station, 0, np.where(owner == NO_STATION, 1, 2))
+        else:
+            away = np.where(owner == NO_STATION, 0, 1)
+        return nearest_of(warehouse, pod, cells[free & (away == away[free].min())])
+
+    def _belongs(self, warehouse: WarehouseView, pod: Pod, cache: Any, free: Any) -> bool:
+        if not len(cache):
+            return False
+        there = set(cache.tolist())
+        stored = [other.id for other in warehouse.pods if other.location in there]
+        wanted = combined(warehouse, self._ordered.items(warehouse), self.weight_speed, self.weight_demand)
+        less = float((wanted[stored] < wanted[pod.id]).mean()) if stored else 1.0
+        return bool((self.weight_free * free.mean() + self.weight_worth * less) / 2 > self.threshold)
+
+
+@define
+class Utility:
+    """Store a pod in a place of the rank that the pod has among all pods.
+
+    Pods are ranked by how much they are wanted, a weighted sum of the items ordered until now of the SKUs on them and
+    of the items on them that are wanted now, each as a share of the largest; storage locations (those that hold no
+    empty pod) by the loaded driving time to the nearest station, those with the same time together. The pod of rank k
+    (0 is the first) of n belongs to the rank of location
+
+        floor(k / n * (n + buffer * number of locations)),
+
+    counted from the best. Of the free locations of this rank, the next better, the next worse and so on, corridor ranks
+    in all, or else the first such rank that has any, the one with the shortest driving time from where the pod is
+    is taken. Ties go to the lowest id and cell index.
+
+    References
+    ----------
+    M. Merschformann, T. Lamballais, R. de Koster, L. Suhl: Decision rules for robotic mobile fulfillment systems.
+    Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
+    """
+
+    weight_speed: float = _weight_speed(1.0)
+    weight_demand: float = _weight_demand(1.0)
+    corridor: int = field(
+        default=3,
+        validator=validators.ge(1),
+        metadata={"doc": "How many ranks of locations are looked at, beginning with the pod's own"},
+    )
+    buffer: float = field(
+        default=0.05,
+        validator=[validators.ge(0), validators.le(1)],
+        metadata={"doc": "Share of the locations that are used besides one for each pod"},
+    )
+    _ordered: Ordered = field(init=False, factory=Ordered, repr=False, eq=False)
+
+    @hookimpl
+    def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
+        """Choose the nearest free location of about the pod's rank."""
+        places = Places.of(warehouse)
+        wanted = combined(warehouse, self._ordered.items(warehouse), self.weight_speed, self.weight_demand)
+        number, locations = len(wanted), len(places.cells)
+        rank = int(np.flatnonzero(np.argsort(-wanted, kind="stable") == pod.id)[0])
+        at = min(int(rank / number * (number + self.buffer * locations)), locations - 1)
+        ranks = places.ranks()
+        own = np.sort(ranks)[at]
+        free = np.isin(places.cells, warehouse.free_storage_locations)
+        turn = _turn(ranks - own, better_first=True)
+        least = max(self.corridor - 1, int(turn[free].min()))
+        return nearest_of(warehouse, pod, places.cells[free & (turn <= least)])
+
+
+def _turn(away: Any, *, better_first: bool) -> Any:
+    """Return when each rank is looked at: its own first, then by distance to both sides, one of which goes first."""
+    return 2 * np.abs(away) - ((away < 0) if better_first else (away > 0))

@@ -1,0 +1,78 @@
+"""Parameters that POA rules share, as classes to derive them from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from attrs import define, field, validators
+from numpy.typing import NDArray
+
+from rmfs_core.decisions import OrderAssignment
+from rmfs_rule_helpers import assign_best_pairs, waiting_limit
+
+if TYPE_CHECKING:
+    from rmfs_core.warehouse import Station, WarehouseView
+
+Score = Callable[["Station"], NDArray[np.int64]]
+Assigned = Callable[["Station", int], Iterable[int]]
+
+
+@define
+class LaneOptions:
+    """Parameters of a rule that assigns whole orders, whatever their order."""
+
+    max_wait_s: float | None = waiting_limit()
+    fast_lane: int = field(
+        default=0,
+        validator=validators.ge(0),
+        metadata={
+            "doc": "Places that a station with something to do keeps for orders that the pod which is there can "
+            "complete at once"
+        },
+    )
+
+
+@define
+class PairOptions(LaneOptions):
+    """Parameters of a rule that assigns pairs of order and station by a score."""
+
+    tie_break: str = field(
+        default="oldest",
+        validator=validators.in_(("oldest", "due", "random")),
+        metadata={"doc": "Which of the orders that are alike goes first: the oldest, the one due first, or one by lot"},
+    )
+    late_first: bool = field(
+        default=False, metadata={"doc": "Whether orders that are late already go before all others"}
+    )
+
+    def assign(
+        self, warehouse: WarehouseView, rng: np.random.Generator, score: Score, assigned: Assigned | None = None
+    ) -> list[OrderAssignment]:
+        """Assign the best pairs, as `assign_best_pairs` does."""
+        return assign_best_pairs(
+            warehouse,
+            score,
+            assigned,
+            max_wait_s=self.max_wait_s,
+            rank=self.rank(warehouse, rng),
+            first=late(warehouse) if self.late_first else None,
+            fast_lane=self.fast_lane,
+        )
+
+    def rank(self, warehouse: WarehouseView, rng: np.random.Generator) -> NDArray[np.generic] | None:
+        """Return which order of the backlog goes before which others that are alike; None: the older one."""
+        if self.tie_break == "due":
+            return due_s(warehouse)
+        return rng.permutation(len(warehouse.backlog)) if self.tie_break == "random" else None
+
+
+def due_s(warehouse: WarehouseView) -> NDArray[np.float64]:
+    """Return when each order of the backlog is due; infinite where it has no due time."""
+    return np.array([np.inf if order.due_s is None else order.due_s for order in warehouse.backlog], np.float64)
+
+
+def late(warehouse: WarehouseView) -> NDArray[np.bool_]:
+    """Return which orders of the backlog are late."""
+    return due_s(warehouse) < warehouse.now_s

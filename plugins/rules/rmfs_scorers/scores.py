@@ -1,0 +1,209 @@
+"""What speaks for a pod: one number for each candidate, all of them at once."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+from attrs import frozen
+from numpy.typing import NDArray
+
+from rmfs_core.clock import TICKS_PER_S
+from rmfs_scorers.wanted import Backlog, Held, Ids, Requests, Values
+
+if TYPE_CHECKING:
+    from rmfs_core.warehouse import Order, Station, WarehouseView
+
+
+@frozen
+class Weights:
+    """What scores are made of.
+
+    Parameters
+    ----------
+    count_backlog
+        Whether orders of the backlog count among those that a pod completes.
+    value
+        What an item is worth, one of `VALUES`.
+    backlog_weight
+        What an item wanted in the backlog counts, as a share of one that the station wants.
+    completion_boost
+        How many times more an item counts whose order the pod completes.
+    time_cost_per_s
+        What a second of driving to the station costs.
+    """
+
+    count_backlog: bool = False
+    value: str = "picks"
+    backlog_weight: float = 0.2
+    completion_boost: float = 1.0
+    time_cost_per_s: float = 1 / 3
+
+
+class PodScores:
+    """Scores of pods for stations in one decision, the higher the better; what is chosen changes those to come.
+
+    Parameters
+    ----------
+    warehouse
+        The warehouse now.
+    rng
+        Draws lots.
+    weights
+        What scores are made of.
+    """
+
+    def __init__(self, warehouse: WarehouseView, rng: np.random.Generator, weights: Weights) -> None:
+        self._warehouse, self._rng, self._weights = warehouse, rng, weights
+        self._free = warehouse.free_items
+        self._key = self._free.pod * warehouse.n_skus + self._free.sku
+        self._requests: dict[int, Requests] = {}
+
+    def choose(self, scores: Sequence[str], station: Station, pods: Sequence[int]) -> int:
+        """Return the pod with the best first score, ties by the next one and at last by the lowest id; it is taken."""
+        left = np.array(sorted(pods), np.int64)
+        for name in scores:
+            if len(left) == 1:
+                break
+            values = SCORES[name](self, station, left)
+            left = left[values == values.max()]
+        chosen = int(left[0])
+        self._take(chosen, station)
+        return chosen
+
+    # Scores
+
+    def completes(self, station: Station, pods: Ids) -> Values:
+        """Orders of which the pod fulfils all requests at the station that are uncovered."""
+        completed: Values = self._completed(station, pods).sum(axis=0).astype(np.float64)
+        if self._weights.count_backlog:
+            completed += self._backlog.completed(self._rest(station, pods))
+        return completed
+
+    def picks(self, station: Station, pods: Ids) -> Values:
+        """Uncovered requests of the station that the pod fulfils."""
+        wanted = self._wanted(station)
+        picks: Values = np.minimum(self._on(pods, wanted.skus), wanted.needs.sum(axis=0)).sum(axis=1).astype(np.float64)
+        return picks
+
+    def work(self, station: Station, pods: Ids) -> Values:
+        """What the items are worth that the pod serves, less the time that it drives."""
+        wanted, weights = self._wanted(station), self._weights
+        worth = VALUES[weights.value]
+        each = wanted.worth(lambda order: worth(order, self._warehouse.now_s))
+        total = weights.time_cost_per_s * self.nearest(station, pods)
+        items = self._on(pods, wanted.skus)
+        for column in range(len(wanted.skus)):
+            sums = np.concatenate(([0.0], np.cumsum(each[wanted.column == column])))
+            total += sums[np.minimum(items[:, column], len(sums) - 1)]
+        if weights.completion_boost:
+            of_order = np.bincount(wanted.row, weights=each, minlength=len(wanted.needs))
+            total += weights.completion_boost * (of_order @ self._completed(station, pods))
+        if weights.backlog_weight:
+            rest = self._rest(station, pods)
+            work = self._backlog.work(rest, lambda order: worth(order, self._warehouse.now_s))
+            total += weights.backlog_weight * work
+        return total
+
+    def demand(self, station: Station, pods: Ids) -> Values:  # noqa: ARG002
+        """Items wanted in the whole system, assigned or not, that the pod has free."""
+        return self._demand[pods]
+
+    def nearest(self, station: Station, pods: Ids) -> Values:
+        """Seconds of loaded driving to the station, with a minus in front."""
+        given = self._warehouse.pods
+        cells = [given[pod].cell for pod in pods.tolist()]
+        ticks = self._warehouse.travel.times_to(station.cell, True)[cells].min(axis=1)
+        seconds: Values = ticks / -TICKS_PER_S
+        return seconds
+
+    def random(self, station: Station, pods: Ids) -> Values:  # noqa: ARG002
+        """A lot drawn for each pod."""
+        return self._rng.random(len(pods))
+
+    # What they are made of
+
+    @cached_property
+    def _backlog(self) -> Backlog:
+        return Backlog(self._warehouse)
+
+    @cached_property
+    def _demand(self) -> Values:
+        items = np.minimum(self._warehouse.open_demand()[self._free.sku], self._free.number)
+        return np.bincount(self._free.pod, weights=items, minlength=len(self._warehouse.pods)).astype(np.float64)
+
+    def _wanted(self, station: Station) -> Requests:
+        if station.id not in self._requests:
+            self._requests[station.id] = Requests.of(station.uncovered_requests)
+        return self._requests[station.id]
+
+    def _take(self, pod: int, station: Station) -> None:
+        """Let the items of a chosen pod go to the oldest requests, as they will."""
+        wanted = self._wanted(station)
+        left = Counter(dict(zip(wanted.skus.tolist(), self._on(np.array([pod]), wanted.skus)[0].tolist(), strict=True)))
+        still = []
+        for request in wanted.requests:
+            if left[request.sku] > 0:
+                left[request.sku] -= 1
+            else:
+                still.append(request)
+        self._requests[station.id] = Requests.of(still)
+
+    def _on(self, pods: Ids, skus: Ids) -> NDArray[np.int64]:
+        """Return the free items of SKUs on pods, shape (pods, SKUs)."""
+        keys = pods[:, None] * self._warehouse.n_skus + skus
+        at = np.minimum(self._key.searchsorted(keys), len(self._key) - 1)
+        return np.where(self._key[at] == keys, self._free.number[at], 0)
+
+    def _completed(self, station: Station, pods: Ids) -> NDArray[np.bool_]:
+        """Return which orders of a station the pods complete, shape (orders, pods), if the oldest take first."""
+        wanted = self._wanted(station)
+        left = self._on(pods, wanted.skus)
+        completed = np.zeros((len(wanted.needs), len(pods)), np.bool_)
+        for order, needs in enumerate(wanted.needs):
+            completed[order] = (left >= needs).all(axis=1)
+            left -= completed[order][:, None] * needs
+        return completed
+
+    def _rest(self, station: Station, pods: Ids) -> Held:
+        """Return what the pods have free besides what the station wants."""
+        rank = np.full(len(self._warehouse.pods), -1)
+        rank[pods] = np.arange(len(pods))
+        entries = np.flatnonzero(rank[self._free.pod] >= 0)
+        wanted = np.zeros(self._warehouse.n_skus, np.int64)
+        wanted[self._wanted(station).skus] = self._wanted(station).needs.sum(axis=0)
+        sku = self._free.sku[entries]
+        items = np.maximum(self._free.number[entries] - wanted[sku], 0)
+        return Held(len(pods), rank[self._free.pod[entries]], sku, items)
+
+
+def _age(order: Order, now_s: float) -> float:
+    return (now_s - order.arrival_s) / order.unpicked_items
+
+
+def _lateness(order: Order, now_s: float) -> float:
+    return 0.0 if order.due_s is None else max(now_s - order.due_s, 0.0) / order.unpicked_items
+
+
+VALUES: Mapping[str, Callable[[Order, float], float]] = MappingProxyType(
+    {"picks": lambda _order, _now_s: 1.0, "age": _age, "lateness": _lateness}
+)
+"""What an item of an order can be worth at a time (s)."""
+
+Score = Callable[[PodScores, "Station", Ids], Values]
+
+SCORES: Mapping[str, Score] = MappingProxyType(
+    {
+        "completes": PodScores.completes,
+        "picks": PodScores.picks,
+        "work": PodScores.work,
+        "demand": PodScores.demand,
+        "nearest": PodScores.nearest,
+        "random": PodScores.random,
+    }
+)
+"""The scores by name."""

@@ -1,0 +1,129 @@
+"""Rule switch."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rmfs_core import InputError, load_scenario, run
+from rmfs_core.warehouse import Warehouse, WarehouseView
+from rmfs_switch import Case, Switch
+from rmfs_testing import check_rule, small_world
+
+SCENARIO = """
+seed = 1
+[instance]
+orders = 12
+skus = 6
+pods = 8
+skus_per_pod = 2
+[layout]
+block_rows = 3
+block_columns = 2
+stations_east = 1
+[robots]
+count = 2
+[rules]
+pps = "demand"
+pp = "free-flow"
+poa = {}
+"""
+
+
+def decide(world: Warehouse, rule: Switch) -> list[tuple[str, int]]:
+    """Return (order's name, station) of each assignment."""
+    given = rule.assign_orders(WarehouseView(world), np.random.default_rng(0))
+    return [(world.orders[one.order].name, one.station) for one in given]
+
+
+def world(orders: int = 2) -> Warehouse:
+    """Return a world with one place, in which first-come takes order 0, and earliest-due the last one."""
+    names = [str(i) for i in range(orders)]
+    return small_world({name: ["a"] for name in names}, {"p": ["a"]}, capacities=[1], due_s={names[-1]: 9})
+
+
+def test_rules_decide_by_the_time() -> None:
+    """At 60 s the next one does."""
+    rule = Switch((Case("first-come", before_s=60), Case("earliest-due")))
+    for now, expected in ((0, "0"), (59_999, "0"), (60_000, "1")):
+        made = world()
+        made.now = now
+        assert decide(made, rule) == [(expected, 0)]
+
+
+def test_rules_decide_by_the_load() -> None:
+    """Three orders are fewer than four."""
+    rule = Switch((Case("first-come", backlog_below=4), Case("earliest-due")))
+    assert decide(world(3), rule) == [("0", 0)]
+    assert decide(world(4), rule) == [("3", 0)]
+
+
+def test_rules_have_their_parameters() -> None:
+    """Of a kind of its own each."""
+    rule = Switch((Case("first-come", {"tie_break": "due"}, before_s=60), Case("first-come")))
+    late = world()
+    late.now = 60_000
+    assert (decide(world(), rule), decide(late, rule)) == ([("1", 0)], [("0", 0)])
+
+
+def test_it_asks_as_the_rules_alone_are_asked(tmp_path: Path) -> None:
+    """A whole run, from a scenario file."""
+    cases = {
+        "alone": '"station-queue"',
+        "always": '{ rule = "switch", cases = [{ rule = "station-queue" }] }',
+        "never": '{ rule = "switch", cases = [{ rule = "first-come", before_s = 0.001 }, { rule = "station-queue" }] }',
+        "parameters": '{ rule = "switch", cases = [{ rule = "station-queue", parameters = { queue_length = 1 } }] }',
+    }
+    results = {}
+    for name, poa in cases.items():
+        (tmp_path / f"{name}.toml").write_text(SCENARIO.format(poa))
+        results[name] = run(load_scenario(tmp_path / f"{name}.toml"))
+    assert results["always"].orders == results["alone"].orders
+    assert results["never"].orders != results["alone"].orders
+    assert results["parameters"].orders != results["alone"].orders
+    assert results["always"].versions["rmfs"] == results["alone"].versions["rmfs"]
+
+
+@pytest.mark.parametrize(
+    ("cases", "problem"),
+    [
+        ("[]", "of which the last one has neither before_s nor backlog_below"),
+        ('[{ rule = "first-come", before_s = 5 }]', "of which the last one has neither before_s nor backlog_below"),
+        ('[{ rule = "first-cone" }]', 'expected one installed rule "first-cone", found 0'),
+        ('[{ rule = "first-come", befor_s = 5 }]', "cases"),
+        ('[{ rule = "first-come", parameters = { patience = 5 } }]', "patience"),
+    ],
+)
+def test_wrong_cases_are_refused(tmp_path: Path, cases: str, problem: str) -> None:
+    """Before the run, with the place in the scenario."""
+    (tmp_path / "s.toml").write_text(SCENARIO.format(f'{{ rule = "switch", cases = {cases} }}'))
+    with pytest.raises(InputError, match=problem) as caught:
+        run(load_scenario(tmp_path / "s.toml"))
+    assert "rules.poa" in str(caught.value)
+
+
+def test_a_rule_for_something_else_is_told() -> None:
+    """It is found when it is asked."""
+    with pytest.raises(ValueError, match='rule "demand" does not decide this'):
+        decide(world(), Switch((Case("demand"),)))
+
+
+def test_what_rules_declare_counts() -> None:
+    """Libraries of any, and the distributions that they come from."""
+    rule = Switch((Case("assignment", before_s=60), Case("nearest-robot")))
+    assert rule.libraries == ("rmfs", "scipy")
+    assert (rule.needs, rule.splits_over_time) == ((), False)
+
+
+def test_what_rules_remember_of_a_run_they_forget() -> None:
+    """Station queues are empty again."""
+    rule = Switch((Case("station-queue", {"queue_length": 1}),))
+    assert [decide(world(), rule) for _ in range(2)] == [[("0", 0)]] * 2
+
+
+def test_it_conforms() -> None:
+    """In all that it can decide."""
+    report = check_rule(Switch((Case("random", before_s=20), Case("random"))))
+    assert report.decides == ("POA", "PPS", "PR", "TA")
