@@ -18,7 +18,7 @@ from rmfs_core.events import (
     VisitStarted,
 )
 from rmfs_trace.reader import Trace
-from rmfs_validation.tables import Row, measured_from, waiting_ticks
+from rmfs_validation.tables import FOR_ROOM, STATES, Row, measured_from, waiting_ticks
 
 PARTS = ("backlog_s", "other_parts_s", "fetch_s", "driving_s", "queueing_s", "station_s")
 
@@ -37,11 +37,15 @@ def recompute_details(trace: Trace) -> dict[str, float | None]:
         "turnover_station": [done[i] - assigned.get(i, done[i]) for i in timed],
     }
     visits = sum(isinstance(event, VisitStarted) and event.tick >= begin for event in trace.events)
+    waiting: Counter[str] = Counter()
+    for (_, state), ticks in waiting_ticks(trace).items():
+        waiting[state] += ticks
     lines = [quantity for order in after for _, quantity in orders[order].lines]
     found: dict[str, float | None] = {
         "items_per_line": float(np.mean(lines)) if lines else None,
         "orders_per_visit": len(after) / visits if visits else None,
-        "waiting_per_visit_s": waiting_ticks(trace).total() / TICKS_PER_S / visits if visits else None,
+        "waiting_per_visit_s": sum(waiting[state] for state in STATES) / TICKS_PER_S / visits if visits else None,
+        "waiting_for_room_per_visit_s": waiting[FOR_ROOM] / TICKS_PER_S / visits if visits else None,
     }
     for name, values in times.items():
         found[f"{name}_median_s"] = _percentile(values, 50)

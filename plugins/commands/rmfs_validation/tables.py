@@ -27,6 +27,7 @@ from rmfs_trace.reader import Trace
 
 Row = dict[str, float | str | None]
 STATES = ("idle", "to_pod", "to_station", "queue", "station", "storing")
+FOR_ROOM = "for room"
 HOUR = 3600 * TICKS_PER_S
 
 
@@ -174,6 +175,8 @@ def robots_of(trace: Trace) -> list[Row]:
 def waiting_ticks(trace: Trace) -> Counter[tuple[int, str]]:
     """Return the ticks in which robots under way did nothing, by robot and what they were under way for.
 
+    `FOR_ROOM` has the part of ``to_pod`` beneath the pod: the robot was there, and the station had no room.
+
     Under way is a robot from a task, or from leaving a station, until it joins a queue or has stored its pod; what it
     did not do after the last that it is known to have done is not counted.
     """
@@ -190,6 +193,8 @@ def waiting_ticks(trace: Trace) -> Counter[tuple[int, str]]:
                     free, state = since[event.robot]
                     still = event.start_tick + (event.wait_ticks if isinstance(event, RobotMoved) else 0)
                     found[event.robot, state] += max(0, still - max(free, begin))
+                    if isinstance(event, PodLifted):
+                        found[event.robot, FOR_ROOM] += max(0, still - max(free, begin))
                     since[event.robot] = (event.tick, "to_station" if isinstance(event, PodLifted) else state)
                 if isinstance(event, PodStored):
                     since.pop(event.robot, None)
