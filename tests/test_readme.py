@@ -80,6 +80,30 @@ def test_the_readmes_tour_runs(tmp_path: Path) -> None:
         assert done.returncode == 0, f"{shlex.join(words)}: {done.stderr}"
 
 
+FIGURES = r"^\| `(.+)` \| ([0-9.]+) \| ([0-9]+) \| ([0-9]+) s \| ([0-9.]+) s \|$"
+"""A row of the README's table: what `--set` sets of the rules, and four figures."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("row", re.findall(FIGURES, README, re.MULTILINE), ids=lambda row: row[0])
+def test_the_readmes_figures(row: tuple[str, ...]) -> None:
+    """Each rule set of the real day has the figures in its row, and no order is late."""
+    rules, *shown = row
+    overrides = ["run.until_s=43200", *(f"rules.{rule}" for rule in rules.split())]
+    metrics = rmfs_core.run("grocery-day", overrides=overrides).metrics
+    names = ("psv_per_order", "distance_per_order_m", "turnover_s", "waiting_per_visit_s")
+    found = [f"{metrics[name]:.{digits}f}" for name, digits in zip(names, (2, 0, 0, 1), strict=True)]
+    assert found == shown
+    assert metrics["late_orders"] == 0
+
+
+def test_the_readmes_table_is_that_of_the_documentation() -> None:
+    """Both have its rows, one for each run that the README shows."""
+    rows = [line for line in README.splitlines() if re.fullmatch(FIGURES, line)]
+    assert len(rows) == len([words for words in COMMANDS if "run.until_s=43200" in words]) == 3
+    assert set(rows) <= set((ROOT / "docs" / "index.md").read_text(encoding="utf-8").splitlines())
+
+
 def links(page: Path) -> list[str]:
     """Return the addresses that a page links to or shows pictures from, but for those elsewhere."""
     text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)

@@ -364,7 +364,7 @@ class Station(ReadOnly):
     @property
     def uncovered_requests(self) -> tuple[Request, ...]:
         """Open requests for which no inbound pod holds an item, oldest first."""
-        return tuple(request for request in self._requests.values() if not request.covered)
+        return tuple(request for request in self._requests.values() if request._pod is None)
 
     @property
     def inbound_pods(self) -> tuple[Pod, ...]:

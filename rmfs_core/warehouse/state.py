@@ -125,17 +125,13 @@ class Warehouse:
         table = np.zeros((len(self.stations), self.n_skus), dtype=np.int64)
         for station in self.stations:
             for pod in station.inbound_pods:
-                for sku in pod.contents:
-                    table[station.id, sku] += pod.free_items(sku)
+                table[station.id, list(pod._contents)] += [pod.free_items(sku) for sku in pod._contents]
         return table
 
     def leaving_pods(self) -> tuple[Pod, ...]:
         """Pods that stand at a station, have nothing left to serve there and are bound nowhere else."""
-        leaving = []
-        for station in self.stations:
-            pod = self.pod_at(station)
-            if pod is not None and pod.bound_for == (station.id,) and self.next_request(station, pod) is None:
-                leaving.append(pod)
+        there = [(station, pod) for station in self.stations if (pod := self.pod_at(station)) is not None]
+        leaving = [pod for at, pod in there if pod._itinerary == [at.id] and self.next_request(at, pod) is None]
         return tuple(sorted(leaving, key=lambda pod: pod.id))
 
     def pod_at(self, station: Station) -> Pod | None:
@@ -148,8 +144,8 @@ class Warehouse:
     def next_request(self, station: Station, pod: Pod) -> Request | None:
         """Oldest open request at a station that an item on the pod can serve, not counting items promised elsewhere."""
         best: Request | None = None
-        for sku, requests in station._by_sku.items():
-            if requests and self._usable(pod, sku, station.id):
+        for sku in station._by_sku if len(station._by_sku) < len(pod._contents) else pod._contents:
+            if (requests := station._by_sku.get(sku)) and self._usable(pod, sku, station.id):
                 first = next(iter(requests.values()))
                 if best is None or first.id < best.id:
                     best = first

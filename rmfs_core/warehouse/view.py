@@ -98,7 +98,7 @@ class WarehouseView(ReadOnly):
     @property
     def free_pods(self) -> tuple[Pod, ...]:
         """Stored pods that are bound for no station, by id."""
-        return tuple(pod for pod in self._state.pods if pod.location is not None and not pod.bound_for)
+        return tuple(pod for pod in self._state.pods if pod._location is not None and not pod._itinerary)
 
     @property
     def leaving_pods(self) -> tuple[Pod, ...]:

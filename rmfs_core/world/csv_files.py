@@ -28,6 +28,7 @@ _DATES = {"arrival_s": "arrival", "due_s": "due"}  # these may stand in place of
 _NAMES = ("order", "pod", "sku")
 _WARNED = {""}
 _DAY = 86_400 * TICKS_PER_S
+_TEN_YEARS = 3_653 * _DAY  # what comes later has a wrong year, or counts from 1970
 
 Wrong = Callable[[InputError], None]
 """What is called with a mistake; when it returns, the row is left out."""
@@ -125,9 +126,10 @@ def _read_orders(file: Path, start: str | None, wrong: Wrong) -> list[tuple[Orde
         arrival, due = (
             told.get(column) if (tick := told.get(date)) is None else tick - zero for column, date in _DATES.items()
         )
-        if arrival is None or arrival < 0:
-            problem = f"found {row['arrival']}, before time 0; expected no arrival before `instance.start`"
-            wrong(InputError(f"{file}, line {line}, arrival", problem))
+        if arrival is None or not 0 <= arrival <= _TEN_YEARS:
+            column = "arrival" if "arrival" in row else "arrival_s"
+            problem = f"found {row[column]}; expected a time within ten years from time 0 (`instance.start`) on"
+            wrong(InputError(f"{file}, line {line}, {column}", problem))
         else:
             found.append((OrderData(name, arrival, (), due, told.get("priority") or 0), lines))
     return sorted(found, key=lambda order: order[0].arrival_tick)

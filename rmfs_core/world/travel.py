@@ -65,6 +65,7 @@ class Travel:
         self._floor: NDArray[np.bool_] = layout.kind == CellKind.FLOOR
         self._queue = layout.kind == CellKind.QUEUE
         self._under: NDArray[np.bool_] = self._floor | (layout.kind == CellKind.STORAGE)
+        self._passable: dict[tuple[int, bool], NDArray[np.bool_]] = {}
         for array in (self.runs, self.turns, self.offsets, self._floor, self._under):
             array.setflags(write=False)
         self._tables: OrderedDict[tuple[int, int, bool], NDArray[np.int64]] = OrderedDict()
@@ -165,11 +166,12 @@ class Travel:
 
     def passable(self, end: int, loaded: bool) -> NDArray[np.bool_]:
         """Cells that a robot may cross on its way from or to a cell. Shape (cells,), read-only."""
-        passable = self._floor if loaded else self._under
-        if self._lane[end] >= 0:
-            passable = np.logical_or(passable, (self._lane == self._lane[end]) & self._queue)
-            passable.setflags(write=False)  # as the others are: the searches are compiled for one type of array
-        return passable
+        key = int(self._lane[end]), loaded
+        if key not in self._passable:
+            queue = (self._lane == key[0]) & self._queue & (key[0] >= 0)
+            self._passable[key] = (self._floor if loaded else self._under) | queue
+            self._passable[key].setflags(write=False)  # all are: the searches are compiled for one type of array
+        return self._passable[key]
 
     def _grid(self, end: int, loaded: bool) -> tuple[NDArray[np.int64] | NDArray[np.int8] | NDArray[np.bool_], ...]:
         """Return moves, passable cells, offsets, run and turn times."""

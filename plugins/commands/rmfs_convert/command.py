@@ -13,6 +13,12 @@ if TYPE_CHECKING:
 BASKETS = 200_000
 """Orders that are looked at to say which SKUs are bought together."""
 
+_DIFFERENT = (
+    ("times", "times", "the earliest"),
+    ("dues", "due times", "the earliest"),
+    ("priorities", "priorities", "the highest"),
+)
+
 
 @click.group()
 def convert() -> None:
@@ -26,6 +32,12 @@ def convert() -> None:
 @click.option("--sku", "sku_column", required=True, metavar="COL", help="Column with the SKU.")
 @click.option("--time", "time_column", metavar="COL", help="Column with the time of arrival. [default: all at time 0]")
 @click.option("--quantity", "quantity_column", metavar="COL", help="Column with the items. [default: one each]")
+@click.option(
+    "--due", "due_column", metavar="COL", help="Column with the time at which an order is due. [default: none]"
+)
+@click.option(
+    "--priority", "priority_column", metavar="COL", help="Column with the priority, higher first. [default: none]"
+)
 @click.option(
     "--time-format", metavar="FORMAT", help="How times are written: %d.%m.%Y %H:%M. [default: ISO 8601, or seconds]"
 )
@@ -66,6 +78,8 @@ def orders(
     sku_column: str,
     time_column: str | None,
     quantity_column: str | None,
+    due_column: str | None,
+    priority_column: str | None,
     time_format: str | None,
     begin: str | None,
     end: str | None,
@@ -90,6 +104,8 @@ def orders(
 
     if len(separator) != 1:
         raise InputError("--separator", f"found {separator!r}; expected one sign, such as ; or a tab")
+    if due_column is not None and time_column is None:
+        raise InputError("--due", "found no --time; expected both, since both are counted from time 0")
     folder = output_folder(out)
     files = ("orders.csv", *(("pods.csv", "scenario.toml") if pods is not None else ()))
     there = [str(folder / name) for name in files if (folder / name).exists()]
@@ -97,7 +113,8 @@ def orders(
         raise InputError(", ".join(there), "found a file of that name; --force replaces it")
     clock = Clock(time_format)
     with OrderLines(clock) as lines:
-        lines.read(table, Columns(order_column, sku_column, time_column, quantity_column), separator)
+        columns = Columns(order_column, sku_column, time_column, quantity_column, due_column, priority_column)
+        lines.read(table, columns, separator)
         first = lines.gather(_time(clock, "--from", begin), _time(clock, "--until", end))
         zero = _time(clock, "--start", start)
         zero = clock.midnight_before(first) if zero is None else zero
@@ -148,13 +165,19 @@ def _write(
         totals = lines.write(text, zero)
         text.detach()
     click.echo(f"Read {lines.rows:,} rows.")
-    for reason, dropped in lines.dropped.items():
-        examples = ", ".join(f"row {row}" + (f' "{found}"' if found else "") for row, found in dropped.examples)
-        click.echo(f"Left out: {dropped.rows:,} with {reason}" + (f": {examples}" if examples else "") + ".")
+    for what, found in (("Left out", lines.dropped), ("Left empty", lines.emptied)):
+        for reason, dropped in found.items():
+            examples = ", ".join(f"row {row}" + (f' "{text}"' if text else "") for row, text in dropped.examples)
+            click.echo(f"{what}: {dropped.rows:,} with {reason}" + (f": {examples}" if examples else "") + ".")
     if lines.joined:
         click.echo(f"SKUs that an order repeats: {counted(lines.joined, 'row')}; quantities are added up.")
-    if lines.several_times:
-        click.echo(f"Lines with different times: {counted(lines.several_times, 'order')}; the earliest is the order's.")
+    for what, kind, chosen in _DIFFERENT:
+        if lines.several[what]:
+            click.echo(
+                f"Lines with different {kind}: {counted(lines.several[what], 'order')}; {chosen} is the order's."
+            )
+    if totals["early"]:
+        click.echo(f"Due before time 0: {counted(totals['early'], 'order')}; 0 is written.")
     click.echo(
         f"Wrote {folder / 'orders.csv'}: {counted(lines.n_orders, 'order')}, {counted(lines.n_lines, 'line')}, "
         f"{counted(totals['items'], 'item')} of {counted(len(skus), 'SKU')}; "

@@ -7,14 +7,14 @@ import re
 import sqlite3
 import tempfile
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import Self, TextIO
 
 from attrs import define, field, frozen
 
-from rmfs_convert.tables import Batch, batches
+from rmfs_convert.tables import batches
 from rmfs_convert.times import Clock, ClockError
 from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.errors import InputError
@@ -28,18 +28,25 @@ PRAGMA journal_mode = OFF;
 PRAGMA synchronous = OFF;
 PRAGMA cache_size = -65536;
 PRAGMA temp_store = FILE;
-CREATE TABLE line (name TEXT NOT NULL, sku TEXT NOT NULL, tick INTEGER NOT NULL, quantity INTEGER NOT NULL);
+CREATE TABLE line (
+  name TEXT NOT NULL, sku TEXT NOT NULL, tick INTEGER NOT NULL, quantity INTEGER NOT NULL, due INTEGER, priority INTEGER
+);
 """
 
 
 @frozen
 class Columns:
-    """Names of the columns of a table of order lines; None: the table has none, and every line is one item, or at 0."""
+    """Names of the columns of a table of order lines.
+
+    None: the table has none. Then every line is one item, arrives at 0, is due whenever, and has no priority.
+    """
 
     order: str
     sku: str
     time: str | None = None
     quantity: str | None = None
+    due: str | None = None
+    priority: str | None = None
 
 
 @define
@@ -64,6 +71,10 @@ class Dropped:
             self.examples.append((row, found))
 
 
+_Line = tuple[str, str, int, int, int | None, int | None]
+"""Order, SKU, tick, items, tick at which it is due, priority."""
+
+
 @frozen
 class Sku:
     """A SKU, the order lines that want it, and their items."""
@@ -86,16 +97,21 @@ class OrderLines:
     rows
         Rows read.
     dropped
-        What was left out, by reason.
-    several_times
-        Orders whose lines have different times: the earliest is the order's.
+        Rows that were left out, by reason.
+    emptied
+        Fields that were left empty, by reason: due times and priorities that cannot be read.
+    several
+        Orders whose lines differ in their times, due times and priorities, by what they differ in: the earliest time,
+        the earliest due time and the highest priority is the order's.
     """
 
     def __init__(self, clock: Clock | None = None) -> None:
         self.clock = clock or Clock()
         self.rows = 0
         self.dropped: dict[str, Dropped] = {}
-        self.several_times = 0
+        self.emptied: dict[str, Dropped] = {}
+        self.several: dict[str, int] = {}
+        self._columns = Columns("", "")
         self._folder = tempfile.TemporaryDirectory(prefix="rmfs-convert-")
         self._base = sqlite3.connect(Path(self._folder.name) / "lines.sqlite", isolation_level=None)
         self._base.executescript(_SCHEMA)
@@ -117,36 +133,52 @@ class OrderLines:
         InputError
             When the file cannot be read, lacks a column, or none of its rows is an order line.
         """
-        names = [columns.order, columns.sku, *(name for name in (columns.time, columns.quantity) if name is not None)]
+        self._columns = columns
+        given = (columns.time, columns.quantity, columns.due, columns.priority)
+        names = [columns.order, columns.sku, *(name for name in given if name is not None)]
         for batch in batches(file, names, separator):
+            texts = dict(zip(names, batch.columns, strict=True))
+            fields = [[None] * len(batch.columns[0]) if name is None else texts[name] for name in given]
+            rows = zip(batch.columns[0], batch.columns[1], *fields, strict=True)
             self._base.execute("BEGIN")
-            self._base.executemany("INSERT INTO line VALUES (?, ?, ?, ?)", self._clean(file, batch, columns))
+            self._base.executemany(
+                "INSERT INTO line VALUES (?, ?, ?, ?, ?, ?)", self._clean(file, enumerate(rows, batch.first_row))
+            )
             self._base.execute("COMMIT")
         if self._count("SELECT count(*) FROM line") == 0:
             reasons = "; ".join(f"{what.rows:,} with {why}" for why, what in self.dropped.items())
             raise InputError(str(file), f"has no order line that could be kept: {reasons or 'it has no rows'}")
 
-    def _clean(self, file: Path, batch: Batch, columns: Columns) -> Iterator[tuple[str, str, int, int]]:
-        n = len(batch.columns[0])
-        rest = list(batch.columns[2:])
-        times = rest.pop(0) if columns.time is not None else ("0",) * n
-        quantities = rest.pop(0) if columns.quantity is not None else ("1",) * n
-        for row, (order, sku, time, quantity) in enumerate(
-            zip(batch.columns[0], batch.columns[1], times, quantities, strict=True), batch.first_row
-        ):
+    def _clean(self, file: Path, rows: Iterable[tuple[int, tuple[str | None, ...]]]) -> Iterator[_Line]:
+        columns = self._columns
+        for row, fields in rows:
             self.rows += 1
-            name, wanted = (order or "").strip(), (sku or "").strip()
-            amount = (quantity or "").strip()
+            name, wanted, time, amount, due, priority = [(field or "").strip() for field in fields]
+            time, amount = time if columns.time else "0", amount if columns.quantity else "1"
             if not name:
                 self._drop("no order", row, "")
             elif not wanted:
                 self._drop("no SKU", row, name)
             elif not _WHOLE.fullmatch(amount) or (items := int(float(amount))) < 1:
                 self._drop("a quantity that is no whole number from 1 on (returns, weights)", row, amount)
-            elif (tick := self._tick(file, row, (time or "").strip())) is None:
-                self._drop("no time that can be read", row, (time or "").strip())
+            elif (tick := self._tick(file, row, time)) is None:
+                self._drop("no time that can be read", row, time)
             else:
-                yield name, wanted, tick, items
+                yield name, wanted, tick, items, self._due(file, row, due), self._priority(row, priority)
+
+    def _due(self, file: Path, row: int, text: str) -> int | None:
+        if text and (tick := self._tick(file, row, text)) is not None:
+            return tick
+        if text:
+            self.emptied.setdefault("a due time that cannot be read", Dropped()).note(row, text)
+        return None
+
+    def _priority(self, row: int, text: str) -> int | None:
+        if _WHOLE.fullmatch(text):
+            return int(float(text))
+        if text:
+            self.emptied.setdefault("a priority that is no whole number from 0 on", Dropped()).note(row, text)
+        return None
 
     def _drop(self, reason: str, row: int, found: str) -> None:
         self.dropped.setdefault(reason, Dropped()).note(row, found)
@@ -168,8 +200,9 @@ class OrderLines:
             Orders that arrive before ``begin``, or at ``end`` or later, are left out (ticks).
         """
         self._base.executescript(
-            "CREATE TABLE whole AS SELECT name, min(tick) AS tick, min(rowid) AS first,"
-            " min(tick) < max(tick) AS several FROM line GROUP BY name;"
+            "CREATE TABLE whole AS SELECT name, min(tick) AS tick, min(rowid) AS first, min(due) AS due,"
+            " max(priority) AS priority, min(tick) < max(tick) AS times, min(due) < max(due) AS dues,"
+            " min(priority) < max(priority) AS priorities FROM line GROUP BY name;"
         )
         kept = "tick >= ifnull(?, tick) AND tick < ifnull(?, tick + 1)"
         left_out = self._count(f"SELECT count(*) FROM whole WHERE NOT ({kept})", begin, end)
@@ -180,7 +213,8 @@ class OrderLines:
             raise InputError(
                 "--from, --until", f"all {left_out:,} orders are outside; expected a span with some of them"
             )
-        self.several_times = self._count("SELECT count(*) FROM whole WHERE several")
+        for what in ("times", "dues", "priorities"):
+            self.several[what] = self._count(f"SELECT count(*) FROM whole WHERE {what}")
         self._base.executescript(
             "CREATE UNIQUE INDEX whole_name ON whole (name);"
             "CREATE TABLE packed AS SELECT whole.tick AS tick, whole.first AS first, line.name, line.sku,"
@@ -226,25 +260,38 @@ class OrderLines:
             yield found
 
     def write(self, stream: TextIO, start: int) -> Counter[str]:
-        """Write ``order,arrival_s,sku,quantity``, orders by arrival, with time 0 at ``start``; return totals.
+        """Write the orders, by arrival, with time 0 at ``start``; return totals.
+
+        The columns are ``order,arrival_s,sku,quantity``, and ``due_s`` and ``priority`` where the table has them.
 
         Returns
         -------
         Counter
-            ``items``, and ``last``: the arrival of the last order in ticks after ``start``.
+            ``items``; ``last``: the arrival of the last order in ticks after ``start``; ``early``: orders that were due
+            before ``start``, for which 0 is written.
         """
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(("order", "arrival_s", "sku", "quantity"))
+        more = {"due_s": self._columns.due, "priority": self._columns.priority}
+        shown = [column for column, name in more.items() if name is not None]
+        writer.writerow(("order", "arrival_s", "sku", "quantity", *shown))
         totals: Counter[str] = Counter()
-        query = "SELECT name, tick, sku, quantity FROM packed ORDER BY tick, first, row"
-        for name, tick, sku, quantity in self._base.execute(query):
-            since = tick - start
-            arrival = since // TICKS_PER_S if since % TICKS_PER_S == 0 else to_seconds(since)
-            writer.writerow((name, arrival, sku, quantity))
+        totals["early"] = self._count("SELECT count(*) FROM whole WHERE due < ?", start)
+        query = (
+            "SELECT packed.name, packed.tick, sku, quantity, due, priority"
+            " FROM packed JOIN whole USING (name) ORDER BY packed.tick, packed.first, row"
+        )
+        for name, tick, sku, quantity, due, priority in self._base.execute(query):
+            said = {"due_s": None if due is None else _seconds(max(due - start, 0)), "priority": priority}
+            writer.writerow((name, _seconds(tick - start), sku, quantity, *(said[column] for column in shown)))
             totals["items"] += quantity
-            totals["last"] = since
+            totals["last"] = tick - start
         return totals
 
     def _count(self, query: str, *arguments: int | None) -> int:
         (found,) = self._base.execute(query, arguments).fetchone()
         return int(found)
+
+
+def _seconds(ticks: int) -> int | float:
+    """Return a time in seconds, whole where it is."""
+    return ticks // TICKS_PER_S if ticks % TICKS_PER_S == 0 else to_seconds(ticks)

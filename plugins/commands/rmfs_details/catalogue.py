@@ -26,6 +26,13 @@ DETAILS: tuple[Metric, ...] = (
         1,
         "Time in which robots with a task, not in a queue, neither drive nor turn nor lift, per pod-station visit.",
     ),
+    Metric(
+        "waiting_for_room_per_visit_s",
+        "  for room at the station",
+        "s",
+        1,
+        "The part of it that robots spend beneath their pods until the station's queue has room; the rest is traffic.",
+    ),
 )
 """Metrics of every run."""
 

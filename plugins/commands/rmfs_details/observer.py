@@ -64,5 +64,9 @@ class Details:
     @hookimpl
     def measured(self) -> dict[str, Number]:
         """Every metric of `rmfs_details.catalogue` by name."""
-        waiting = ratio(self._robots.waiting_ticks, self._measures.visits * TICKS_PER_S)
-        return {**self._measures.values(self._end), "waiting_per_visit_s": waiting}
+        visits_ticks = self._measures.visits * TICKS_PER_S
+        return {
+            **self._measures.values(self._end),
+            "waiting_per_visit_s": ratio(self._robots.waiting_ticks, visits_ticks),
+            "waiting_for_room_per_visit_s": ratio(self._robots.for_room_ticks, visits_ticks),
+        }

@@ -39,14 +39,19 @@ class _Robot:
         self.ticks[self.state] += max(tick, self.begin) - max(self.since, self.begin)
         self.state, self.since, self.free = state, tick, tick
 
-    def busy(self, start: int, tick: int) -> None:
-        """Note that it drove, turned or lifted; before that it waited, unless it was no time to be under way."""
+    def busy(self, start: int, tick: int) -> int:
+        """Note that it drove, turned or lifted; before that it waited, unless it was no time to be under way.
+
+        Returns how long it waited.
+        """
+        waited = 0
         if self.state in _UNDER_WAY:
             # A robot that steps aside without a task may get one on the way: that leg began before it was under way.
             waited = max(max(start, self.begin) - max(self.free, self.begin), 0)
             self.ticks["waiting"] += waited
             self.ticks[self.state] -= waited
         self.free = tick
+        return waited
 
 
 class Robots:
@@ -66,6 +71,8 @@ class Robots:
         self._robots = [_Robot("idle" if robot.pod is None else "queue", begin) for robot in robots]
         self._at = {pod: robot.id for robot in robots if (pod := robot.pod) is not None}
         self._begin = begin
+        self.for_room_ticks = 0
+        """Time in which robots waited beneath their pods for room at a station, summed over the robots."""
         self.handlers: Handlers = {
             TaskAssigned: lambda event: self._robots[event.robot].turn_to("to_pod", event.tick),
             RobotMoved: self._moved,
@@ -85,7 +92,7 @@ class Robots:
 
     def _lifted(self, event: PodLifted) -> None:
         robot = self._robots[event.robot]
-        robot.busy(event.start_tick, event.tick)
+        self.for_room_ticks += robot.busy(event.start_tick, event.tick)
         robot.turn_to("to_station", event.tick)
 
     def _started(self, event: VisitStarted) -> None:

@@ -13,7 +13,6 @@ from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
 from rmfs_trace.reader import read_trace
 from rmfs_trace.writer import FILE as TRACE_FILE
-from rmfs_validation.details import DELAYS_FILE
 from rmfs_validation.fault import Fault
 from rmfs_validation.validator import avoids_collisions, faults_of
 
@@ -47,7 +46,8 @@ def validate_trace(path: str | Path) -> list[Fault]:
     ----------
     path
         The folder of a run with ``trace.jsonl.gz``, or a trace file. When ``result.json`` lies beside the trace, its
-        metrics must be those that the trace amounts to, and so must the times of ``delays.csv``.
+        metrics must be those that the trace amounts to, and so must the figures of ``delays.csv``, ``hours.csv``,
+        ``stations.csv`` and ``robots.csv``.
 
     Raises
     ------
@@ -71,9 +71,8 @@ def check_trace(path: str | Path, *, collisions: bool | None = None) -> Report:
     result = _read_result(file.parent / RESULT_FILE)
     if collisions is None:
         collisions = avoids_collisions(trace)
-    delays = file.parent / DELAYS_FILE
-    delays_given = delays if result is not None and delays.exists() else None
-    faults = faults_of(trace, result, collisions=collisions, delays=delays_given)
+    tables = None if result is None else file.parent
+    faults = faults_of(trace, result, collisions=collisions, tables=tables)
     return Report(faults, len(trace.events), collisions, result is not None)
 
 

@@ -28,8 +28,9 @@ if TYPE_CHECKING:
 def validate(folder: Path, collisions: bool | None, limit: int, as_json: bool) -> None:
     """Check the trace of a run in DIR: whether everything it tells can have happened.
 
-    DIR is what `rmfs run --trace --out DIR` wrote, or a trace file. Read are the trace and, when it lies beside it, the
-    metrics of result.json. Exit codes: 0 no faults, 1 faults, 2 the input cannot be read.
+    DIR is what `rmfs run --trace --out DIR` wrote, or a trace file. Read are the trace and, when they lie beside it,
+    the metrics of result.json and the tables by order, hour, station and robot. Exit codes: 0 no faults, 1 faults,
+    2 the input cannot be read.
     """
     from rmfs_validation import check_trace
 

@@ -2,38 +2,25 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections import Counter, defaultdict
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
-from rmfs_core.clock import TICKS_PER_S, to_ticks
-from rmfs_core.errors import InputError
+from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.events import (
     ItemPicked,
     OrderAssigned,
     OrderCompleted,
     PodLifted,
-    PodStored,
     QueueJoined,
-    RobotMoved,
-    TaskAssigned,
     VisitEnded,
     VisitStarted,
 )
 from rmfs_trace.reader import Trace
-from rmfs_validation.case import Case
+from rmfs_validation.tables import FOR_ROOM, STATES, Row, measured_from, waiting_ticks
 
-DELAYS_FILE = "delays.csv"
 PARTS = ("backlog_s", "other_parts_s", "fetch_s", "driving_s", "queueing_s", "station_s")
-
-
-def measured_from(trace: Trace) -> int:
-    """Return the tick from which on is measured."""
-    return to_ticks(trace.scenario.get("run", {}).get("warmup_s") or 0)
 
 
 def recompute_details(trace: Trace) -> dict[str, float | None]:
@@ -50,11 +37,15 @@ def recompute_details(trace: Trace) -> dict[str, float | None]:
         "turnover_station": [done[i] - assigned.get(i, done[i]) for i in timed],
     }
     visits = sum(isinstance(event, VisitStarted) and event.tick >= begin for event in trace.events)
+    waiting: Counter[str] = Counter()
+    for (_, state), ticks in waiting_ticks(trace).items():
+        waiting[state] += ticks
     lines = [quantity for order in after for _, quantity in orders[order].lines]
     found: dict[str, float | None] = {
         "items_per_line": float(np.mean(lines)) if lines else None,
         "orders_per_visit": len(after) / visits if visits else None,
-        "waiting_per_visit_s": _waiting(trace, begin) / TICKS_PER_S / visits if visits else None,
+        "waiting_per_visit_s": sum(waiting[state] for state in STATES) / TICKS_PER_S / visits if visits else None,
+        "waiting_for_room_per_visit_s": waiting[FOR_ROOM] / TICKS_PER_S / visits if visits else None,
     }
     for name, values in times.items():
         found[f"{name}_median_s"] = _percentile(values, 50)
@@ -86,40 +77,12 @@ def _percentile(values: list[int], percent: float) -> float | None:
     return float(np.percentile(values, percent)) / TICKS_PER_S if values else None
 
 
-def _waiting(trace: Trace, begin: int) -> int:
-    """Return the ticks in which robots under way did nothing, up to the last that they are known to have done.
-
-    Under way is a robot from a task, or from leaving a station, until it joins a queue or has stored its pod.
-    """
-    since: dict[int, int] = {}  # robot -> until when all of its time under way is accounted for
-    serving = {pod: start["robot"] for pod, start in enumerate(trace.pods)}
-    total = 0
-    for event in trace.events:
-        match event:
-            case TaskAssigned():
-                since[event.robot] = event.tick
-            case RobotMoved() | PodLifted() | PodStored():
-                if event.robot in since:
-                    still = event.start_tick + (event.wait_ticks if isinstance(event, RobotMoved) else 0)
-                    total += max(0, still - max(since[event.robot], begin))
-                    since[event.robot] = event.tick
-                if isinstance(event, PodStored):
-                    since.pop(event.robot, None)
-            case QueueJoined():
-                since.pop(event.robot, None)
-            case VisitStarted():
-                serving[event.pod] = event.robot
-            case VisitEnded():
-                since[serving[event.pod]] = event.tick
-    return total
-
-
-def delays_of(trace: Trace) -> dict[str, dict[str, float | None]]:
-    """Return what the turn-over time of each order went to, in seconds, by the order's name and the file's columns."""
+def delays_of(trace: Trace) -> list[Row]:
+    """Return the rows of delays.csv: what the turn-over time of each order went to."""
     steps: dict[int, list[tuple[int, int, str]]] = defaultdict(list)  # pod -> place in the trace, tick, kind
     assigned: dict[int, list[int]] = defaultdict(list)
     last_pick: dict[int, tuple[int, int]] = {}
-    found: dict[str, dict[str, float | None]] = {}
+    found: list[Row] = []
     for place, event in enumerate(trace.events):
         match event:
             case PodLifted() | QueueJoined() | VisitStarted() | VisitEnded():
@@ -131,7 +94,7 @@ def delays_of(trace: Trace) -> dict[str, dict[str, float | None]]:
     done = {event.order: event.tick for event in trace.events if isinstance(event, OrderCompleted)}
     for i, order in enumerate(trace.instance.orders):
         if i not in done or i not in last_pick or not assigned[i]:
-            found[order.name] = dict.fromkeys(("turnover_s", *PARTS))
+            found.append({"order": order.name, **dict.fromkeys(("turnover_s", *PARTS))})
             continue
         place, pod = last_pick[i]
         at = []
@@ -142,31 +105,5 @@ def delays_of(trace: Trace) -> dict[str, dict[str, float | None]]:
         bounds += [max(tick, assigned[i][-1]) for tick in reversed(at)] + [done[i]]
         parts = [(later - earlier) / TICKS_PER_S for earlier, later in pairwise(bounds)]
         whole = (done[i] - order.arrival_tick) / TICKS_PER_S
-        found[order.name] = {"turnover_s": whole, **dict(zip(PARTS, parts, strict=True))}
+        found.append({"order": order.name, "turnover_s": whole, **dict(zip(PARTS, parts, strict=True))})
     return found
-
-
-def check_delays(case: Case, file: Path) -> None:
-    """Add a fault for each time in delays.csv that the trace contradicts.
-
-    Raises
-    ------
-    InputError
-        When the file cannot be read or has other columns.
-    """
-    try:
-        rows = list(csv.DictReader(io.StringIO(file.read_text(encoding="utf-8"))))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(str(file), f"cannot be read: {error}") from error
-    expected = delays_of(case.trace)
-    if [row.get("order") for row in rows] != list(expected):
-        case.add("delay", case.trace.tick, f"{file.name} lists other orders than the trace")
-        return
-    for row in rows:
-        for column, value in expected[row["order"]].items():
-            reported = row.get(column)
-            if reported != ("" if value is None else str(value)):
-                tells = f"{file.name} has {reported or 'nothing'} as {column} of order {row['order']}"
-                case.add(
-                    "delay", case.trace.tick, f"{tells}; the trace amounts to {'nothing' if value is None else value}"
-                )

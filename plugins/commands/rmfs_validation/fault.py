@@ -104,6 +104,6 @@ KINDS: dict[str, str] = {
     # The result
     "other-run": "the result beside the trace is that of another run",
     "metric": "a metric is not what the events amount to",
-    "delay": "what an order's time went to is not what the events amount to",
+    "table": "a figure in delays.csv, hours.csv, stations.csv or robots.csv is not what the events amount to",
 }
 """Every kind of fault by its name, and what it means."""

@@ -10,7 +10,8 @@ from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.events import DecisionMade, Event, ItemPicked, OrderAssigned, OrderCompleted, RobotMoved, VisitStarted
 from rmfs_trace.reader import Trace
 from rmfs_validation.case import Case
-from rmfs_validation.details import measured_from, recompute_details
+from rmfs_validation.details import recompute_details
+from rmfs_validation.tables import measured_from
 
 Value = float | None
 

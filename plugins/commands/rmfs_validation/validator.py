@@ -13,8 +13,8 @@ from rmfs_trace.reader import Trace
 from rmfs_trace.writer import EVENTS
 from rmfs_validation.case import Case, seconds
 from rmfs_validation.collisions import find_collisions
-from rmfs_validation.details import check_delays
 from rmfs_validation.fault import Fault
+from rmfs_validation.files import check_files
 from rmfs_validation.header import check_header, check_readable
 from rmfs_validation.lines import LineCheck
 from rmfs_validation.metrics import compare
@@ -33,7 +33,7 @@ def faults_of(
     result: Mapping[str, Any] | None = None,
     *,
     collisions: bool | None = None,
-    delays: Path | None = None,
+    tables: Path | None = None,
 ) -> list[Fault]:
     """Return everything that is wrong with a trace, in the order of time.
 
@@ -45,8 +45,8 @@ def faults_of(
         Content of result.json; its metrics are compared with those of the trace when given.
     collisions
         Whether no two robots may hold a cell at once. None: unless the scenario's PP rule ignores other robots.
-    delays
-        The run's delays.csv, whose times are compared with those of the trace when given.
+    tables
+        The run's folder; delays.csv, hours.csv, stations.csv and robots.csv there are compared when given.
 
     Raises
     ------
@@ -80,8 +80,8 @@ def faults_of(
             find_collisions(case, state)
         if result is not None:
             compare(case, result)
-        if delays is not None:
-            check_delays(case, delays)
+        if tables is not None:
+            check_files(case, tables)
     return sorted(case.faults, key=lambda fault: fault.tick)
 
 

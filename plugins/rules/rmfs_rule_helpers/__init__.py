@@ -301,7 +301,12 @@ def send_pods(
     list[PodTrip]
         The trips in the order in which they were chosen.
     """
-    stored = {pod.id for pod in warehouse.free_pods} if max_fetches > 0 else set()
+    sent: set[int] = set()
+
+    def can_be_sent(pod: Pod) -> bool:
+        free = max_fetches > 0 and pod.location is not None and not pod.bound_for and pod.id not in sent
+        return free or pod.id in leaving
+
     leaving = {pod.id for pod in warehouse.leaving_pods}
     inbound = {station.id: len(station.inbound_pods) for station in warehouse.stations}
     uncovered = {
@@ -312,7 +317,7 @@ def send_pods(
     while needy:
         identifier = min(needy, key=lambda i: (inbound[i], -uncovered[i].total(), i))
         station = warehouse.stations[identifier]
-        candidates = _servers(warehouse, station, uncovered[identifier], stored | leaving)
+        candidates = _servers(warehouse, station, uncovered[identifier], can_be_sent)
         if not candidates:
             needy.remove(identifier)
             continue
@@ -322,20 +327,21 @@ def send_pods(
         uncovered[identifier] -= Counter({sku: pod.free_items(sku) for sku in pod.contents})
         if not uncovered[identifier]:
             needy.remove(identifier)
-        if pod.id in stored:
-            max_fetches -= 1
-        stored = stored - {pod.id} if max_fetches > 0 else set()
+        max_fetches -= pod.id not in leaving
+        sent.add(pod.id)
         leaving.discard(pod.id)
     return trips
 
 
-def _servers(warehouse: WarehouseView, station: Station, skus: Iterable[int], usable: set[int]) -> list[Pod]:
+def _servers(
+    warehouse: WarehouseView, station: Station, skus: Iterable[int], usable: Callable[[Pod], bool]
+) -> list[Pod]:
     """Return the usable pods, by id, that hold a free item of one of the SKUs and are not bound for the station."""
     found = {
         pod.id: pod
         for sku in skus
         for pod in warehouse.pods_with(sku)
-        if pod.id in usable and station.id not in pod.bound_for and pod.free_items(sku) > 0
+        if usable(pod) and station.id not in pod.bound_for and pod.free_items(sku) > 0
     }
     return [found[identifier] for identifier in sorted(found)]
 

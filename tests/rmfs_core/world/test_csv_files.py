@@ -161,6 +161,21 @@ def test_dates_count_from_midnight(tmp_path: Path) -> None:
     assert [order.due_tick for order in instance.orders] == [-3_600_000, None]
 
 
+@pytest.mark.parametrize(
+    ("column", "rows", "found"),
+    [
+        ("arrival_s", "1,1709251200,a,1\n", "1709251200"),  # counted from 1970
+        ("arrival", "1,2024-03-01,a,1\n2,2204-03-01,a,1\n", "2204-03-01"),
+    ],
+)
+def test_an_arrival_in_another_age_is_refused(tmp_path: Path, column: str, rows: str, found: str) -> None:
+    """A run has a row for each hour until then; more than ten years of them are a slip."""
+    with pytest.raises(InputError) as caught:
+        read(tmp_path, f"order,{column},sku,quantity\n{rows}")
+    line = rows.count("\n") + 1
+    assert str(caught.value).startswith(f"{tmp_path / 'orders.csv'}, line {line}, {column}: found {found}; expected")
+
+
 def test_dates_count_from_the_start_of_the_scenario(tmp_path: Path) -> None:
     """`instance.start` is time 0; what arrives before is refused with its line. Due dates may stand beside seconds."""
     rows = DATED + "1,2024-03-01T06:30,a,1,2024-03-01T07:00\n"
@@ -169,8 +184,8 @@ def test_dates_count_from_the_start_of_the_scenario(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
         read(tmp_path, rows, start="2024-03-01T07:00")
     assert str(caught.value) == (
-        f"{tmp_path / 'orders.csv'}, line 2, arrival: found 2024-03-01T06:30, before time 0; "
-        "expected no arrival before `instance.start`"
+        f"{tmp_path / 'orders.csv'}, line 2, arrival: found 2024-03-01T06:30; "
+        "expected a time within ten years from time 0 (`instance.start`) on"
     )
     seconds = "order,arrival_s,sku,quantity,due\n1,60,a,1,2024-03-01T07:00\n"
     assert read(tmp_path, seconds, start="2024-03-01T06:00").orders[0].due_tick == 3_600_000

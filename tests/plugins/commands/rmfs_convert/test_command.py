@@ -93,6 +93,20 @@ def test_what_is_written_runs(tmp_path: Path, placement: str) -> None:
     assert result.metrics["picks"] == 7
 
 
+def test_orders_that_are_due(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What is written is read: a run says which orders were late, and what was left empty is said."""
+    file = table(tmp_path, "o,s,t,d,p\n1,a,06:00,06:01,2\n1,b,06:00,06:02,\n2,a,06:05,noon,\n3,a,06:06,05:00,\n")
+    options = ["--order", "o", "--sku", "s", "--time", "t", "--due", "d", "--priority", "p", "--time-format", "%H:%M"]
+    options += ["--pods", "12", "--skus-per-pod", "1", "--start", "06:00", "--out", str(tmp_path)]
+    main(["convert", "orders", str(file), *options])
+    told = capsys.readouterr().out
+    assert 'Left empty: 1 with a due time that cannot be read: row 3 "noon".' in told
+    assert "Lines with different due times: 1 order; the earliest is the order's." in told
+    assert "Due before time 0: 1 order; 0 is written." in told
+    orders = rmfs_core.run(tmp_path / "scenario.toml").orders
+    assert [(order["due_s"], order["priority"]) for order in orders] == [(60.0, 2), (None, 0), (0.0, 0)]
+
+
 def test_a_span_of_time(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Orders outside --from and --until are left out and counted; time 0 can be chosen."""
     span = ["--from", "2024-03-01T06:06", "--until", "2024-03-01T12:00", "--start", "2024-03-01T06:00"]
@@ -123,6 +137,8 @@ def test_the_least_that_is_needed(tmp_path: Path) -> None:
         ("", [], "is no table that can be read: "),
         ("o,s,t\n1,a,5\n2,a,2024-01-01\n", ["--time", "t"], "row 2: found dates without a zone where the rows before"),
         ("o,s,t\n1,a,5\n", ["--time", "t", "--start", "9"], "--start: found 9, but the first order arrives at 5 s"),
+        ("o,s,d\n1,a,5\n", ["--due", "d"], "--due: found no --time; expected both"),
+        ("o,s\n1,a\n", ["--priority", "urgency"], 'there is no column "urgency"; found o and s'),
         (
             "o,s,t\n1,a,5\n",
             ["--time", "t", "--from", "noon"],

@@ -41,7 +41,7 @@ def test_an_order_has_each_sku_once_and_its_earliest_time(lines: OrderLines, tmp
     read(lines, tmp_path, "B,tea,9,1", "A,jam,5,2", "B,tea,7,3", "B,jam,9,1", "C,tea,5,1")
     assert lines.gather() == 5000
     assert written(lines) == ["A,5,jam,2", "C,5,tea,1", "B,7,tea,4", "B,7,jam,1"]
-    assert (lines.rows, lines.n_orders, lines.n_lines, lines.joined, lines.several_times) == (5, 3, 4, 1, 1)
+    assert (lines.rows, lines.n_orders, lines.n_lines, lines.joined, lines.several["times"]) == (5, 3, 4, 1, 1)
 
 
 def test_time_zero_is_chosen_when_writing(lines: OrderLines, tmp_path: Path) -> None:
@@ -119,3 +119,37 @@ def test_several_tables_are_one(lines: OrderLines, tmp_path: Path) -> None:
     lines.gather()
     assert lines.rows == 2
     assert written(lines) == ["A,3,tea,1", "A,3,jam,1"]
+
+
+def test_due_times_and_priorities(lines: OrderLines, tmp_path: Path) -> None:
+    """An order has the earliest and the highest of its lines; what cannot be read is left empty, and said."""
+    file = tmp_path / "lines.csv"
+    rows = ["A,tea,5,60,1", "A,jam,5,30,3", "B,tea,6,,", "C,tea,7,soon,-1", "D,tea,8,2,2.0", "A,rye,5,45,"]
+    file.write_text("".join(f"{row}\n" for row in ("o,s,t,due,prio", *rows)), encoding="utf-8")
+    lines.read(file, Columns("o", "s", "t", due="due", priority="prio"))
+    lines.gather()
+    stream = io.StringIO()
+    assert lines.write(stream, 5000)["early"] == 1
+    assert stream.getvalue().splitlines() == [
+        "order,arrival_s,sku,quantity,due_s,priority",
+        "A,0,tea,1,25,3",
+        "A,0,jam,1,25,3",
+        "A,0,rye,1,25,3",
+        "B,1,tea,1,,",
+        "C,2,tea,1,,",
+        "D,3,tea,1,0,2",
+    ]
+    assert lines.several == {"times": 0, "dues": 1, "priorities": 1}
+    assert {reason: what.examples for reason, what in lines.emptied.items()} == {
+        "a due time that cannot be read": [(4, "soon")],
+        "a priority that is no whole number from 0 on": [(4, "-1")],
+    }
+    assert not lines.dropped
+
+
+def test_due_times_are_of_the_kind_of_times(lines: OrderLines, tmp_path: Path) -> None:
+    """Seconds beside dates have no time 0 in common."""
+    file = tmp_path / "lines.csv"
+    file.write_text("o,s,t,due\n1,a,2024-03-01T06:00,500\n", encoding="utf-8")
+    with pytest.raises(InputError, match="row 1: found seconds where the rows before have dates without a zone"):
+        lines.read(file, Columns("o", "s", "t", due="due"))

@@ -57,7 +57,7 @@ def test_a_wrong_delay_is_a_fault(tmp_path: Path) -> None:
     order, turnover, _, *rest = lines[1].split(",")
     file.write_text("\n".join([lines[0], ",".join([order, turnover, "1.5", *rest]), *lines[2:], ""]), encoding="utf-8")
     assert [(fault.kind, fault.sentence) for fault in validate_trace(tmp_path)] == [
-        ("delay", "delays.csv has 1.5 as backlog_s of order 1; the trace amounts to 0.0")
+        ("table", "delays.csv has 1.5 as backlog_s of order 1; the trace amounts to 0.0")
     ]
 
 

@@ -74,3 +74,13 @@ def test_a_trip(tiny: RunInfo, begin_s: int, expected: list[float]) -> None:
     assert sum(list(row.values())[3:]) == 70 - begin_s
     assert other["idle_s"] == 70 - begin_s
     assert robots.waiting_ticks == expected[-1] * 1000
+
+
+def test_waiting_for_room_at_the_station(tiny: RunInfo) -> None:
+    """What lies between coming to the pod and lifting it is told apart from the other waiting."""
+    robots = Robots(tiny, 0)
+    late = PodLifted(62_000, 60_000, robot=0, pod=0, cell=1)
+    for event in (*TRIP[:2], late, moved(65, 0, 70, 9, 0)):
+        robots.handlers[type(event)](event)
+    assert robots.for_room_ticks == 40_000
+    assert robots.waiting_ticks == 46_000
