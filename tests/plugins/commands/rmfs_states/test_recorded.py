@@ -85,7 +85,10 @@ def test_a_header_that_is_none_is_refused(
     ("change", "problem"),
     [
         (lambda line: line | {"decides": "lunch"}, "no role is called 'lunch'"),
-        (lambda line: {key: value for key, value in line.items() if key != "rule"}, "this is no recorded decision: it lacks rule"),
+        (
+            lambda line: {key: value for key, value in line.items() if key != "rule"},
+            "this is no recorded decision: it lacks rule",
+        ),
         (lambda line: line | {"change": 5}, "change: expected a JSON object, found 5"),
         (lambda line: 5, "expected a JSON object, found int"),
     ],
