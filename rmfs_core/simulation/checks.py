@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import operator
 from collections.abc import Collection, Container, Iterable, Sequence
 from typing import TypeVar
 
 import numpy as np
 
-from rmfs_core.clock import TICKS_PER_S, to_seconds
+from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.decisions import Leg, OrderAssignment, PodTrip, TaskAssignment
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.traffic import ReservedError
@@ -166,7 +165,8 @@ def wake_tick(now: int, given: object) -> int | None:
         return None
     number = isinstance(given, int | float | np.integer | np.floating) and given is not True
     if number and to_seconds(now) < given < FAR_OFF_S:  # type: ignore[operator]
-        return max(math.ceil(float(given) * TICKS_PER_S), now + 1)  # type: ignore[arg-type]
+        tick = to_ticks(float(given))  # type: ignore[arg-type]
+        return tick + (to_seconds(tick) < given)  # type: ignore[operator]
     raise ImpossibleError(f"wants to wake at {shown_short(given)}; expected finite seconds after now, or None")
 
 
