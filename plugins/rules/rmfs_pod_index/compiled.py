@@ -178,6 +178,15 @@ def bring(available, pod, station, sign, shelves, items):  # type: ignore[no-unt
 
 
 @njit(cache=True)
+def brought_so_far(pods, last, n_stations, shelves, items):  # type: ignore[no-untyped-def]
+    """Return the items of each SKU that pods have free, at the stations where they go last: each counts once."""
+    available = np.zeros((n_stations, len(shelves.first_with) - 1), np.int64)
+    for pod in pods:
+        bring(available, pod, last[pod], 1, shelves, items)
+    return available
+
+
+@njit(cache=True)
 def visit_shares(first, wanted, available, shelves, items, cost_s):  # type: ignore[no-untyped-def]
     """Seconds of a visit for each line of a SKU that no pod at or bound for a station has."""
     number = np.zeros(len(shelves.first) - 1, np.int64)
@@ -200,13 +209,13 @@ def visit_shares(first, wanted, available, shelves, items, cost_s):  # type: ign
 
 
 @njit(cache=True)
-def urges(lines, pods, shelves, items, urge_ticks):  # type: ignore[no-untyped-def]
+def urges(lines, n_pods, shelves, items, urge_ticks):  # type: ignore[no-untyped-def]
     """Return the ages of the untaken lines that each pod has items for, added up, and the number of these lines.
 
     Of sums that are large enough, one is as good as another.
     """
     order, age, untaken, by_sku, first, wanted = lines
-    total, number = np.zeros(len(pods), np.int64), np.zeros(len(pods), np.int64)
+    total, number = np.zeros(n_pods, np.int64), np.zeros(n_pods, np.int64)
     for sku in wanted:
         ages, n = 0, 0
         for k in range(first[sku], first[sku + 1]):
@@ -224,48 +233,33 @@ def urges(lines, pods, shelves, items, urge_ticks):  # type: ignore[no-untyped-d
 
 
 @njit(cache=True)
-def next_urgent(lines, pods, shelves, items, urge_ticks):  # type: ignore[no-untyped-def]
-    """Ticks until the ages of the lines of a pod that is not urgent add up to so many; NONE for never."""
-    total, number = urges(lines, pods, shelves, items, urge_ticks)
-    soonest = NONE
-    for pod in range(len(pods)):
-        if pods[pod] and number[pod] and total[pod] < urge_ticks:
+def next_urgent(lines, n_pods, shelves, items, urge_ticks):  # type: ignore[no-untyped-def]
+    """Ticks until the ages of the lines of the next pod add up to so many, NONE for never; and whether one's do now."""
+    total, number = urges(lines, n_pods, shelves, items, urge_ticks)
+    soonest, urgent_now = NONE, False
+    for pod in range(n_pods):
+        urgent_now = urgent_now or total[pod] >= urge_ticks
+        if number[pod] and total[pod] < urge_ticks:
             ticks = -((total[pod] - urge_ticks) // number[pod])
             if soonest == NONE or ticks < soonest:
                 soonest = ticks
-    return soonest
+    return soonest, urgent_now
 
 
 @njit(cache=True)
-def seconds(p, line, handle_s):  # type: ignore[no-untyped-def]
-    """Seconds of a line: handling, and its share of a visit."""
-    return handle_s * p.quantity[line] + p.share[p.sku[line]]
-
-
-@njit(cache=True)
-def worth(p, line, weights):  # type: ignore[no-untyped-def]
-    """What a line is worth."""
-    order = p.order[line]
-    if p.left[order] < 0:
-        at = line
-        while at > 0 and p.order[at - 1] == order:
-            at -= 1
-        total = 0.0
-        while at < len(p.order) and p.order[at] == order:
-            if p.untaken[at]:
-                total += seconds(p, at, weights.handle_s)
-            at += 1
-        p.left[order] = total
-        set_power(p, order, weights.finish)
-    return seconds(p, line, weights.handle_s) / p.power[order]
-
-
-@njit(cache=True)
-def set_power(p, order, finish):  # type: ignore[no-untyped-def]
-    """Keep what the seconds of an order's lines are divided by."""
-    p.power[order] = p.left[order] ** finish
-    if len(p.factor):
-        p.power[order] /= p.factor[order]
+def look_at(line, order, sku, quantity, share, untaken, factor, left, power, weights):  # type: ignore[no-untyped-def]
+    """Work out, for the order of a line, what the seconds of its lines are divided by for their worth."""
+    at, whose = line, order[line]
+    while at > 0 and order[at - 1] == whose:
+        at -= 1
+    left[whose] = 0.0
+    while at < len(order) and order[at] == whose:
+        if untaken[at]:
+            left[whose] += weights.handle_s * quantity[at] + share[sku[at]]
+        at += 1
+    power[whose] = left[whose] ** weights.finish
+    if len(factor):
+        power[whose] /= factor[whose]
 
 
 @njit(cache=True)
@@ -283,21 +277,29 @@ def fits(p, line, station, packing):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def best_covered(p, station, more_than, weights):  # type: ignore[no-untyped-def]
-    """Line of the largest worth that the pods of a station cover, the oldest of equals; NONE where they cover none.
+    """Line of the largest worth that the pods of a station cover, the oldest of equals, and its worth; NONE for none.
 
     Of lines that want more items of their SKU than ``more_than`` has alone.
     """
-    best, most = NONE, 0.0
+    # Each name for what a period has is given outside of the loops: to look it up takes longer than what they do
+    order, sku_of, quantity, share, untaken = p.order, p.sku, p.quantity, p.share, p.untaken
+    left, power, factor, by_sku, first, here = p.left, p.power, p.factor, p.by_sku, p.first, p.available[station]
+    plain = not (weights.packing or p.counts_orders[station])
+    room, best, most = p.room[station], NONE, 0.0
     for sku in p.wanted:
-        available = p.available[station, sku]
-        if available > 0:
-            for k in range(p.first[sku], p.first[sku + 1]):
-                line = p.by_sku[k]
-                if more_than[sku] < p.quantity[line] <= available and fits(p, line, station, weights.packing):
-                    w = worth(p, line, weights)
+        if here[sku] > 0:
+            for k in range(first[sku], first[sku + 1]):
+                line = by_sku[k]
+                q = quantity[line]
+                if not untaken[line] or q <= more_than[sku] or q > here[sku]:
+                    continue
+                if q <= room if plain else fits(p, line, station, weights.packing):
+                    if left[order[line]] < 0:
+                        look_at(line, order, sku_of, quantity, share, untaken, factor, left, power, weights)
+                    w = (weights.handle_s * q + share[sku]) / power[order[line]]
                     if best == NONE or w > most or (w == most and line < best):
                         best, most = line, w
-    return best
+    return best, most
 
 
 @njit(cache=True)
@@ -306,7 +308,7 @@ def urgent(p, shelves, weights):  # type: ignore[no-untyped-def]
     if not (p.count[AT_WORK] and weights.urge_ticks):
         return p.movable
     lines = (p.order, p.age, p.untaken, p.by_sku, p.first, p.wanted)
-    total, _ = urges(lines, p.movable, shelves, p.items, weights.urge_ticks)
+    total, _ = urges(lines, len(p.movable), shelves, p.items, weights.urge_ticks)
     return p.movable & (total >= weights.urge_ticks)
 
 
@@ -345,21 +347,30 @@ def best_pods(p, station, bound, pods, shelves, weights):  # type: ignore[no-unt
 @njit(cache=True)
 def wanted_there(p, station, weights):  # type: ignore[no-untyped-def]
     """Return worth and items of the lines that a station does not cover, by SKU, and where those of each SKU are."""
-    w, q = np.empty(len(p.order)), np.empty(len(p.order), np.int64)
-    start, end = np.zeros(len(p.share), np.int64), np.zeros(len(p.share), np.int64)
-    number = 0
+    order, sku_of, quantity, share, untaken = p.order, p.sku, p.quantity, p.share, p.untaken
+    left, power, factor, by_sku, first, available = p.left, p.power, p.factor, p.by_sku, p.first, p.available
+    plain = not (weights.packing or p.counts_orders[station])
+    room, number = p.room[station], 0
+    w, q = np.empty(len(order)), np.empty(len(order), np.int64)
+    start, end = np.zeros(len(share), np.int64), np.zeros(len(share), np.int64)
     for sku in p.wanted:
         start[sku] = number
-        other = 0
-        for i in range(len(p.available)):
+        other, here = 0, available[station, sku]
+        for i in range(len(available)):
             if i != station:
-                other = max(other, p.available[i, sku])
-        for k in range(p.first[sku], p.first[sku + 1]):
-            line = p.by_sku[k]
-            if p.quantity[line] > p.available[station, sku] and fits(p, line, station, weights.packing):
-                w[number], q[number] = worth(p, line, weights), p.quantity[line]
-                if q[number] <= other:
+                other = max(other, available[i, sku])
+        for k in range(first[sku], first[sku + 1]):
+            line = by_sku[k]
+            items = quantity[line]
+            if not untaken[line] or items <= here:
+                continue
+            if items <= room if plain else fits(p, line, station, weights.packing):
+                if left[order[line]] < 0:
+                    look_at(line, order, sku_of, quantity, share, untaken, factor, left, power, weights)
+                w[number] = (weights.handle_s * items + share[sku]) / power[order[line]]
+                if items <= other:
                     w[number] *= weights.elsewhere
+                q[number] = items
                 number += 1
         end[sku] = number
     return w, q, start, end
@@ -369,6 +380,7 @@ def wanted_there(p, station, weights):  # type: ignore[no-untyped-def]
 def gains(p, station, rate, w, q, start, end, pods, shelves):  # type: ignore[no-untyped-def]
     """Return what each pod brings beyond a rate."""
     values = np.zeros(len(pods))
+    first_with, by_sku, pod_of, held_items, here = shelves.first_with, shelves.by_sku, shelves.pod, p.items, p.available
     for sku in p.wanted:
         whole, items = 0.0, 0
         for k in range(start[sku], end[sku]):
@@ -377,11 +389,10 @@ def gains(p, station, rate, w, q, start, end, pods, shelves):  # type: ignore[no
                 whole += gain
                 items += q[k]
         if items:
-            for e in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
-                entry = shelves.by_sku[e]
-                pod, held = shelves.pod[entry], p.items[entry]
+            for e in range(first_with[sku], first_with[sku + 1]):
+                pod, held = pod_of[by_sku[e]], held_items[by_sku[e]]
                 if held > 0 and pods[pod]:
-                    held += p.available[station, sku]
+                    held += here[station, sku]
                     if items <= held:
                         values[pod] += whole
                     else:
@@ -452,19 +463,11 @@ def take(p, line, station, weights):  # type: ignore[no-untyped-def]
             p.placed[station, order] = True
     else:
         p.room[station] -= quantity
-    p.left[order] -= seconds(p, line, weights.handle_s)
     p.untaken[line] = False
     p.available[station, p.sku[line]] -= quantity
-    at, rest = line, False
-    while at > 0 and p.order[at - 1] == order:
-        at -= 1
-    while at < len(p.order) and p.order[at] == order:
-        rest = rest or p.untaken[at]
-        at += 1
-    if rest:
-        set_power(p, order, weights.finish)
-    else:
-        p.count[COMPLETED] += 1
+    look_at(line, p.order, p.sku, p.quantity, p.share, p.untaken, p.factor, p.left, p.power, weights)
+    rest = p.left[order] > 0
+    p.count[COMPLETED] += not rest
     if weights.packing and not p.before[order]:
         split = rest or p.parts[order] > 1
         p.count[PACKING_ROOM] += int(p.split[order]) - int(split)
@@ -474,9 +477,10 @@ def take(p, line, station, weights):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def scattered(p, station, pods, shelves, packing):  # type: ignore[no-untyped-def]
     """Find the pods of the oldest line that wants several items, which they have together; return it, NONE for none."""
-    for line in range(len(p.order)):
-        missing = p.quantity[line] - p.available[station, p.sku[line]]
-        if p.quantity[line] > 1 and missing > 0 and fits(p, line, station, packing):
+    quantity, sku, here = p.quantity, p.sku, p.available[station]
+    for line in range(len(quantity)):
+        missing = quantity[line] - here[sku[line]]
+        if quantity[line] > 1 and missing > 0 and fits(p, line, station, packing):
             for k in range(shelves.first_with[p.sku[line]], shelves.first_with[p.sku[line] + 1]):
                 entry = shelves.by_sku[k]
                 if pods[shelves.pod[entry]]:
@@ -500,11 +504,11 @@ def advance(p, shelves, weights, nothing):  # type: ignore[no-untyped-def]
     while True:
         while p.count[AT] < p.count[LENGTH]:
             station = p.turn[p.count[AT]]
-            line = best_covered(p, station, nothing, weights)
+            line, most = best_covered(p, station, nothing, weights)
             if p.inbound[station] < weights.most_pods:
                 bound = 0.0
                 if line != NONE:
-                    bound = weights.stay * worth(p, line, weights) / (weights.handle_s * p.quantity[line])
+                    bound = weights.stay * most / (weights.handle_s * p.quantity[line])
                 pods = urgent(p, shelves, weights)
                 best_pods(p, station, bound, pods, shelves, weights)
                 if p.count[FOUND] > 1:
@@ -528,16 +532,16 @@ def bring_pods(p, shelves, weights):  # type: ignore[no-untyped-def]
     before = p.available[station].copy()
     for k in range(p.count[FOUND]):
         send(p, p.found[k], station, shelves)
-    end_turn(p, station, best_covered(p, station, before, weights), weights)
+    line, _ = best_covered(p, station, before, weights)
+    end_turn(p, station, line, weights)
 
 
 @njit(cache=True)
 def end_turn(p, station, line, weights):  # type: ignore[no-untyped-def]
     """Take a line, or leave the station's places free."""
-    if line == NONE:
-        p.open[station] = False
-    else:
+    if line != NONE:
         take(p, line, station, weights)
+    p.open[station] = line != NONE and (p.room[station] > 0 or p.counts_orders[station])
     p.count[AT] += 1
 
 

@@ -28,8 +28,8 @@ from rmfs_pod_index.compiled import (
     Shelves,
     Weights,
     advance,
-    bring,
     bring_pods,
+    brought_so_far,
     next_urgent,
     sorted_by_sku,
     unknown,
@@ -40,7 +40,9 @@ from rmfs_rule_helpers import ticks_to_station
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
-    from rmfs_core.warehouse import WarehouseView
+    from rmfs_core.warehouse import Order, WarehouseView
+
+NEVER = 1 << 62
 
 
 @define(kw_only=True)
@@ -168,23 +170,24 @@ class PodIndex:
         """Take lines and send pods, one after another, until the places are taken or left free."""
         room = [station.free_capacity for station in warehouse.stations]
         known = self._about(warehouse)
-        if not any(room) or known.settled == _settled(warehouse, room, len(warehouse.backlog)):
-            known.settled = None
+        if not any(room) or known.nothing_to_do(warehouse, room):
             return JointDecision()
         return _Deciding(self, known, warehouse, room).decision()
 
     @hookimpl
     def wake_at(self, warehouse: WarehouseView) -> float | None:
-        """Return when the ages of the lines of a pod that waits will add up, if a station would take it."""
-        stations = warehouse.stations
-        waits = self.urge_s and any(station.load for station in stations) and warehouse.backlog
+        """Return when the ages of the lines of a pod will add up, if a station could take it then."""
+        stations, backlog = warehouse.stations, warehouse.backlog
+        waits = self.urge_s and backlog and any(station.load for station in stations)
         if not waits or not any(s.free_capacity and len(s.inbound_pods) < self.most_pods for s in stations):
             return None
         known = self._about(warehouse)
-        seen = _Seen(self, known, warehouse)
-        lines = (seen.lines.order, seen.ages(), np.ones(len(seen.lines.order), np.bool_), *seen.sorted)
-        ticks = next_urgent(lines, seen.movable(), known.shelves, seen.items, to_ticks(self.urge_s))
-        return None if ticks == NONE else to_seconds(warehouse.now_tick + ticks)
+        if backlog is not known.quiet:
+            seen = _Seen(self, known, warehouse)
+            tick, _ = seen.next_urgent(seen.ages(), np.ones(len(seen.lines.order), np.bool_))
+        else:
+            tick = known.quiet_until
+        return None if tick == NEVER else to_seconds(tick)
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load the compiled period, or compile it."""
@@ -210,7 +213,25 @@ class _Known:
         self.due_s = np.zeros(0)
         self.priority = np.zeros(0)
         self.equal = True
+        self.largest = 0
         self.settled: tuple[object, ...] | None = None
+        self.quiet: Sequence[Order] | None = None
+        self.quiet_until = NEVER
+
+    def nothing_to_do(self, warehouse: WarehouseView, room: Sequence[int]) -> bool:
+        """Whether the last decision left free what it could not fill, and nothing has come since that could.
+
+        What pods have free at their stations only becomes less, so with the same backlog no line is covered that was
+        not; and no pod is sent until one is urgent.
+        """
+        backlog, tick = warehouse.backlog, warehouse.now_tick
+        if self.settled == (tick, len(backlog), *room, *(len(station.inbound_pods) for station in warehouse.stations)):
+            self.settled = None
+            self.quiet = backlog if self.quiet_until != NEVER else None
+            return True
+        self.settled = None
+        at_work = any(station.load for station in warehouse.stations)
+        return backlog is self.quiet and tick < self.quiet_until and at_work and min(room) >= self.largest
 
     def learn(self, warehouse: WarehouseView, ids: NDArray[np.int64]) -> None:
         """Look at the orders that have come since the last time."""
@@ -224,11 +245,6 @@ class _Known:
             self.due_s[i] = np.inf if order.due_s is None else order.due_s
             self.priority[i] = order.priority
             self.equal = self.equal and order.due_s is None and not order.priority
-
-
-def _settled(warehouse: WarehouseView, room: Sequence[int], orders: int) -> tuple[object, ...]:
-    """What is the same when a rule is asked at once again, after it has left free what it could not fill."""
-    return warehouse.now_tick, orders, *room, *(len(station.inbound_pods) for station in warehouse.stations)
 
 
 class _Seen:
@@ -250,6 +266,13 @@ class _Seen:
     def ages(self) -> NDArray[np.int64]:
         """Of each order, its age in ticks, and what a line counts besides."""
         return self.warehouse.now_tick + to_ticks(self.rule.base_s) - self.known.arrival[self.ids]
+
+    def next_urgent(self, ages: NDArray[np.int64], untaken: NDArray[np.bool_]) -> tuple[int, bool]:
+        """Return the tick at which the ages of the lines of the next pod add up, or NEVER; and whether one's do now."""
+        lines = (self.lines.order, ages, untaken, *self.sorted)
+        pods, shelves = len(self.warehouse.pods), self.known.shelves
+        ticks, urgent_now = next_urgent(lines, pods, shelves, self.items, to_ticks(self.rule.urge_s))
+        return NEVER if ticks == NONE else self.warehouse.now_tick + int(ticks), bool(urgent_now)
 
     def factors(self) -> NDArray[np.float64]:
         """Of each order, how many times more a line of it is worth; empty where all are equal."""
@@ -278,13 +301,10 @@ class _Deciding(_Seen):
         stations, pods, lines = warehouse.stations, warehouse.pods, self.lines
         orders, packing = len(self.ids), rule.packing_capacity is not None
         waits = bool(rule.urge_s)
-        available = np.zeros((len(stations), warehouse.n_skus), np.int64)
-        last = np.full(len(pods), NONE)
-        for station in stations:
-            for pod in station.inbound_pods:
-                if last[pod.id] == NONE:  # its free items count once, where it goes last
-                    last[pod.id] = pod.bound_for[-1]
-                    bring(available, pod.id, last[pod.id], 1, known.shelves, self.items)
+        bound = {pod.id: pod.bound_for[-1] for station in stations for pod in station.inbound_pods}
+        inbound, last = np.array([*bound], np.int64), np.full(len(pods), NONE)
+        last[inbound] = [*bound.values()]
+        available = brought_so_far(inbound, last, len(stations), known.shelves, self.items)
         by_sku, first, wanted = self.sorted
         counts_orders = np.array([station.counts_orders for station in stations], np.bool_)
         backlog = warehouse.backlog if packing else ()
@@ -341,9 +361,16 @@ class _Deciding(_Seen):
         ):
             parts.setdefault((order, station), []).append(sku)
         trips = [PodTrip(pod, station) for pod, station in period.sends[: period.count[SENDS]].tolist()]
+        known.quiet, known.quiet_until = None, NEVER
         if rule.elsewhere and rule.packing_capacity is None and not warehouse.filtered:
             left = len(warehouse.backlog) - int(period.count[COMPLETED])
             known.settled = warehouse.now_tick, left, *period.room.tolist(), *period.inbound.tolist()
+            if rule.urge_s and not period.counts_orders.any():
+                until, urgent_now = self.next_urgent(period.age, period.untaken)
+                known.quiet_until = NEVER if urgent_now else until
+                known.largest = int(self.lines.quantity.max(initial=0))
+                if not (parts or trips or urgent_now):
+                    known.quiet = warehouse.backlog
         return JointDecision(
             [OrderAssignment(order, station, tuple(skus)) for (order, station), skus in parts.items()], trips
         )
@@ -399,11 +426,11 @@ def prepare(rule: PodIndex) -> None:
     by_sku, first = sorted_by_sku(zero, 1)
     wanted = wanted_skus(first)
     shelves = Shelves(np.array([0, 1]), zero, zero, first, by_sku)
-    available, free = np.zeros((1, 1), np.int64), np.ones(1, np.bool_)
-    bring(available, 0, 0, 0, shelves, one)
+    free = np.ones(1, np.bool_)
+    available = brought_so_far(np.zeros(0, np.int64), np.zeros(1, np.int64), 1, shelves, one)
     share = visit_shares(first, wanted, available, shelves, one, rule.cost_s)
     ages = np.ones(1, np.int64)
-    next_urgent((zero, ages, free, by_sku, first, wanted), free, shelves, one, 1)
+    next_urgent((zero, ages, free, by_sku, first, wanted), 1, shelves, one, 1)
     none, no_orders = np.zeros(0, np.bool_), np.zeros((0, 0), np.bool_)
     period = Period(
         zero, zero, one, ages, np.zeros(0), by_sku, first, wanted, share, np.full(1, -1.0), np.empty(1), free.copy(),
