@@ -169,6 +169,24 @@ class FilterHooks:
         """
 
 
+class TimeHooks:
+    """Any rule that decides may answer these, besides what it decides; each is asked on its own."""
+
+    @hookspec(firstresult=True)
+    def wake_at(self, warehouse: WarehouseView, rng: np.random.Generator) -> float | None:
+        """Say at what time to decide again, even if nothing happens until then: waves, or a wait until it pays.
+
+        Called after each decision round; ``warehouse`` has the whole backlog. The earliest answer makes the next round,
+        unless something else does before: then all are asked anew. This is no decision; observers are not told of it.
+
+        Returns
+        -------
+        float | None
+            Simulated seconds, later than ``warehouse.now_s``; the round is at the first tick that is not before. None
+            to wait for nothing. A run with nothing but 100,000 such rounds in a row stands still.
+        """
+
+
 class ObserverHooks:
     """Every registered observer is told everything. Metrics, tables, trace and display are observers too."""
 

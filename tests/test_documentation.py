@@ -24,7 +24,7 @@ from rmfs_cli.description import Parameter, RuleDescription, installed_rules
 from rmfs_cli.summary import GAPS, PROFILE
 from rmfs_core import hookspecs, run
 from rmfs_core.cli import rmfs
-from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks
+from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks, TimeHooks
 from rmfs_core.results.catalogue import METRICS, TIMING
 from rmfs_core.rules.hooks import marked_methods
 from rmfs_core.rules.traits import NEEDS
@@ -58,7 +58,7 @@ def hooks_of(*groups: type) -> dict[str, str]:
     }
 
 
-HOOKS = hooks_of(DecisionHooks, FilterHooks, ObserverHooks)
+HOOKS = hooks_of(DecisionHooks, FilterHooks, TimeHooks, ObserverHooks)
 
 
 PREAMBLE, *_EXAMPLES = re.split(r"^@define\n", page("reference/hook_examples.py"), flags=re.MULTILINE)
@@ -89,7 +89,7 @@ def run_example(hook: str, code: str) -> ConformanceReport:
 
 def test_every_hook_has_its_row_and_its_arguments() -> None:
     """Each hook is in the table of the reference, which shows its docstring; and that tells what the arguments are."""
-    for group in (DecisionHooks, FilterHooks, ObserverHooks):
+    for group in (DecisionHooks, FilterHooks, TimeHooks, ObserverHooks):
         for name, hook in vars(group).items():
             if name.startswith("_"):
                 continue
@@ -105,7 +105,7 @@ def test_every_hook_has_its_row_and_its_arguments() -> None:
 
 def test_every_hook_has_a_description_and_an_example() -> None:
     """Nothing is missing."""
-    assert len(HOOKS) == 13
+    assert len(HOOKS) == 14
     assert gaps_in_hooks(HOOKS) == []
 
 

@@ -73,6 +73,20 @@ class TwentyOldest:
 
 
 @define
+class Waves:
+    wave_s: float = 900
+
+    @hookimpl
+    def filter_backlog(self, warehouse, orders):
+        latest = warehouse.now_s // self.wave_s * self.wave_s
+        return [order for order in orders if order.arrival_s <= latest]
+
+    @hookimpl
+    def wake_at(self, warehouse):
+        return (warehouse.now_s // self.wave_s + 1) * self.wave_s if warehouse.backlog else None
+
+
+@define
 class Announce:
     @hookimpl
     def run_started(self, run):

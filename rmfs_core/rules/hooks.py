@@ -11,11 +11,12 @@ import attrs
 import pluggy
 
 from rmfs_core.errors import InputError
-from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks
+from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks, TimeHooks
 from rmfs_core.roles import Role
 from rmfs_core.wording import did_you_mean, listed
 
-SPECIFICATIONS = (DecisionHooks, FilterHooks, ObserverHooks)
+SPECIFICATIONS = (DecisionHooks, FilterHooks, TimeHooks, ObserverHooks)
+WAKE = "wake_at"
 
 
 def new_manager() -> pluggy.PluginManager:

@@ -15,6 +15,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.rules.hooks import (
     OBSERVER_HOOKS,
+    WAKE,
     check_hooks,
     check_rule_class,
     decided,
@@ -52,6 +53,8 @@ class BoundRule:
     hook
         Calls the role's hook of this rule and of no other. (Observers are called together, through
         ``RuleSet.pm.hook``.)
+    wake
+        Asks it when to wake up; None for a rule that does not implement `wake_at`.
     """
 
     role: Role
@@ -59,6 +62,7 @@ class BoundRule:
     instance: Any
     traits: RuleTraits
     hook: pluggy.HookCaller
+    wake: pluggy.HookCaller | None = None
 
     @property
     def name(self) -> str:
@@ -257,7 +261,7 @@ class _Created:
     source: RuleSource
     instance: Any
     traits: RuleTraits
-    hooks: set[str] = field(factory=lambda: set(OBSERVER_HOOKS))
+    hooks: set[str] = field(factory=lambda: {*OBSERVER_HOOKS, WAKE})
     registered: _Registered | None = None
 
 
@@ -284,8 +288,9 @@ def _bind(
     bound = []
     for (role, _, _), one in zip(chosen, ones, strict=True):
         others = [plugin for plugin in manager.get_plugins() if plugin is not one.registered]
-        hook = manager.subset_hook_caller(role.hook, remove_plugins=others)
-        bound.append(BoundRule(role, one.source, one.instance, one.traits, hook))
+        hook, wake = (manager.subset_hook_caller(name, remove_plugins=others) for name in (role.hook, WAKE))
+        wakes = wake if wake.get_hookimpls() else None
+        bound.append(BoundRule(role, one.source, one.instance, one.traits, hook, wakes))
     return manager, bound
 
 

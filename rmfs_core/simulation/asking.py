@@ -7,6 +7,8 @@ import time
 from collections.abc import Callable, Container, Mapping, Sequence
 from typing import Any, TypeVar
 
+import pluggy
+
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import RuleError
 from rmfs_core.events import Event
@@ -112,24 +114,24 @@ class Asker:
         self.seconds: dict[str, float] = {}
         self.tables_in: dict[str, float] = {}
 
-    def ask(self, rule: BoundRule, **arguments: Any) -> tuple[Any, float]:
-        """Call the rule's hook; return its answer and the wall-clock seconds it took.
+    def ask(self, rule: BoundRule, hook: pluggy.HookCaller | None = None, **arguments: Any) -> tuple[Any, float]:
+        """Call the rule's hook, or one of which observers are not told; return its answer and the seconds it took.
 
         Raises
         ------
         RuleError
             When the rule raises or takes longer than the limit.
         """
-        name = rule.hook.name
-        observers, travel = self._observers, self.warehouse.travel
+        name, called = (hook or rule.hook).name, hook or rule.hook
+        observers, travel = self._observers if hook is None else None, self.warehouse.travel
         if observers is not None:
             question = self._question(rule, arguments)
             observers.call(observers.hooks.rule_asked, question=question)
         tables, start = travel.seconds, time.perf_counter()
         try:
-            answer = rule.hook(**arguments)
+            answer = called(**arguments)
         except (Exception, SystemExit, GeneratorExit) as error:  # whatever a rule does, the run ends in order
-            raise self.error(rule, f"raised {_raised(error)}") from error
+            raise self.error(rule, f"raised {_raised(error)}", hook) from error
         seconds = time.perf_counter() - start
         self.seconds[name] = self.seconds.get(name, 0.0) + seconds
         self.tables_in[name] = self.tables_in.get(name, 0.0) + travel.seconds - tables
@@ -138,7 +140,8 @@ class Asker:
             told = list(answer) if isinstance(answer, list) else answer  # a list is the one answer that can be changed
             observers.call(observers.hooks.rule_answered, question=question, answer=told)
         if self._limit_s is not None and seconds > self._limit_s:
-            raise self.error(rule, f"took {seconds:.3g} s; the scenario allows run.decision_limit_s = {self._limit_s}")
+            problem = f"took {seconds:.3g} s; the scenario allows run.decision_limit_s = {self._limit_s}"
+            raise self.error(rule, problem, hook)
         return answer, seconds
 
     def _question(self, rule: BoundRule, arguments: dict[str, Any]) -> Question:
@@ -146,16 +149,16 @@ class Asker:
         view, rng = arguments["warehouse"], arguments["rng"]
         return Question(rule.role, rule.name, rule.hook.name, view, rng, self.period, asked)
 
-    def apply(self, rule: BoundRule, check: Callable[[], T]) -> T:
+    def apply(self, rule: BoundRule, check: Callable[[], T], hook: pluggy.HookCaller | None = None) -> T:
         """Run a check, or a change that checks itself, and name the rule when it finds the decision impossible."""
         try:
             return check()
         except ImpossibleError as problem:
-            raise self.error(rule, str(problem)) from None
+            raise self.error(rule, str(problem), hook) from None
 
-    def error(self, rule: BoundRule, problem: str) -> RuleError:
+    def error(self, rule: BoundRule, problem: str, hook: pluggy.HookCaller | None = None) -> RuleError:
         """Return the error that names rule, distribution, hook, simulated time and the problem."""
-        return fault(self.warehouse, rule.describe(), rule.hook.name, problem)
+        return fault(self.warehouse, rule.describe(), (hook or rule.hook).name, problem)
 
 
 def fault(warehouse: Warehouse, name: str, hook: str, problem: str) -> RuleError:

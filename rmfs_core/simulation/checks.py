@@ -8,16 +8,18 @@ from typing import TypeVar
 
 import numpy as np
 
-from rmfs_core.clock import to_seconds
+from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.decisions import Leg, OrderAssignment, PodTrip, TaskAssignment
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.traffic import ReservedError
 from rmfs_core.warehouse import Order, Pod, Request, Robot, Station, Warehouse
+from rmfs_core.wording import shown_short
 from rmfs_core.world import Layout
 
 T = TypeVar("T")
 LONGEST_WAIT_TICKS = 30 * 86_400_000
 """A leg may wait 30 days: longer than any traffic jam of the slowest robots, short enough for exact sums of ticks."""
+FAR_OFF_S = 1e12
 
 
 def whole(what: str, value: object) -> int:
@@ -155,6 +157,17 @@ def storage_location(warehouse: Warehouse, pod: Pod, given: object) -> int:
             what = f"{layout.where(cell)} (cell {cell}), which is taken"
         raise ImpossibleError(f"stores pod {pod.label} at {what}")
     return cell
+
+
+def wake_tick(now: int, given: object) -> int | None:
+    """Check when a rule wants to wake up; return the first tick that is not before it, None for never."""
+    if given is None:
+        return None
+    number = isinstance(given, int | float | np.integer | np.floating) and given is not True
+    if number and to_seconds(now) < given < FAR_OFF_S:  # type: ignore[operator]
+        tick = to_ticks(float(given))  # type: ignore[arg-type]
+        return tick + (to_seconds(tick) < given)  # type: ignore[operator]
+    raise ImpossibleError(f"wants to wake at {shown_short(given)}; expected finite seconds after now, or None")
 
 
 def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, legs: Sequence[Leg]) -> list[Leg]:

@@ -34,6 +34,9 @@ from rmfs_core.warehouse import Pod, Request, Robot, Station
 from rmfs_core.wording import one_line
 from rmfs_core.world import Instance, Layout
 
+MOST_ALARMS = 100_000
+"""Rounds in a row that rules may wake up for: once a second for a day. More, and they wait for what never happens."""
+
 
 class Simulation:
     """One run.
@@ -105,7 +108,7 @@ class Simulation:
         orders = len(self.warehouse.orders)
         while self._completed < orders:
             upcoming = self.env.peek()
-            if upcoming == math.inf:
+            if upcoming == math.inf or self.decisions.alarms_in_a_row > MOST_ALARMS:
                 raise StandstillError(self._standstill())
             if end is not None and upcoming > end:
                 self.warehouse.advance(end)

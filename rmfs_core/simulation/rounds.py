@@ -38,15 +38,25 @@ class Decisions:
         assigning = run.rules.poa_pps or run.rules.poa
         assert assigning is not None
         self.assigning: BoundRule = assigning
+        # when to wake up: a rule that plays several roles is asked once
+        self._waking = list({id(rule.instance): rule for rule in run.rules.deciding if rule.wake is not None}.values())
+        self._alarm: int | None = None
+        self._alarms: set[int] = set()
+        self.alarms_in_a_row = 0
 
     def round(self) -> None:
-        """Decide all that can be decided now."""
+        """Decide all that can be decided now, and hear when to do so again."""
+        self.alarms_in_a_row = 0
+        self._decide()
+
+    def _decide(self) -> None:
         while self.warehouse.fits_smallest(single_line=self.assigning.traits.splits_over_time):
             if not self._assign_orders():
                 break
         if self.rules.pps is not None:
             self._select_pods(self.rules.pps)
         self._assign_tasks()
+        self._set_alarm()
 
     def storage_location(self, pod: Pod) -> int:
         """Ask PR where a pod goes back to, and keep the place free for it."""
@@ -118,6 +128,25 @@ class Decisions:
         rule = self.rules.ta
         answer, _ = self._run.ask(rule)
         self._apply(rule, lambda: apply_tasks(self.warehouse, answer, self._keep, self._start_task))
+
+    # Time
+
+    def _set_alarm(self) -> None:
+        """Ask when to wake up. No alarm is taken back: one that is not what the last answers say rings for nothing."""
+        self._alarm = min((tick for tick in map(self._wake_tick, self._waking) if tick is not None), default=None)
+        if self._alarm is not None and self._alarm not in self._alarms:
+            self._alarms.add(self._alarm)
+            self._run.after(self._alarm - self.warehouse.now).callbacks.append(self._ring)
+
+    def _wake_tick(self, rule: BoundRule) -> int | None:
+        answer, _ = self._run.ask(rule, hook=rule.wake)
+        return self.asker.apply(rule, lambda: checks.wake_tick(self.warehouse.now, answer), rule.wake)
+
+    def _ring(self, _: object) -> None:
+        self._alarms.remove(self.warehouse.now)
+        if self.warehouse.now == self._alarm:
+            self.alarms_in_a_row += 1
+            self._decide()
 
     def _apply(self, rule: BoundRule, apply: Callable[[], T]) -> T:
         """Check and apply a decision. Observers are told when all of it was possible; else of nothing."""

@@ -137,16 +137,17 @@ class BacklogLines:
     ----------
     order
         Position of the line's order in ``WarehouseView.backlog``, int64, shape (n,).
-    sku, quantity
-        SKU id and number of items, int64, shape (n,).
+    order_id, sku, quantity
+        Ids of order and SKU, and number of items, int64, shape (n,).
     """
 
     order: NDArray[np.int64]
+    order_id: NDArray[np.int64]
     sku: NDArray[np.int64]
     quantity: NDArray[np.int64]
 
     def __attrs_post_init__(self) -> None:
-        for array in (self.order, self.sku, self.quantity):
+        for array in (self.order, self.order_id, self.sku, self.quantity):
             array.setflags(write=False)
 
 
@@ -155,9 +156,8 @@ def lines_of(orders: Sequence[Order]) -> BacklogLines:
 
     For orders that are not the whole backlog; ``WarehouseView.backlog_lines`` is quicker.
     """
-    rows = [(i, line.sku, line.quantity) for i, order in enumerate(orders) for line in order.open_lines]
-    table = np.array(rows, dtype=np.int64).reshape(-1, 3)
-    return BacklogLines(order=table[:, 0], sku=table[:, 1], quantity=table[:, 2])
+    rows = [(i, order.id, line.sku, line.quantity) for i, order in enumerate(orders) for line in order.open_lines]
+    return BacklogLines(*np.array(rows, dtype=np.int64).reshape(-1, 4).T.copy())
 
 
 @frozen(eq=False)

@@ -390,7 +390,7 @@ class _Lines:
         order = self.order[self.current]
         position = np.zeros(len(order), dtype=np.int64)
         np.cumsum(order[1:] != order[:-1], out=position[1:])
-        return BacklogLines(position, self.sku[self.current], self.quantity[self.current])
+        return BacklogLines(position, order, self.sku[self.current], self.quantity[self.current])
 
 
 class _FreeItems:

@@ -57,6 +57,14 @@ class Second(First):
     pass
 
 @define
+class Waking(First):
+    also: int = 0
+
+    @hookimpl
+    def wake_at(self, warehouse):
+        return self.told("wake_at", None, now_s=warehouse.now_s)
+
+@define
 class Joint(Scripted):
     @hookimpl
     def assign_orders_and_pods(self, warehouse):

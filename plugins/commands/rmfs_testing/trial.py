@@ -94,7 +94,8 @@ class WatchedRule:
         traits = RuleTraits.of(self.instance, f"class {kind.__name__}", "it")
         hook: pluggy.HookCaller = getattr(self.manager.hook, role.hook)
         source = RuleSource(kind.__name__, kind, kind.__module__, "under test")
-        return BoundRule(role, source, self.instance, traits, hook)
+        wakes = self.manager.hook.wake_at if self.manager.hook.wake_at.get_hookimpls() else None
+        return BoundRule(role, source, self.instance, traits, hook, wakes)
 
     def begin(self, view: WarehouseView) -> None:
         """Forget the run before this one."""

@@ -1,4 +1,4 @@
-"""Scores of lines and pods, compiled."""
+"""A period of pod-index, compiled: what lines are worth, which pod is best, and what taking and sending change."""
 
 from __future__ import annotations
 
@@ -8,85 +8,313 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+Bools = NDArray[np.bool_]
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
 NONE = -1
 CLOSE = 1e-9
 """Relative difference up to which two indices count as equal: sums of the same numbers in another order may differ."""
 TINY = 1e-12
 """What sums of gains that are zero may come out as."""
 
-
-class Lines(NamedTuple):
-    """Open lines of the backlog, oldest order first.
-
-    Parameters
-    ----------
-    sku, quantity
-        SKU id and items of each line.
-    by_sku
-        The lines, sorted by SKU.
-    first
-        Where in ``by_sku`` those of SKU i begin; those of the next one begin where they end.
-    """
-
-    sku: NDArray[np.int64]
-    quantity: NDArray[np.int64]
-    by_sku: NDArray[np.int64]
-    first: NDArray[np.int64]
+DONE, TIE, GATHER = 0, 1, 2
+"""How `advance` ends: all is decided; several pods are as good; a line needs several pods."""
 
 
-class Contents(NamedTuple):
-    """What the pods hold.
+class Shelves(NamedTuple):
+    """Which pods have which SKUs; it never changes in a run.
 
     Parameters
     ----------
-    first
-        Where the entries of pod p begin; those of the next one begin where they end.
-    sku, items
-        SKU id and free items of each entry.
+    first, sku
+        Where the entries of pod p begin (those of the next one begin where they end), and the SKU id of each.
+    pod
+        Pod id of each entry.
+    first_with, by_sku
+        Where in ``by_sku`` the entries of SKU i begin.
     """
 
-    first: NDArray[np.int64]
-    sku: NDArray[np.int64]
-    items: NDArray[np.int64]
+    first: Ints
+    sku: Ints
+    pod: Ints
+    first_with: Ints
+    by_sku: Ints
+
+
+class Weights(NamedTuple):
+    """Parameters of the rule, as its class explains them."""
+
+    handle_s: float
+    cost_s: float
+    finish: float
+    visit_s: float
+    stay: float
+    elsewhere: float
+    most_pods: int
+    urge_ticks: int
+    packing: bool
+
+
+class Period(NamedTuple):
+    """A period under construction: what there is to take and to send, and what was so far.
+
+    Parameters
+    ----------
+    order, sku, quantity
+        Of each open line of the backlog, oldest order first: its order's position, SKU id and items.
+    age
+        Of each order: ticks since it came, and what a line counts besides; empty where no pod waits for that.
+    factor
+        Of each order: how many times a line of it is worth more; empty where all are equal.
+    by_sku, first, wanted
+        The lines sorted by SKU; where those of SKU i begin; the SKUs that have any, ascending.
+    share
+        Of each SKU: seconds of a visit that a line of it has to bear.
+    left
+        Of each order: seconds of its lines that are left; below 0 where not needed yet.
+    power
+        Of each order: what the seconds of a line are divided by for its worth.
+    untaken
+        Of each line: whether it may be taken.
+    items
+        Of each entry of the shelves: free items.
+    movable
+        Of each pod: whether it may be sent.
+    last
+        Of each pod: the station where it goes last, whose its free items are; NONE for none.
+    available
+        Items of each SKU that the pods of each station have free, shape (stations, SKUs).
+    room, inbound, counts_orders, open
+        Of each station: free places, pods at or bound for it, what its places are for, whether it may go on.
+    placed
+        Of each station that counts orders: which orders have a place there, shape (stations, orders).
+    split, single, before, parts
+        Of each order, where packing stations are full at some number of split orders: whether it is split; has one open
+        line; was split before; at how many stations this period has parts of it.
+    turn
+        Stations in the order of the turn.
+    takes, sends, found
+        (line, station) taken and (pod, station) sent so far; pods that are equally good.
+    count
+        Numbers: takes, sends, found, place in the turn, length of the turn, line or NONE, whether a station is at work,
+        room at the packing stations, orders of which all lines are taken.
+    """
+
+    order: Ints
+    sku: Ints
+    quantity: Ints
+    age: Ints
+    factor: Floats
+    by_sku: Ints
+    first: Ints
+    wanted: Ints
+    share: Floats
+    left: Floats
+    power: Floats
+    untaken: Bools
+    items: Ints
+    movable: Bools
+    last: Ints
+    available: Ints
+    room: Ints
+    inbound: Ints
+    counts_orders: Bools
+    open: Bools
+    placed: Bools
+    split: Bools
+    single: Bools
+    before: Bools
+    parts: Ints
+    turn: Ints
+    takes: Ints
+    sends: Ints
+    found: Ints
+    count: Ints
+
+
+TAKES, SENDS, FOUND, AT, LENGTH, LINE, AT_WORK, PACKING_ROOM, COMPLETED = range(9)
+"""Where in ``Period.count`` each number is."""
 
 
 @njit(cache=True)
-def line_costs(lines, pods, here, handle_s, cost_s):  # type: ignore[no-untyped-def]
-    """Seconds of each line: handling, and a share of a visit where no pod at or bound for a station has its SKU."""
-    most = np.zeros(len(lines.first) - 1, dtype=np.int64)
-    for pod in range(len(pods.first) - 1):
-        number = 0
-        for entry in range(pods.first[pod], pods.first[pod + 1]):
-            if pods.items[entry] > 0:
-                number += lines.first[pods.sku[entry] + 1] - lines.first[pods.sku[entry]]
-        for entry in range(pods.first[pod], pods.first[pod + 1]):
-            if pods.items[entry] > 0:
-                most[pods.sku[entry]] = max(most[pods.sku[entry]], number)
-    cost = handle_s * lines.quantity
-    for line in range(len(cost)):
-        sku = lines.sku[line]
-        if not here[sku] and most[sku] > 0:
-            cost[line] += cost_s / most[sku]
-    return cost
+def sorted_by_sku(sku, n_skus):  # type: ignore[no-untyped-def]
+    """Return entries or lines sorted by SKU, and where each SKU's begin."""
+    first = np.zeros(n_skus + 1, np.int64)
+    for i in sku:
+        first[i + 1] += 1
+    for i in range(n_skus):
+        first[i + 1] += first[i]
+    to, by_sku = first.copy(), np.empty(len(sku), np.int64)
+    for line in range(len(sku)):
+        by_sku[to[sku[line]]] = line
+        to[sku[line]] += 1
+    return by_sku, first
 
 
 @njit(cache=True)
-def best_covered(lines, worth, fits, available):  # type: ignore[no-untyped-def]
-    """Line of the largest worth that the pods of a station cover, the oldest of equals; NONE where they cover none."""
-    best = NONE
-    for sku in range(len(available)):
-        if available[sku] > 0:
-            for k in range(lines.first[sku], lines.first[sku + 1]):
-                line = lines.by_sku[k]
-                better = best == NONE or worth[line] > worth[best] or (worth[line] == worth[best] and line < best)
-                if better and fits[line] and lines.quantity[line] <= available[sku]:
-                    best = line
-    return best
+def wanted_skus(first):  # type: ignore[no-untyped-def]
+    """Return the SKUs that have lines, ascending."""
+    return np.flatnonzero(first[1:] > first[:-1])
 
 
 @njit(cache=True)
-def best_pods(bound, candidates, lines, worth, fits, pods, available, handle_s, visit_s):  # type: ignore[no-untyped-def]
-    """Pods of the largest index for a station, if that is above ``bound``: all that are equal.
+def unknown(ids, arrival):  # type: ignore[no-untyped-def]
+    """Return the ids of which nothing is known, each once where they stand side by side."""
+    found = np.empty(len(ids), np.int64)
+    number = 0
+    for i in ids:
+        if (i >= len(arrival) or arrival[i] < 0) and (number == 0 or found[number - 1] != i):
+            found[number] = i
+            number += 1
+    return found[:number]
+
+
+@njit(cache=True)
+def bring(available, pod, station, sign, shelves, items):  # type: ignore[no-untyped-def]
+    """Add a pod's free items to those of a station, or take them away."""
+    for entry in range(shelves.first[pod], shelves.first[pod + 1]):
+        available[station, shelves.sku[entry]] += sign * items[entry]
+
+
+@njit(cache=True)
+def brought_so_far(pods, last, n_stations, shelves, items):  # type: ignore[no-untyped-def]
+    """Return the items of each SKU that pods have free, at the stations where they go last: each counts once."""
+    available = np.zeros((n_stations, len(shelves.first_with) - 1), np.int64)
+    for pod in pods:
+        bring(available, pod, last[pod], 1, shelves, items)
+    return available
+
+
+@njit(cache=True)
+def visit_shares(first, wanted, available, shelves, items, cost_s):  # type: ignore[no-untyped-def]
+    """Seconds of a visit for each line of a SKU that no pod at or bound for a station has."""
+    number = np.zeros(len(shelves.first) - 1, np.int64)
+    for sku in wanted:
+        for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
+            if items[shelves.by_sku[k]] > 0:
+                number[shelves.pod[shelves.by_sku[k]]] += first[sku + 1] - first[sku]
+    share = np.zeros(len(first) - 1)
+    for sku in wanted:
+        here = False
+        for station in range(len(available)):
+            here = here or available[station, sku] > 0
+        most = 0
+        for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
+            if items[shelves.by_sku[k]] > 0:
+                most = max(most, number[shelves.pod[shelves.by_sku[k]]])
+        if not here and most > 0:
+            share[sku] = cost_s / most
+    return share
+
+
+@njit(cache=True)
+def urges(lines, n_pods, shelves, items, urge_ticks):  # type: ignore[no-untyped-def]
+    """Return the ages of the untaken lines that each pod has items for, added up, and the number of these lines.
+
+    Of sums that are large enough, one is as good as another.
+    """
+    order, age, untaken, by_sku, first, wanted = lines
+    total, number = np.zeros(n_pods, np.int64), np.zeros(n_pods, np.int64)
+    for sku in wanted:
+        ages, n = 0, 0
+        for k in range(first[sku], first[sku + 1]):
+            if untaken[by_sku[k]]:
+                ages += age[order[by_sku[k]]]
+                n += 1
+                if ages >= urge_ticks:
+                    break
+        for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
+            entry = shelves.by_sku[k]
+            if items[entry] > 0:
+                total[shelves.pod[entry]] += ages
+                number[shelves.pod[entry]] += n
+    return total, number
+
+
+@njit(cache=True)
+def next_urgent(lines, n_pods, shelves, items, urge_ticks):  # type: ignore[no-untyped-def]
+    """Ticks until the ages of the lines of the next pod add up to so many, NONE for never; and whether one's do now."""
+    total, number = urges(lines, n_pods, shelves, items, urge_ticks)
+    soonest, urgent_now = NONE, False
+    for pod in range(n_pods):
+        urgent_now = urgent_now or total[pod] >= urge_ticks
+        if number[pod] and total[pod] < urge_ticks:
+            ticks = -((total[pod] - urge_ticks) // number[pod])
+            if soonest == NONE or ticks < soonest:
+                soonest = ticks
+    return soonest, urgent_now
+
+
+@njit(cache=True)
+def look_at(line, order, sku, quantity, share, untaken, factor, left, power, weights):  # type: ignore[no-untyped-def]
+    """Work out, for the order of a line, what the seconds of its lines are divided by for their worth."""
+    at, whose = line, order[line]
+    while at > 0 and order[at - 1] == whose:
+        at -= 1
+    left[whose] = 0.0
+    while at < len(order) and order[at] == whose:
+        if untaken[at]:
+            left[whose] += weights.handle_s * quantity[at] + share[sku[at]]
+        at += 1
+    power[whose] = left[whose] ** weights.finish
+    if len(factor):
+        power[whose] /= factor[whose]
+
+
+@njit(cache=True)
+def fits(p, line, station, packing):  # type: ignore[no-untyped-def]
+    """Whether a line may be taken and fits the free places of a station."""
+    if not p.untaken[line]:
+        return False
+    order = p.order[line]
+    if packing and not (p.split[order] or p.single[order] or p.count[PACKING_ROOM] > 0):
+        return False
+    if p.counts_orders[station]:
+        return p.room[station] > 0 or p.placed[station, order]
+    return p.quantity[line] <= p.room[station]
+
+
+@njit(cache=True)
+def best_covered(p, station, more_than, weights):  # type: ignore[no-untyped-def]
+    """Line of the largest worth that the pods of a station cover, the oldest of equals, and its worth; NONE for none.
+
+    Of lines that want more items of their SKU than ``more_than`` has alone.
+    """
+    # Each name for what a period has is given outside of the loops: to look it up takes longer than what they do
+    order, sku_of, quantity, share, untaken = p.order, p.sku, p.quantity, p.share, p.untaken
+    left, power, factor, by_sku, first, here = p.left, p.power, p.factor, p.by_sku, p.first, p.available[station]
+    plain = not (weights.packing or p.counts_orders[station])
+    room, best, most = p.room[station], NONE, 0.0
+    for sku in p.wanted:
+        if here[sku] > 0:
+            for k in range(first[sku], first[sku + 1]):
+                line = by_sku[k]
+                q = quantity[line]
+                if not untaken[line] or q <= more_than[sku] or q > here[sku]:
+                    continue
+                if q <= room if plain else fits(p, line, station, weights.packing):
+                    if left[order[line]] < 0:
+                        look_at(line, order, sku_of, quantity, share, untaken, factor, left, power, weights)
+                    w = (weights.handle_s * q + share[sku]) / power[order[line]]
+                    if best == NONE or w > most or (w == most and line < best):
+                        best, most = line, w
+    return best, most
+
+
+@njit(cache=True)
+def urgent(p, shelves, weights):  # type: ignore[no-untyped-def]
+    """Which pods are wanted enough to be sent now: all of them where no station has anything to do."""
+    if not (p.count[AT_WORK] and weights.urge_ticks):
+        return p.movable
+    lines = (p.order, p.age, p.untaken, p.by_sku, p.first, p.wanted)
+    total, _ = urges(lines, len(p.movable), shelves, p.items, weights.urge_ticks)
+    return p.movable & (total >= weights.urge_ticks)
+
+
+@njit(cache=True)
+def best_pods(p, station, bound, pods, shelves, weights):  # type: ignore[no-untyped-def]
+    """Fill in ``found`` with the pods of the largest index for a station, if that is above ``bound``: all equal ones.
 
     The index of a pod is the largest ratio of worth to seconds, ``sum of w / (visit_s + handle_s * items)``, over the
     sets of lines that it would bring. That ratio is above r when the lines' ``w - r * handle_s * items``, those that
@@ -94,103 +322,240 @@ def best_pods(bound, candidates, lines, worth, fits, pods, available, handle_s, 
     rises from the bound to the ratio of a better pod until no pod is better (Dinkelbach's method), at O(lines +
     contents) a step.
     """
-    index, better = bound, candidates[:0]
-    values = np.empty(len(candidates))
+    p.count[FOUND] = 0
+    w, q, start, end = wanted_there(p, station, weights)
+    index, better = bound, NONE
     while True:
-        _values(index, values, candidates, lines, worth, fits, pods, available, handle_s)
-        best = np.argmax(values) if len(values) else NONE
-        if best == NONE or values[best] <= index * visit_s * (1 + CLOSE) + TINY:
+        values = gains(p, station, index * weights.handle_s, w, q, start, end, pods, shelves)
+        best = NONE
+        for pod in range(len(pods)):
+            if pods[pod] and (best == NONE or values[pod] > values[best]):
+                best = pod
+        if best == NONE or values[best] <= index * weights.visit_s * (1 + CLOSE) + TINY:
             break
-        better = candidates[best : best + 1]
-        index = _ratio(better[0], index * handle_s, lines, worth, fits, pods, available, handle_s, visit_s)
-    if len(better):
+        better = best
+        index = ratio(p, station, best, index * weights.handle_s, w, q, start, end, shelves, weights)
+    if better != NONE:
         index *= 1 - CLOSE
-        _values(index, values, candidates, lines, worth, fits, pods, available, handle_s)
-        better = candidates[values > index * visit_s]
-    return better
+        values = gains(p, station, index * weights.handle_s, w, q, start, end, pods, shelves)
+        for pod in range(len(pods)):
+            if pods[pod] and values[pod] > index * weights.visit_s:
+                p.found[p.count[FOUND]] = pod
+                p.count[FOUND] += 1
 
 
 @njit(cache=True)
-def _values(index, values, candidates, lines, worth, fits, pods, available, handle_s):  # type: ignore[no-untyped-def]
-    """Fill in what each candidate brings beyond an index for each second of handling."""
-    rate = index * handle_s
-    whole, wanted = _gains_by_sku(rate, lines, worth, fits, available)
-    for k in range(len(candidates)):
-        values[k] = _gain(candidates[k], rate, lines, worth, fits, pods, available, whole, wanted)
+def wanted_there(p, station, weights):  # type: ignore[no-untyped-def]
+    """Return worth and items of the lines that a station does not cover, by SKU, and where those of each SKU are."""
+    order, sku_of, quantity, share, untaken = p.order, p.sku, p.quantity, p.share, p.untaken
+    left, power, factor, by_sku, first, available = p.left, p.power, p.factor, p.by_sku, p.first, p.available
+    plain = not (weights.packing or p.counts_orders[station])
+    room, number = p.room[station], 0
+    w, q = np.empty(len(order)), np.empty(len(order), np.int64)
+    start, end = np.zeros(len(share), np.int64), np.zeros(len(share), np.int64)
+    for sku in p.wanted:
+        start[sku] = number
+        other, here = 0, available[station, sku]
+        for i in range(len(available)):
+            if i != station:
+                other = max(other, available[i, sku])
+        for k in range(first[sku], first[sku + 1]):
+            line = by_sku[k]
+            items = quantity[line]
+            if not untaken[line] or items <= here:
+                continue
+            if items <= room if plain else fits(p, line, station, weights.packing):
+                if left[order[line]] < 0:
+                    look_at(line, order, sku_of, quantity, share, untaken, factor, left, power, weights)
+                w[number] = (weights.handle_s * items + share[sku]) / power[order[line]]
+                if items <= other:
+                    w[number] *= weights.elsewhere
+                q[number] = items
+                number += 1
+        end[sku] = number
+    return w, q, start, end
 
 
 @njit(cache=True)
-def _gains_by_sku(rate, lines, worth, fits, available):  # type: ignore[no-untyped-def]
-    """What a pod with enough items of each SKU brings beyond a rate, and how many items that takes."""
-    whole, wanted = np.zeros(len(available)), np.zeros(len(available), dtype=np.int64)
-    for line in range(len(worth)):
-        sku, quantity = lines.sku[line], lines.quantity[line]
-        gain = worth[line] - rate * quantity
-        if gain > 0 and fits[line] and quantity > available[sku]:
-            whole[sku] += gain
-            wanted[sku] += quantity
-    return whole, wanted
+def gains(p, station, rate, w, q, start, end, pods, shelves):  # type: ignore[no-untyped-def]
+    """Return what each pod brings beyond a rate."""
+    values = np.zeros(len(pods))
+    first_with, by_sku, pod_of, held_items, here = shelves.first_with, shelves.by_sku, shelves.pod, p.items, p.available
+    for sku in p.wanted:
+        whole, items = 0.0, 0
+        for k in range(start[sku], end[sku]):
+            gain = w[k] - rate * q[k]
+            if gain > 0:
+                whole += gain
+                items += q[k]
+        if items:
+            for e in range(first_with[sku], first_with[sku + 1]):
+                pod, held = pod_of[by_sku[e]], held_items[by_sku[e]]
+                if held > 0 and pods[pod]:
+                    held += here[station, sku]
+                    if items <= held:
+                        values[pod] += whole
+                    else:
+                        for k in brought(held, rate, w, q, start[sku], end[sku]):
+                            values[pod] += w[k] - rate * q[k]
+    return values
 
 
 @njit(cache=True)
-def _gain(pod, rate, lines, worth, fits, pods, available, whole, wanted):  # type: ignore[no-untyped-def]
-    """Sum of what the lines that a pod would bring are worth beyond a rate."""
-    total = 0.0
-    for entry in range(pods.first[pod], pods.first[pod + 1]):
-        sku = pods.sku[entry]
-        if pods.items[entry] > 0 and wanted[sku] > 0:
-            items = pods.items[entry] + available[sku]
-            if wanted[sku] <= items:
-                total += whole[sku]
-            else:
-                for line in _brought(sku, items, rate, lines, worth, fits, available):
-                    total += worth[line] - rate * lines.quantity[line]
-    return total
-
-
-@njit(cache=True)
-def _ratio(pod, rate, lines, worth, fits, pods, available, handle_s, visit_s):  # type: ignore[no-untyped-def]
+def ratio(p, station, pod, rate, w, q, start, end, shelves, weights):  # type: ignore[no-untyped-def]
     """Worth to seconds of the lines that a pod would bring and that are worth more than a rate."""
-    total, seconds = 0.0, visit_s
-    for entry in range(pods.first[pod], pods.first[pod + 1]):
-        sku = pods.sku[entry]
-        if pods.items[entry] > 0:
-            for line in _brought(sku, pods.items[entry] + available[sku], rate, lines, worth, fits, available):
-                total += worth[line]
-                seconds += handle_s * lines.quantity[line]
-    return total / seconds
+    total, time_s = 0.0, weights.visit_s
+    for entry in range(shelves.first[pod], shelves.first[pod + 1]):
+        sku = shelves.sku[entry]
+        if p.items[entry] > 0 and end[sku] > start[sku]:
+            held = p.items[entry] + p.available[station, sku]
+            for k in brought(held, rate, w, q, start[sku], end[sku]):
+                total += w[k]
+                time_s += weights.handle_s * q[k]
+    return total / time_s
 
 
 @njit(cache=True)
-def _brought(sku, items, rate, lines, worth, fits, available):  # type: ignore[no-untyped-def]
-    """Lines of a SKU that so many items bring, the largest gains first."""
-    of_sku = lines.by_sku[lines.first[sku] : lines.first[sku + 1]]
-    gains = worth[of_sku] - rate * lines.quantity[of_sku]
-    chosen = np.empty(len(of_sku), dtype=np.int64)
+def brought(held, rate, w, q, start, end):  # type: ignore[no-untyped-def]
+    """Return the lines of a SKU that so many items bring, the largest gains first."""
+    gain = w[start:end] - rate * q[start:end]
+    chosen = np.empty(end - start, np.int64)
     number = 0
-    for k in np.argsort(-gains, kind="mergesort"):
-        if gains[k] <= 0:
+    for k in np.argsort(-gain, kind="mergesort"):
+        if gain[k] <= 0:
             break
-        line = of_sku[k]
-        if fits[line] and available[sku] < lines.quantity[line] <= items:
-            chosen[number] = line
+        if q[start + k] <= held:
+            chosen[number] = start + k
             number += 1
-            items -= lines.quantity[line]
+            held -= q[start + k]
     return chosen[:number]
 
 
 @njit(cache=True)
-def urgent(candidates, lines, untaken, ages, pods, urge_s):  # type: ignore[no-untyped-def]
-    """Which pods hold items of lines whose ages add up to so many seconds."""
-    by_sku = np.zeros(len(lines.first) - 1)
-    for line in range(len(ages)):
-        if untaken[line]:
-            by_sku[lines.sku[line]] += ages[line]
-    enough = np.zeros(len(candidates), dtype=np.bool_)
-    for k in range(len(candidates)):
-        total = 0.0
-        for entry in range(pods.first[candidates[k]], pods.first[candidates[k] + 1]):
-            if pods.items[entry] > 0:
-                total += by_sku[pods.sku[entry]]
-        enough[k] = total >= urge_s
-    return enough
+def send(p, pod, station, shelves):  # type: ignore[no-untyped-def]
+    """Decide a trip."""
+    p.sends[p.count[SENDS], 0], p.sends[p.count[SENDS], 1] = pod, station
+    p.count[SENDS] += 1
+    if p.last[pod] != NONE:
+        bring(p.available, pod, p.last[pod], -1, shelves, p.items)
+    p.last[pod] = station
+    bring(p.available, pod, station, 1, shelves, p.items)
+    p.inbound[station] += 1
+    p.movable[pod] = False
+
+
+@njit(cache=True)
+def take(p, line, station, weights):  # type: ignore[no-untyped-def]
+    """Assign a line."""
+    order, quantity = p.order[line], p.quantity[line]
+    if weights.packing:
+        new = 1
+        for k in range(p.count[TAKES]):
+            if p.takes[k, 1] == station and p.order[p.takes[k, 0]] == order:
+                new = 0
+        p.parts[order] += new
+    p.takes[p.count[TAKES], 0], p.takes[p.count[TAKES], 1] = line, station
+    p.count[TAKES] += 1
+    p.count[AT_WORK] = 1
+    if p.counts_orders[station]:
+        if not p.placed[station, order]:
+            p.room[station] -= 1
+            p.placed[station, order] = True
+    else:
+        p.room[station] -= quantity
+    p.untaken[line] = False
+    p.available[station, p.sku[line]] -= quantity
+    look_at(line, p.order, p.sku, p.quantity, p.share, p.untaken, p.factor, p.left, p.power, weights)
+    rest = p.left[order] > 0
+    p.count[COMPLETED] += not rest
+    if weights.packing and not p.before[order]:
+        split = rest or p.parts[order] > 1
+        p.count[PACKING_ROOM] += int(p.split[order]) - int(split)
+        p.split[order] = split
+
+
+@njit(cache=True)
+def scattered(p, station, pods, shelves, packing):  # type: ignore[no-untyped-def]
+    """Find the pods of the oldest line that wants several items, which they have together; return it, NONE for none."""
+    quantity, sku, here = p.quantity, p.sku, p.available[station]
+    for line in range(len(quantity)):
+        missing = quantity[line] - here[sku[line]]
+        if quantity[line] > 1 and missing > 0 and fits(p, line, station, packing):
+            for k in range(shelves.first_with[p.sku[line]], shelves.first_with[p.sku[line] + 1]):
+                entry = shelves.by_sku[k]
+                if pods[shelves.pod[entry]]:
+                    missing -= max(p.items[entry], 0)
+            if missing <= 0:
+                for k in range(shelves.first_with[p.sku[line]], shelves.first_with[p.sku[line] + 1]):
+                    entry = shelves.by_sku[k]
+                    if pods[shelves.pod[entry]] and p.items[entry] > 0:
+                        p.found[p.count[FOUND]] = shelves.pod[entry]
+                        p.count[FOUND] += 1
+                return line
+    return NONE
+
+
+@njit(cache=True)
+def advance(p, shelves, weights, nothing):  # type: ignore[no-untyped-def]
+    """Let stations take their turns, fewest pods first, until all are through or somebody has to choose a pod.
+
+    ``nothing`` is 0 for each SKU. Where it ends with `TIE` or `GATHER`, the station's turn goes on with `bring_pods`.
+    """
+    while True:
+        while p.count[AT] < p.count[LENGTH]:
+            station = p.turn[p.count[AT]]
+            line, most = best_covered(p, station, nothing, weights)
+            if p.inbound[station] < weights.most_pods:
+                bound = 0.0
+                if line != NONE:
+                    bound = weights.stay * most / (weights.handle_s * p.quantity[line])
+                pods = urgent(p, shelves, weights)
+                best_pods(p, station, bound, pods, shelves, weights)
+                if p.count[FOUND] > 1:
+                    return TIE
+                if p.count[FOUND] == 1:
+                    bring_pods(p, shelves, weights)
+                    continue
+                if line == NONE:
+                    p.count[LINE] = scattered(p, station, pods, shelves, weights.packing)
+                    if p.count[LINE] != NONE:
+                        return GATHER
+            end_turn(p, station, line, weights)
+        if not begin_turn(p):
+            return DONE
+
+
+@njit(cache=True)
+def bring_pods(p, shelves, weights):  # type: ignore[no-untyped-def]
+    """Send the pods found to the station whose turn it is, which takes the best line that they bring."""
+    station = p.turn[p.count[AT]]
+    before = p.available[station].copy()
+    for k in range(p.count[FOUND]):
+        send(p, p.found[k], station, shelves)
+    line, _ = best_covered(p, station, before, weights)
+    end_turn(p, station, line, weights)
+
+
+@njit(cache=True)
+def end_turn(p, station, line, weights):  # type: ignore[no-untyped-def]
+    """Take a line, or leave the station's places free."""
+    if line != NONE:
+        take(p, line, station, weights)
+    p.open[station] = line != NONE and (p.room[station] > 0 or p.counts_orders[station])
+    p.count[AT] += 1
+
+
+@njit(cache=True)
+def begin_turn(p):  # type: ignore[no-untyped-def]
+    """Line up the stations that go on, fewest pods first; return whether there is one."""
+    number = 0
+    for station in range(len(p.open)):
+        if p.open[station]:
+            at = number
+            while at > 0 and p.inbound[p.turn[at - 1]] > p.inbound[station]:
+                p.turn[at] = p.turn[at - 1]
+                at -= 1
+            p.turn[at] = station
+            number += 1
+    p.count[AT], p.count[LENGTH] = 0, number
+    return number > 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
@@ -10,12 +11,38 @@ from attrs import define, field, validators
 from numpy.typing import NDArray
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, hookimpl
-from rmfs_pod_index.compiled import NONE, Contents, Lines, best_covered, best_pods, line_costs, urgent
+from rmfs_core.clock import to_seconds, to_ticks
+from rmfs_pod_index.compiled import (
+    AT,
+    AT_WORK,
+    COMPLETED,
+    DONE,
+    FOUND,
+    LINE,
+    NONE,
+    PACKING_ROOM,
+    SENDS,
+    TAKES,
+    TIE,
+    Period,
+    Shelves,
+    Weights,
+    advance,
+    bring_pods,
+    brought_so_far,
+    next_urgent,
+    sorted_by_sku,
+    unknown,
+    visit_shares,
+    wanted_skus,
+)
 from rmfs_rule_helpers import ticks_to_station
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
-    from rmfs_core.warehouse import WarehouseView
+    from rmfs_core.warehouse import Order, WarehouseView
+
+NEVER = 1 << 62
 
 
 @define(kw_only=True)
@@ -121,212 +148,297 @@ class PodIndex:
         },
     )
 
+    priority_factor: float = field(
+        default=2.0,
+        validator=validators.gt(0),
+        metadata={"doc": "How many times more a line is worth with each step of its order's priority"},
+    )
+    due_factor: float = field(
+        default=3.0,
+        validator=validators.ge(1),
+        metadata={"doc": "How many times more a line is worth when its order is due or late"},
+    )
+    due_s: float = field(
+        default=1800.0,
+        validator=validators.gt(0),
+        metadata={"unit": "s", "doc": "How long before it is due an order's lines begin to be worth more"},
+    )
+    _known: _Known | None = field(default=None, init=False, eq=False, repr=False)
+
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
         """Take lines and send pods, one after another, until the places are taken or left free."""
-        if not any(station.free_capacity > 0 for station in warehouse.stations):
+        room = [station.free_capacity for station in warehouse.stations]
+        known = self._about(warehouse)
+        if not any(room) or known.nothing_to_do(warehouse, room):
             return JointDecision()
-        period = _Period(self, warehouse)
-        while period.open:
-            period.turn()
-        return period.decision()
+        return _Deciding(self, known, warehouse, room).decision()
+
+    @hookimpl
+    def wake_at(self, warehouse: WarehouseView) -> float | None:
+        """Return when the ages of the lines of a pod will add up, if a station could take it then."""
+        stations, backlog = warehouse.stations, warehouse.backlog
+        waits = self.urge_s and backlog and any(station.load for station in stations)
+        if not waits or not any(s.free_capacity and len(s.inbound_pods) < self.most_pods for s in stations):
+            return None
+        known = self._about(warehouse)
+        if backlog is not known.quiet:
+            seen = _Seen(self, known, warehouse)
+            tick, _ = seen.next_urgent(seen.ages(), np.ones(len(seen.lines.order), np.bool_))
+        else:
+            tick = known.quiet_until
+        return None if tick == NEVER else to_seconds(tick)
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
-        """Load the compiled scores, or compile them."""
-        zero, one, own = np.zeros(1, np.int64), np.ones(1, np.int64), np.zeros(1, np.int64)
-        for shown in (zero, one):
-            shown.setflags(write=False)  # as what the view shows; numba compiles for either kind
-        lines, pods = Lines(zero, one, own, np.array([0, 1])), Contents(np.array([0, 1]), zero, one)
-        fits = np.ones(1, np.bool_)
-        worth = line_costs(lines, pods, fits, self.handle_s, self.cost_s)
-        best_covered(lines, worth, fits, own)
-        best_pods(0.0, own, lines, worth, fits, pods, own, self.handle_s, self.visit_s)
-        urgent(own, lines, fits, worth, pods, self.urge_s)
+        """Load the compiled period, or compile it."""
+        prepare(self)
+
+    def _about(self, warehouse: WarehouseView) -> _Known:
+        """Return what is known of a run, and begin anew with another."""
+        if self._known is None or self._known.shelves.sku is not warehouse.free_items.sku:
+            self._known = _Known(warehouse)
+        return self._known
 
 
-class _Period:
-    """A period under construction: what was taken and sent so far, and what that leaves."""
+class _Known:
+    """What does not change in a run: nothing here makes a decision another one, it is only found sooner."""
 
-    def __init__(self, rule: PodIndex, warehouse: WarehouseView) -> None:
-        self.rule, self.warehouse, self.stations = rule, warehouse, warehouse.stations
-        number = len(warehouse.backlog)
-        lines, free = warehouse.backlog_lines, warehouse.free_items
-        by_sku = np.argsort(lines.sku, kind="stable")
-        first = np.searchsorted(lines.sku[by_sku], np.arange(warehouse.n_skus + 1))
-        self.order = lines.order
-        self.start = np.searchsorted(lines.order, np.arange(number + 1))
-        self.lines = Lines(lines.sku, lines.quantity, by_sku, first)
-        self.pods = Contents(np.searchsorted(free.pod, np.arange(len(warehouse.pods) + 1)), free.sku, free.number)
-        self.available = np.zeros((len(self.stations), warehouse.n_skus), dtype=np.int64)
-        for station in self.stations:
-            for pod in station.inbound_pods:
-                if pod.bound_for[-1] == station.id:  # its free items count once, where it goes last
-                    self._bring(pod.id, station.id)
-        self.inbound = [len(station.inbound_pods) for station in self.stations]
-        self.room = [station.free_capacity for station in self.stations]
-        self.open = {station.id for station in self.stations if station.free_capacity > 0}
-        here = (self.available > 0).any(axis=0)
-        self.cost = line_costs(self.lines, self.pods, here, rule.handle_s, rule.cost_s)
-        self.left = np.bincount(self.order, weights=self.cost, minlength=number)
-        self.worth = self.cost / self.left[self.order] ** rule.finish
-        self.untaken = np.ones(len(self.order), dtype=np.bool_)
-        self.packing = _Packing(rule.packing_capacity, warehouse) if rule.packing_capacity is not None else None
-        self.parts: dict[tuple[int, int], list[int]] = {}
-        self.trips: list[PodTrip] = []
+    def __init__(self, warehouse: WarehouseView) -> None:
+        free = warehouse.free_items
+        by_sku, first_with = sorted_by_sku(free.sku, warehouse.n_skus)
+        first = np.searchsorted(free.pod, np.arange(len(warehouse.pods) + 1))
+        self.shelves = Shelves(first, free.sku, free.pod, first_with, by_sku)
+        self.nothing = np.zeros(warehouse.n_skus, np.int64)
+        self.arrival = np.zeros(0, np.int64)
+        self.due_s = np.zeros(0)
+        self.priority = np.zeros(0)
+        self.equal = True
+        self.largest = 0
+        self.settled: tuple[object, ...] | None = None
+        self.quiet: Sequence[Order] | None = None
+        self.quiet_until = NEVER
 
-    def turn(self) -> None:
-        """Let each station that may go on take a line, fewest pods first."""
-        for station in sorted(self.open, key=lambda i: (self.inbound[i], i)):
-            line = self._choose(station)
-            if line == NONE:
-                self.open.remove(station)
-            else:
-                self._take(line, station)
+    def nothing_to_do(self, warehouse: WarehouseView, room: Sequence[int]) -> bool:
+        """Whether the last decision left free what it could not fill, and nothing has come since that could.
+
+        What pods have free at their stations only becomes less, so with the same backlog no line is covered that was
+        not; and no pod is sent until one is urgent.
+        """
+        backlog, tick = warehouse.backlog, warehouse.now_tick
+        if self.settled == (tick, len(backlog), *room, *(len(station.inbound_pods) for station in warehouse.stations)):
+            self.settled = None
+            self.quiet = backlog if self.quiet_until != NEVER else None
+            return True
+        self.settled = None
+        at_work = any(station.load for station in warehouse.stations)
+        return backlog is self.quiet and tick < self.quiet_until and at_work and min(room) >= self.largest
+
+    def learn(self, warehouse: WarehouseView, ids: NDArray[np.int64]) -> None:
+        """Look at the orders that have come since the last time."""
+        for i in unknown(ids, self.arrival).tolist():
+            if i >= len(self.arrival):
+                more = 2 * i + 64 - len(self.arrival)
+                self.arrival = np.append(self.arrival, np.full(more, NONE))
+                self.due_s, self.priority = (np.append(old, np.zeros(more)) for old in (self.due_s, self.priority))
+            order = warehouse.order(i)
+            self.arrival[i] = order.arrival_tick
+            self.due_s[i] = np.inf if order.due_s is None else order.due_s
+            self.priority[i] = order.priority
+            self.equal = self.equal and order.due_s is None and not order.priority
+
+
+class _Seen:
+    """What a call finds in the warehouse, as arrays."""
+
+    def __init__(self, rule: PodIndex, known: _Known, warehouse: WarehouseView) -> None:
+        self.rule, self.known, self.warehouse = rule, known, warehouse
+        self.lines, self.items = warehouse.backlog_lines, warehouse.free_items.number
+        known.learn(warehouse, self.lines.order_id)
+        by_sku, first = sorted_by_sku(self.lines.sku, warehouse.n_skus)
+        self.sorted = by_sku, first, wanted_skus(first)
+
+    @cached_property
+    def ids(self) -> NDArray[np.int64]:
+        """Id of each order of the backlog."""
+        order = self.lines.order
+        return self.lines.order_id[np.flatnonzero(np.diff(order, prepend=-1))]
+
+    def ages(self) -> NDArray[np.int64]:
+        """Of each order, its age in ticks, and what a line counts besides."""
+        return self.warehouse.now_tick + to_ticks(self.rule.base_s) - self.known.arrival[self.ids]
+
+    def next_urgent(self, ages: NDArray[np.int64], untaken: NDArray[np.bool_]) -> tuple[int, bool]:
+        """Return the tick at which the ages of the lines of the next pod add up, or NEVER; and whether one's do now."""
+        lines = (self.lines.order, ages, untaken, *self.sorted)
+        pods, shelves = len(self.warehouse.pods), self.known.shelves
+        ticks, urgent_now = next_urgent(lines, pods, shelves, self.items, to_ticks(self.rule.urge_s))
+        return NEVER if ticks == NONE else self.warehouse.now_tick + int(ticks), bool(urgent_now)
+
+    def factors(self) -> NDArray[np.float64]:
+        """Of each order, how many times more a line of it is worth; empty where all are equal."""
+        if self.known.equal:
+            return np.zeros(0)
+        rule, known = self.rule, self.known
+        slack_s = np.maximum(known.due_s[self.ids] - self.warehouse.now_s, 0.0)
+        due = 1.0 + (rule.due_factor - 1.0) * np.exp(-slack_s / rule.due_s)
+        priority: NDArray[np.float64] = rule.priority_factor ** np.clip(known.priority[self.ids], -20, 20)
+        return due * priority
+
+    def movable(self) -> NDArray[np.bool_]:
+        """Pods that may be sent: stored or leaving, and bound nowhere else."""
+        movable = np.ones(len(self.warehouse.pods), np.bool_)
+        busy = [pod.id for station in self.warehouse.stations for pod in station.inbound_pods]
+        movable[busy + [robot.task for robot in self.warehouse.robots if robot.task is not None]] = False
+        movable[[pod.id for pod in self.warehouse.leaving_pods]] = True
+        return movable
+
+
+class _Deciding(_Seen):
+    """A period under construction, around its compiled part."""
+
+    def __init__(self, rule: PodIndex, known: _Known, warehouse: WarehouseView, room: Sequence[int]) -> None:
+        super().__init__(rule, known, warehouse)
+        stations, pods, lines = warehouse.stations, warehouse.pods, self.lines
+        orders, packing = len(self.ids), rule.packing_capacity is not None
+        waits = bool(rule.urge_s)
+        bound = {pod.id: pod.bound_for[-1] for station in stations for pod in station.inbound_pods}
+        inbound, last = np.array([*bound], np.int64), np.full(len(pods), NONE)
+        last[inbound] = [*bound.values()]
+        available = brought_so_far(inbound, last, len(stations), known.shelves, self.items)
+        by_sku, first, wanted = self.sorted
+        counts_orders = np.array([station.counts_orders for station in stations], np.bool_)
+        backlog = warehouse.backlog if packing else ()
+        split = np.array([bool(order.parts) for order in backlog], np.bool_)
+        self.period = Period(
+            order=lines.order,
+            sku=lines.sku,
+            quantity=lines.quantity,
+            age=self.ages() if waits else np.zeros(0, np.int64),
+            factor=self.factors(),
+            by_sku=by_sku,
+            first=first,
+            wanted=wanted,
+            share=visit_shares(first, wanted, available, known.shelves, self.items, rule.cost_s),
+            left=np.full(orders, -1.0),
+            power=np.empty(orders),
+            untaken=np.ones(len(lines.order), np.bool_),
+            items=self.items,
+            movable=self.movable(),
+            last=last,
+            available=available,
+            room=np.array(room, np.int64),
+            inbound=np.array([len(station.inbound_pods) for station in stations], np.int64),
+            counts_orders=counts_orders,
+            open=np.array(room, np.int64) > 0,
+            placed=self._placed(orders) if counts_orders.any() else np.zeros((0, 0), np.bool_),
+            split=split,
+            single=np.array([len(order.open_lines) == 1 for order in backlog], np.bool_),
+            before=split.copy(),
+            parts=np.zeros(len(backlog), np.int64),
+            turn=np.zeros(len(stations), np.int64),
+            takes=np.empty((len(lines.order), 2), np.int64),
+            sends=np.empty((len(pods), 2), np.int64),
+            found=np.empty(len(pods), np.int64),
+            count=np.zeros(9, np.int64),
+        )
+        self.period.count[AT_WORK] = any(station.load for station in stations)
+        self.period.count[PACKING_ROOM] = (rule.packing_capacity or 0) - warehouse.split_orders_open
 
     def decision(self) -> JointDecision:
-        """Return what was chosen, as the kernel takes it."""
-        backlog = self.warehouse.backlog
+        """Let stations take lines and send pods, and return what was chosen as the kernel takes it."""
+        rule, known, period, warehouse = self.rule, self.known, self.period, self.warehouse
+        weights, found = _weights(rule), period.found
+        while (end := advance(period, known.shelves, weights, known.nothing)) != DONE:
+            station = int(period.turn[period.count[AT]])
+            pods = self._by_distance(found[: period.count[FOUND]].tolist(), station)
+            chosen = pods[:1] if end == TIE else self._enough(pods, int(period.count[LINE]), station)
+            found[: len(chosen)], period.count[FOUND] = chosen, len(chosen)
+            bring_pods(period, known.shelves, weights)
+        parts: dict[tuple[int, int], list[int]] = {}
+        takes = period.takes[: period.count[TAKES]]
+        for (_, station), order, sku in zip(
+            takes.tolist(), self.lines.order_id[takes[:, 0]].tolist(), self.lines.sku[takes[:, 0]].tolist(), strict=True
+        ):
+            parts.setdefault((order, station), []).append(sku)
+        trips = [PodTrip(pod, station) for pod, station in period.sends[: period.count[SENDS]].tolist()]
+        known.quiet, known.quiet_until = None, NEVER
+        if rule.elsewhere and rule.packing_capacity is None and not warehouse.filtered:
+            left = len(warehouse.backlog) - int(period.count[COMPLETED])
+            known.settled = warehouse.now_tick, left, *period.room.tolist(), *period.inbound.tolist()
+            if rule.urge_s and not period.counts_orders.any():
+                until, urgent_now = self.next_urgent(period.age, period.untaken)
+                known.quiet_until = NEVER if urgent_now else until
+                known.largest = int(self.lines.quantity.max(initial=0))
+                if not (parts or trips or urgent_now):
+                    known.quiet = warehouse.backlog
         return JointDecision(
-            [OrderAssignment(backlog[order].id, station, tuple(skus)) for (order, station), skus in self.parts.items()],
-            self.trips,
+            [OrderAssignment(order, station, tuple(skus)) for (order, station), skus in parts.items()], trips
         )
 
-    # What may be chosen
-
-    @cached_property
-    def candidates(self) -> NDArray[np.int64]:
-        """Pods that may be sent, by id."""
-        movable = (*self.warehouse.free_pods, *self.warehouse.leaving_pods)
-        return np.array(sorted(pod.id for pod in movable), dtype=np.int64)
-
-    @cached_property
-    def _ages(self) -> NDArray[np.float64]:
-        ages = [self.warehouse.now_s - order.arrival_s for order in self.warehouse.backlog]
-        return np.array(ages)[self.order] + self.rule.base_s
-
-    @cached_property
-    def _placed(self) -> list[set[int]]:
-        """Orders that have a place at each station that counts orders, by their position in the backlog."""
+    def _placed(self, orders: int) -> NDArray[np.bool_]:
+        """Which orders have a place at each station that counts orders."""
         position = {order.id: i for i, order in enumerate(self.warehouse.backlog)}
-        working = [{request.order.id for request in station.open_requests} for station in self.stations]
-        return [{position[order] for order in orders & position.keys()} for orders in working]
+        placed = np.zeros((len(self.warehouse.stations), orders), np.bool_)
+        for station in self.warehouse.stations:
+            here = {request.order.id for request in station.open_requests}
+            placed[station.id, [position[order] for order in here & position.keys()]] = True
+        return placed
 
-    def _fits(self, station: int) -> NDArray[np.bool_]:
-        """Which lines may be taken and fit the free places of a station."""
-        if self.stations[station].counts_orders:
-            fits = self.untaken & (np.isin(self.order, list(self._placed[station])) | (self.room[station] > 0))
-        else:
-            fits = self.untaken & (self.lines.quantity <= self.room[station])
-        if self.packing is not None:
-            fits &= self.packing.room()[self.order]
-        return fits
-
-    def _urgent(self) -> NDArray[np.int64]:
-        """Pods that are wanted enough to be sent now: all of them where no station has anything to do."""
-        at_work = self.parts or any(station.load for station in self.stations)
-        if not (at_work and self.rule.urge_s):
-            return self.candidates
-        chosen = urgent(self.candidates, self.lines, self.untaken, self._ages, self.pods, self.rule.urge_s)
-        waited: NDArray[np.int64] = self.candidates[chosen]
-        return waited
-
-    def _choose(self, station: int) -> int:
-        """Send a pod to a station if that is better, and return the line to take there; NONE for none."""
-        rule, available, quantity = self.rule, self.available[station], self.lines.quantity
-        fits = self._fits(station)
-        line = int(best_covered(self.lines, self.worth, fits, available))
-        if self.inbound[station] >= rule.most_pods:
-            return line
-        bound = 0.0 if line == NONE else rule.stay * self.worth[line] / (rule.handle_s * quantity[line])
-        others = np.delete(self.available, station, axis=0)
-        covered = (others[:, self.lines.sku] >= quantity).any(axis=0)
-        worth = np.where(covered, rule.elsewhere * self.worth, self.worth)
-        pods = best_pods(
-            bound, self._urgent(), self.lines, worth, fits, self.pods, available, rule.handle_s, rule.visit_s
-        )
-        brought = fits & (quantity > available[self.lines.sku])
-        if len(pods):
-            self._send(self._by_distance(pods, station)[0], station)
-        elif line != NONE or not self._gather(brought, station):
-            return line
-        return int(best_covered(self.lines, self.worth, brought, available))
-
-    def _gather(self, wanted: NDArray[np.bool_], station: int) -> bool:
-        """Send the pods that the oldest line needs of which none has enough items; return whether there is one."""
-        if self.warehouse.unlimited_stock:
-            return False
-        entries = np.isin(self.warehouse.free_items.pod, self._urgent())
-        items = np.bincount(self.pods.sku[entries], weights=self.pods.items[entries], minlength=self.warehouse.n_skus)
-        enough = wanted & (self.lines.quantity <= (self.available[station] + items)[self.lines.sku])
-        if not enough.any():
-            return False
-        line = int(enough.argmax())
-        sku, missing = int(self.lines.sku[line]), int(self.lines.quantity[line])
-        missing -= int(self.available[station, sku])
-        holds = np.flatnonzero(entries & (self.pods.sku == sku) & (self.pods.items > 0))
-        held = dict(zip(self.warehouse.free_items.pod[holds].tolist(), self.pods.items[holds].tolist(), strict=True))
-        for pod in sorted(self._by_distance(np.array(list(held)), station), key=lambda pod: -held[pod]):
-            if missing > 0:
-                self._send(pod, station)
-                missing -= held[pod]
-        return True
-
-    def _by_distance(self, pods: NDArray[np.int64], station: int) -> list[int]:
-        if len(pods) == 1:
-            return [int(pods[0])]
-        given = self.warehouse.pods
-        ticks = {int(pod): ticks_to_station(self.warehouse, given[pod], self.stations[station]) for pod in pods}
+    def _by_distance(self, pods: Sequence[int], station: int) -> list[int]:
+        given, to = self.warehouse.pods, self.warehouse.stations[station]
+        ticks = {pod: ticks_to_station(self.warehouse, given[pod], to) for pod in pods}
         return sorted(ticks, key=lambda pod: (ticks[pod], pod))
 
-    # What a choice changes
-
-    def _bring(self, pod: int, station: int, sign: int = 1) -> None:
-        entries = slice(self.pods.first[pod], self.pods.first[pod + 1])
-        self.available[station, self.pods.sku[entries]] += sign * self.pods.items[entries]
-
-    def _send(self, pod: int, station: int) -> None:
-        self.trips.append(PodTrip(pod, station))
-        for before in self.warehouse.pods[pod].bound_for[-1:]:
-            self._bring(pod, before, -1)
-        self._bring(pod, station)
-        self.inbound[station] += 1
-        self.candidates = self.candidates[self.candidates != pod]
-
-    def _take(self, line: int, station: int) -> None:
-        order, quantity = int(self.order[line]), int(self.lines.quantity[line])
-        if self.stations[station].counts_orders:
-            self.room[station] -= order not in self._placed[station]
-            self._placed[station].add(order)
-        else:
-            self.room[station] -= quantity
-        self.parts.setdefault((order, station), []).append(int(self.lines.sku[line]))
-        self.untaken[line] = False
-        self.available[station, self.lines.sku[line]] -= quantity
-        self.left[order] -= self.cost[line]
-        others = slice(self.start[order], self.start[order + 1])
-        rest = bool(self.untaken[others].any())
-        if rest:
-            self.worth[others] = self.cost[others] / self.left[order] ** self.rule.finish
-        if self.packing is not None:
-            self.packing.take(order, rest=rest, parts=sum(of == order for of, _ in self.parts))
+    def _enough(self, pods: Sequence[int], line: int, station: int) -> list[int]:
+        """Return pods, those with the most items first, that have what a line needs together."""
+        sku, shelves = self.lines.sku[line], self.known.shelves
+        missing = int(self.lines.quantity[line] - self.period.available[station, sku])
+        entries = shelves.by_sku[shelves.first_with[sku] : shelves.first_with[sku + 1]]
+        held = dict(zip(shelves.pod[entries].tolist(), self.items[entries].tolist(), strict=True))
+        chosen = []
+        for pod in sorted(pods, key=lambda pod: -held[pod]):
+            if missing > 0:
+                chosen.append(pod)
+                missing -= held[pod]
+        return chosen
 
 
-class _Packing:
-    """Room for split orders at the packing stations."""
+def _weights(rule: PodIndex) -> Weights:
+    return Weights(
+        float(rule.handle_s),
+        float(rule.cost_s),
+        float(rule.finish),
+        float(rule.visit_s),
+        float(rule.stay),
+        float(rule.elsewhere),
+        int(rule.most_pods),
+        to_ticks(rule.urge_s),
+        rule.packing_capacity is not None,
+    )
 
-    def __init__(self, capacity: int, warehouse: WarehouseView) -> None:
-        self.free = capacity - warehouse.split_orders_open
-        self.split = np.array([bool(order.parts) for order in warehouse.backlog], dtype=np.bool_)
-        self.before = self.split.copy()
-        self.single = np.array([len(order.open_lines) == 1 for order in warehouse.backlog], dtype=np.bool_)
 
-    def room(self) -> NDArray[np.bool_]:
-        """Which orders may have a line taken: with no room left, those that are split already or have but one line."""
-        return self.split | self.single | (self.free > 0)
-
-    def take(self, order: int, *, rest: bool, parts: int) -> None:
-        """Count an order in while it has lines left or several parts, and out again when it turns out whole."""
-        if not self.before[order]:
-            split = rest or parts > 1
-            self.free += int(self.split[order]) - int(split)
-            self.split[order] = split
+def prepare(rule: PodIndex) -> None:
+    """Call everything compiled once, with a warehouse of one pod, one line and one station."""
+    zero, one = np.zeros(1, np.int64), np.ones(1, np.int64)
+    for shown in (zero, one):
+        shown.setflags(write=False)  # as what the view shows; numba compiles for either kind
+    unknown(zero, np.zeros(0, np.int64))
+    by_sku, first = sorted_by_sku(zero, 1)
+    wanted = wanted_skus(first)
+    shelves = Shelves(np.array([0, 1]), zero, zero, first, by_sku)
+    free = np.ones(1, np.bool_)
+    available = brought_so_far(np.zeros(0, np.int64), np.zeros(1, np.int64), 1, shelves, one)
+    share = visit_shares(first, wanted, available, shelves, one, rule.cost_s)
+    ages = np.ones(1, np.int64)
+    next_urgent((zero, ages, free, by_sku, first, wanted), 1, shelves, one, 1)
+    none, no_orders = np.zeros(0, np.bool_), np.zeros((0, 0), np.bool_)
+    period = Period(
+        zero, zero, one, ages, np.zeros(0), by_sku, first, wanted, share, np.full(1, -1.0), np.empty(1), free.copy(),
+        one, free.copy(), np.full(1, NONE), available, np.ones(1, np.int64), np.zeros(1, np.int64), ~free, free.copy(),
+        no_orders, none, none, none, np.zeros(0, np.int64), np.zeros(1, np.int64), np.empty((1, 2), np.int64),
+        np.empty((1, 2), np.int64), np.empty(1, np.int64), np.zeros(9, np.int64),
+    )  # fmt: skip
+    weights = _weights(rule)
+    advance(period, shelves, weights, np.zeros(1, np.int64))
+    period.count[AT], period.count[FOUND] = 0, 0
+    bring_pods(period, shelves, weights)

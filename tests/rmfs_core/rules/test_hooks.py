@@ -9,7 +9,7 @@ import pytest
 
 from rmfs_core import InputError, hookimpl
 from rmfs_core.roles import Role
-from rmfs_core.rules.hooks import ARGUMENTS, OBSERVER_HOOKS, check_hooks, decided, marked_methods, roles_of
+from rmfs_core.rules.hooks import ARGUMENTS, OBSERVER_HOOKS, WAKE, check_hooks, decided, marked_methods, roles_of
 from rmfs_core.scenario.model import RuleChoice
 
 Install = Callable[..., None]
@@ -51,8 +51,8 @@ def test_misspelt_hook(refusal: Refusal, install: Install) -> None:
     assert refusal(poa=RuleChoice("mine")) == (
         "rules.poa: class Mine implements a hook `asign_orders`, which does not exist (did you mean "
         "`assign_orders` or `assign_orders_and_pods`?); the hooks are assign_orders, select_pods, "
-        "assign_orders_and_pods, choose_storage_location, assign_tasks, plan_path, filter_backlog, run_started, "
-        "on_event, rule_asked, rule_answered, measured and run_ended"
+        "assign_orders_and_pods, choose_storage_location, assign_tasks, plan_path, filter_backlog, wake_at, "
+        "run_started, on_event, rule_asked, rule_answered, measured and run_ended"
     )
 
 
@@ -157,8 +157,8 @@ def test_roles_follow_from_hooks() -> None:
 
 
 def test_every_role_has_a_hook_that_exists() -> None:
-    """And every hook belongs to a role."""
-    assert {role.hook for role in Role} | OBSERVER_HOOKS == set(ARGUMENTS)
+    """And every hook belongs to a role, but for the one that any deciding rule may implement."""
+    assert {role.hook for role in Role} | OBSERVER_HOOKS | {WAKE} == set(ARGUMENTS)
 
 
 @pytest.mark.parametrize("option", ["wrapper", "hookwrapper", "tryfirst", "trylast"])

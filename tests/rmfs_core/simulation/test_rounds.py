@@ -7,18 +7,25 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from attrs import define
 
 from bad_rules import prepare_bad
+from rmfs_core import hookimpl
 from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
-from rmfs_core.errors import RuleError
+from rmfs_core.errors import RuleError, StandstillError
 from rmfs_core.events import DecisionMade, OrderAssigned, TaskAssigned, TripDecided
+from rmfs_core.info import Question
 from rmfs_core.roles import Role
+from rmfs_core.scenario.model import RuleChoice, RunSection
+from rmfs_core.simulation import engine
+from rmfs_core.simulation.asking import Asker, Observers
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.warehouse import Pod, Robot
-from rmfs_testing import small_world
-from scripted import run_of, scripted
+from rmfs_testing import small_instance, small_world
+from scripted import run_of, scripted, until_nothing_happens
 
 
 def test_observers_are_told_nothing_of_a_decision_that_is_half_impossible(
@@ -160,3 +167,147 @@ def test_a_storage_location_is_kept_free_for_its_pod(tmp_path: Path) -> None:
     assert (world.reserved, chosen in world.free_locations) == ({chosen}, False)
     with pytest.raises(RuleError, match=r"choose_storage_location, .*which is taken\.$"):
         deciding.storage_location(world.pods[0])
+
+
+def waking(folder: Path, *answers: list[object]) -> tuple[RunContext, Decisions, list[Any]]:
+    """Return a run without orders, its decisions, and its filters, which answer so when they are asked to wake up."""
+    world = small_world({}, {"p": ["a"]}, capacities=[5])
+    chosen = tuple(RuleChoice(scripted("Waking").rule, {"also": i}) for i in range(len(answers)))
+    run, _ = run_of(world, folder, filters=chosen)
+    filters = [bound.instance for bound in run.rules.filters]
+    for rule, own in zip(filters, answers, strict=True):
+        rule.answers = {"wake_at": own}
+    return run, decisions(run)[0], filters
+
+
+def asked_at(rule: Any) -> list[float]:
+    """Return at what times a scripted rule was asked when to wake up."""
+    return [told["now_s"] for hook, told in rule.asked if hook == "wake_at"]
+
+
+def test_the_earliest_time_makes_a_round(tmp_path: Path) -> None:
+    """All are asked after each round. A time between two ticks is rounded up; None is no time; numpy's numbers are."""
+    run, deciding, (one, other) = waking(tmp_path, [7, None, np.int64(9)], [5.0001, np.float32(8), None])
+    deciding.round()
+    until_nothing_happens(run)
+    assert asked_at(one) == asked_at(other) == [0.0, 5.001, 8.0, 9.0]
+
+
+def test_the_latest_answers_count(tmp_path: Path) -> None:
+    """A round comes before the alarm: what was answered earlier is forgotten, and what is answered again rings once."""
+    run, deciding, (rule,) = waking(tmp_path, [100, 30, 30, None])
+    deciding.round()
+    for tick in (10_000, 20_000):
+        run.env.run(until=tick)
+        run.warehouse.advance(tick)
+        deciding.round()
+    until_nothing_happens(run)
+    assert asked_at(rule) == [0.0, 10.0, 20.0, 30.0]
+
+
+def test_a_rule_of_several_roles_is_asked_once_when_to_wake_up(tmp_path: Path) -> None:
+    """One choice for POA, PPS and so on is one rule."""
+    world = small_world({}, {"p": ["a"]}, capacities=[5])
+    rules = dict.fromkeys(("poa", "pps", "pr", "ta", "pp"), scripted("Waking"))
+    run, rule = run_of(world, tmp_path, **rules)
+    decisions(run)[0].round()
+    assert asked_at(rule) == [0.0]
+
+
+def test_observers_are_not_told_when_rules_wake_up(tmp_path: Path) -> None:
+    """It decides nothing; its time counts as the rules'."""
+    run, deciding, _ = waking(tmp_path, [None])
+    questions: list[str] = []
+    run.rules.register_observer(Listening(questions))
+    run.asker = Asker(run.warehouse, None, Observers(run.rules, run.warehouse))
+    deciding.asker = run.asker
+    deciding.round()
+    assert questions == []
+    assert run.asker.calls == {"wake_at": 1}
+
+
+@define
+class Listening:
+    """Observer that keeps what is asked."""
+
+    hooks: list[str]
+
+    @hookimpl
+    def rule_asked(self, question: Question) -> None:
+        self.hooks.append(question.hook)
+
+
+WAKING = """
+import time
+from attrs import define
+from rmfs_core import hookimpl
+
+@define
+class Waking:
+    @hookimpl
+    def filter_backlog(self, warehouse, orders):
+        {released}
+
+    @hookimpl
+    def wake_at(self, warehouse):
+        {wakes}
+"""
+
+
+def waking_run(tiny_run: Callable[..., Any], folder: Path, released: str, wakes: str, **options: object) -> Any:
+    """Prepare a run of four orders with a filter that wakes up."""
+    (folder / "waking.py").write_text(WAKING.format(released=released, wakes=wakes), encoding="utf-8")
+    arrivals = {"soon": 5, "later": 700, "last": 2500}
+    orders = {"now": ["a"], "soon": ["a"], "later": ["b"], "last": ["a"]}
+    instance = small_instance(orders, {"p": ["a", "b"]}, arrivals_s=arrivals)
+    return tiny_run(instance, filters=["./waking.py:Waking"], **options)
+
+
+def test_orders_are_released_in_waves(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
+    """A whole run: each is assigned at the first multiple of 1,000 s after it came, whatever else happens or not."""
+    run = waking_run(
+        tiny_run,
+        tmp_path,
+        "return [order for order in orders if order.arrival_s <= warehouse.now_s // 1000 * 1000]",
+        "return (warehouse.now_s // 1000 + 1) * 1000 if warehouse.backlog else None",
+    )
+    run.simulation.run()
+    assigned = {event.order: event.tick for event in run.recorder.of(OrderAssigned)}
+    assert assigned == {0: 0, 1: 1_000_000, 2: 1_000_000, 3: 3_000_000}
+
+
+def test_a_run_of_nothing_but_waking_up_stands_still(
+    tiny_run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every minute, and nothing is released: after so many rounds in a row the run ends."""
+    monkeypatch.setattr(engine, "MOST_ALARMS", 50)
+    run = waking_run(tiny_run, tmp_path, "return []", "return warehouse.now_s + 60")
+    with pytest.raises(StandstillError, match=r"stands still at 5560\.000 s: 4 orders are not complete"):
+        run.simulation.run()
+
+
+FINITE = "; expected finite seconds after now, or None"
+
+
+@pytest.mark.parametrize(
+    ("wakes", "problem"),
+    [
+        ("return warehouse.now_s", f"wants to wake at 0.0{FINITE}"),
+        ("return -5", f"wants to wake at -5{FINITE}"),
+        ("return float('inf')", f"wants to wake at inf{FINITE}"),
+        ("return float('nan')", f"wants to wake at nan{FINITE}"),
+        ("return 10 ** 400", "wants to wake at 1000"),
+        ("return True", f"wants to wake at True{FINITE}"),
+        ("return 'soon'", f"wants to wake at 'soon'{FINITE}"),
+        ("raise RuntimeError('no idea')", "raised RuntimeError: no idea ("),
+        ("time.sleep(0.35)", "took "),
+    ],
+)
+def test_no_time_to_wake_up_at_ends_the_run(
+    tiny_run: Callable[..., Any], tmp_path: Path, wakes: str, problem: str
+) -> None:
+    """Rule, hook and time are named; the limit of a decision holds for this answer, too."""
+    run = waking_run(tiny_run, tmp_path, "return orders", wakes, run=RunSection(decision_limit_s=0.3))
+    with pytest.raises(RuleError) as caught:
+        run.simulation.run()
+    assert str(caught.value).startswith(f'rule "./waking.py:Waking" (waking.py inline), wake_at, at 0.000 s: {problem}')

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import itertools
 import random
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import pytest
@@ -183,12 +184,41 @@ class WaitsAndWaits:
         return Path([Leg(robot.cell, self.wait_ticks)])
 
 
+def rename(warehouse: WarehouseView) -> None:
+    """Give a robot another name."""
+    object.__setattr__(warehouse.robots[0], "name", "1!")
+
+
+@define
+class Waker:
+    """Lets every order through, and wants to wake up all the while."""
+
+    wakes: Callable[[Any], object]
+
+    @hookimpl
+    def filter_backlog(self, orders):
+        return orders
+
+    @hookimpl
+    def wake_at(self, warehouse):
+        return self.wakes(warehouse)
+
+
 ONE, MANY, LARGE = "one station", "several stations", "an order as large as the largest station"
 
 
 @pytest.mark.parametrize(
     ("rule", "kind", "world", "problem"),
     [
+        (
+            Waker(lambda warehouse: warehouse.now_s),
+            "impossible decision",
+            ONE,
+            "wake_at, at 0.000 s: wants to wake at 0.0",
+        ),
+        (Waker(lambda warehouse: warehouse.wakes), "exception", ONE, "wake_at, at 0.000 s: raised AttributeError"),
+        (Waker(lambda warehouse: warehouse.now_s + 1e-6), "starved order", ONE, "decisions the run is not over"),
+        (Waker(rename), "mutation of the view", ONE, "wake_at changed name of robot 1! (id 0) at 0.000 s"),
         (NoSuchStation(), "impossible decision", ONE, "named station 1, which does not exist"),
         (WrongType(), "impossible decision", ONE, "expected Path"),
         (Divides(), "exception", ONE, "ZeroDivisionError"),
@@ -212,7 +242,7 @@ def test_what_a_rule_does_wrong_is_named(
     rule: object, kind: str, world: str, problem: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each finding has its kind, the first world where it shows, and what happened there."""
-    if rule == WaitsAndWaits(1):
+    if rule == WaitsAndWaits(1) or "not over" in problem:
         monkeypatch.setattr(trial, "MOST_CALLS", 100)  # the default is patient
     with pytest.raises(ConformanceError) as caught:
         check_rule(rule)
