@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rmfs_mip.period.effort import is_large
 from rmfs_mip.period.reduction import Reduced, masks_of
 from rmfs_mip.period.solution import Model
 
@@ -52,6 +53,8 @@ class Arrays(NamedTuple):
         Per order whether it is split already.
     splits
         How many orders may newly be split; -1 for any number.
+    sharp
+        Whether sets of pods are bounded more sharply, as pays where the period is large.
     """
 
     rooms: Integers
@@ -70,6 +73,7 @@ class Arrays(NamedTuple):
     alike: bool
     begun: NDArray[np.bool_]
     splits: int
+    sharp: bool
 
 
 def arrays_of(reduced: Reduced, splits: int | None = None) -> tuple[Arrays, list[int]]:
@@ -110,6 +114,7 @@ def arrays_of(reduced: Reduced, splits: int | None = None) -> tuple[Arrays, list
         alike=reduced.interchangeable and not (len(reduced.scarce) and any(period.inbound)),
         begun=np.array(period.begun, dtype=np.bool_)[order[first]] if period.begun else np.zeros(len(first), np.bool_),
         splits=-1 if splits is None else splits,
+        sharp=is_large(period),
     )
     return arrays, pods
 

@@ -7,9 +7,10 @@ The bound. Let r more pods R complete an order with m missing SKUs and worth w. 
 the share w c / m, and the shares of R add up to at least w. Unless c = m, the pod earns its share only with others: for
 each of the m - c SKUs that it lacks, another pod of R brings it, and w c / m / (m - c) is put on that pair of pods. So
 what R completes is worth at most the sum over its pods of: what the pod completes alone, plus its r - 1 largest pairs.
-The sum of the r largest of these potentials bounds any R; a pod whose potential with the r - 1 largest others is too
-small is in none. This is the bound of Gilmore (1962, https://doi.org/10.1137/0110022) and Lawler (1963,
-https://doi.org/10.1287/mnsc.9.4.586) for quadratic assignment, carried over to orders.
+Where the period is large, a pod has no share, and a pair no part of it, if the best of the other candidates could not
+bring what is missing then. The sum of the r largest of these potentials bounds any R; a pod whose potential with the
+r - 1 largest others is too small is in none. This is the bound of Gilmore (1962, https://doi.org/10.1137/0110022) and
+Lawler (1963, https://doi.org/10.1287/mnsc.9.4.586) for quadratic assignment, carried over to orders.
 """
 
 from __future__ import annotations
@@ -122,6 +123,21 @@ def _helps(a, pod, other, skus, which):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def _others(brings, touching, numbers, more):  # type: ignore[no-untyped-def]
+    """Return how many SKUs of an order the best ``more - 1`` pods bring at most, and the best ``more - 2``."""
+    numbers[:] = 0
+    for pod in touching:
+        numbers[brings[pod]] += 1
+    second, third, left = 0, 0, more - 1
+    for c in range(len(numbers) - 1, 0, -1):
+        taken = min(left, numbers[c])
+        second += c * taken
+        third += c * min(taken, max(left - 1, 0))
+        left -= taken
+    return second, third
+
+
+@njit(cache=True)
 def potentials(a, worth, pods, there, more):  # type: ignore[no-untyped-def]
     """Bound what each of the pods adds to the worth of the completed orders as one of ``more`` of them.
 
@@ -145,7 +161,9 @@ def potentials(a, worth, pods, there, more):  # type: ignore[no-untyped-def]
     for at in range(n):
         place[pods[at]] = at
         largest = max(largest, a.pod_start[pods[at] + 1] - a.pod_start[pods[at]])
-    alone, pair = np.zeros(n), np.zeros((n, n))
+    pairs = n if more > 1 else 0
+    alone, pair = np.zeros(n), np.zeros((pairs, pairs))
+    numbers = np.zeros(len(there) + 1, np.int64)
     skus = np.empty(len(there), np.int64)
     for order in range(len(a.order_start) - 1):
         if worth[order] <= 0:
@@ -154,19 +172,23 @@ def potentials(a, worth, pods, there, more):  # type: ignore[no-untyped-def]
         if m == 0 or m > more * largest:
             continue
         count = _candidates_for(a, skus[:m], place, touching, brings, which)
+        others, third = m, m  # what the set brings of the order at most, besides one of its pods, and besides two
+        if a.sharp:
+            others, third = _others(brings, touching[:count], numbers[: m + 1], more)
         for x in range(count):
             pod = touching[x]
             c = brings[pod]
             if c == m:
                 alone[place[pod]] += worth[order]
-            elif more > 1:
+            elif more > 1 and c + others >= m:
                 share = worth[order] * c / m / (m - c)
                 for y in range(count):
                     if y != x:
                         other = touching[y]
                         all_of_them = brings[other] == m
                         helps = m - c if all_of_them else _helps(a, pod, other, skus[:m], which)
-                        pair[place[pod], place[other]] += share * helps
+                        if c + helps + third >= m:
+                            pair[place[pod], place[other]] += share * helps
         for x in range(count):
             brings[touching[x]] = 0
     _add_largest(alone, pair, min(more - 1, n))

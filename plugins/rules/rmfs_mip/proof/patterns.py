@@ -30,7 +30,7 @@ from rmfs_mip.period.period import Period
 from rmfs_mip.period.reduction import Reduced
 from rmfs_mip.period.solution import Assigned, Model, Part
 from rmfs_mip.printed.solver import Limits, new_model, optimise
-from rmfs_mip.proof.pricing import CLOSE, Pattern, Priced, Pricing
+from rmfs_mip.proof.pricing import CLOSE, SAFE, Pattern, Priced, Pricing
 from rmfs_mip.proof.program import Program
 
 STEPS_PER_ENTRY = 10
@@ -159,14 +159,22 @@ class ColumnGeneration:
         self._grown = any(new)
         return self._grown
 
-    def _master(self, *, whole: bool) -> tuple[mip.Model, list[mip.Var], mip.Constr, dict[int, mip.Constr]]:
+    def _close(self) -> list[Pattern]:
+        """Return the patterns of which a solution with the value of the bound, rounded up, may consist."""
+        limit = self.least + np.ceil(self.bound - SAFE) - self.bound + SAFE
+        dear = {number: price for number, price in enumerate(self.prices.tolist()) if price}
+        return [p for p in self.patterns if p.cost - sum(dear.get(t, 0.0) * n for t, n in p.orders) <= limit]
+
+    def _master(
+        self, patterns: list[Pattern], *, whole: bool
+    ) -> tuple[mip.Model, list[mip.Var], mip.Constr, dict[int, mip.Constr]]:
         model = new_model(self.limits)
         kind = mip.INTEGER if whole else mip.CONTINUOUS
         stations = len(self.reduced.capacities)
-        chosen = [model.add_var(obj=p.cost, ub=stations, var_type=kind) for p in self.patterns]
+        chosen = [model.add_var(obj=p.cost, ub=stations, var_type=kind) for p in patterns]
         convexity = model.add_constr(mip.LinExpr(chosen, [1.0] * len(chosen), -stations, "="))
         taking: dict[int, tuple[list[mip.Var], list[float]]] = {}
-        for variable, pattern in zip(chosen, self.patterns, strict=True):
+        for variable, pattern in zip(chosen, patterns, strict=True):
             for number, orders in pattern.orders:
                 variables, factors = taking.setdefault(number, ([], []))
                 variables.append(variable)
@@ -180,7 +188,7 @@ class ColumnGeneration:
 
     def _relaxation(self) -> tuple[NDArray[np.float64], float]:
         """Solve the relaxation over the patterns so far; return the types' prices (<= 0) and the stations'."""
-        model, _, convexity, rows = self._master(whole=False)
+        model, _, convexity, rows = self._master(self.patterns, whole=False)
         model.optimize()
         prices = np.zeros(len(self.reduced.types))
         for number, row in rows.items():
@@ -188,12 +196,14 @@ class ColumnGeneration:
         return prices, float(convexity.pi)
 
     def whole(self) -> Assigned | None:
-        """Return visits (pod, station) and parts of the best choice of whole patterns, or None when time is up."""
-        model, _, _, _ = self._master(whole=True)
-        outcome = optimise(model, self.limits, absolute_gap=0.9, seconds=self.seconds_left())
-        if outcome.values is None:
+        """Return visits (pod, station) and parts of the best choice of whole patterns, or None when time is up.
+
+        Where there are few orders, it is looked for among the patterns that may reach the bound first.
+        """
+        used = self._choice(self._close()) if self.pricing.few_orders and len(self.prices) else None
+        used = used or self._choice(self.patterns)
+        if used is None:
             return None
-        used = [p for p, value in zip(self.patterns, outcome.values, strict=True) for _ in range(round(value))]
         visits: list[tuple[int, int]] = []
         parts: list[Part] = []
         left = [list(kind.orders) for kind in self.reduced.types]
@@ -203,6 +213,13 @@ class ColumnGeneration:
                 skus = tuple(sku for sku, _ in self.reduced.types[number].lines)
                 parts += [Part(left[number].pop(0), station, skus) for _ in range(orders)]
         return tuple(visits), tuple(parts)
+
+    def _choice(self, patterns: list[Pattern]) -> list[Pattern] | None:
+        model, _, _, _ = self._master(patterns, whole=True)
+        outcome = optimise(model, self.limits, absolute_gap=0.9, seconds=self.seconds_left())
+        if outcome.values is None:
+            return None
+        return [p for p, value in zip(patterns, outcome.values, strict=True) for _ in range(round(value))]
 
 
 @define

@@ -22,6 +22,14 @@ MOST_WORK = 2_000_000
 """Steps of the search for sets of pods before the aggregated model prices."""
 KEPT = 60
 """Sets of pods of each size that become patterns in one round."""
+QUICK_WORK = 20_000
+"""Steps of the search after which, where there are few orders, only patterns that are better yet are looked for."""
+FEW = 2
+"""There are few orders if their items are less than so many times the free places.
+
+Then most sets of pods complete enough, and what tells them apart is which orders they are for. So a search for sets of
+a given worth leaves out the orders that no station with that worth can have.
+"""
 CLOSE = 1e-6
 """Values that differ by less are the same."""
 SAFE = 1e-4
@@ -65,6 +73,10 @@ class Pricing:
         Places of an order of each type, and how many orders the type has.
     missing
         SKUs of each type that no pod at the stations has.
+    work
+        Steps of the searches so far.
+    few_orders
+        Whether there are few orders: see `FEW`.
     pods, brings
         A pod (position) for each class of pods, and the SKUs that it may bring.
     """
@@ -78,6 +90,8 @@ class Pricing:
         self.counts = np.array([len(kind.orders) for kind in types], dtype=np.int64)
         self.missing = [[sku for sku, _ in kind.lines if not covered[sku]] for kind in types]
         self.arrays, self.pods = arrays_of(reduced)
+        self.work = 0
+        self.few_orders = int((self.sizes * self.counts).sum()) < FEW * sum(reduced.capacities)
         skus = np.split(self.arrays.pod_sku, self.arrays.pod_start[1:-1])
         self.brings = [held.tolist() for held in skus] if self.pods else []
         type_of = {order: t for t, kind in enumerate(types) for order in kind.orders}
@@ -97,9 +111,12 @@ class Pricing:
         most = float(self.weight * self.room)
         found: list[tuple[float, Pattern]] = []
         least = limit = min(most, limit)
+        before = self.work
         for number in range(len(self.pods) + 1):
             if number >= least - CLOSE:  # a pattern with so many pods is worth at least as much
                 return Priced(found, least)
+            if self.few_orders and self.work - before > QUICK_WORK:
+                limit = least  # there are good patterns already, and a better one is what is left to know
             sets = self.sets(number, values, number + most - limit, KEPT)
             if sets is None:
                 return Priced(found, None)
@@ -157,14 +174,35 @@ class Pricing:
 
         work = np.zeros(1, dtype=np.int64)
         values = values[self.type_of]
+        if self.few_orders:
+            values = np.where(self._most_with(values) >= least - SAFE, values, 0.0)
         price = price_of(self.reduced, len(self.pods), number)
         most_work = self.limits.effort.most(MOST_WORK, price)
         worths, sets = best_sets(self.arrays, number, values, least, kept, work, most_work)
         self.limits.effort.take(price * float(work[0]))
+        self.work += int(work[0])
         if work[0] > most_work:
             self.limits.effort.short |= most_work < MOST_WORK
             return None
         return sorted((worth, chosen) for worth, chosen in zip(worths.tolist(), sets.tolist(), strict=True))
+
+    def _most_with(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what a station is worth at most with each of the orders, had it all SKUs: by a knapsack."""
+        sizes, places, n = self.sizes[self.type_of], self.room + 1, len(values)
+        before, after = np.zeros((n + 1, places)), np.zeros((n + 1, places))  # by the places that may be taken
+        for table, orders in ((before, range(n)), (after, range(n - 1, -1, -1))):
+            for row, order in enumerate(orders):
+                size = int(sizes[order])
+                table[row + 1] = table[row]
+                if size < places and values[order] > 0:
+                    with_it = table[row, : places - size] + values[order]
+                    table[row + 1, size:] = np.maximum(table[row, size:], with_it)
+        most = np.zeros(n)
+        for order in range(n):
+            left = places - int(sizes[order])
+            if left > 0:
+                most[order] = values[order] + (before[order, :left] + after[n - 1 - order, :left][::-1]).max()
+        return most
 
     def _pattern(self, chosen: Sequence[int], values: NDArray[np.float64]) -> Pattern:
         """Return the best pattern of a set of pods (numbers of classes)."""

@@ -20,12 +20,16 @@ seeds = st.integers(0, 10**6)
 
 @pytest.fixture(name="arrays_from", scope="module")
 def arrays_from_fixture(random_period):
-    """Return a function from a seed to a random period as arrays, its number of pods, and a worth for each order."""
+    """Return a function from a seed to a random period as arrays, its number of pods, and a worth for each order.
+
+    Half of them are searched with the sharper bound that large periods have.
+    """
 
     def make(seed: int) -> tuple[Arrays, int, np.ndarray]:
         arrays, pods = arrays_of(Reduced(random_period(seed), Model.SPLIT_AMONG_STATIONS))
         rng = np.random.default_rng(seed)
-        return arrays, len(pods), rng.uniform(-0.5, 3, len(arrays.order_start) - 1)
+        worth = rng.uniform(-0.5, 3, len(arrays.order_start) - 1)
+        return arrays._replace(sharp=bool(rng.integers(2))), len(pods), worth
 
     return make
 

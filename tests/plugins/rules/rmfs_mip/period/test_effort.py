@@ -10,6 +10,8 @@ from rmfs_mip.printed.constraints import violation
 from rmfs_mip.printed.solver import Limits
 from rmfs_mip.proof.steps import proof_of
 
+SPLIT = (Model.SPLIT_AMONG_STATIONS, Model.SPLIT_OVER_TIME)
+
 
 def ended(period, model, steps, capacity=None, weight=2):
     """Return what a budget of steps comes to; it satisfies the printed constraints."""
@@ -31,20 +33,37 @@ def test_little_effort_leaves_a_bound_and_a_solution(small_periods, brute_force,
     assert unproven or steps
 
 
+MANY = pytest.param(range(60, 380), marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize("seeds", [range(60), MANY], ids=["some", "many"])
 @pytest.mark.parametrize("model", Model)
-def test_little_effort_with_few_items(scarce_periods, brute_force_from_stock, model):
+def test_little_effort_with_few_items(scarce_period, brute_force_from_stock, model, seeds):
     """So it is where pods run out."""
-    for period in scarce_periods:
+    for seed in seeds:
+        period = scarce_period(seed)
         solution = ended(period, model, 0)
-        assert solution.bound <= brute_force_from_stock(period, model, 2) <= solution.objective
+        assert solution.bound <= brute_force_from_stock(period, model, 2) <= solution.objective, seed
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("splits", [0, 1, 2])
+@pytest.mark.parametrize("model", SPLIT)
+def test_little_effort_with_few_items_and_splits(scarce_period, brute_force_from_stock, model, splits):
+    """So it is where pods run out and few orders may be split."""
+    for seed in range(380, 700):
+        period = scarce_period(seed)
+        solution = ended(period, model, 0, period.split_open + splits)
+        assert solution.bound <= brute_force_from_stock(period, model, 2, splits) <= solution.objective, seed
+
+
+@pytest.mark.parametrize("seeds", [range(40), MANY], ids=["some", "many"])
 @pytest.mark.parametrize("splits", [0, 1])
-def test_little_effort_with_few_splits(splitting_period, brute_force, splits):
+def test_little_effort_with_few_splits(splitting_period, brute_force, splits, seeds):
     """So it is where few orders may be split, and with a weight that is not whole."""
-    for seed in range(40):
+    for seed in seeds:
         period = splitting_period(seed, orders=4, stations=2, skus=6)
-        for model in (Model.SPLIT_AMONG_STATIONS, Model.SPLIT_OVER_TIME):
+        for model in SPLIT:
             for weight in (1.5, 2):
                 solution = ended(period, model, 0, period.split_open + splits, weight)
                 assert solution.bound <= brute_force(period, model, weight, splits) <= solution.objective, seed
