@@ -35,9 +35,12 @@ class Check:
             raise ValueError(f"expected {self.expected}, found {shown}")
 
 
-def at_least(least: int) -> Check:
-    """Return the check for a whole number of at least ``least``."""
-    return Check(f"a whole number >= {least}", lambda value: bool(value >= least), {"minimum": least})
+def at_least(least: int, most: int | None = None) -> Check:
+    """Return the check for a whole number of at least ``least`` and, so that it fits into memory, at most ``most``."""
+    if most is None:
+        return Check(f"a whole number >= {least}", lambda value: bool(value >= least), {"minimum": least})
+    expected = f"a whole number from {least} to {most:,}"
+    return Check(expected, lambda value: bool(least <= value <= most), {"minimum": least, "maximum": most})
 
 
 def within(least: float, most: float) -> Check:

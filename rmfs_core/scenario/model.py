@@ -27,6 +27,9 @@ from rmfs_core.scenario.checks import (
 )
 from rmfs_core.scenario.source import Source
 
+MOST_ORDERS, MOST_PODS, MOST_PLACES, MOST_CELLS = 2_000_000, 100_000, 5_000_000, 1_000_000
+"""Of what a scenario asks for; some gigabytes of memory each."""
+
 
 def key(doc: str, default: Any = NOTHING, *, unit: str | None = None, check: Any = None, factory: Any = None) -> Any:
     """Field of a scenario section: documented, with its unit and its check."""
@@ -80,10 +83,10 @@ class SkuDemand:
 class InstanceSection:
     """Orders, SKUs and pods: the paper's generator (Section 4.1.1) or CSV files."""
 
-    orders: int = key("Number of orders |O| to generate", 250, check=at_least(0))
-    skus: int = key("Number of SKUs |I|", 100, check=at_least(1))
-    pods: int = key("Number of pods with contents |P|", 100, check=at_least(1))
-    skus_per_pod: int = key("SKUs per pod, alpha", 3, check=at_least(1))
+    orders: int = key("Number of orders |O| to generate", 250, check=at_least(0, MOST_ORDERS))
+    skus: int = key("Number of SKUs |I|", 100, check=at_least(1, MOST_ORDERS))
+    pods: int = key("Number of pods with contents |P|", 100, check=at_least(1, MOST_PODS))
+    skus_per_pod: int = key("SKUs per pod, alpha", 3, check=at_least(1, MOST_PODS))
     max_lines: int = key(
         "Longest order to generate: order lengths are geometric, truncated to 1..min(|I|, max_lines)",
         15,
@@ -111,27 +114,36 @@ class InstanceSection:
             raise ValueError(f"expected `lines` with weights >= 0, one of up to {self.skus} lines (`skus`) above 0")
         if self.orders_file is None and self.skus_per_pod > self.skus:
             raise ValueError(f"expected skus_per_pod <= skus, found {self.skus_per_pod} > {self.skus}")
+        if self.orders_file is None and self.pods * self.skus_per_pod > MOST_PLACES:
+            raise ValueError(f"expected pods * skus_per_pod <= {MOST_PLACES:,}, found {self.pods * self.skus_per_pod}")
 
 
 @frozen
 class LayoutSection:
     """The grid: RAWSim-O's block layout, or a text map."""
 
-    block_rows: int = key("Rows of blocks of storage locations", 9, check=at_least(1))
-    block_columns: int = key("Columns of blocks", 7, check=at_least(1))
-    block_length: int = key("Storage locations along a block; a block is 2 deep", 4, unit="cells", check=at_least(1))
-    hall_width: int = key("Width of the hall on the east and west side", 5, unit="cells", check=at_least(1))
-    stations_east: int = key("Picking stations on the east side", 4, check=at_least(0))
-    stations_west: int = key("Picking stations on the west side", 0, check=at_least(0))
+    block_rows: int = key("Rows of blocks of storage locations", 9, check=at_least(1, MOST_PODS))
+    block_columns: int = key("Columns of blocks", 7, check=at_least(1, MOST_PODS))
+    block_length: int = key(
+        "Storage locations along a block; a block is 2 deep", 4, unit="cells", check=at_least(1, MOST_PODS)
+    )
+    hall_width: int = key("Width of the hall on the east and west side", 5, unit="cells", check=at_least(1, MOST_PODS))
+    stations_east: int = key("Picking stations on the east side", 4, check=at_least(0, MOST_PODS))
+    stations_west: int = key("Picking stations on the west side", 0, check=at_least(0, MOST_PODS))
     map_file: str | None = key("Text map to use instead of the block layout", None)
     pod_fill: float = key("Share of the storage locations that hold a pod, with contents or empty", 0.85, check=SHARE)
+
+    def __attrs_post_init__(self) -> None:
+        cells = (self.block_rows * 3 + 2) * (self.block_columns * (self.block_length + 1) + 2 * self.hall_width)
+        if self.map_file is None and cells > MOST_CELLS:
+            raise ValueError(f"expected at most {MOST_CELLS:,} cells in all, found blocks and halls of about {cells:,}")
 
 
 @frozen
 class RobotsSection:
     """The robots and how they move."""
 
-    count: int = key("Number of robots", 8, check=at_least(1))
+    count: int = key("Number of robots", 8, check=at_least(1, MOST_PODS))
     acceleration_m_per_s2: float = key("Acceleration and deceleration", 1.0, unit="m/s^2", check=MOVING)
     top_speed_m_per_s: float = key("Top speed", 1.5, unit="m/s", check=MOVING)
     full_turn_s: float = key("Time of a full turn on the spot", 2.5, unit="s", check=DURATION)

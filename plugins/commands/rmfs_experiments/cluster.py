@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from typing import Any
 
@@ -13,6 +14,10 @@ from rmfs_experiments.workers import WorkerDiedError
 TIMEOUT_S = 10
 QUEUED_PER_THREAD = 2
 """Runs handed over for each thread of the cluster: no worker waits while a result travels."""
+
+
+SILENT = ("distributed", "tornado", "asyncio")
+"""Libraries whose loggers show a lost scheduler with tracebacks, before it is told in a sentence."""
 
 
 class ClusterWorkers:
@@ -45,6 +50,7 @@ class ClusterWorkers:
             raise InputError("dask", f"expected the address of a scheduler, tcp://host:8786, found {address}")
         self.address = address
         self.closed = False
+        _quieten()
         self._client: Any
         try:
             self._client = Client(  # type: ignore[no-untyped-call]
@@ -82,3 +88,10 @@ class ClusterWorkers:
         """Drop the runs that are handed over, and the connection."""
         self.closed = True
         self._client.close(timeout=TIMEOUT_S)
+
+
+def _quieten() -> None:
+    """Let libraries log nothing: what comes of runs, and of the scheduler, is told by errors."""
+    for name, logger in list(logging.getLogger().manager.loggerDict.items()):
+        if name.partition(".")[0] in SILENT and isinstance(logger, logging.Logger):
+            logger.disabled = True

@@ -5,11 +5,14 @@ from __future__ import annotations
 import os
 import re
 import signal
+import sys
 import threading
 import time
+import warnings
 from collections import deque
 
 from joblib.externals.loky import BrokenProcessPool, ProcessPoolExecutor
+from joblib.externals.loky.backend.resource_tracker import ensure_running
 
 from rmfs_experiments.experiment import Job
 from rmfs_experiments.outcome import Outcome, simulate
@@ -50,6 +53,7 @@ class LocalWorkers:
         return outcome
 
     def _open(self) -> ProcessPoolExecutor:
+        _keep_tracker()
         pool = ProcessPoolExecutor(
             max_workers=1, initializer=_depend_on_parent, initargs=(os.getpid(),), env=ONE_THREAD
         )
@@ -59,8 +63,32 @@ class LocalWorkers:
     def close(self) -> None:
         """Kill the processes."""
         self.closed = True
+        _keep_tracker()
         for pool in list(self._all):
             pool.shutdown(wait=True, kill_workers=True)
+
+
+_tracking = threading.Lock()
+
+
+def _keep_tracker() -> None:
+    """Start the process in which loky keeps track of its semaphores; anew, with a sentence, where it was killed.
+
+    One that is started anew knows nothing of what there was: the tracebacks that it would print of that tell nobody
+    anything.
+    """
+    with _tracking, warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        errors, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+        try:
+            os.dup2(nowhere, 2)
+            ensure_running()
+        finally:
+            os.dup2(errors, 2)
+            os.close(errors)
+            os.close(nowhere)
+    if any("resource_tracker" in str(warning.message) for warning in caught):
+        print("A helper process of joblib was killed; it is started anew, and no run is lost.", file=sys.stderr)
 
 
 def _depend_on_parent(parent: int) -> None:

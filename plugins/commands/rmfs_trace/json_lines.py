@@ -7,12 +7,17 @@ import json
 import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rmfs_core.errors import InputError
 from rmfs_core.info import RunInfo
 from rmfs_core.results.files import AtomicFile, to_json
+
+MOST_OF_A_LINE = 50_000_000
+MOST_OF_A_FILE = 5_000_000_000
+"""Signs that are read of a file, which may be a thousand times larger than it is compressed."""
 
 
 class JsonLinesFile:
@@ -81,8 +86,13 @@ def read_json_lines(path: str | Path) -> Iterator[tuple[str, dict[str, Any]]]:
     number = 0
     try:
         with gzip.open(path, "rt", encoding="utf-8") as stream:
-            for number, text in enumerate(stream, 1):
+            read = 0
+            for number, text in enumerate(iter(partial(stream.readline, MOST_OF_A_LINE + 1), ""), 1):
                 place = f"{path}, line {number}"
+                read += len(text)
+                if len(text) > MOST_OF_A_LINE or read > MOST_OF_A_FILE:
+                    most = f"a line of {MOST_OF_A_LINE:,} signs, and {MOST_OF_A_FILE:,} in all"
+                    raise InputError(place, f"the file is too large to be read; expected at most {most}")
                 try:
                     line = json.loads(text)
                 except json.JSONDecodeError as error:

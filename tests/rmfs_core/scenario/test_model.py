@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import attrs
 import pytest
 
+from rmfs_core.errors import InputError
 from rmfs_core.motion import Motion
+from rmfs_core.scenario import load_scenario
 from rmfs_core.scenario.model import (
     DRAWN,
     GENERATED,
@@ -116,3 +119,30 @@ def test_another_seed_is_another_scenario_and_another_folder_is_not() -> None:
     assert scenario.with_seed(2).with_seed(1) == scenario
     assert scenario.with_seed(2) != scenario
     assert attrs.evolve(scenario, folder="elsewhere") == scenario
+
+
+@pytest.mark.parametrize(
+    ("setting", "problem"),
+    [
+        ("instance.orders=1000000000", "expected a whole number from 0 to 2,000,000, found 1000000000"),
+        ("instance.orders=1000000000000000000", "expected a whole number from 0 to 2,000,000"),
+        ("instance.pods=10000000000", "expected a whole number from 1 to 100,000"),
+        ("robots.count=10000000000", "expected a whole number from 1 to 100,000"),
+        ("layout.block_rows=100000", "expected at most 1,000,000 cells in all, found blocks and halls of about"),
+        ("layout.hall_width=1000000000000000000", "expected a whole number from 1 to 100,000"),
+    ],
+)
+def test_what_no_memory_has_room_for_is_refused_at_once(setting: str, problem: str) -> None:
+    """Before anything of it is made."""
+    started = time.perf_counter()
+    with pytest.raises(InputError, match=problem):
+        load_scenario("examples/small", [setting])
+    assert time.perf_counter() - started < 2
+
+
+def test_many_skus_on_many_pods_are_refused() -> None:
+    """Each number alone is one that there could be."""
+    few = ["instance.skus=100000", "instance.skus_per_pod=100000"]
+    assert load_scenario("examples/small", few).instance.skus == 100_000
+    with pytest.raises(InputError, match=r"expected pods \* skus_per_pod <= 5,000,000, found 6000000"):
+        load_scenario("examples/small", [*few, "instance.pods=60"])

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from attrs import define, field
 
-from rmfs_core.errors import InputError
+from rmfs_core.errors import InputError, RunError
 from rmfs_core.results import load_result
 from rmfs_experiments import Experiment, Job, Row, Watcher, run_experiment
 
@@ -126,6 +126,19 @@ def test_a_run_that_kills_every_worker_is_given_up(
     result = run_experiment(one, store=tmp_path / "runs", dask=cluster.address)
     assert [row["status"] for row in result.rows] == ["complete", "failed"]
     assert "Dask workers died of it" in result.rows[1]["error"]
+
+
+@pytest.mark.slow
+def test_a_killed_scheduler_is_told_in_a_sentence(
+    cluster: Cluster, experiment: Write, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """What finished is kept; the libraries' tracebacks are not shown."""
+    cluster.start_worker("--no-nanny")
+    killer = KillerAfter(cluster.processes[0], runs=2)
+    with pytest.raises(RunError, match=f"the Dask scheduler at {cluster.address} is lost; what finished is kept"):
+        run_experiment(experiment(LONGER), store=tmp_path / "runs", dask=cluster.address, watcher=killer)
+    assert len(list((tmp_path / "runs").iterdir())) >= 2
+    assert capfd.readouterr().err == ""
 
 
 @pytest.mark.slow

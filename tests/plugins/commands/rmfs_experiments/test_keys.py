@@ -61,7 +61,7 @@ def test_the_hours_of_a_profile_count(tmp_path: Path) -> None:
     keys = set()
     for weight in (1, 2):
         file.write_text(f"hour,weight\n9,{weight}\n", encoding="utf-8")
-        keys.add(run_key(load_scenario("grocery-day", [f"instance.arrivals.profile={file}"]), VERSIONS)(1))
+        keys.add(run_key(load_scenario("grocery-day", [f"instance.arrivals.profile={file}"]), VERSIONS, SOURCES)(1))
     assert len(keys) == 2
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import psutil
 import pytest
 from attrs import evolve
 
@@ -40,3 +41,20 @@ def test_runs_and_deaths(experiment: Callable[..., Experiment], folder: Path) ->
     finally:
         workers.close()
     assert workers.closed
+
+
+def test_a_killed_helper_of_joblib_is_told_in_a_sentence(
+    experiment: Callable[..., Experiment], capfd: pytest.CaptureFixture[str]
+) -> None:
+    """It keeps track of semaphores; the runs go on without it, and nothing of it is told by tracebacks."""
+    job = experiment().jobs()[0]
+    workers = LocalWorkers(1)
+    try:
+        assert workers.run(job).result is not None
+        for child in psutil.Process().children():
+            if "loky.backend.resource_tracker" in " ".join(child.cmdline()):
+                child.kill()
+        assert workers.run(job).result is not None
+    finally:
+        workers.close()
+    assert capfd.readouterr().err == "A helper process of joblib was killed; it is started anew, and no run is lost.\n"

@@ -68,3 +68,15 @@ def test_recorders_write_beside_the_results(tiny: RunInfo, tmp_path: Path) -> No
     assert beside_results(evolve(tiny, out=tmp_path), "lines.gz") == tmp_path / "lines.gz"
     with pytest.raises(InputError, match=r"^lines.gz: is written beside the results; expected a run with a folder for"):
         beside_results(tiny, "lines.gz")
+
+
+@pytest.mark.parametrize(("limit", "line"), [("MOST_OF_A_LINE", 2), ("MOST_OF_A_FILE", 3)])
+def test_a_file_that_is_larger_than_memory_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, limit: str, line: int
+) -> None:
+    """A small file may hold a line, or lines, of gigabytes; it is read no further."""
+    with gzip.open(tmp_path / "large.gz", "wt") as stream:
+        stream.write("{}\n" + '{"a": "' + "x" * 90 + '"}\n{"b": 1}\n')
+    monkeypatch.setattr(f"rmfs_trace.json_lines.{limit}", {"MOST_OF_A_LINE": 50, "MOST_OF_A_FILE": 105}[limit])
+    with pytest.raises(InputError, match=f"large.gz, line {line}: the file is too large to be read; expected at most"):
+        list(read_json_lines(tmp_path / "large.gz"))
