@@ -83,7 +83,7 @@ def test_every_rule_runs_in_every_world_with_every_seed() -> None:
 
 def test_what_is_measured_is_what_a_run_reports() -> None:
     """The same metrics as those of the scenario with these rules."""
-    (run,) = bench([contestant("random", RuleChoice("random"))], ["small"], [5], overrides=FEW)
+    (run,) = bench([contestant("random", RuleChoice("random"), decides=Role.PR)], ["small"], [5], overrides=FEW)
     rules = ("poa=pod-match", "pps=demand", "pr=random", "ta=nearest-robot", "pp=free-flow")
     expected = rmfs_core.run("examples/small", seed=5, overrides=[*FEW, *(f"rules.{rule}" for rule in rules)])
     assert run.metrics == {name: expected.metrics[name] for name in QUALITY}

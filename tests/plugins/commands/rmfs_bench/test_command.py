@@ -126,7 +126,7 @@ def test_long_names_of_rules_are_whole(
 
 @pytest.mark.parametrize(
     ("rule", "field"),
-    [("random", "PR"), ("balanced", "TA"), ("sipp", "PP"), ('{ rule = "most-covered", n = 2 }', "filter")],
+    [("fixed", "PR"), ("balanced", "TA"), ("sipp", "PP"), ('{ rule = "most-covered", n = 2 }', "filter")],
 )
 def test_every_kind_of_rule(capsys: pytest.CaptureFixture[str], rule: str, field: str) -> None:
     """Rules of every decision can be measured, with parameters."""

@@ -75,7 +75,7 @@ def test_seed(decide: Any) -> None:
         (("--rule", "first-come"), {"order": {}}, "state.json, order: unknown key (did you mean `orders`?)"),
         (("--rule", "firstcome"), {}, 'there is no rule "firstcome" (did you mean `first-come`'),
         (("--rule", "integrated", "--set", "gap=-1"), {}, "gap"),
-        (("--rule", "random"), {}, "decides PR, but the state has no layout"),
+        (("--rule", "fixed"), {}, "decides PR, but the state has no layout"),
         (("--rule", "./mine.py:Mine", "--no-inline-rules"), {}, "--no-inline-rules refuses"),
         ((), {}, "Missing option '--rule'"),
     ],
