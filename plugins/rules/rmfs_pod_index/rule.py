@@ -339,31 +339,31 @@ class _Deciding(_Seen):
             takes=np.empty((len(lines.order), 2), np.int64),
             sends=np.empty((len(pods), 2), np.int64),
             found=np.empty(len(pods), np.int64),
-            count=np.zeros(9, np.int64),
+            numbers=np.zeros(9, np.int64),
         )
-        self.period.count[AT_WORK] = any(station.load for station in stations)
-        self.period.count[PACKING_ROOM] = (rule.packing_capacity or 0) - warehouse.split_orders_open
+        self.period.numbers[AT_WORK] = any(station.load for station in stations)
+        self.period.numbers[PACKING_ROOM] = (rule.packing_capacity or 0) - warehouse.split_orders_open
 
     def decision(self) -> JointDecision:
         """Let stations take lines and send pods, and return what was chosen as the kernel takes it."""
         rule, known, period, warehouse = self.rule, self.known, self.period, self.warehouse
         weights, found = _weights(rule), period.found
         while (end := advance(period, known.shelves, weights, known.nothing)) != DONE:
-            station = int(period.turn[period.count[AT]])
-            pods = self._by_distance(found[: period.count[FOUND]].tolist(), station)
-            chosen = pods[:1] if end == TIE else self._enough(pods, int(period.count[LINE]), station)
-            found[: len(chosen)], period.count[FOUND] = chosen, len(chosen)
+            station = int(period.turn[period.numbers[AT]])
+            pods = self._by_distance(found[: period.numbers[FOUND]].tolist(), station)
+            chosen = pods[:1] if end == TIE else self._enough(pods, int(period.numbers[LINE]), station)
+            found[: len(chosen)], period.numbers[FOUND] = chosen, len(chosen)
             bring_pods(period, known.shelves, weights)
         parts: dict[tuple[int, int], list[int]] = {}
-        takes = period.takes[: period.count[TAKES]]
+        takes = period.takes[: period.numbers[TAKES]]
         for (_, station), order, sku in zip(
             takes.tolist(), self.lines.order_id[takes[:, 0]].tolist(), self.lines.sku[takes[:, 0]].tolist(), strict=True
         ):
             parts.setdefault((order, station), []).append(sku)
-        trips = [PodTrip(pod, station) for pod, station in period.sends[: period.count[SENDS]].tolist()]
+        trips = [PodTrip(pod, station) for pod, station in period.sends[: period.numbers[SENDS]].tolist()]
         known.quiet, known.quiet_until = None, NEVER
         if rule.elsewhere and rule.packing_capacity is None and not warehouse.filtered:
-            left = len(warehouse.backlog) - int(period.count[COMPLETED])
+            left = len(warehouse.backlog) - int(period.numbers[COMPLETED])
             known.settled = warehouse.now_tick, left, *period.room.tolist(), *period.inbound.tolist()
             if rule.urge_s and not period.counts_orders.any():
                 until, urgent_now = self.next_urgent(period.age, period.untaken)
@@ -440,5 +440,5 @@ def prepare(rule: PodIndex) -> None:
     )  # fmt: skip
     weights = _weights(rule)
     advance(period, shelves, weights, np.zeros(1, np.int64))
-    period.count[AT], period.count[FOUND] = 0, 0
+    period.numbers[AT], period.numbers[FOUND] = 0, 0
     bring_pods(period, shelves, weights)
