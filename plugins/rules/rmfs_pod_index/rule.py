@@ -56,7 +56,8 @@ class PodIndex:
 
         w = c_l / (sum of c over the open lines of o) ** finish,
 
-    most when it is the last one. The index of a pod for a station is the worth that it brings a second: the largest
+    most when it is the last one, times priority_factor ** (its order's priority) and, with a due time,
+    1 + (due_factor - 1) * exp(-max(seconds until it is due, 0) / due_s). The index of a pod for a station is the worth that it brings a second: the largest
     ratio, over the sets of lines that the pod would cover and the station does not, of
 
         sum of w to visit_s + handle_s * items,
@@ -68,7 +69,8 @@ class PodIndex:
     fewer than most_pods pods are there or on their way, and the largest index of a pod that is stored or leaving is
     above stay * w / (handle_s * q) of that line (above 0 where none is covered), it sends that pod, the nearest of
     equals, and takes its best line. Where neither is to be had, its places stay free. While stations are at work, pods
-    wait until it pays: one is sent only when the ages of its open lines, and base_s for each, add up to urge_s.
+    wait until it pays: one is sent only when the ages of its open lines, and base_s for each, add up to urge_s; the
+    rule wakes up then.
 
     A line that no single pod can serve is brought by several, when there is nothing else to send.
 
@@ -79,6 +81,9 @@ class PodIndex:
 
     W. Dinkelbach: On nonlinear fractional programming. Management Science 13, 492-498, 1967.
     https://doi.org/10.1287/mnsc.13.7.492 (how the largest ratio is found)
+
+    A. P. J. Vepsalainen, T. E. Morton: Priority rules for job shops with weighted tardiness costs. Management Science
+    33, 1035-1047, 1987. https://doi.org/10.1287/mnsc.33.8.1035 (how a job is worth more the sooner it is due)
     """
 
     splits_over_time: ClassVar[bool] = True
@@ -100,7 +105,7 @@ class PodIndex:
         },
     )
     finish: float = field(
-        default=0.7,
+        default=0.85,
         validator=validators.ge(0),
         metadata={
             "doc": "How much more a line is worth the less its order has left: 0 not at all, 1 as in Smith's rule"
@@ -161,7 +166,10 @@ class PodIndex:
     due_s: float = field(
         default=1800.0,
         validator=validators.gt(0),
-        metadata={"unit": "s", "doc": "How long before it is due an order's lines begin to be worth more"},
+        metadata={
+            "unit": "s",
+            "doc": "How long before an order is due what its lines are worth more has fallen to 37 %",
+        },
     )
     _known: _Known | None = field(default=None, init=False, eq=False, repr=False)
 
