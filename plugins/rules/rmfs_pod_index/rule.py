@@ -57,8 +57,9 @@ class PodIndex:
         w = c_l / (sum of c over the open lines of o) ** finish,
 
     most when it is the last one, times priority_factor ** (its order's priority) and, with a due time,
-    1 + (due_factor - 1) * exp(-max(seconds until it is due, 0) / due_s). The index of a pod for a station is the worth that it brings a second: the largest
-    ratio, over the sets of lines that the pod would cover and the station does not, of
+    1 + (due_factor - 1) * exp(-max(seconds until it is due, 0) / due_s). The index of a pod for a station is the worth
+    that it brings a second: the largest ratio, over the sets of lines that the pod would cover and the station does
+    not, of
 
         sum of w to visit_s + handle_s * items,
 
