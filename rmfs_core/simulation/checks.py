@@ -19,7 +19,6 @@ from rmfs_core.world import Layout
 T = TypeVar("T")
 LONGEST_WAIT_TICKS = 30 * 86_400_000
 """A leg may wait 30 days: longer than any traffic jam of the slowest robots, short enough for exact sums of ticks."""
-FAR_OFF_S = 1e12
 
 
 def whole(what: str, value: object) -> int:
@@ -164,7 +163,7 @@ def wake_tick(now: int, given: object) -> int | None:
     if given is None:
         return None
     number = isinstance(given, int | float | np.integer | np.floating) and given is not True
-    if number and to_seconds(now) < given < FAR_OFF_S:  # type: ignore[operator]
+    if number and to_seconds(now) < given < 1e12:  # type: ignore[operator]
         tick = to_ticks(float(given))  # type: ignore[arg-type]
         return tick + (to_seconds(tick) < given)  # type: ignore[operator]
     raise ImpossibleError(f"wants to wake at {shown_short(given)}; expected finite seconds after now, or None")

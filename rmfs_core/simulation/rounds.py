@@ -38,7 +38,6 @@ class Decisions:
         assigning = run.rules.poa_pps or run.rules.poa
         assert assigning is not None
         self.assigning: BoundRule = assigning
-        # when to wake up: a rule that plays several roles is asked once
         self._waking = list({id(rule.instance): rule for rule in run.rules.deciding if rule.wake is not None}.values())
         self._alarm: int | None = None
         self._alarms: set[int] = set()

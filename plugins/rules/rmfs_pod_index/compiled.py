@@ -96,7 +96,7 @@ class Period(NamedTuple):
         Stations in the order of the turn.
     takes, sends, found
         (line, station) taken and (pod, station) sent so far; pods that are equally good.
-    count
+    numbers
         Numbers: takes, sends, found, place in the turn, length of the turn, line or NONE, whether a station is at work,
         room at the packing stations, orders of which all lines are taken.
     """
@@ -130,11 +130,11 @@ class Period(NamedTuple):
     takes: Ints
     sends: Ints
     found: Ints
-    count: Ints
+    numbers: Ints
 
 
 TAKES, SENDS, FOUND, AT, LENGTH, LINE, AT_WORK, PACKING_ROOM, COMPLETED = range(9)
-"""Where in ``Period.count`` each number is."""
+"""Where in ``Period.numbers`` each number is."""
 
 
 @njit(cache=True)
@@ -268,7 +268,7 @@ def fits(p, line, station, packing):  # type: ignore[no-untyped-def]
     if not p.untaken[line]:
         return False
     order = p.order[line]
-    if packing and not (p.split[order] or p.single[order] or p.count[PACKING_ROOM] > 0):
+    if packing and not (p.split[order] or p.single[order] or p.numbers[PACKING_ROOM] > 0):
         return False
     if p.counts_orders[station]:
         return p.room[station] > 0 or p.placed[station, order]
@@ -305,7 +305,7 @@ def best_covered(p, station, more_than, weights):  # type: ignore[no-untyped-def
 @njit(cache=True)
 def urgent(p, shelves, weights):  # type: ignore[no-untyped-def]
     """Which pods are wanted enough to be sent now: all of them where no station has anything to do."""
-    if not (p.count[AT_WORK] and weights.urge_ticks):
+    if not (p.numbers[AT_WORK] and weights.urge_ticks):
         return p.movable
     lines = (p.order, p.age, p.untaken, p.by_sku, p.first, p.wanted)
     total, _ = urges(lines, len(p.movable), shelves, p.items, weights.urge_ticks)
@@ -322,7 +322,7 @@ def best_pods(p, station, bound, pods, shelves, weights):  # type: ignore[no-unt
     rises from the bound to the ratio of a better pod until no pod is better (Dinkelbach's method), at O(lines +
     contents) a step.
     """
-    p.count[FOUND] = 0
+    p.numbers[FOUND] = 0
     w, q, start, end = wanted_there(p, station, weights)
     index, better = bound, NONE
     while True:
@@ -340,8 +340,8 @@ def best_pods(p, station, bound, pods, shelves, weights):  # type: ignore[no-unt
         values = gains(p, station, index * weights.handle_s, w, q, start, end, pods, shelves)
         for pod in range(len(pods)):
             if pods[pod] and values[pod] > index * weights.visit_s:
-                p.found[p.count[FOUND]] = pod
-                p.count[FOUND] += 1
+                p.found[p.numbers[FOUND]] = pod
+                p.numbers[FOUND] += 1
 
 
 @njit(cache=True)
@@ -434,8 +434,8 @@ def brought(held, rate, w, q, start, end):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def send(p, pod, station, shelves):  # type: ignore[no-untyped-def]
     """Decide a trip."""
-    p.sends[p.count[SENDS], 0], p.sends[p.count[SENDS], 1] = pod, station
-    p.count[SENDS] += 1
+    p.sends[p.numbers[SENDS], 0], p.sends[p.numbers[SENDS], 1] = pod, station
+    p.numbers[SENDS] += 1
     if p.last[pod] != NONE:
         bring(p.available, pod, p.last[pod], -1, shelves, p.items)
     p.last[pod] = station
@@ -450,13 +450,13 @@ def take(p, line, station, weights):  # type: ignore[no-untyped-def]
     order, quantity = p.order[line], p.quantity[line]
     if weights.packing:
         new = 1
-        for k in range(p.count[TAKES]):
+        for k in range(p.numbers[TAKES]):
             if p.takes[k, 1] == station and p.order[p.takes[k, 0]] == order:
                 new = 0
         p.parts[order] += new
-    p.takes[p.count[TAKES], 0], p.takes[p.count[TAKES], 1] = line, station
-    p.count[TAKES] += 1
-    p.count[AT_WORK] = 1
+    p.takes[p.numbers[TAKES], 0], p.takes[p.numbers[TAKES], 1] = line, station
+    p.numbers[TAKES] += 1
+    p.numbers[AT_WORK] = 1
     if p.counts_orders[station]:
         if not p.placed[station, order]:
             p.room[station] -= 1
@@ -467,10 +467,10 @@ def take(p, line, station, weights):  # type: ignore[no-untyped-def]
     p.available[station, p.sku[line]] -= quantity
     look_at(line, p.order, p.sku, p.quantity, p.share, p.untaken, p.factor, p.left, p.power, weights)
     rest = p.left[order] > 0
-    p.count[COMPLETED] += not rest
+    p.numbers[COMPLETED] += not rest
     if weights.packing and not p.before[order]:
         split = rest or p.parts[order] > 1
-        p.count[PACKING_ROOM] += int(p.split[order]) - int(split)
+        p.numbers[PACKING_ROOM] += int(p.split[order]) - int(split)
         p.split[order] = split
 
 
@@ -489,8 +489,8 @@ def scattered(p, station, pods, shelves, packing):  # type: ignore[no-untyped-de
                 for k in range(shelves.first_with[p.sku[line]], shelves.first_with[p.sku[line] + 1]):
                     entry = shelves.by_sku[k]
                     if pods[shelves.pod[entry]] and p.items[entry] > 0:
-                        p.found[p.count[FOUND]] = shelves.pod[entry]
-                        p.count[FOUND] += 1
+                        p.found[p.numbers[FOUND]] = shelves.pod[entry]
+                        p.numbers[FOUND] += 1
                 return line
     return NONE
 
@@ -502,8 +502,8 @@ def advance(p, shelves, weights, nothing):  # type: ignore[no-untyped-def]
     ``nothing`` is 0 for each SKU. Where it ends with `TIE` or `GATHER`, the station's turn goes on with `bring_pods`.
     """
     while True:
-        while p.count[AT] < p.count[LENGTH]:
-            station = p.turn[p.count[AT]]
+        while p.numbers[AT] < p.numbers[LENGTH]:
+            station = p.turn[p.numbers[AT]]
             line, most = best_covered(p, station, nothing, weights)
             if p.inbound[station] < weights.most_pods:
                 bound = 0.0
@@ -511,14 +511,14 @@ def advance(p, shelves, weights, nothing):  # type: ignore[no-untyped-def]
                     bound = weights.stay * most / (weights.handle_s * p.quantity[line])
                 pods = urgent(p, shelves, weights)
                 best_pods(p, station, bound, pods, shelves, weights)
-                if p.count[FOUND] > 1:
+                if p.numbers[FOUND] > 1:
                     return TIE
-                if p.count[FOUND] == 1:
+                if p.numbers[FOUND] == 1:
                     bring_pods(p, shelves, weights)
                     continue
                 if line == NONE:
-                    p.count[LINE] = scattered(p, station, pods, shelves, weights.packing)
-                    if p.count[LINE] != NONE:
+                    p.numbers[LINE] = scattered(p, station, pods, shelves, weights.packing)
+                    if p.numbers[LINE] != NONE:
                         return GATHER
             end_turn(p, station, line, weights)
         if not begin_turn(p):
@@ -528,9 +528,9 @@ def advance(p, shelves, weights, nothing):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def bring_pods(p, shelves, weights):  # type: ignore[no-untyped-def]
     """Send the pods found to the station whose turn it is, which takes the best line that they bring."""
-    station = p.turn[p.count[AT]]
+    station = p.turn[p.numbers[AT]]
     before = p.available[station].copy()
-    for k in range(p.count[FOUND]):
+    for k in range(p.numbers[FOUND]):
         send(p, p.found[k], station, shelves)
     line, _ = best_covered(p, station, before, weights)
     end_turn(p, station, line, weights)
@@ -542,7 +542,7 @@ def end_turn(p, station, line, weights):  # type: ignore[no-untyped-def]
     if line != NONE:
         take(p, line, station, weights)
     p.open[station] = line != NONE and (p.room[station] > 0 or p.counts_orders[station])
-    p.count[AT] += 1
+    p.numbers[AT] += 1
 
 
 @njit(cache=True)
@@ -557,5 +557,5 @@ def begin_turn(p):  # type: ignore[no-untyped-def]
                 at -= 1
             p.turn[at] = station
             number += 1
-    p.count[AT], p.count[LENGTH] = 0, number
+    p.numbers[AT], p.numbers[LENGTH] = 0, number
     return number > 0

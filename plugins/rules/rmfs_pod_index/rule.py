@@ -56,8 +56,10 @@ class PodIndex:
 
         w = c_l / (sum of c over the open lines of o) ** finish,
 
-    most when it is the last one. The index of a pod for a station is the worth that it brings a second: the largest
-    ratio, over the sets of lines that the pod would cover and the station does not, of
+    most when it is the last one, times priority_factor ** (its order's priority) and, with a due time,
+    1 + (due_factor - 1) * exp(-max(seconds until it is due, 0) / due_s). The index of a pod for a station is the worth
+    that it brings a second: the largest ratio, over the sets of lines that the pod would cover and the station does
+    not, of
 
         sum of w to visit_s + handle_s * items,
 
@@ -68,7 +70,8 @@ class PodIndex:
     fewer than most_pods pods are there or on their way, and the largest index of a pod that is stored or leaving is
     above stay * w / (handle_s * q) of that line (above 0 where none is covered), it sends that pod, the nearest of
     equals, and takes its best line. Where neither is to be had, its places stay free. While stations are at work, pods
-    wait until it pays: one is sent only when the ages of its open lines, and base_s for each, add up to urge_s.
+    wait until it pays: one is sent only when the ages of its open lines, and base_s for each, add up to urge_s; the
+    rule wakes up then.
 
     A line that no single pod can serve is brought by several, when there is nothing else to send.
 
@@ -79,6 +82,9 @@ class PodIndex:
 
     W. Dinkelbach: On nonlinear fractional programming. Management Science 13, 492-498, 1967.
     https://doi.org/10.1287/mnsc.13.7.492 (how the largest ratio is found)
+
+    A. P. J. Vepsalainen, T. E. Morton: Priority rules for job shops with weighted tardiness costs. Management Science
+    33, 1035-1047, 1987. https://doi.org/10.1287/mnsc.33.8.1035 (how a job is worth more the sooner it is due)
     """
 
     splits_over_time: ClassVar[bool] = True
@@ -100,7 +106,7 @@ class PodIndex:
         },
     )
     finish: float = field(
-        default=0.7,
+        default=0.85,
         validator=validators.ge(0),
         metadata={
             "doc": "How much more a line is worth the less its order has left: 0 not at all, 1 as in Smith's rule"
@@ -161,7 +167,10 @@ class PodIndex:
     due_s: float = field(
         default=1800.0,
         validator=validators.gt(0),
-        metadata={"unit": "s", "doc": "How long before it is due an order's lines begin to be worth more"},
+        metadata={
+            "unit": "s",
+            "doc": "How long before an order is due what its lines are worth more has fallen to 37 %",
+        },
     )
     _known: _Known | None = field(default=None, init=False, eq=False, repr=False)
 
@@ -339,31 +348,31 @@ class _Deciding(_Seen):
             takes=np.empty((len(lines.order), 2), np.int64),
             sends=np.empty((len(pods), 2), np.int64),
             found=np.empty(len(pods), np.int64),
-            count=np.zeros(9, np.int64),
+            numbers=np.zeros(9, np.int64),
         )
-        self.period.count[AT_WORK] = any(station.load for station in stations)
-        self.period.count[PACKING_ROOM] = (rule.packing_capacity or 0) - warehouse.split_orders_open
+        self.period.numbers[AT_WORK] = any(station.load for station in stations)
+        self.period.numbers[PACKING_ROOM] = (rule.packing_capacity or 0) - warehouse.split_orders_open
 
     def decision(self) -> JointDecision:
         """Let stations take lines and send pods, and return what was chosen as the kernel takes it."""
         rule, known, period, warehouse = self.rule, self.known, self.period, self.warehouse
         weights, found = _weights(rule), period.found
         while (end := advance(period, known.shelves, weights, known.nothing)) != DONE:
-            station = int(period.turn[period.count[AT]])
-            pods = self._by_distance(found[: period.count[FOUND]].tolist(), station)
-            chosen = pods[:1] if end == TIE else self._enough(pods, int(period.count[LINE]), station)
-            found[: len(chosen)], period.count[FOUND] = chosen, len(chosen)
+            station = int(period.turn[period.numbers[AT]])
+            pods = self._by_distance(found[: period.numbers[FOUND]].tolist(), station)
+            chosen = pods[:1] if end == TIE else self._enough(pods, int(period.numbers[LINE]), station)
+            found[: len(chosen)], period.numbers[FOUND] = chosen, len(chosen)
             bring_pods(period, known.shelves, weights)
         parts: dict[tuple[int, int], list[int]] = {}
-        takes = period.takes[: period.count[TAKES]]
+        takes = period.takes[: period.numbers[TAKES]]
         for (_, station), order, sku in zip(
             takes.tolist(), self.lines.order_id[takes[:, 0]].tolist(), self.lines.sku[takes[:, 0]].tolist(), strict=True
         ):
             parts.setdefault((order, station), []).append(sku)
-        trips = [PodTrip(pod, station) for pod, station in period.sends[: period.count[SENDS]].tolist()]
+        trips = [PodTrip(pod, station) for pod, station in period.sends[: period.numbers[SENDS]].tolist()]
         known.quiet, known.quiet_until = None, NEVER
         if rule.elsewhere and rule.packing_capacity is None and not warehouse.filtered:
-            left = len(warehouse.backlog) - int(period.count[COMPLETED])
+            left = len(warehouse.backlog) - int(period.numbers[COMPLETED])
             known.settled = warehouse.now_tick, left, *period.room.tolist(), *period.inbound.tolist()
             if rule.urge_s and not period.counts_orders.any():
                 until, urgent_now = self.next_urgent(period.age, period.untaken)
@@ -440,5 +449,5 @@ def prepare(rule: PodIndex) -> None:
     )  # fmt: skip
     weights = _weights(rule)
     advance(period, shelves, weights, np.zeros(1, np.int64))
-    period.count[AT], period.count[FOUND] = 0, 0
+    period.numbers[AT], period.numbers[FOUND] = 0, 0
     bring_pods(period, shelves, weights)

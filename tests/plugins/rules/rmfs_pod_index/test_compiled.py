@@ -10,9 +10,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rmfs_core.warehouse.parts import UNLIMITED
-from rmfs_pod_index.compiled import NONE, Contents, Lines, best_covered, best_pods, line_costs, urgent
+from rmfs_pod_index.compiled import (
+    FOUND,
+    NONE,
+    Period,
+    Shelves,
+    Weights,
+    best_covered,
+    best_pods,
+    brought_so_far,
+    next_urgent,
+    sorted_by_sku,
+    unknown,
+    visit_shares,
+    wanted_skus,
+)
 
-HANDLE_S, VISIT_S = 10.0, 100.0
+HANDLE_S, VISIT_S, N_SKUS = 10.0, 100.0, 4
+WEIGHTS = Weights(HANDLE_S, 0.0, 1.0, VISIT_S, 1.0, 0.5, 2, 0, packing=False)
 
 
 def shown(values: list[int]) -> np.ndarray:
@@ -22,64 +37,93 @@ def shown(values: list[int]) -> np.ndarray:
     return array
 
 
-def lines_of(*rows: tuple[int, int], n_skus: int = 4) -> Lines:
-    """Lines given as (SKU, items)."""
-    sku = shown([row[0] for row in rows])
-    by_sku = np.argsort(sku, kind="stable")
-    first = np.searchsorted(sku[by_sku], np.arange(n_skus + 1))
-    return Lines(sku, shown([row[1] for row in rows]), by_sku, first)
-
-
-def contents_of(*pods: dict[int, int]) -> Contents:
-    """Pods given as SKU and free items."""
-    sku = [one for pod in pods for one in sorted(pod)]
-    items = [pod[one] for pod in pods for one in sorted(pod)]
+def shelves_of(pods: list[dict[int, int]]) -> tuple[Shelves, np.ndarray]:
+    """Pods given as SKU and free items: what they have, and how many."""
+    sku = shown([one for pod in pods for one in sorted(pod)])
+    items = shown([pod[one] for pod in pods for one in sorted(pod)])
     first = np.cumsum([0, *(len(pod) for pod in pods)])
-    return Contents(first, shown(sku), shown(items))
+    by_sku, first_with = sorted_by_sku(sku, N_SKUS)
+    return Shelves(first, sku, shown([i for i, pod in enumerate(pods) for _ in pod]), first_with, by_sku), items
+
+
+def period_of(
+    rows: list[tuple[int, int]],
+    worth: list[float],
+    pods: list[dict[int, int]],
+    *,
+    available: list[list[int]] | None = None,
+    taken: tuple[int, ...] = (),
+    room: int = 100,
+) -> tuple[Period, Shelves]:
+    """Lines given as (SKU, items), each of an order of its own and worth so much; items that are at each station."""
+    shelves, items = shelves_of(pods)
+    sku, quantity = shown([row[0] for row in rows]), shown([row[1] for row in rows])
+    by_sku, first = sorted_by_sku(sku, N_SKUS)
+    here = np.array(available or [[0] * N_SKUS], dtype=np.int64)
+    untaken, stations = np.array([i not in taken for i in range(len(rows))]), len(here)
+    none, free = np.zeros(0, np.bool_), np.ones(stations, np.bool_)
+    period = Period(
+        order=shown(list(range(len(rows)))), sku=sku, quantity=quantity, age=np.zeros(0, np.int64), factor=np.zeros(0),
+        by_sku=by_sku, first=first, wanted=wanted_skus(first), share=np.zeros(N_SKUS), left=np.ones(len(rows)),
+        power=HANDLE_S * quantity / np.array(worth), untaken=untaken, items=items,
+        movable=np.ones(len(pods), np.bool_), last=np.full(len(pods), NONE), available=here,
+        room=np.full(stations, room), inbound=np.zeros(stations, np.int64), counts_orders=~free, open=free,
+        placed=np.zeros((0, 0), np.bool_), split=none, single=none, before=none, parts=np.zeros(0, np.int64),
+        turn=np.zeros(stations, np.int64), takes=np.empty((len(rows), 2), np.int64),
+        sends=np.empty((len(pods), 2), np.int64), found=np.empty(len(pods), np.int64), numbers=np.zeros(9, np.int64),
+    )  # fmt: skip
+    return period, shelves
+
+
+def best(period: Period, shelves: Shelves, bound: float = 0.0, weights: Weights = WEIGHTS) -> list[int]:
+    """The pods of the largest index for the first station."""
+    best_pods(period, 0, bound, period.movable, shelves, weights)
+    return list(period.found[: period.numbers[FOUND]])
 
 
 def test_a_line_whose_sku_is_at_no_station_bears_its_share_of_a_visit() -> None:
     """SKU 1 shares a visit with SKU 0 (three lines in all on pod 0); pod 1 would bring but one of them."""
-    lines = lines_of((0, 1), (1, 2), (1, 1), (2, 1))
-    pods = contents_of({0: UNLIMITED, 1: UNLIMITED}, {0: UNLIMITED}, {2: 0})
-    here = np.array([True, False, False, False])
-    cost = line_costs(lines, pods, here, HANDLE_S, 300.0)
-    assert cost.tolist() == [10.0, 20.0 + 100.0, 10.0 + 100.0, 10.0]
+    shelves, items = shelves_of([{0: UNLIMITED, 1: UNLIMITED}, {0: UNLIMITED}, {2: 0}])
+    _, first = sorted_by_sku(shown([0, 1, 1, 2]), N_SKUS)
+    available = np.array([[5, 0, 0, 0], [0, 0, 0, 0]])
+    share = visit_shares(first, wanted_skus(first), available, shelves, items, 300.0)
+    assert share.tolist() == [0.0, 100.0, 0.0, 0.0]
+
+
+def test_free_items_count_where_a_pod_goes_last() -> None:
+    """Pod 1 goes to the second station, pod 0 stays where it is stored."""
+    shelves, items = shelves_of([{0: 3}, {0: 2, 2: 1}])
+    found = brought_so_far(np.array([1]), np.array([NONE, 1]), 2, shelves, items)
+    assert found.tolist() == [[0, 0, 0, 0], [2, 0, 1, 0]]
 
 
 def test_the_best_covered_line_has_the_largest_worth_and_is_the_oldest_of_equals() -> None:
     """The last line would be worth most, but there is one item of its SKU and it wants two."""
-    lines = lines_of((0, 1), (1, 1), (1, 1), (2, 2))
-    worth, fits = np.array([0.2, 0.5, 0.5, 1.0]), np.array([True, True, True, True])
-    assert best_covered(lines, worth, fits, np.array([1, 1, 1, 0])) == 1
-    assert best_covered(lines, worth, ~fits, np.array([1, 1, 1, 0])) == NONE
-    assert best_covered(lines, worth, fits, np.array([0, 0, 1, 9])) == NONE
+    rows, worth = [(0, 1), (1, 1), (1, 1), (2, 2)], [0.2, 0.5, 0.5, 1.0]
+    nothing = np.zeros(N_SKUS, np.int64)
+
+    def covered(here: list[int], **more: object) -> int:
+        period, _ = period_of(rows, worth, [{3: 1}], available=[here], **more)  # type: ignore[arg-type]
+        return best_covered(period, 0, nothing, WEIGHTS)[0]
+
+    assert covered([1, 1, 1, 0]) == 1
+    assert covered([1, 1, 1, 0], taken=(1,)) == 2
+    assert covered([1, 1, 2, 0]) == 3
+    assert covered([1, 1, 2, 0], room=1) == 1
+    assert covered([0, 0, 1, 9]) == NONE
 
 
 def test_an_index_worked_by_hand() -> None:
     """Pod 0 brings two lines, (0.5 + 1) / (100 + 2 * 10); pod 1 one that finishes its order, 1 / (100 + 10)."""
-    lines = lines_of((0, 1), (1, 1), (2, 1))
-    pods = contents_of({0: UNLIMITED, 1: UNLIMITED}, {2: UNLIMITED})
-    worth, fits = np.array([0.5, 1.0, 1.0]), np.ones(3, dtype=bool)
-    nothing, both = np.zeros(4, dtype=np.int64), np.arange(2)
-
-    def best(bound: float, available: np.ndarray = nothing) -> list[int]:
-        return list(best_pods(bound, both, lines, worth, fits, pods, available, HANDLE_S, VISIT_S))
-
-    assert best(0.0) == [0]
-    assert best(1.49 / 120) == [0]
-    assert best(1.51 / 120) == []
-    assert best(0.0, np.array([0, 5, 0, 0])) == [1]  # what is there already is brought by no pod
-
-
-def test_pods_that_are_as_good_are_all_named() -> None:
-    """Two pods with the same SKU."""
-    pods = contents_of({0: UNLIMITED}, {0: 1}, {1: 1})
-    lines = lines_of((0, 1), n_skus=2)
-    found = best_pods(
-        0.0, np.arange(3), lines, np.ones(1), np.ones(1, dtype=bool), pods, np.zeros(2, dtype=np.int64), 13.0, 300.0
-    )
-    assert list(found) == [0, 1]
+    rows, worth = [(0, 1), (1, 1), (2, 1)], [0.5, 1.0, 1.0]
+    pods = [{0: UNLIMITED, 1: UNLIMITED}, {2: UNLIMITED}]
+    assert best(*period_of(rows, worth, pods)) == [0]
+    assert best(*period_of(rows, worth, pods), 1.49 / 120) == [0]
+    assert best(*period_of(rows, worth, pods), 1.51 / 120) == []
+    # What is there already is brought by no pod; what is at another station counts half
+    assert best(*period_of(rows, worth, pods, available=[[0, 5, 0, 0]])) == [1]
+    assert best(*period_of(rows, worth, pods, available=[[0, 0, 0, 0], [0, 5, 0, 0]])) == [1]
+    assert best(*period_of(rows, worth, [{0: UNLIMITED}, {0: 1}, {3: 1}])) == [0, 1]
 
 
 @given(data=st.data())
@@ -90,34 +134,44 @@ def test_the_best_pods_are_those_of_the_best_sets_of_lines(data: st.DataObject) 
     rows = data.draw(st.lists(st.tuples(st.integers(0, 3), size), min_size=1, max_size=7), label="lines")
     items = st.just(UNLIMITED) if enough else st.integers(0, 3)
     pods = data.draw(st.lists(st.dictionaries(st.integers(0, 3), items, min_size=1), min_size=1, max_size=4))
-    worth = np.array(data.draw(st.lists(st.integers(1, 8), min_size=len(rows), max_size=len(rows)))) / 8
-    fits = np.array(data.draw(st.lists(st.booleans(), min_size=len(rows), max_size=len(rows))), dtype=bool)
-    available = np.array(data.draw(st.lists(st.integers(0, 1), min_size=4, max_size=4)))
-    visit_s = data.draw(st.sampled_from([0.0, 50.0, 300.0]))
+    worth = [w / 8 for w in data.draw(st.lists(st.integers(1, 8), min_size=len(rows), max_size=len(rows)))]
+    taken = tuple(data.draw(st.sets(st.integers(0, len(rows) - 1))))
+    here = data.draw(st.lists(st.integers(0, 1), min_size=4, max_size=4))
+    weights = WEIGHTS._replace(visit_s=data.draw(st.sampled_from([0.0, 50.0, 300.0])))
 
     def ratio(pod: dict[int, int]) -> float:
-        best = 0.0
-        gaining = [i for i, (sku, n) in enumerate(rows) if fits[i] and n > available[sku] and pod.get(sku, 0) > 0]
+        largest = 0.0
+        gaining = [i for i, (sku, n) in enumerate(rows) if i not in taken and n > here[sku] and pod.get(sku, 0) > 0]
         for number in range(1, len(gaining) + 1):
             for chosen in combinations(gaining, number):
-                taken = [sum(rows[i][1] for i in chosen if rows[i][0] == sku) for sku in range(4)]
-                if all(taken[sku] <= pod.get(sku, 0) + available[sku] for sku in range(4)):
-                    seconds = visit_s + HANDLE_S * sum(rows[i][1] for i in chosen)
-                    best = max(best, sum(worth[i] for i in chosen) / seconds)
-        return best
+                used = [sum(rows[i][1] for i in chosen if rows[i][0] == sku) for sku in range(4)]
+                if all(used[sku] <= pod.get(sku, 0) + here[sku] for sku in range(4)):
+                    seconds = weights.visit_s + HANDLE_S * sum(rows[i][1] for i in chosen)
+                    largest = max(largest, sum(worth[i] for i in chosen) / seconds)
+        return largest
 
     ratios = [ratio(pod) for pod in pods]
-    found = best_pods(
-        0.0, np.arange(len(pods)), lines_of(*rows), worth, fits, contents_of(*pods), available, HANDLE_S, visit_s
+    found = best(*period_of(rows, worth, pods, available=[here], taken=taken), weights=weights)
+    assert found == [i for i, one in enumerate(ratios) if one > 0 and one == pytest.approx(max(ratios), rel=1e-6)]
+
+
+def test_the_next_pod_is_urgent_when_the_ages_of_its_lines_add_up() -> None:
+    """Pod 0 has lines of 30 and 40 ticks, pod 1 the second alone; taken lines and pods that ran out do not count."""
+    shelves, items = shelves_of([{0: 1, 1: 1}, {1: 1}, {0: 0, 2: 9}])
+    by_sku, first = sorted_by_sku(shown([0, 1, 2]), N_SKUS)
+    lines = (
+        shown([0, 1, 2]),
+        np.array([30, 40, 500]),
+        np.array([True, True, False]),
+        by_sku,
+        first,
+        wanted_skus(first),
     )
-    expected = [i for i, one in enumerate(ratios) if one > 0 and one == pytest.approx(max(ratios), rel=1e-6)]
-    assert list(found) == expected
+    assert next_urgent(lines, 3, shelves, items, 70) == (30, True)
+    assert next_urgent(lines, 3, shelves, items, 71) == (1, False)
+    assert next_urgent(lines, 3, shelves, items, 100) == (15, False)
 
 
-def test_a_pod_is_urgent_when_the_ages_of_its_lines_add_up() -> None:
-    """Pod 0 has lines of 30 s and 40 s, pod 1 the second alone; taken lines and pods that ran out do not count."""
-    lines = lines_of((0, 1), (1, 1), (2, 1), n_skus=3)
-    pods = contents_of({0: 1, 1: 1}, {1: 1}, {0: 0, 2: 9})
-    untaken, ages = np.array([True, True, False]), np.array([30.0, 40.0, 500.0])
-    assert urgent(np.arange(3), lines, untaken, ages, pods, 70.0).tolist() == [True, False, False]
-    assert urgent(np.arange(3), lines, untaken, ages, pods, 40.0).tolist() == [True, True, False]
+def test_orders_that_nothing_is_known_of() -> None:
+    """Each once, though each of its lines names it; whether the list is too short or has no entry yet."""
+    assert unknown(shown([0, 0, 1, 1, 5]), np.array([7, NONE])).tolist() == [1, 5]

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import pytest
+from attrs import evolve
 
 from rmfs_core import run
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_pod_index import PodIndex, compiled
 from rmfs_rule_helpers import ticks_to_station
-from rmfs_testing import check_rule, small_world
+from rmfs_testing import check_rule, small_instance, small_world
 
 Put = Callable[[Warehouse, int, int], None]
 
@@ -35,7 +38,7 @@ def test_it_conforms() -> None:
 
 def test_nothing_is_compiled_once_a_run_has_begun() -> None:
     """What is prepared is what decisions call."""
-    searches = (compiled.line_costs, compiled.best_covered, compiled.best_pods, compiled.urgent)
+    searches = [called for called in vars(compiled).values() if hasattr(called, "signatures")]
     PodIndex().prepare(None)  # type: ignore[arg-type]
     before = [len(search.signatures) for search in searches]
     run("examples/small", overrides=["rules.poa_pps=pod-index"])
@@ -99,10 +102,68 @@ def test_pods_wait_until_it_pays(put_at_station: Put) -> None:
         put_at_station(world, 0, 0)
         world.assign(world.orders[0], world.stations[0], [0])
         world.now = round(1000 * now_s)
+        assert PodIndex().wake_at(WarehouseView(world)) == (190.0 if now_s < 190 else None)
         return decide(world, urge_s=200.0, base_s=10.0)[1]
 
-    assert trips(189.0) == []
+    assert trips(0.5) == []
+    assert trips(189.999) == []
     assert trips(190.0) == [("q", 0)]
+
+
+def test_it_wakes_up_only_where_a_pod_could_be_sent_then(put_at_station: Put) -> None:
+    """Not with nothing at work, for then no pod waits, nor with enough pods there, nor where it never waits."""
+    orders, pods = {"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}
+    view = WarehouseView(small_world(orders, pods, capacities=[2]))
+    assert PodIndex().wake_at(view) is None
+    world = small_world(orders, pods, capacities=[2])
+    put_at_station(world, 0, 0)
+    world.assign(world.orders[0], world.stations[0], [0])
+    assert PodIndex().wake_at(WarehouseView(world)) == 190.0
+    assert PodIndex(urge_s=0).wake_at(WarehouseView(world)) is None
+    assert PodIndex(most_pods=1).wake_at(WarehouseView(world)) is None
+
+
+def test_a_pod_is_sent_when_it_is_urgent_and_not_when_something_happens(tmp_path: Path) -> None:
+    """A whole run: the second order comes at 10 s; a pick that takes 1,000 s is all that happens around 200 s."""
+    (tmp_path / "orders.csv").write_text("order,arrival_s,sku,quantity\n1,0,a,1\n2,10,b,1\n", encoding="utf-8")
+    (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,a,9\nq,b,9\n", encoding="utf-8")
+    files = [f"instance.{kind}_file={tmp_path / kind}.csv" for kind in ("orders", "pods")]
+    slow = ["stations.pick_s=1000", "stations.handle_s=1000", "rules.pp=free-flow", "rules.poa_pps=pod-index"]
+    _, second = run("examples/from-csv", overrides=[*files, *slow]).orders
+    assert second["turnover_backlog_s"] == 190.0
+
+
+def hurried(**of_second: Any) -> Warehouse:
+    """Two orders, and a pod for each; the second order has a priority or a due time."""
+    wanted: tuple[Any, Any] = {"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}
+    plain, instance = small_world(*wanted, capacities=[1]), small_instance(*wanted)
+    orders = (instance.orders[0], evolve(instance.orders[1], **of_second))
+    world = Warehouse(evolve(instance, orders=orders), plain.travel, plain.stations, plain.robots, plain.homes)
+    for order in world.orders:
+        world.order_arrives(order)
+    return world
+
+
+@pytest.mark.parametrize(
+    ("of_second", "parameters", "sent"),
+    [
+        ({"priority": 1}, {}, "q"),
+        ({"priority": 1}, {"priority_factor": 0.5}, "p"),
+        ({"priority": -1}, {}, "p"),
+        ({"due_tick": 60_000}, {}, "q"),
+    ],
+)
+def test_orders_with_priority_or_soon_due_go_first(
+    of_second: dict[str, int], parameters: dict[str, float], sent: str
+) -> None:
+    """Two pods are as good but for that."""
+    assert decide(hurried(**of_second), **parameters)[1] == [(sent, 0)]
+
+
+@pytest.mark.parametrize(("of_second", "parameters"), [({"due_tick": 60_000}, {"due_factor": 1.0}), ({}, {})])
+def test_without_factors_the_nearest_goes(of_second: dict[str, int], parameters: dict[str, float]) -> None:
+    """As in a world without due times."""
+    assert decide(hurried(**of_second), **parameters) == decide(hurried())
 
 
 def test_a_line_that_no_pod_has_enough_for_is_brought_by_several() -> None:
