@@ -11,7 +11,7 @@ import pluggy
 from attrs import Factory, define, field, frozen, validators
 
 from rmfs_core import OrderAssignment, PodTrip, TaskAssignment, hookimpl
-from rmfs_core.hookspecs import DecisionHooks, ObserverHooks
+from rmfs_core.hookspecs import DecisionHooks, ObserverHooks, TimeHooks
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -56,8 +56,8 @@ class Case:
         """Return a new instance of the rule, and the hooks that ask it and no other."""
         rule = self.entry.load()(**self.parameters)
         manager = pluggy.PluginManager("rmfs")
-        manager.add_hookspecs(DecisionHooks)
-        manager.add_hookspecs(ObserverHooks)
+        for specification in (DecisionHooks, TimeHooks, ObserverHooks):
+            manager.add_hookspecs(specification)
         manager.register(rule)
         if any(getattr(manager.hook, hook).get_hookimpls() for hook in vars(ObserverHooks) if hook[0] != "_"):
             raise ValueError(f'rule "{self.rule}" observes the run, which it cannot do as one of several')
@@ -124,12 +124,15 @@ class Switch:
             if hasattr(rule, "prepare"):
                 rule.prepare(roads)
 
+    def _deciding(self, warehouse: WarehouseView) -> int:
+        return next(i for i, case in enumerate(self.cases) if case.holds(warehouse))
+
     def _ask(self, hook: str, warehouse: WarehouseView, **arguments: Any) -> Any:
         if self._robots is not warehouse.robots:  # another run: what rules remember is of the last one
             if self._robots:
                 self._asked = [case.asked() for case in self.cases]
             self._robots = warehouse.robots
-        number = next(i for i, case in enumerate(self.cases) if case.holds(warehouse))
+        number = self._deciding(warehouse)
         caller = getattr(self._asked[number][1].hook, hook)
         if not caller.get_hookimpls():
             raise ValueError(f'rule "{self.cases[number].rule}" does not decide this (it has no hook `{hook}`)')
@@ -158,3 +161,13 @@ class Switch:
         """Ask for robots."""
         answer: Sequence[TaskAssignment] = self._ask("assign_tasks", warehouse, rng=rng)
         return answer
+
+    @hookimpl
+    def wake_at(self, warehouse: WarehouseView, rng: np.random.Generator) -> float | None:
+        """Wake up when another rule is to decide, or when the one that decides now wants to."""
+        times = [case.before_s for case in self.cases if case.before_s is not None and case.before_s > warehouse.now_s]
+        _, manager = self._asked[self._deciding(warehouse)]
+        if manager.hook.wake_at.get_hookimpls():
+            answer: float | None = manager.hook.wake_at(warehouse=warehouse, rng=rng)
+            times += [answer] if answer is not None else []
+        return min(times, default=None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -117,10 +118,44 @@ def test_what_rules_declare_counts() -> None:
     assert (rule.needs, rule.splits_over_time) == ((), False)
 
 
+def test_it_wakes_up_when_another_rule_is_to_decide() -> None:
+    """At 60 s, at 90 s, and then no more."""
+    rule = Switch((Case("first-come", before_s=60), Case("random", before_s=90), Case("first-come")))
+    made, rng = world(), np.random.default_rng(0)
+    answers = []
+    for now in (0, 59_999, 60_000, 90_000):
+        made.now = now
+        answers.append(rule.wake_at(WarehouseView(made), rng))
+    assert answers == [60, 60, 90, None]
+
+
+WAKING = """
+@define
+class Waves:
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return []
+
+    @hookimpl
+    def wake_at(self, warehouse):
+        return warehouse.now_s + 5
+"""
+
+
+def test_it_wakes_up_when_the_rule_that_decides_wants_to(install: Callable[..., None]) -> None:
+    """Every five seconds, until another one decides."""
+    install("acme", {"waves": "acme_waves:Waves"}, acme_waves=WAKING)
+    rule = Switch((Case("waves", before_s=60), Case("first-come")))
+    made, rng = world(), np.random.default_rng(0)
+    assert rule.wake_at(WarehouseView(made), rng) == 5
+    made.now = 58_000
+    assert rule.wake_at(WarehouseView(made), rng) == 60
+
+
 def test_what_rules_remember_of_a_run_they_forget() -> None:
-    """Station queues are empty again."""
+    """Order 2 of the first world, which was queueing, is none in the second."""
     rule = Switch((Case("station-queue", {"queue_length": 1}),))
-    assert [decide(world(), rule) for _ in range(2)] == [[("0", 0)]] * 2
+    assert [decide(world(3), rule), decide(world(2), rule)] == [[("2", 0)], [("1", 0)]]
 
 
 def test_it_conforms() -> None:
