@@ -24,15 +24,15 @@ WRONG = [
     (["robots.cuont=3"], "--set robots.cuont=3: unknown key (did you mean `count`?)"),
     # a wrong type, a value out of range
     (["robots.count=many"], '--set robots.count=many: expected a whole number, found "many"'),
-    (["robots.count=0"], "--set robots.count=0: expected a whole number >= 1, found 0"),
+    (["robots.count=0"], "--set robots.count=0: expected a whole number from 1 to 100,000, found 0"),
     # a whole table, wrong inside
-    (["robots={count=0}"], "--set robots={count=0}, robots.count: expected a whole number >= 1, found 0"),
+    (["robots={count=0}"], "--set robots={count=0}, robots.count: expected a whole number from 1 to 100,000, found 0"),
     # a key below a value
     (["seed.x=2"], "--set seed.x=2: `seed` has no keys of its own, it is 1"),
     # an unknown rule
     (["rules.poa=pod-mach"], '--set rules.poa=pod-mach: there is no rule "pod-mach" (did you mean `pod-match`?)'),
     # the wrong one of two is the last
-    (["robots.count=2", "robots.count=0"], "--set robots.count=0: expected a whole number >= 1, found 0"),
+    (["robots.count=2", "robots.count=0"], "--set robots.count=0: expected a whole number from 1 to 100,000, found 0"),
     # taking out a key that no scenario has
     (["robots.cuont="], "--set robots.cuont=: unknown key `cuont` (did you mean `count`?)"),
     # values that do not go together

@@ -33,7 +33,7 @@ BAD_FILES = [
     # times are finite
     ("[run]\nuntil_s = inf\n" + RULES, ", line 2, run.until_s: expected a number, found inf"),
     # out of range
-    ("[instance]\nskus = 0\n" + RULES, ", line 2, instance.skus: expected a whole number >= 1, found 0"),
+    ("[instance]\nskus = 0\n" + RULES, ", line 2, instance.skus: expected a whole number from 1 to 2,000,000, found 0"),
     ("[layout]\npod_fill = 1.5\n" + RULES, ", line 2, layout.pod_fill: expected a number in (0, 1], found 1.5"),
     (
         "[robots]\nfull_turn_s = 1e30\n" + RULES,

@@ -123,7 +123,7 @@ def test_rules_are_a_part_that_may_be_missing_or_anything(tmp_path: Path) -> Non
     """Whatever stands in the place of the rules, the check comes to an end, and the rest is checked as well."""
     file = tmp_path / "rules.toml"
     file.write_text("[robots]\ncount = 0\n", encoding="utf-8")
-    count = f"{file}, line 2, robots.count: expected a whole number >= 1, found 0"
+    count = f"{file}, line 2, robots.count: expected a whole number from 1 to 100,000, found 0"
     assert problems(file) == [count, f"{file}, rules: this part is missing"]
     assert problems(file, "rules=3") == [count, "--set rules=3: expected a table, found 3"]
     both = ["rules.poa=pod-match", "rules.pps=demand", "rules.poa_pps=integrated"]

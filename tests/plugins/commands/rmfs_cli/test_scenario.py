@@ -157,7 +157,7 @@ def test_check_and_list_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert json.loads(out)["sizes"]["orders"] == 50
     code, out, err = run(capsys, "scenario", "check", "examples/small", "--json", "--set", "robots.count=0")
     assert (code, err) == (2, "")
-    problem = "expected a whole number >= 1, found 0"
+    problem = "expected a whole number from 1 to 100,000, found 0"
     assert json.loads(out)["problems"] == [{"place": "--set robots.count=0", "problem": problem}]
     _, out, _ = run(capsys, "scenario", "list", "--json")
     assert [(one["name"], Path(one["file"])) for one in json.loads(out)] == list(shipped_scenarios().items())

@@ -148,7 +148,7 @@ def test_mistakes_are_named(experiment: Write, folder: Path, old: str, new: str,
     [
         ('rules.poa = "frist-come"', 'rules.poa: there is no rule "frist-come"'),
         ('rules.poa = { rule = "first-come", speed = 3 }', "speed"),
-        ("robots.count = 0", "robots.count: expected a whole number >= 1, found 0"),
+        ("robots.count = 0", "robots.count: expected a whole number from 1 to 100,000, found 0"),
         ('rules.poa = "./none.py:Rule"', "none.py"),
         ('layout.map_file = "none.txt"', "cannot read"),
         ('rules.poa_pps = "integrated"\nrules.poa = "first-come"', "expected either `poa_pps`"),
