@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import fcntl
 import io
 import json
 import math
@@ -19,6 +18,11 @@ from typing import BinaryIO
 
 from rmfs_core.errors import InputError
 
+try:
+    import fcntl
+except ImportError:  # Windows: nothing can be told to be left over, so nothing is deleted
+    fcntl = None  # type: ignore[assignment]
+
 
 def _problem(path: Path, error: OSError) -> InputError:
     return InputError(str(path), f"cannot be written: {error.strerror or error}")
@@ -30,6 +34,8 @@ def _beside(path: Path) -> Path:
 
 def hold(opened: int) -> bool:
     """Lock what is written as long as it is open, so that nobody takes it for left over; False when another has it."""
+    if fcntl is None:
+        return True
     try:
         fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:  # any other: this file system knows no locks
@@ -37,12 +43,16 @@ def hold(opened: int) -> bool:
     return True
 
 
+def _open(path: Path) -> int:
+    return os.open(path if fcntl else os.devnull, os.O_RDONLY)  # only POSIX opens folders
+
+
 def clean(folder: Path) -> None:
     """Delete what killed processes have left half written in a folder, and put in place what they had written whole."""
     for part in folder.iterdir():
-        if re.fullmatch(r"\..*\.[0-9a-f]{12}\.(part|whole)", part.name):
+        if re.fullmatch(rf"\..*\.[0-9a-f]{{12}}\.({'part|' if fcntl else ''}whole)", part.name):
             with suppress(FileNotFoundError):  # another is at it, too
-                opened = os.open(part, os.O_RDONLY)
+                opened = _open(part)
                 if hold(opened):
                     for file in part.iterdir() if part.suffix == ".whole" else ():
                         _put(file, folder / file.name)
@@ -69,7 +79,7 @@ def staged(folder: Path) -> Iterator[Path]:
     try:
         path = _beside(folder / "files")
         path.mkdir()
-        opened = os.open(path, os.O_RDONLY)
+        opened = _open(path)
         hold(opened)
         try:
             yield path
