@@ -23,7 +23,7 @@ def compiling_announced(notes: Console) -> Iterator[None]:
         def on_start(self, event: Any) -> None:  # noqa: ARG002
             if not self.done:
                 self.done = True
-                notes.print("Compiling searches (once; takes some seconds) ...", highlight=False, soft_wrap=True)
+                notes.print("Compiling searches (once a rule; up to a minute) ...", highlight=False, soft_wrap=True)
 
         def on_end(self, event: Any) -> None:
             pass

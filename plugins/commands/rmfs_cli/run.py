@@ -68,8 +68,9 @@ def run(
 ) -> None:
     """Simulate SCENARIO: a scenario file, or the name of a shipped one (paper-250).
 
-    Shows the run while it goes on, then its metrics, and writes result.json, orders.csv, visits.csv and periods.csv.
-    Ctrl-C ends a run early and keeps what was measured until then.
+    Shows the run while it goes on, then its metrics, and writes result.json and tables: orders.csv, visits.csv,
+    periods.csv, hours.csv, stations.csv, robots.csv and delays.csv. Ctrl-C ends a run early and keeps what was measured
+    until then.
     """
 
     from rmfs_cli.checking import load_checked

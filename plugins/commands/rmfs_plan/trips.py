@@ -7,6 +7,7 @@ import numpy as np
 from rmfs_core.errors import InputError
 from rmfs_core.randomness import stream
 from rmfs_core.traffic import Roads
+from rmfs_core.wording import counted
 from rmfs_core.world import CellKind
 from rmfs_core.world.travel import UNREACHABLE
 from rmfs_plan.movingai import Trip
@@ -37,6 +38,7 @@ def random_trips(roads: Roads, robots: int, seed: int, place: str) -> tuple[Trip
             trips.append(Trip(start, goal))
     if len(trips) < robots:
         raise InputError(
-            place, f"found room for {len(trips)} robot(s) with starts and goals of their own; expected {robots}"
+            place,
+            f"found room for {counted(len(trips), 'robot')} with starts and goals of their own; expected {robots}",
         )
     return tuple(trips)

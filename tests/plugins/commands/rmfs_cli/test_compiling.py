@@ -19,7 +19,7 @@ def test_it_is_said_once_and_only_when_something_is_compiled() -> None:
         with compiling_announced(notes):
             assert doubled(increased(1)) == 4
         said.append(notes.file.getvalue())
-    assert said == ["Compiling searches (once; takes some seconds) ...\n", ""]
+    assert said == ["Compiling searches (once a rule; up to a minute) ...\n", ""]
 
 
 def test_what_is_compiled_elsewhere_is_not_announced() -> None:

@@ -53,6 +53,5 @@ def test_a_map_that_is_too_small_is_refused(text: str, found: int) -> None:
     """With the place, and how many robots it has room for."""
     with pytest.raises(InputError) as caught:
         random_trips(roads_of_map(parse_map(text, "map")), 5, 1, "my.map")
-    assert (
-        str(caught.value) == f"my.map: found room for {found} robot(s) with starts and goals of their own; expected 5"
-    )
+    room = f"{found} robots with starts and goals of their own"
+    assert str(caught.value) == f"my.map: found room for {room}; expected 5"
