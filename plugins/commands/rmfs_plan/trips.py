@@ -39,6 +39,6 @@ def random_trips(roads: Roads, robots: int, seed: int, place: str) -> tuple[Trip
     if len(trips) < robots:
         raise InputError(
             place,
-            f"found room for {counted(len(trips), 'robot')} with starts and goals of their own; expected {robots}",
+            f"found room for {counted(len(trips), 'robot')} with start and goal; expected {robots}",
         )
     return tuple(trips)

@@ -92,7 +92,7 @@ def test_who_finds_no_path_is_named(tmp_path: Path, capsys: pytest.CaptureFixtur
     ("text", "problem"),
     [
         ("type octile\nheight 1\nwidth 3\nmap\n..\n", "bad.map:5: found 2 cells; expected 3, as the map's width says"),
-        ("type octile\nheight 1\nwidth 2\nmap\n..\n", "bad.map: found room for 1 robot with starts"),
+        ("type octile\nheight 1\nwidth 2\nmap\n..\n", "bad.map: found room for 1 robot with start and goal"),
     ],
 )
 def test_wrong_maps_are_refused(text: str, problem: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

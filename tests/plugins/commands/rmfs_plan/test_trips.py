@@ -53,5 +53,5 @@ def test_a_map_that_is_too_small_is_refused(text: str, found: int) -> None:
     """With the place, and how many robots it has room for."""
     with pytest.raises(InputError) as caught:
         random_trips(roads_of_map(parse_map(text, "map")), 5, 1, "my.map")
-    room = f"{found} robots with starts and goals of their own"
+    room = f"{found} robots with start and goal"
     assert str(caught.value) == f"my.map: found room for {room}; expected 5"
