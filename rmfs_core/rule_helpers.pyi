@@ -17,6 +17,9 @@ from rmfs_rule_helpers import (
     nearest_free_location as nearest_free_location,
 )
 from rmfs_rule_helpers import (
+    pod_at as pod_at,
+)
+from rmfs_rule_helpers import (
     send_pods as send_pods,
 )
 from rmfs_rule_helpers import (

@@ -28,7 +28,7 @@ from rmfs_core.scenario import (
 )
 
 TEXTS = st.text(st.characters(codec="utf-8"), max_size=8)
-COUNTS = st.integers(1, 10**6)
+COUNTS = st.integers(1, 10**5)
 TIMES = st.floats(0.001, 1e6)
 VALUES = st.recursive(
     st.booleans() | st.integers(-(2**63), 2**63 - 1) | st.floats(allow_nan=False) | TEXTS,
@@ -54,7 +54,7 @@ SCENARIOS = st.builds(
     rules=TWO_RULES | st.builds(RulesSection, poa_pps=RULES),
     seed=st.integers(0, 2**63 - 1),
     instance=INSTANCES,
-    layout=st.builds(LayoutSection, block_rows=COUNTS, pod_fill=st.floats(0.01, 1))
+    layout=st.builds(LayoutSection, block_rows=st.integers(1, 1000), pod_fill=st.floats(0.01, 1))
     | st.builds(LayoutSection, pod_fill=st.floats(0.01, 1), map_file=TEXTS),
     robots=st.builds(RobotsSection, count=COUNTS, top_speed_m_per_s=st.floats(0.001, 1000)),
     stations=st.builds(StationsSection, item_capacity=CAPACITIES, order_capacity=st.none() | CAPACITIES),
