@@ -17,14 +17,18 @@ PageError: type[Exception] = PAGES["PageError"]
 
 
 def pages() -> list[Any]:
-    """Return the pages of tutorial and how-to, those that take long marked so."""
+    """Return the pages of tutorial and how-to: the first are tried with the quick tests, unless they take long."""
     found = sorted([*(DOCS / "tutorial").glob("*.md"), *(DOCS / "how-to").glob("*.md")])
     marked = {True: [pytest.mark.slow], False: []}
     texts = {path: path.read_text(encoding="utf-8") for path in found}
     return [
-        pytest.param(texts[path], id=path.relative_to(DOCS).as_posix(), marks=marked[bool(PAGES["slow"](texts[path]))])
+        pytest.param(texts[path], id=path.relative_to(DOCS).as_posix(), marks=marked[_is_slow(path, texts[path])])
         for path in found
     ]
+
+
+def _is_slow(path: Path, text: str) -> bool:
+    return path.parent.name != "tutorial" or bool(PAGES["slow"](text))
 
 
 @pytest.mark.parametrize("page", pages())
