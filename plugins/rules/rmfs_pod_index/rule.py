@@ -16,19 +16,15 @@ from rmfs_pod_index.compiled import (
     AT,
     AT_WORK,
     COMPLETED,
-    DONE,
     FOUND,
     LINE,
     NONE,
     PACKING_ROOM,
     SENDS,
     TAKES,
-    TIE,
     Period,
     Shelves,
     Weights,
-    advance,
-    bring_pods,
     brought_so_far,
     next_urgent,
     sorted_by_sku,
@@ -36,13 +32,13 @@ from rmfs_pod_index.compiled import (
     visit_shares,
     wanted_skus,
 )
+from rmfs_pod_index.known import NEVER, Known
+from rmfs_pod_index.turns import DONE, TIE, advance, bring_pods
 from rmfs_rule_helpers import ticks_to_station
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
-    from rmfs_core.warehouse import Order, WarehouseView
-
-NEVER = 1 << 62
+    from rmfs_core.warehouse import WarehouseView
 
 
 @define(kw_only=True)
@@ -172,7 +168,7 @@ class PodIndex:
             "doc": "How long before an order is due what its lines are worth more has fallen to 37 %",
         },
     )
-    _known: _Known | None = field(default=None, init=False, eq=False, repr=False)
+    _known: Known | None = field(default=None, init=False, eq=False, repr=False)
 
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
@@ -202,64 +198,17 @@ class PodIndex:
         """Load the compiled period, or compile it."""
         prepare(self)
 
-    def _about(self, warehouse: WarehouseView) -> _Known:
+    def _about(self, warehouse: WarehouseView) -> Known:
         """Return what is known of a run, and begin anew with another."""
         if self._known is None or self._known.shelves.sku is not warehouse.free_items.sku:
-            self._known = _Known(warehouse)
+            self._known = Known(warehouse)
         return self._known
-
-
-class _Known:
-    """What does not change in a run: nothing here makes a decision another one, it is only found sooner."""
-
-    def __init__(self, warehouse: WarehouseView) -> None:
-        free = warehouse.free_items
-        by_sku, first_with = sorted_by_sku(free.sku, warehouse.n_skus)
-        first = np.searchsorted(free.pod, np.arange(len(warehouse.pods) + 1))
-        self.shelves = Shelves(first, free.sku, free.pod, first_with, by_sku)
-        self.nothing = np.zeros(warehouse.n_skus, np.int64)
-        self.arrival = np.zeros(0, np.int64)
-        self.due_s = np.zeros(0)
-        self.priority = np.zeros(0)
-        self.equal = True
-        self.largest = 0
-        self.settled: tuple[object, ...] | None = None
-        self.quiet: Sequence[Order] | None = None
-        self.quiet_until = NEVER
-
-    def nothing_to_do(self, warehouse: WarehouseView, room: Sequence[int]) -> bool:
-        """Whether the last decision left free what it could not fill, and nothing has come since that could.
-
-        What pods have free at their stations only becomes less, so with the same backlog no line is covered that was
-        not; and no pod is sent until one is urgent.
-        """
-        backlog, tick = warehouse.backlog, warehouse.now_tick
-        if self.settled == (tick, len(backlog), *room, *(len(station.inbound_pods) for station in warehouse.stations)):
-            self.settled = None
-            self.quiet = backlog if self.quiet_until != NEVER else None
-            return True
-        self.settled = None
-        at_work = any(station.load for station in warehouse.stations)
-        return backlog is self.quiet and tick < self.quiet_until and at_work and min(room) >= self.largest
-
-    def learn(self, warehouse: WarehouseView, ids: NDArray[np.int64]) -> None:
-        """Look at the orders that have come since the last time."""
-        for i in unknown(ids, self.arrival).tolist():
-            if i >= len(self.arrival):
-                more = 2 * i + 64 - len(self.arrival)
-                self.arrival = np.append(self.arrival, np.full(more, NONE))
-                self.due_s, self.priority = (np.append(old, np.zeros(more)) for old in (self.due_s, self.priority))
-            order = warehouse.order(i)
-            self.arrival[i] = order.arrival_tick
-            self.due_s[i] = np.inf if order.due_s is None else order.due_s
-            self.priority[i] = order.priority
-            self.equal = self.equal and order.due_s is None and not order.priority
 
 
 class _Seen:
     """What a call finds in the warehouse, as arrays."""
 
-    def __init__(self, rule: PodIndex, known: _Known, warehouse: WarehouseView) -> None:
+    def __init__(self, rule: PodIndex, known: Known, warehouse: WarehouseView) -> None:
         self.rule, self.known, self.warehouse = rule, known, warehouse
         self.lines, self.items = warehouse.backlog_lines, warehouse.free_items.number
         known.learn(warehouse, self.lines.order_id)
@@ -305,7 +254,7 @@ class _Seen:
 class _Deciding(_Seen):
     """A period under construction, around its compiled part."""
 
-    def __init__(self, rule: PodIndex, known: _Known, warehouse: WarehouseView, room: Sequence[int]) -> None:
+    def __init__(self, rule: PodIndex, known: Known, warehouse: WarehouseView, room: Sequence[int]) -> None:
         super().__init__(rule, known, warehouse)
         stations, pods, lines = warehouse.stations, warehouse.pods, self.lines
         orders, packing = len(self.ids), rule.packing_capacity is not None
