@@ -8,24 +8,7 @@ from pathlib import Path
 import pytest
 
 from rmfs_experiments import Experiment, load_experiment
-
-TINY = """
-[instance]
-orders = 6
-skus = 8
-pods = 6
-skus_per_pod = 3
-[layout]
-block_rows = 3
-block_columns = 2
-stations_east = 1
-[robots]
-count = 2
-[rules]
-poa = "pod-match"
-pps = "demand"
-pp = "free-flow"
-"""
+from tiny import TINY
 
 TWO_RULES = """
 base = "tiny.toml"

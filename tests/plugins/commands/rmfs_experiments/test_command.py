@@ -15,24 +15,7 @@ import pytest
 from rmfs_core.cli import main
 from rmfs_core.results import Metrics
 from rmfs_experiments import shipped_experiments
-
-TINY = """
-[instance]
-orders = 6
-skus = 8
-pods = 6
-skus_per_pod = 3
-[layout]
-block_rows = 3
-block_columns = 2
-stations_east = 1
-[robots]
-count = 2
-[rules]
-poa = "pod-match"
-pps = "demand"
-pp = "free-flow"
-"""
+from tiny import TINY
 
 TRIAL = """
 description = "A trial."

@@ -1,0 +1,21 @@
+"""A scenario that is over at once."""
+
+from __future__ import annotations
+
+TINY = """
+[instance]
+orders = 6
+skus = 8
+pods = 6
+skus_per_pod = 3
+[layout]
+block_rows = 3
+block_columns = 2
+stations_east = 1
+[robots]
+count = 2
+[rules]
+poa = "pod-match"
+pps = "demand"
+pp = "free-flow"
+"""
