@@ -26,6 +26,7 @@ POD_COLUMNS = ("pod", "sku", "quantity")
 DUE_COLUMNS = ("due_s", "priority")  # which orders may have besides
 _DATES = {"arrival_s": "arrival", "due_s": "due"}  # these may stand in place of others, with ISO 8601 for seconds
 _NAMES = ("order", "pod", "sku")
+_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}  # that are taken for commas elsewhere
 _WARNED = {""}
 _DAY = 86_400 * TICKS_PER_S
 _TEN_YEARS = 3_653 * _DAY  # what comes later has a wrong year, or counts from 1970
@@ -198,12 +199,11 @@ def _chosen(file: Path, header: Sequence[str], columns: Sequence[str], optional:
     read = {column: name for column in known for name in (_DATES.get(column, column), column) if name in header}
     for column in columns:
         if column not in read:
-            found = ",".join(header)
-            raise InputError(
-                f"{file}, line 1",
-                f"expected a header with the columns {','.join(columns)}, found "
-                + (f"`{found}` without `{column}`" if found else "none"),
-            )
+            found = f"`{','.join(header)}` without `{column}`" if any(header) else "none"
+            if len(header) == 1 and (other := [name for sign, name in _SEPARATORS.items() if sign in header[0]]):
+                found = f"`{header[0]}`: fields are separated by commas, not by {other[0]}"
+            expected = f"a header with the columns {','.join(columns)}"
+            raise InputError(f"{file}, line 1", f"expected {expected}, found {found}")
     left = [f"`{name}`{did_you_mean(name, known)}" for name in dict.fromkeys(header) if name not in read.values()]
     told = f"{file}: ignored {listed(left)}." if left else ""
     if optional and told not in _WARNED:

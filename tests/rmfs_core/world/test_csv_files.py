@@ -25,7 +25,7 @@ BAD_ORDERS = [
     (
         "order;arrival_s;sku;quantity\n",
         ", line 1: expected a header with the columns order,arrival_s,sku,quantity, "
-        "found `order;arrival_s;sku;quantity` without `order`",
+        "found `order;arrival_s;sku;quantity`: fields are separated by commas, not by semicolons",
     ),
     # a row too short, and one too long
     (ORDERS + "1,0,a\n", ", line 2: expected 4 fields as in the header, found 3"),
