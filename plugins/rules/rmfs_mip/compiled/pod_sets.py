@@ -61,6 +61,13 @@ class Sets(NamedTuple):
 
 
 @njit(cache=True)
+def copied(source, target):  # type: ignore[no-untyped-def]
+    """Copy an array to the beginning of another: what an assignment does, and is compiled in a tenth of its time."""
+    for at in range(len(source)):
+        target[at] = source[at]
+
+
+@njit(cache=True)
 def _missing(a, order, there, skus):  # type: ignore[no-untyped-def]
     """Write the SKUs that an order misses; return their number."""
     count = 0
@@ -125,7 +132,8 @@ def _helps(a, pod, other, skus, which):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def _others(brings, touching, numbers, more):  # type: ignore[no-untyped-def]
     """Return how many SKUs of an order the best ``more - 1`` pods bring at most, and the best ``more - 2``."""
-    numbers[:] = 0
+    for c in range(len(numbers)):
+        numbers[c] = 0
     for pod in touching:
         numbers[brings[pod]] += 1
     second, third, left = 0, 0, more - 1
@@ -262,7 +270,9 @@ def sets_of(a, number, worth, least):  # type: ignore[no-untyped-def]
     n, rows = len(a.pod_start) - 1, number + 1
     there, pods = np.zeros((rows, len(a.at_hand)), np.bool_), np.zeros((rows, n), np.int64)
     value, left, at = np.zeros(rows), np.zeros(rows, np.int64), np.full(rows, -1)
-    there[0], pods[0], left[0] = a.at_hand > 0, np.arange(n), n
+    copied(a.at_hand > 0, there[0])
+    copied(np.arange(n), pods[0])
+    left[0] = n
     value[0] = _value_of(a, worth, there[0])
     chosen, depth, goal = np.zeros(number, np.int64), np.zeros(1, np.int64), np.full(1, float(least))
     return Sets(worth, goal, depth, chosen, there, value, pods, np.zeros((rows, n)), left, at)
@@ -294,7 +304,7 @@ def next_set(a, s, work, most_work):  # type: ignore[no-untyped-def]
             work[0] += 1 + s.left[depth]
             open_pods = s.pods[depth, : s.left[depth]]
             s.left[depth], potential = _promising(a, s.worth, open_pods, s.there[depth], more, short)
-            s.potential[depth, : len(potential)] = potential
+            copied(potential, s.potential[depth])
             s.at[depth] = 0
         first = s.at[depth]
         if s.left[depth] - first < more or s.potential[depth, first : first + more].sum() < short - SLIP:
@@ -316,11 +326,11 @@ def next_set(a, s, work, most_work):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def _choose(a, s, depth, first):  # type: ignore[no-untyped-def]
     """Set up the row after the choice of a pod: the pods before it were tried with all others."""
-    s.there[depth + 1] = s.there[depth]
+    copied(s.there[depth], s.there[depth + 1])
     for brought in range(a.pod_start[s.chosen[depth]], a.pod_start[s.chosen[depth] + 1]):
         s.there[depth + 1, a.pod_sku[brought]] = True
     s.left[depth + 1], s.at[depth + 1] = s.left[depth] - first - 1, -1
-    s.pods[depth + 1, : s.left[depth + 1]] = s.pods[depth, first + 1 : s.left[depth]]
+    copied(s.pods[depth, first + 1 : s.left[depth]], s.pods[depth + 1])
     s.value[depth + 1] = _value_of(a, s.worth, s.there[depth + 1])
 
 
@@ -328,7 +338,8 @@ def _choose(a, s, depth, first):  # type: ignore[no-untyped-def]
 def _knapsack(a, values, there, best):  # type: ignore[no-untyped-def]
     """Return the greatest sum of values of completed orders that fit into one station."""
     room = len(best) - 1
-    best[:] = 0.0
+    for place in range(room + 1):
+        best[place] = 0.0
     for order in range(len(a.order_start) - 1):
         complete, size = values[order] > 0, 0
         for line in range(a.order_start[order], a.order_start[order + 1]):
@@ -373,7 +384,8 @@ def best_sets(a, number, values, least, kept, work, most_work):  # type: ignore[
         if worth < search.least[0] - SLIP:
             continue
         place = int(worths.argmin()) if found == kept else found
-        worths[place], sets[place] = worth, search.chosen
+        worths[place] = worth
+        copied(search.chosen, sets[place])
         found = min(found + 1, kept)
         if found == kept:
             search.least[0] = max(least, worths.min() + 2 * SLIP)  # what is kept is not replaced by equals

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from rmfs_mip.compiled.pod_sets import next_set, sets_of
+from rmfs_mip.compiled.pod_sets import copied, next_set, sets_of
 from rmfs_mip.compiled.stacking import fill, fill_with_few_splits, newly_split
 
 FOUND, NOT_FOUND, NO_SETS, TOO_MANY = 0, 1, 2, 3
@@ -152,7 +152,11 @@ def _cut(a, orders, mask, by_mask, last, depth, total, target, work):  # type: i
     if a.splits < 0:
         return False
     work[0] += 5
-    return too_few_splits(a, orders, np.where(last > depth, (1 << len(a.rooms)) - 1, mask), target)
+    anywhere = np.full(len(mask), (1 << len(a.rooms)) - 1)
+    for sku in range(len(mask)):
+        if last[sku] <= depth:
+            anywhere[sku] = mask[sku]
+    return too_few_splits(a, orders, anywhere, target)
 
 
 @njit(cache=True)
@@ -232,7 +236,8 @@ def spread(a, pods, visits, target, work, most_work, refused=0):  # type: ignore
             last[a.pod_sku[at]] = depth
     mask, by_mask = np.zeros((n + 1, skus), np.int64), np.zeros((n + 1, 1 << len(a.rooms)), np.int64)
     left, used = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
-    left[0], mask[0], depth, passed = visits, a.at_hand, 0, 0
+    copied(a.at_hand, mask[0])
+    left[0], depth, passed = visits, 0, 0
     for sku in range(skus):
         if last[sku] < 0:
             by_mask[0, a.at_hand[sku]] += items[sku]
@@ -254,7 +259,8 @@ def spread(a, pods, visits, target, work, most_work, refused=0):  # type: ignore
         left[depth + 1], used[depth + 1] = left[depth] - _ones(stations), used[depth]
         while stations >> used[depth + 1]:
             used[depth + 1] += 1
-        mask[depth + 1], by_mask[depth + 1] = mask[depth], by_mask[depth]
+        copied(mask[depth], mask[depth + 1])
+        copied(by_mask[depth], by_mask[depth + 1])
         _settle(a, pods[depth], stations, last, depth, items, mask[depth + 1], by_mask[depth + 1])
         if not _cut(a, orders, mask[depth + 1], by_mask[depth + 1], last, depth, total, target, work):
             depth += 1
@@ -279,7 +285,7 @@ def sets_that_fill(a, number, target):  # type: ignore[no-untyped-def]
     for order in range(len(items)):
         for line in range(a.order_start[order], a.order_start[order + 1]):
             items[order] += a.line_items[line]
-    return sets_of(a, number, items, target)
+    return sets_of(a, number, items, float(target))
 
 
 @njit(cache=True)

@@ -177,7 +177,9 @@ def _served(a, mask):  # type: ignore[no-untyped-def]
 def _room_for(array, count):  # type: ignore[no-untyped-def]
     """Return the array with room for another ``count`` rows."""
     longer = np.empty((len(array) + max(count, len(array)), array.shape[1]), np.int64)
-    longer[: len(array)] = array
+    for row in range(len(array)):
+        for column in range(array.shape[1]):
+            longer[row, column] = array[row, column]
     return longer
 
 

@@ -24,18 +24,23 @@ from rmfs_mip.period.solution import Visits
 MOST_STATIONS = 8
 """More stations with free places than this have too many cuts; the solver takes over."""
 
-LARGE = 50_000
-"""Pods times SKUs above which only what is there is looked at."""
-
 Floats = NDArray[np.float64]
 
 
+def _within(numbers: Floats, stations: int) -> Floats:
+    """Return for each row and each set of stations the sum over the masks within the set: (rows, sets)."""
+    sums = numbers.copy()
+    for station in range(stations):
+        halves = sums.reshape(-1, 2, 1 << station)
+        halves[:, 1] += halves[:, 0]
+    return sums.reshape(-1, 1 << stations)
+
+
 @lru_cache(maxsize=MOST_STATIONS + 1)
-def _outside(stations: int) -> Floats:
-    """Return a table of masks by cuts: 1 where a station of the mask lies outside the cut."""
-    sets = np.arange(1 << stations)
-    table: Floats = ((sets[:, None] & ~sets[None, :]) != 0).astype(np.float64)
-    return table
+def _outside(stations: int) -> NDArray[np.bool_]:
+    """Return whether each station lies outside each set: (stations, sets)."""
+    outside: NDArray[np.bool_] = np.arange(1 << stations) >> np.arange(stations)[:, None] & 1 == 0
+    return outside
 
 
 @lru_cache(maxsize=256)
@@ -59,7 +64,7 @@ class Scarce:
     demand
         Items wanted of each of them; here they have numbers of their own.
     pod, sku, number
-        Free items f_ip.
+        Free items f_ip of what is wanted, sorted by pod.
     at
         Per pod the bit mask of the stations where it is.
     """
@@ -76,7 +81,7 @@ class Scarce:
         items, scarce = reduced.period.stock.items, reduced.scarce
         if items is None or not len(scarce):
             return None
-        kept = reduced.is_scarce[items.sku]
+        kept = (reduced.is_scarce & (demand > 0))[items.sku]
         at = np.zeros(len(reduced.period.stock.pods), dtype=np.int64)
         for station, pods in enumerate(reduced.period.inbound):
             at[list(pods)] |= 1 << station
@@ -85,38 +90,31 @@ class Scarce:
 
     def by_cut(self, stations: int) -> Floats:
         """Return for each SKU and cut the items on pods that are at some station outside: (SKUs, cuts)."""
-        return self._summed(self.at[self.pod], stations) @ _outside(stations)
-
-    def _summed(self, mask: NDArray[np.int64], stations: int) -> Floats:
         sets = 1 << stations
-        sums = _sums(self.sku * sets + mask, self.number, len(self.demand) * sets)
-        return sums.reshape(len(self.demand), sets)
+        sums = _sums(self.sku * sets + self.at[self.pod], self.number, len(self.demand) * sets)
+        within = _within(sums, stations)
+        outside: Floats = within[:, -1:] - within
+        return outside
 
     def flow(self, stations: int) -> Floats:
         """Return for each cut what flows of all these SKUs to stations outside, at most."""
         flow: Floats = np.minimum(self.by_cut(stations), self.demand[:, None]).sum(axis=0)
         return flow
 
-    def with_one_more(self, station: int, stations: int) -> tuple[Floats, Floats]:
-        """Return what `flow` gains by each pod at a station, (pods, cuts), and what it newly covers of the demand."""
-        before, outside = self.by_cut(stations), _outside(stations)
-        mask, demand, pods = self.at[self.pod], self.demand[self.sku, None], len(self.at)
-        more = self.number[:, None] * (outside[mask | (1 << station)] - outside[mask])
-        now = before[self.sku]
-        gain = np.minimum(now + more, demand) - np.minimum(now, demand)
-        gains = np.zeros((pods, gain.shape[1]))
-        np.add.at(gains, self.pod, gain)
-        new = np.where(mask >> station & 1, 0.0, np.minimum(self.number, np.maximum(demand - now[:, :1], 0.0)[:, 0]))
-        return gains, _sums(self.pod, new, pods)
+    def with_one_more(self, stations: int) -> tuple[Floats, Floats]:
+        """Return what `flow` gains by each pod at a station outside, (pods, cuts), and what is new where it is nowhere.
 
-    def within(self, cut: int) -> tuple[float, Floats]:
-        """Return what the pods in a set of stations cover, and what each other pod may bring besides."""
-        inside = (self.at[self.pod] & cut) != 0
-        there = _sums(self.sku, self.number * inside, len(self.demand))
-        left = self.demand - np.minimum(there, self.demand)
-        brought = np.where(inside, 0.0, np.minimum(self.number, left[self.sku]))
-        brings = _sums(self.pod, brought, len(self.at))
-        return float((self.demand - left).sum()), brings
+        A pod that is at a station outside already brings nothing more.
+        """
+        covered = self.by_cut(stations)[self.sku]
+        brought = np.minimum(self.number[:, None], np.maximum(self.demand[self.sku, None] - covered, 0.0))
+        new = _sums(self.pod, brought[:, 0], len(self.at))
+        brought[(self.at[self.pod, None] & ~np.arange(1 << stations)) != 0] = 0.0
+        gains = np.zeros((len(self.at), 1 << stations))
+        if len(self.pod):
+            first = np.flatnonzero(np.diff(self.pod, prepend=-1))  # they are sorted by pod
+            gains[self.pod[first]] = np.add.reduceat(brought, first)
+        return gains, new
 
     def adding(self, pod: int, station: int) -> Scarce:
         """Return them with one more visit."""
@@ -174,53 +172,42 @@ class Network:
         target = min(self.target, int(np.minimum(demand, period.supply).sum()))
         return evolve(self, demand=np.where(reduced.is_scarce, 0.0, demand), target=target, scarce=scarce)
 
-    def bins(self) -> Floats:
-        """Return the demand by mask."""
-        bins = np.bincount(self.mask, weights=self.demand, minlength=1 << len(self.capacities))
-        return bins.astype(np.float64, copy=False)
+    def by_cut(self) -> Floats:
+        """Return for each set of stations its places and the demand that some other station covers."""
+        stations = len(self.capacities)
+        covered = _within(_sums(self.mask, self.demand, 1 << stations), stations)[0]
+        by_cut: Floats = _places(self.capacities) + covered[-1] - covered
+        return by_cut if self.scarce is None else by_cut + self.scarce.flow(stations)
 
     def flow(self) -> int:
         """Return how many places the covered demand fills."""
-        stations = len(self.capacities)
-        by_cut = _places(self.capacities) + self.bins() @ _outside(stations)
+        return int(self.by_cut().min())
+
+    def with_one_more(self) -> tuple[Floats, Floats]:
+        """Return what each pod at a station outside adds to each cut, (pods, cuts), and the demand new at each station.
+
+        The second has the shape (stations, pods).
+        """
+        stations, pods = len(self.capacities), len(self.stock.pods)
+        pod, sku = self.stock.entries
+        kept = self.demand[sku] > 0
+        pod, sku = pod[kept], sku[kept]
+        carried = _sums((pod << stations) + self.mask[sku], self.demand[sku], pods << stations)
+        more = _within(carried.reshape(pods, -1), stations)
+        new = more[:, [~(1 << station) for station in range(stations)]].T
         if self.scarce is not None:
-            by_cut = by_cut + self.scarce.flow(stations)
-        return int(by_cut.min())
+            gains, brought = self.scarce.with_one_more(stations)
+            there = self.scarce.at >> np.arange(stations)[:, None] & 1
+            more, new = more + gains, new + np.where(there, 0.0, brought)
+        return more, new
 
     def flows_with_one_more(self) -> tuple[Floats, Floats]:
         """Return the flow with each pod added to each station, and the demand it newly covers: (stations, pods)."""
-        stations = len(self.capacities)
-        sets = 1 << stations
-        by_mask = np.zeros((len(self.mask), sets))
-        by_mask[np.arange(len(self.mask)), self.mask] = self.demand
-        carried = self._carried(by_mask)
-        bins = by_mask.sum(axis=0)
-        places, flows, gains = _places(self.capacities), [], []
-        if self.scarce is not None:
-            places = places + self.scarce.flow(stations)
-        for station in range(stations):
-            without = np.flatnonzero((np.arange(sets) >> station) & 1 == 0)
-            moved = np.zeros_like(carried)
-            moved[:, without] = -carried[:, without]
-            moved[:, without | (1 << station)] += carried[:, without]
-            by_cut, gain = places + (bins + moved) @ _outside(stations), carried[:, without].sum(axis=1)
-            if self.scarce is not None:
-                more, new = self.scarce.with_one_more(station, stations)
-                by_cut, gain = by_cut + more, gain + new
-            flows.append(by_cut.min(axis=1))
-            gains.append(gain)
-        return np.array(flows), np.array(gains)
-
-    def _carried(self, by_mask: Floats) -> Floats:
-        """Return the demand of each pod's SKUs by mask: (pods, masks)."""
-        pod, sku = self.stock.entries
-        pods, sets = len(self.stock.pods), by_mask.shape[1]
-        if pods * len(by_mask) <= LARGE:
-            return self.stock.holds @ by_mask
-        carried = np.zeros((pods, sets))
-        for mask in np.flatnonzero(by_mask.any(axis=0)).tolist():
-            carried[:, mask] = np.bincount(pod, weights=by_mask[sku, mask], minlength=pods)
-        return carried
+        by_cut = self.by_cut()
+        more, new = self.with_one_more()
+        more += by_cut
+        flows = [np.minimum(more[:, cuts].min(axis=1), by_cut[~cuts].min()) for cuts in _outside(len(self.capacities))]
+        return np.array(flows), new
 
     def adding(self, pod: int, station: int) -> Network:
         """Return the network with one more visit."""
@@ -238,25 +225,18 @@ def fewest_visits(network: Network) -> int:
     together) and no more than a station holds, has to reach that. Visits to disjoint sets add up. Of a scarce SKU a
     pod brings no more than its free items.
     """
-    stations = len(network.capacities)
-    every = (1 << stations) - 1
-    total, target = sum(network.capacities), network.target
+    every = (1 << len(network.capacities)) - 1
+    short = network.target - network.by_cut()
+    more, _ = network.with_one_more()
     least = [0] * (every + 1)
     for cut in range(1, every + 1):
-        room = sum(c for s, c in enumerate(network.capacities) if cut >> s & 1)
-        reached = (network.mask & cut) != 0
-        short = target - (total - room) - network.demand[reached].sum()
-        there, scarce = (0.0, None) if network.scarce is None else network.scarce.within(cut)
-        short -= there
-        bound = 0
-        if short > 0:
+        bound, rest = 0, every ^ cut
+        if short[rest] > 0:
             largest = max(c for s, c in enumerate(network.capacities) if cut >> s & 1)
-            brings = network.stock.sums(np.where(reached, 0.0, network.demand))
-            if scarce is not None:
-                brings = brings + scarce
+            brings = more[more[:, rest] > 0, rest]
             gains = np.concatenate([np.clip(brings - n * largest, 0, largest) for n in range(cut.bit_count())])
             steps = np.cumsum(np.sort(gains)[::-1])
-            bound = int(np.searchsorted(steps, short - 1e-9)) + 1
+            bound = int(np.searchsorted(steps, short[rest] - 1e-9)) + 1
         part = (cut - 1) & cut
         while part:
             bound = max(bound, least[part] + least[cut ^ part])

@@ -11,7 +11,7 @@ import pytest
 from rmfs_core import InputError, load_scenario, run
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_switch import Case, Switch
-from rmfs_testing import check_rule, small_world
+from rmfs_testing import small_world
 
 SCENARIO = """
 seed = 1
