@@ -23,6 +23,8 @@ Integers = NDArray[np.int64]
 
 STEPS_PER_PAIR = 0.1
 """What a pair of a pod and a line that it may serve counts of the effort, each time that all pods are compared."""
+STEPS_PER_COMPARISON = 60
+"""What a comparison counts besides."""
 STARTS = 12
 """How many pods a set is begun with, one after the other."""
 MOST_SETS = 3
@@ -34,6 +36,8 @@ ROUNDS = 3
 class Completing:
     """What pods complete of orders, by the pairs of a pod and a line whose SKU it has.
 
+    Pods, SKUs and orders have numbers of their own here: only those that matter for lines that can be assigned.
+
     Parameters
     ----------
     reduced
@@ -43,8 +47,10 @@ class Completing:
 
     Attributes
     ----------
+    pods, skus, orders
+        What is numbered, ascending: positions of pods, SKU ids, positions of orders.
     sizes
-        Items of each order; orders are numbered as in `Reduced.orders`.
+        Items of each order.
     open
         Whether each order is still to be had.
     """
@@ -52,13 +58,19 @@ class Completing:
     def __init__(self, reduced: Reduced, effort: Effort) -> None:
         self.reduced, self.effort = reduced, effort
         period, kept = reduced.period, reduced.candidates
-        self.pods = len(period.stock.pods)
-        self.line_sku = period.line_sku[kept]
+        self.skus, self.line_sku = np.unique(period.line_sku[kept], return_inverse=True)
         self.orders, self.line_order = np.unique(period.line_order[kept], return_inverse=True)
         quantity = period.line_quantity[kept].astype(np.float64)
         self.sizes = np.bincount(self.line_order, weights=quantity, minlength=len(self.orders)).astype(np.int64)
         self.open = np.ones(len(self.orders), dtype=np.bool_)
+        number_of = np.full(period.stock.n_skus, -1)
+        number_of[self.skus] = np.arange(len(self.skus))
         pod, sku = period.stock.entries
+        wanted = number_of[sku] >= 0
+        self.pods, pod = np.unique(pod[wanted], return_inverse=True)
+        sku = number_of[sku[wanted]]
+        self.holds = np.zeros((len(self.pods), len(self.skus)), dtype=np.bool_)
+        self.holds[pod, sku] = True
         by_sku = np.argsort(self.line_sku, kind="stable")
         first = np.searchsorted(self.line_sku[by_sku], sku)
         number = np.searchsorted(self.line_sku[by_sku], sku, side="right") - first
@@ -69,6 +81,8 @@ class Completing:
         self.pair_sku = self.line_sku[line[by_key]]
         keys, self.pair_group = np.unique(key[by_key], return_inverse=True)
         self.group_pod, self.group_order = np.divmod(keys, max(len(self.orders), 1))
+        self.preferred = period.preferred.pods[self.pods]
+        self.steps = STEPS_PER_COMPARISON + STEPS_PER_PAIR * len(self.pair_group)
 
     def missing(self, there: Bools) -> Integers:
         """Return how many lines of each order have an SKU that is not there."""
@@ -78,25 +92,38 @@ class Completing:
         """Return the open orders whose SKUs are all there."""
         return np.flatnonzero(self.open & (self.missing(there) == 0))
 
-    def gains(self, there: Bools) -> tuple[Floats, Floats]:
+    def gains(self, there: Bools, missing: Integers) -> tuple[Floats, Floats]:
         """Return what each pod completes, in items, and how far it brings open orders.
 
         An order of which it brings c of the m SKUs that are missing counts ``(c / m) ** 2`` of its items there.
         """
-        missing = self.missing(there)
         brought = np.bincount(self.pair_group, weights=~there[self.pair_sku], minlength=len(self.group_pod))
         share = brought / np.maximum(missing, 1)[self.group_order]
         items = np.where(self.open, self.sizes, 0)[self.group_order]
-        done = np.bincount(self.group_pod, weights=items * (share >= 1.0), minlength=self.pods)
-        closer = np.bincount(self.group_pod, weights=items * share * share, minlength=self.pods)
+        done = np.bincount(self.group_pod, weights=items * (share >= 1.0), minlength=len(self.pods))
+        closer = np.bincount(self.group_pod, weights=items * share * share, minlength=len(self.pods))
         return done.astype(np.float64, copy=False), closer.astype(np.float64, copy=False)
 
     def _affordable(self) -> bool:
-        steps = STEPS_PER_PAIR * len(self.pair_group)
-        if not self.effort.allows(steps):
+        if not self.effort.allows(self.steps):
             return False
-        self.effort.take(steps)
+        self.effort.take(self.steps)
         return True
+
+    def fewest(self, there: Bools, room: int) -> int:
+        """Return a number of pods without which no open order that fits into a room becomes complete."""
+        missing = self.missing(there)
+        brought = np.bincount(self.pair_group, weights=~there[self.pair_sku], minlength=len(self.group_pod))
+        by_order = np.lexsort((-brought, self.group_order))
+        order = self.group_order[by_order]
+        first = np.searchsorted(order, np.arange(len(self.orders)))
+        brought = brought[by_order]
+        sums = np.cumsum(brought)
+        before = (sums - brought)[first[order]] if len(order) else sums
+        enough = sums - before >= missing[order]
+        fits = self.open & (missing > 0) & (self.sizes <= room)
+        places = np.flatnonzero(enough & fits[order])
+        return int((places - first[order[places]]).min()) + 1 if len(places) else len(self.pods) + 1
 
     def pods_for(self, there: Bools, number: int, room: int, able: Bools) -> list[int]:
         """Return so many pods that complete many open orders, no more than fill the room: the best of several tries.
@@ -116,8 +143,8 @@ class Completing:
         """
         if not number:
             return []
-        _, closer = self.gains(there)
-        first = np.lexsort((-self.reduced.period.preferred.pods, -np.round(np.where(able, closer, -1.0), 6)))
+        _, closer = self.gains(there, self.missing(there))
+        first = np.lexsort((-self.preferred, -np.round(np.where(able, closer, -1.0), 6)))
         best: tuple[int, list[int]] = (-1, [])
         for pod in first[: STARTS if number > 1 else 1].tolist():
             if closer[pod] <= 0 or (best[1] and not self._affordable()):
@@ -151,21 +178,27 @@ class Completing:
 
     def with_pods(self, there: Bools, pods: Sequence[int]) -> Bools:
         """Return the SKUs that are there with these pods."""
-        return there | self.reduced.period.stock.on(pods) if pods else there
+        return there | self.holds[pods].any(axis=0) if pods else there
 
     def _best(self, there: Bools, room: int, able: Bools, chosen: Sequence[int]) -> int:
         """Return the pod that completes most up to the room, then brings orders furthest; -1 if none brings any."""
-        done, closer = self.gains(there)
-        filled = np.minimum(done + float(self.sizes[self.complete(there)].sum()), room)
+        missing = self.missing(there)
+        done, closer = self.gains(there, missing)
+        filled = np.minimum(done + float(self.sizes[self.open & (missing == 0)].sum()), room)
         worth = np.where(able, filled + closer, -1.0)
-        worth[list(chosen)] = -1.0
-        preferred = self.reduced.period.preferred.pods
-        best = int(np.lexsort((-preferred, -np.round(worth, 6)))[0])
+        worth[chosen] = -1.0
+        worth = np.round(worth, 6)
+        most = np.flatnonzero(worth == worth.max())
+        best = int(most[self.preferred[most].argmax()])
         return best if worth[best] > 0 and closer[best] > 0 else -1
 
     def filled(self, there: Bools, room: int) -> int:
         """Return how many items of complete orders fit into a room."""
         return highest(sums_of(self.sizes[self.complete(there)].tolist(), room), room)
+
+    def fillable(self, room: int) -> int:
+        """Return how many items of open orders fit into a room, with all pods there."""
+        return highest(sums_of(self.sizes[self.open].tolist(), room), room)
 
 
 def station_by_station(reduced: Reduced, weight: float, effort: Effort) -> Assigned:
@@ -188,7 +221,7 @@ def station_by_station(reduced: Reduced, weight: float, effort: Effort) -> Assig
     for again in range(ROUNDS):
         improved = False
         for station, room in enumerate(period.capacities):
-            if again and not effort.allows(STEPS_PER_PAIR * len(completing.pair_group)):
+            if again and not effort.allows(completing.steps):
                 break
             completing.open[taken[station]] = True
             cost, sent, orders = _fill_station(completing, station, room, weight, costs[station])
@@ -210,12 +243,12 @@ def _fill_station(
 ) -> tuple[float, list[int], list[int]]:
     """Return the least cost below ``most`` found for one station, its new pods and its orders."""
     period = completing.reduced.period
-    able = np.ones(completing.pods, dtype=np.bool_)
-    able[list(period.inbound[station])] = False
-    there = period.covered[station]
+    able = ~np.isin(completing.pods, period.inbound[station])
+    there = period.covered[station, completing.skus]
     best: tuple[float, list[int], list[int]] = (most, [], [])
-    number = 0
-    while number < best[0]:
+    number, fewest = 0, completing.fewest(there, room)
+    least = weight * (room - completing.fillable(room))
+    while number + least < best[0]:
         sent = completing.pods_for(there, number, room, able)
         if len(sent) < number:
             break
@@ -226,8 +259,8 @@ def _fill_station(
         chosen = subset(sizes, room)
         cost = number + weight * (room - sum(sizes[place] for place in chosen))
         if cost < best[0]:
-            best = cost, sent, complete[chosen].tolist()
-        number += 1
+            best = cost, completing.pods[sent].tolist(), complete[chosen].tolist()
+        number = max(number + 1, fewest)
     return best
 
 
@@ -248,14 +281,13 @@ def sets_for_all(reduced: Reduced, pods: Sequence[int], numbers: range, target: 
         What improving may cost.
     """
     completing = Completing(reduced, effort)
-    able = np.zeros(completing.pods, dtype=np.bool_)
-    able[list(pods)] = True
-    there: Bools = np.asarray(reduced.period.covered.any(axis=0))
+    able = np.isin(completing.pods, pods)
+    there: Bools = np.asarray(reduced.period.covered[:, completing.skus].any(axis=0))
     found = []
     for number in numbers:
         sent = completing.pods_for(there, number, target, able)
         if len(sent) == number and completing.filled(completing.with_pods(there, sent), target) >= target:
-            found.append(sent)
+            found.append(completing.pods[sent].tolist())
         if len(sent) < number or len(found) == MOST_SETS:
             break
     return found

@@ -35,6 +35,10 @@ from rmfs_mip.proof.program import Program
 
 STEPS_PER_ENTRY = 10
 """What an entry of the relaxation counts of the effort: building takes longer than solving."""
+STEPS_PER_CHOICE = 125
+"""What an entry counts where whole patterns are chosen."""
+LEAST_ENTRIES = 4000
+"""Entries among which whole patterns are chosen even where no effort is left."""
 
 
 def alike(reduced: Reduced) -> bool:
@@ -162,8 +166,24 @@ class ColumnGeneration:
     def _close(self) -> list[Pattern]:
         """Return the patterns of which a solution with the value of the bound, rounded up, may consist."""
         limit = self.least + np.ceil(self.bound - SAFE) - self.bound + SAFE
+        return [p for p, value in zip(self.patterns, self._values(self.patterns), strict=True) if value <= limit]
+
+    def _values(self, patterns: list[Pattern]) -> list[float]:
+        """Return what the patterns cost at the prices."""
         dear = {number: price for number, price in enumerate(self.prices.tolist()) if price}
-        return [p for p in self.patterns if p.cost - sum(dear.get(t, 0.0) * n for t, n in p.orders) <= limit]
+        return [p.cost - sum(dear.get(t, 0.0) * n for t, n in p.orders) for p in patterns]
+
+    def _as_effort_allows(self, patterns: list[Pattern]) -> list[Pattern]:
+        """Return the cheapest patterns, in their order, among which the effort allows to choose; it is taken."""
+        effort, sizes = self.limits.effort, np.array([1 + len(p.orders) for p in patterns])
+        room = max(effort.left / STEPS_PER_CHOICE, LEAST_ENTRIES)
+        if sizes.sum() > room:
+            effort.short = True
+            cheapest = np.argsort(np.round(self._values(patterns), 6), kind="stable")
+            kept = np.sort(cheapest[np.cumsum(sizes[cheapest]) <= room])
+            patterns, sizes = [patterns[place] for place in kept.tolist()], sizes[kept]
+        effort.take(float(sizes.sum()) * STEPS_PER_CHOICE)
+        return patterns
 
     def _master(
         self, patterns: list[Pattern], *, whole: bool
@@ -215,6 +235,9 @@ class ColumnGeneration:
         return tuple(visits), tuple(parts)
 
     def _choice(self, patterns: list[Pattern]) -> list[Pattern] | None:
+        patterns = self._as_effort_allows(patterns)
+        if not patterns:
+            return None
         model, _, _, _ = self._master(patterns, whole=True)
         outcome = optimise(model, self.limits, absolute_gap=0.9, seconds=self.seconds_left())
         if outcome.values is None:
@@ -259,6 +282,8 @@ def choose_among(
     found, proven
         None when nothing costs as little, or the time was up; whether the answer is proven.
     """
+    if not sets:
+        return None, True
     stations, room = len(reduced.capacities), reduced.capacities[0]
     program, choices = _set_program(reduced, sets, weight)
     costs = [(column, cost) for column, cost in enumerate(program.cost) if cost]
