@@ -85,12 +85,9 @@ class RuleTraits:
                 found[trait] = value
         return cls(**found)
 
-    def lacks(self, scenario: Scenario, instance: Instance) -> str | None:
-        """Return what the rule needs and a scenario does not have, as the end of a sentence; None when it has all."""
-        for met, sentence in map(NEEDS.__getitem__, self.needs):
-            if not met(scenario, instance):
-                return sentence
-        return None
+    def lacks(self, scenario: Scenario, instance: Instance) -> list[str]:
+        """Return what the rule needs and a scenario does not have, each as the end of a sentence."""
+        return [sentence for met, sentence in map(NEEDS.__getitem__, self.needs) if not met(scenario, instance)]
 
 
 installed_version = cache(version)

@@ -25,7 +25,7 @@ from rmfs_core.scenario.rulenames import is_inline, rule_choices
 from rmfs_core.scenario.source import KeyPath, dotted, undotted
 from rmfs_core.scenario.structuring import KeyProblem, fields_of, section_class
 from rmfs_core.simulation.engine import Simulation
-from rmfs_core.simulation.setup import open_warehouse
+from rmfs_core.simulation.setup import open_warehouse, unmet_needs
 from rmfs_core.world import Instance, Layout, make_layout
 from rmfs_core.world.instance_making import instance_problems, oversize_orders, unchecked_instance
 
@@ -237,9 +237,8 @@ class _Check:
     def needs(self, scenario: Scenario, instance: Instance, bound: Mapping[KeyPath, BoundRule]) -> None:
         """Look for what rules need and the scenario does not have."""
         for path, rule in bound.items():
-            lacks = rule.traits.lacks(scenario, instance)
-            if lacks is not None:
-                self.note(dotted(("rules", *path)), f"{rule.describe()} needs {lacks}")
+            for problem in unmet_needs(rule, dotted(("rules", *path)), scenario, instance):
+                self.note(problem.place, problem.problem)
 
     def opening(self, scenario: Scenario, instance: Instance, layout: Layout) -> None:
         """Hold pods, robots and stations against the layout."""

@@ -141,9 +141,8 @@ def conformance_report(rule: object) -> ConformanceReport:
     worlds, left_out = [], {}
     traits = RuleTraits.of(rule, f"class {kind.__name__}", "it")
     for world in trial_worlds():
-        lacks = traits.lacks(world.scenario, world.instance)
-        if lacks is not None:
-            left_out[world.name] = lacks
+        if lacks := traits.lacks(world.scenario, world.instance):
+            left_out[world.name] = lacks[0]
             continue
         worlds.append(world.name)
         for roles in _castings(roles_of(kind)):
