@@ -60,6 +60,7 @@ def test_what_is_declared_is_read() -> None:
         ("libraries", (1,), "a tuple of installed distributions' names"),
         ("libraries", ("no-such-distribution",), "a tuple of installed distributions' names"),
         ("libraries", ("",), "a tuple of installed distributions' names"),
+        ("decides", ("poa", "prices"), "a tuple of roles"),
         ("splits_over_time", 1, "True or False"),
         ("packing_capacity", -1, "a whole number >= 0, or None"),
         ("packing_capacity", True, "a whole number >= 0, or None"),
