@@ -11,7 +11,7 @@ import pytest
 from rmfs_core import InputError, load_scenario, run
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_switch import Case, Switch
-from rmfs_testing import small_world
+from rmfs_testing import check_rule, small_world
 
 SCENARIO = """
 seed = 1
@@ -124,6 +124,12 @@ def test_what_rules_declare_counts() -> None:
     assert rule.libraries == ("rmfs", "scipy")
     assert (rule.needs, rule.splits_over_time) == ((), False)
     assert [role.label for role in rule.decides] == ["TA"]
+
+
+def test_it_is_tried_as_what_its_rules_decide() -> None:
+    """The conformance suite asks it nothing else."""
+    report = check_rule(Switch((Case("nearest-robot"),)))
+    assert (report.decides, report.findings) == (("TA",), ())
 
 
 def test_it_wakes_up_when_another_rule_is_to_decide() -> None:
