@@ -49,10 +49,10 @@ class Commands(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command that the first word names."""
+        """Find the command that the first word names; one sentence, without usage, where there is none."""
         names = self.list_commands(ctx)
         if args and not args[0].startswith("-") and args[0] not in names:
-            raise click.UsageError(f'there is no command "{args[0]}"{nearest(args[0], names)}', ctx)
+            raise click.UsageError(f'there is no command "{args[0]}"{nearest(args[0], names)}')
         return super().resolve_command(ctx, args)
 
     def make_context(self, *arguments: Any, **options: Any) -> click.Context:

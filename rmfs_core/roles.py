@@ -15,18 +15,21 @@ class Role(StrEnum):
     hook
         The hook that a rule answers in this role. (An observer may implement the other observer hooks too.)
     key
-        Its key in the section ``rules`` of a scenario; ``"filters"`` and ``"observers"`` hold lists.
+        Its key in the section ``rules`` of a scenario.
+    many
+        Whether any number of rules may play it: the key holds a list, ``"filters"`` or ``"observers"``.
     """
 
     label: str
     hook: str
     key: str
+    many: bool
 
     def __new__(cls, value: str, label: str = "", hook: str = "", key: str = "") -> Role:
         """Make a member."""
         role = str.__new__(cls, value)
         role._value_ = value
-        role.label, role.hook, role.key = label, hook, key or value
+        role.label, role.hook, role.key, role.many = label, hook, key or value, bool(key)
         return role
 
     POA = "poa", "POA", "assign_orders"

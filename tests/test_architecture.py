@@ -30,7 +30,6 @@ NAMES_A_PLUGIN = {
 NO_TEST_OF_ITS_OWN = {
     "rmfs_core/hookspecs.py": "declares the hooks; tests/test_documentation.py runs an example of each",
     "rmfs_core/info.py": "declares what observers are handed, and does nothing",
-    "plugins/commands/rmfs_details/handlers.py": "declares a type, and does nothing",
     "plugins/commands/rmfs_experiments/watching.py": "declares what watchers are told, and does nothing",
     "plugins/commands/rmfs_experiments/workers.py": "declares what workers are; each kind has its own test",
 }

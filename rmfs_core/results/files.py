@@ -195,9 +195,7 @@ def to_csv(columns: Sequence[str], rows: Iterable[Mapping[str, object]]) -> str:
 
 
 def _field(value: object) -> object:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return value
+    return ("true" if value else "false") if isinstance(value, bool) else value
 
 
 def output_folder(path: str | Path) -> Path:

@@ -157,6 +157,4 @@ def _read_table(file: Path, columns: Mapping[str, type]) -> list[Row]:
 def _value(text: str, kind: type) -> Any:
     if text == "" and kind is not str:
         return None
-    if kind is bool:
-        return {"true": True, "false": False}[text]
-    return kind(text)
+    return {"true": True, "false": False}[text] if kind is bool else kind(text)

@@ -279,6 +279,8 @@ def _bind(
         if key not in created:
             instance = build(rule, choice.parameters, place, name)
             created[key] = _Created(source, instance, RuleTraits.of(instance, place, name))
+        if role not in (able := created[key].traits.decides):
+            raise InputError(place, f"{name} decides {decided(able)}, with its parameters; expected {role.label}")
         created[key].hooks.add(role.hook)
         ones.append(created[key])
     manager = new_manager()

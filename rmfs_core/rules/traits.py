@@ -10,6 +10,7 @@ from typing import Any
 from attrs import frozen
 
 from rmfs_core.errors import InputError
+from rmfs_core.roles import Role
 from rmfs_core.scenario.model import Scenario
 from rmfs_core.traffic import Roads
 from rmfs_core.wording import listed, shown_short
@@ -43,6 +44,8 @@ class RuleTraits:
     libraries
         Tuple of distributions that the rule computes with, such as a solver's: their versions are kept with the
         results.
+    decides
+        Tuple of roles, of those that the class has hooks for, that the rule can play; it may depend on parameters.
     splits_over_time
         True for a rule that may leave lines of an order in the backlog: it is asked when the smallest open line fits,
         not only when the smallest order does.
@@ -64,6 +67,7 @@ class RuleTraits:
 
     needs: tuple[str, ...] = ()
     libraries: tuple[str, ...] = ()
+    decides: tuple[Role, ...] = tuple(Role)
     splits_over_time: bool = False
     whole_orders: bool = False
     packing_capacity: int | None = None
@@ -85,12 +89,9 @@ class RuleTraits:
                 found[trait] = value
         return cls(**found)
 
-    def lacks(self, scenario: Scenario, instance: Instance) -> str | None:
-        """Return what the rule needs and a scenario does not have, as the end of a sentence; None when it has all."""
-        for met, sentence in map(NEEDS.__getitem__, self.needs):
-            if not met(scenario, instance):
-                return sentence
-        return None
+    def lacks(self, scenario: Scenario, instance: Instance) -> list[str]:
+        """Return what the rule needs and a scenario does not have, each as the end of a sentence."""
+        return [sentence for met, sentence in map(NEEDS.__getitem__, self.needs) if not met(scenario, instance)]
 
 
 installed_version = cache(version)
@@ -111,6 +112,7 @@ def _installed(value: Any) -> bool:
 _EXPECTED: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "needs": (f"a tuple of {listed(map(repr, NEEDS), 'or')}", lambda value: _texts(value) and {*value} <= NEEDS.keys()),
     "libraries": ("a tuple of installed distributions' names", _installed),
+    "decides": ("a tuple of roles", lambda value: _texts(value) and {*value} <= {*Role}),
     "splits_over_time": ("True or False", lambda value: isinstance(value, bool)),
     "whole_orders": ("True or False", lambda value: isinstance(value, bool)),
     "packing_capacity": ("a whole number >= 0, or None", lambda value: type(value) is int and value >= 0),

@@ -28,7 +28,7 @@ from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving import WAYS
 from rmfs_core.simulation.driving.base import Process
 from rmfs_core.simulation.rounds import Decisions
-from rmfs_core.simulation.setup import check_needs, open_warehouse
+from rmfs_core.simulation.setup import open_warehouse, unmet_needs
 from rmfs_core.traffic import roads_on
 from rmfs_core.warehouse import Pod, Request, Robot, Station
 from rmfs_core.wording import one_line
@@ -58,7 +58,9 @@ class Simulation:
     def __init__(
         self, scenario: Scenario, instance: Instance, layout: Layout, rules: RuleSet, out: Path | None = None
     ) -> None:
-        check_needs(rules, scenario, instance)
+        for rule in rules.deciding:
+            for problem in unmet_needs(rule, f"rules.{rule.role.key}", scenario, instance):
+                raise problem
         opening = open_warehouse(scenario, instance, layout)
         self.context = RunContext(scenario, rules, opening.warehouse)  # what the two that follow work on, too
         self.decisions = Decisions(self.context, self._start_task)

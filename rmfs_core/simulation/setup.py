@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from attrs import frozen
 
 from rmfs_core.errors import InputError
 from rmfs_core.motion import Motion
 from rmfs_core.randomness import stream
-from rmfs_core.rules import RuleSet
+from rmfs_core.rules import BoundRule
 from rmfs_core.scenario.model import RobotsSection, Scenario
 from rmfs_core.warehouse import Robot, Station, Warehouse
 from rmfs_core.world import NORTH, Instance, Layout
@@ -23,15 +25,12 @@ class Opening:
     at_stations: tuple[tuple[int, int], ...]
 
 
-def check_needs(rules: RuleSet, scenario: Scenario, instance: Instance) -> None:
-    """Raise `InputError` when a selected rule needs what the scenario does not have."""
-    for rule in rules.deciding:
-        lacks = rule.traits.lacks(scenario, instance)
-        if lacks is not None:
-            raise InputError(f"rules.{rule.role.key}", f"{rule.describe()} needs {lacks}")
-        if rule.traits.whole_orders:
-            for problem in oversize_orders(instance, scenario):
-                raise problem
+def unmet_needs(rule: BoundRule, place: str, scenario: Scenario, instance: Instance) -> Iterator[InputError]:
+    """Yield what a rule, selected at ``place``, needs and the scenario does not have."""
+    for lacking in rule.traits.lacks(scenario, instance):
+        yield InputError(place, f"{rule.describe()} needs {lacking}")
+    if rule.traits.whole_orders:
+        yield from oversize_orders(instance, scenario)
 
 
 def motion_of(robots: RobotsSection) -> Motion:

@@ -293,9 +293,7 @@ class Pod(ReadOnly):
     def free_items(self, sku: int) -> int:
         """Items of a SKU that are not promised to any request."""
         number = self._contents.get(sku, 0)
-        if number >= UNLIMITED:
-            return UNLIMITED
-        return number - sum(self._promised.get(sku, {}).values())
+        return UNLIMITED if number >= UNLIMITED else number - sum(self._promised.get(sku, {}).values())
 
     def __repr__(self) -> str:
         return f"Pod({self.name!r}, location={self._location}, bound_for={self._itinerary})"

@@ -90,9 +90,7 @@ class Layout:
         """Cell index of the neighbour in a heading, or None at the edge of the grid."""
         column, row = cell % self.width, cell // self.width
         column, row = column + STEPS[heading][0], row + STEPS[heading][1]
-        if 0 <= column < self.width and 0 <= row < self.height:
-            return row * self.width + column
-        return None
+        return row * self.width + column if 0 <= column < self.width and 0 <= row < self.height else None
 
     def distance(self, cell: int, other: int) -> int:
         """Metres between two cells along rows and columns."""

@@ -14,6 +14,7 @@ def test_every_role_has_its_key_its_hook_and_its_label() -> None:
     """The keys are those of a scenario's section of rules, the hooks exist, and labels lead back to their roles."""
     assert [role.key for role in Role] == [field.name for field in attrs.fields(RulesSection)]
     assert {role.hook for role in Role} <= ARGUMENTS.keys()
+    assert [role.key for role in Role if role.many] == ["filters", "observers"]
     assert [Role.labelled(role.label) for role in Role] == list(Role)
     assert (f"{Role.POA_PPS}", Role.POA_PPS.label, Role("poa_pps")) == ("poa_pps", "POA+PPS", Role.POA_PPS)
     with pytest.raises(ValueError, match="no role is called 'poa'"):

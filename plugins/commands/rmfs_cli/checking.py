@@ -19,21 +19,17 @@ from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule, RuleSet, load_rule
 from rmfs_core.scenario import Scenario, load_scenario
-from rmfs_core.scenario.model import RuleChoice, RulesSection
+from rmfs_core.scenario.model import RuleChoice
 from rmfs_core.scenario.reading import Given, read_tables
 from rmfs_core.scenario.rulenames import is_inline, rule_choices
 from rmfs_core.scenario.source import KeyPath, dotted, undotted
 from rmfs_core.scenario.structuring import KeyProblem, fields_of, section_class
 from rmfs_core.simulation.engine import Simulation
-from rmfs_core.simulation.setup import open_warehouse
+from rmfs_core.simulation.setup import open_warehouse, unmet_needs
 from rmfs_core.world import Instance, Layout, make_layout
 from rmfs_core.world.instance_making import instance_problems, oversize_orders, unchecked_instance
 
 ROLES = {role.key: role for role in Role}
-LISTS = (Role.FILTER.key, Role.OBSERVER.key)
-"""Keys of ``rules`` that hold any number of rules."""
-
-
 MOST_IN_FILES = 20
 """Mistakes in CSV files that are named."""
 
@@ -171,9 +167,9 @@ class _Check:
             self.replaced |= {(role,) for role in missing}
             return {**rules, **dict.fromkeys(missing, stand_in)}
         role = str(path[1])
-        if role not in fields_of(RulesSection) or (role in LISTS and len(path) == 2):
+        if role not in ROLES or (ROLES[role].many and len(path) == 2):
             return _without(rules, [role])
-        if role not in LISTS:
+        if not ROLES[role].many:
             self.replaced.add((role,))
             return {**rules, role: stand_in}
         number = path[2]
@@ -237,9 +233,8 @@ class _Check:
     def needs(self, scenario: Scenario, instance: Instance, bound: Mapping[KeyPath, BoundRule]) -> None:
         """Look for what rules need and the scenario does not have."""
         for path, rule in bound.items():
-            lacks = rule.traits.lacks(scenario, instance)
-            if lacks is not None:
-                self.note(dotted(("rules", *path)), f"{rule.describe()} needs {lacks}")
+            for problem in unmet_needs(rule, dotted(("rules", *path)), scenario, instance):
+                self.note(problem.place, problem.problem)
 
     def opening(self, scenario: Scenario, instance: Instance, layout: Layout) -> None:
         """Hold pods, robots and stations against the layout."""

@@ -56,7 +56,7 @@ def recorders(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> 
 
 
 def overrides(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Complete ``KEY=VALUE`` of ``--set``: the keys of a scenario, and the rules after ``rules.x=``."""
+    """Complete ``KEY=VALUE`` of ``--set``: the keys of a scenario, and the rules after ``rules.poa=``."""
     key, equals, value = incomplete.partition("=")
     keys = [key] if equals else [name for name in _keys() if name.startswith(key)]
     if len(keys) == 1 and (values := _values(keys[0])):
@@ -81,8 +81,11 @@ def _key_without_value(ctx: click.Context) -> str | None:
 
 
 def _values(key: str) -> list[str]:
-    section, _, role = key.partition(".")
-    return _rule_names() if section == "rules" and role.partition(".")[2] in ("", "rule") else []
+    """Return what a key can be set to: one rule, where a single one is named."""
+    from rmfs_core.roles import Role
+
+    single = [f"rules.{role.key}{end}" for role in Role if not role.many for end in ("", ".rule")]
+    return _rule_names() if key in single else []
 
 
 def _rule_names() -> list[str]:

@@ -81,6 +81,7 @@ def _with_rule_files(rules: RulesSection, old: Path, copied: dict[str, bytes], a
     from attrs import evolve
 
     from rmfs_core.errors import InputError
+    from rmfs_core.roles import Role
     from rmfs_core.scenario.rulenames import is_inline, rule_choices
 
     moved: dict[str, list[RuleChoice]] = {}
@@ -97,7 +98,7 @@ def _with_rule_files(rules: RulesSection, old: Path, copied: dict[str, bytes], a
             copied[target.as_posix()] = content
             renamed = evolve(choice, rule=f"./{target.as_posix()}:{class_name}")
         moved.setdefault(str(key), []).append(renamed)
-    many = ("filters", "observers")
+    many = [role.key for role in Role if role.many]
     changed: dict[str, Any] = {key: tuple(found) if key in many else found[0] for key, found in moved.items()}
     return evolve(rules, **changed)
 

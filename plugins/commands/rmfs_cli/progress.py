@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from attrs import define, field
@@ -12,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from rmfs_cli.display import Display, PanelDisplay, duration, figures, progress_bar
+from rmfs_cli.screen import PIPE_WIDTH
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import DecisionMade, Event, ItemPicked, OrderCompleted, VisitStarted
 from rmfs_core.hookspecs import hookimpl
@@ -80,7 +82,7 @@ def about(run: RunInfo) -> str:
 class RunLines(Display):
     """Observer that writes a line at the start, one for every tenth of the orders, and one at the end.
 
-    The lines say nothing of wall-clock time, so equal runs write equal lines.
+    The lines say nothing of wall-clock time, so equal runs write equal lines; they fit `PIPE_WIDTH` columns.
 
     Parameters
     ----------
@@ -98,7 +100,8 @@ class RunLines(Display):
     def run_started(self, run: RunInfo) -> None:
         """Write the first line."""
         self.counts = RunCounts.of(run)
-        self.line(f"{self.name}: {about(run)}")
+        for line in wrap(f"{self.name}: {about(run)}", PIPE_WIDTH, subsequent_indent="  "):
+            self.line(line)
 
     @hookimpl
     def on_event(self, event: Event) -> None:
@@ -110,19 +113,18 @@ class RunLines(Display):
             return
         tenths = 10 * counts.orders // counts.total
         if tenths > 10 * before // counts.total and tenths < 10:
-            self.line(f"{10 * tenths:3d} %  {self._state(event.tick)}")
+            self.line(
+                f"{10 * tenths:3d} %  {duration(to_seconds(event.tick))} simulated, {counts.picks:,} picks, "
+                f"{counts.psv_per_order} visits per order, pile-on {counts.pile_on}"
+            )
 
     @hookimpl
     def run_ended(self, tick: int, status: str) -> None:
         """Write the last line."""
-        self.line(f"{status}: {self._state(tick)}")
-
-    def _state(self, tick: int) -> str:
         counts = self.counts
-        stopped = f", {counts.stopped_early} solves stopped early" if counts.stopped_early else ""
-        return (
-            f"{counts.orders:,} of {counts.total:,} orders at {duration(to_seconds(tick))} simulated, "
-            f"{counts.picks:,} picks, {counts.psv_per_order} visits per order, pile-on {counts.pile_on}{stopped}"
+        stopped = f", {counts.stopped_early:,} solves stopped early" if counts.stopped_early else ""
+        self.line(
+            f"{status}: {counts.orders:,} of {counts.total:,} orders, {duration(to_seconds(tick))} simulated{stopped}"
         )
 
 

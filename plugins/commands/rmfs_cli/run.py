@@ -149,15 +149,21 @@ def _announce_inline_rules(notes: Console, scenario: Scenario) -> None:
 
 def _report(console: Console, result: Result, folder: Path, record: Sequence[str]) -> None:
     """Say what is not complete, and where the files are."""
+    from rich.padding import Padding
+    from rich.text import Text
+
     from rmfs_core.results import RESULT_FILE, TABLE_FILES
-    from rmfs_core.results.recorders import load_recorder, make_observers
+    from rmfs_core.results.recorders import files_of, load_recorder, make_observers
 
     console.print()
     if result.status == "partial":
         total, left = len(result.orders), sum(row["completed_s"] is None for row in result.orders)
-        say(console, f"The run ended with {left:,} of {total:,} orders left; the metrics are of what was done.")
-    files = [RESULT_FILE, *(file for file, _ in TABLE_FILES.values())]
-    files += [file for observer, _ in make_observers(quiet=True) for file in getattr(observer, "files", ())]
-    files += [load_recorder(name).file for name in record]
+        say(console, f"The run ended with {left:,} of {total:,} orders left; metrics are of what was done.")
+    observers = [observer for observer, _ in make_observers(quiet=True)]
+    files = [
+        RESULT_FILE,
+        *(file for file, _ in TABLE_FILES.values()),
+        *files_of([*observers, *map(load_recorder, record)]),
+    ]
     say(console, f"Results in {folder}:")
-    say(console, f"  {', '.join(files)}")
+    console.print(Padding(Text(", ".join(files)), (0, 0, 0, 2)))

@@ -15,7 +15,7 @@ from rmfs_core.events import (
     VisitStarted,
 )
 from rmfs_core.info import RunInfo
-from rmfs_details.handlers import Handlers
+from rmfs_details.spans import Handlers
 
 COLUMNS = ("backlog_s", "other_parts_s", "fetch_s", "driving_s", "queueing_s", "station_s")
 """Columns besides order and turnover_s, in the order of time: they follow each other and add up to it.

@@ -14,7 +14,7 @@ from rmfs_core.events import (
     RobotMoved,
     VisitStarted,
 )
-from rmfs_details.handlers import Handlers
+from rmfs_details.spans import Handlers
 
 COUNTED = ("orders_in", "orders_out", "picks", "visits", "distance_m")
 _HOUR = 3600 * TICKS_PER_S

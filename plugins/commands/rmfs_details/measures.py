@@ -8,8 +8,7 @@ from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.events import OrderAssigned, OrderCompleted, VisitStarted
 from rmfs_core.info import RunInfo
 from rmfs_details.catalogue import on_time
-from rmfs_details.handlers import Handlers
-from rmfs_details.spans import Number, percentile, ratio
+from rmfs_details.spans import Handlers, Number, percentile, ratio
 
 
 class Measures:

@@ -15,7 +15,7 @@ from rmfs_core.events import (
     VisitStarted,
 )
 from rmfs_core.info import RunInfo
-from rmfs_details.handlers import Handlers
+from rmfs_details.spans import Handlers
 
 STATES = ("idle", "to_pod", "to_station", "queue", "station", "storing")
 """What a robot does: nothing; fetch a pod, until it has lifted it; carry it to a station, until it joins the queue;

@@ -1,14 +1,18 @@
-"""Spans of time, in ticks, and percentiles of times."""
+"""What those who follow a run share: spans of time, in ticks, percentiles, and what is done at events."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 from rmfs_core.clock import to_seconds
+from rmfs_core.events import Event
 
 Span = tuple[int, int]
 Number = int | float | None
+Handlers = Mapping[type[Event], Callable[[Any], None]]
+"""What is done at each kind of event."""
 
 
 def ratio(part: float, whole: float) -> float | None:

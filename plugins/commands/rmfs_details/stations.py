@@ -7,8 +7,7 @@ from typing import Any
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import ItemPicked, OrderArrived, OrderAssigned, QueueJoined, VisitStarted
 from rmfs_core.info import RunInfo
-from rmfs_details.handlers import Handlers
-from rmfs_details.spans import Count, Span, length, merged, overlap, within
+from rmfs_details.spans import Count, Handlers, Span, length, merged, overlap, within
 
 
 class _Station:

@@ -20,13 +20,10 @@ from rmfs_core.roles import Role
 from rmfs_kit.command import COMMAND
 from rmfs_kit.names import NewRule
 
-_LISTS = (Role.FILTER, Role.OBSERVER)
-"""Roles that any number of rules can play."""
-
 
 def selecting(rule: NewRule) -> str:
     """Return the arguments of `rmfs run` that select the rule in place of the scenario's."""
-    if rule.role in _LISTS:
+    if _is_listed(rule):
         return f"""--set 'rules.{Role(rule.role).key}=["{rule.name}"]'"""
     return f"--set rules.{rule.role}={rule.name}"
 
@@ -36,8 +33,13 @@ def trying(rule: NewRule) -> str:
     return f"rmfs {rule.name} examples/small" if rule.role == COMMAND else f"rmfs run examples/small {selecting(rule)}"
 
 
+def _is_listed(rule: NewRule) -> bool:
+    """Whether scenarios name it in a list."""
+    return isinstance(rule.role, Role) and rule.role.many
+
+
 def _scenario_line(rule: NewRule) -> str:
-    if rule.role in _LISTS:
+    if _is_listed(rule):
         return f'{Role(rule.role).key} = ["{rule.name}"]'
     return f'{rule.role} = "{rule.name}"'
 
@@ -62,7 +64,7 @@ def project_files(rule: NewRule) -> Mapping[str, str]:
         "the_rule": rule.module,
         "TheRule": rule.target,
         "TARGET": rule.target,
-        "DECIDES": label.capitalize() if rule.role in (*_LISTS, COMMAND) else f"{label} rule",
+        "DECIDES": label.capitalize() if is_command or _is_listed(rule) else f"{label} rule",
         "SUMMARY": _summary(code),
         "GROUP": '"rmfs.commands"' if is_command else "rmfs",
         "LIBRARY": "click>=8.1" if is_command else "attrs>=24.2",

@@ -119,12 +119,13 @@ def _describe(roads: Roads, hit: Collision) -> str:
 
 
 def _costs(plans: Sequence[Plan], hits: Sequence[Collision]) -> dict[str, Any]:
-    """Sums over all robots, in seconds; a robot's cost is the time at which it is at its goal for good."""
+    """Sums over the robots that arrive, in seconds; a robot's cost is the time at which it is at its goal for good."""
     arrived = [one for one in plans if one.arrived]
+    makespan_s = max(one.path.end_tick for one in plans) / 1000
     return {
         "robots": len(plans),
         "arrived": len(arrived),
-        "makespan_s": max((one.path.end_tick for one in arrived), default=0) / 1000,
+        "makespan_s": makespan_s if len(arrived) == len(plans) else None,  # a plan with robots left has none
         "sum_of_costs_s": sum(one.path.end_tick for one in arrived) / 1000,
         "sum_without_traffic_s": sum(one.fastest_ticks for one in arrived) / 1000,
         "longest_delay_s": max((one.delay_ticks for one in arrived), default=0) / 1000,
@@ -152,8 +153,9 @@ def _print(
     if len(plans) > SHOWN:
         console.print(f"The {SHOWN} robots with the longest delay of {len(plans)}.", highlight=False)
     costs = _costs(plans, hits)
+    makespan = "-" if costs["makespan_s"] is None else f"{costs['makespan_s']:.3f} s"
     console.print(
-        f"Arrived {costs['arrived']} of {costs['robots']}; makespan {costs['makespan_s']:.3f} s; sum of costs "
+        f"Arrived {costs['arrived']} of {costs['robots']}; makespan {makespan}; sum of costs "
         f"{costs['sum_of_costs_s']:.3f} s, {costs['sum_without_traffic_s']:.3f} s without traffic; "
         f"{costs['queries']} queries in {wall_s:.3f} s; collisions: {len(hits)}",
         highlight=False,

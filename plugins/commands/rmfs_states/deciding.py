@@ -16,6 +16,7 @@ from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario, Station
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.applying import apply_assignments, apply_selection, apply_tasks
 from rmfs_core.simulation.asking import Asker, ImpossibleError
+from rmfs_core.simulation.setup import unmet_needs
 from rmfs_core.wording import listed
 from rmfs_states.answers import answer_from_dict, answer_to_dict
 from rmfs_states.rebuilding import LacksError, OpenState, open_state
@@ -202,13 +203,10 @@ def outcome_of(state: State, decides: Role, decision: Mapping[str, Any], source:
 def _check_needs(opened: OpenState, rule: BoundRule) -> None:
     """Refuse a rule that needs what the state does not have, as a scenario would be refused."""
     counts_orders = any(station.counts_orders for station in opened.warehouse.stations)
-    nobody = RuleChoice("")
-    scenario = Scenario(
-        RulesSection(poa_pps=nobody), stations=StationsSection(order_capacity=1 if counts_orders else None)
-    )
-    lacks = rule.traits.lacks(scenario, opened.instance)
-    if lacks is not None:
-        raise InputError(opened.names.source, f"{rule.describe()} needs {lacks}")
+    stations = StationsSection(order_capacity=1 if counts_orders else None, oversize="alone")  # sizes: nobody's need
+    scenario = Scenario(RulesSection(poa_pps=RuleChoice("")), stations=stations)
+    for problem in unmet_needs(rule, opened.names.source, scenario, opened.instance):
+        raise problem
 
 
 def _arguments(opened: OpenState, rule: BoundRule) -> dict[str, Any]:

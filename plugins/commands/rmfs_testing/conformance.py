@@ -140,15 +140,15 @@ def conformance_report(rule: object) -> ConformanceReport:
     times: dict[str, CallTimes] = {}
     worlds, left_out = [], {}
     traits = RuleTraits.of(rule, f"class {kind.__name__}", "it")
+    able = tuple(role for role in roles_of(kind) if role in traits.decides)
     for world in trial_worlds():
-        lacks = traits.lacks(world.scenario, world.instance)
-        if lacks is not None:
-            left_out[world.name] = lacks
+        if lacks := traits.lacks(world.scenario, world.instance):
+            left_out[world.name] = lacks[0]
             continue
         worlds.append(world.name)
-        for roles in _castings(roles_of(kind)):
+        for roles in _castings(able):
             findings += _findings(rule, world, roles, times)
-    decides = tuple(role.label for role in roles_of(kind))
+    decides = tuple(role.label for role in able)
     return ConformanceReport(kind.__name__, decides, tuple(worlds), left_out, tuple(findings), times)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from attrs import define, field, validators
@@ -19,19 +19,24 @@ Score = Callable[["Station"], NDArray[np.int64]]
 Assigned = Callable[["Station", int], Iterable[int]]
 
 
-@define
-class LaneOptions:
-    """Parameters of a rule that assigns whole orders, whatever their order."""
-
-    max_wait_s: float | None = waiting_limit()
-    fast_lane: int = field(
-        default=0,
+def places_kept(default: int = 0) -> Any:
+    """Return the parameter ``fast_lane`` of a rule that assigns orders with `assign_best_pairs`."""
+    return field(
+        default=default,
         validator=validators.ge(0),
         metadata={
             "doc": "Places that a station with something to do keeps for orders that the pod which is there can "
             "complete at once"
         },
     )
+
+
+@define
+class LaneOptions:
+    """Parameters of a rule that assigns whole orders, whatever their order."""
+
+    max_wait_s: float | None = waiting_limit()
+    fast_lane: int = places_kept()
 
 
 @define

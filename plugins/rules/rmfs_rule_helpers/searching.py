@@ -5,13 +5,14 @@ A table is what `rmfs_core.traffic.intervals` describes.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numba import njit
 
 from rmfs_core.decisions import Leg
-from rmfs_core.traffic import FOREVER, Query, Roads, TimedPath, run_between
+from rmfs_core.traffic import FOREVER, Query, Reservations, Roads, TimedPath, run_between
 
 _OPTIONS: dict[str, Any] = {"cache": True, "forceinline": True, "_nrt": False}
 
@@ -90,6 +91,12 @@ def narrow(low, high, now, n, to, cell, enter, leave, me, table):  # type: ignor
         free_since = until[p]
         p += 1
     return m
+
+
+def search_once(search: Callable[[Roads, Reservations, Query], object], roads: Roads) -> None:
+    """Search where nothing is reserved, which loads a compiled search, or compiles it: a rule's `prepare`."""
+    locations = roads.layout.storage_locations
+    search(roads, Reservations(roads.cells), Query(0, locations[0], 0, 0, locations[-1]))
 
 
 def path_of(roads: Roads, query: Query, rows: list[list[int]]) -> TimedPath:

@@ -8,13 +8,12 @@ import numpy as np
 from attrs import define, field
 
 from rmfs_core import Path, hookimpl
-from rmfs_core.traffic import Query, Reservations, TimedPath
-from rmfs_rule_helpers.searching import path_of
+from rmfs_rule_helpers.searching import path_of, search_once
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rmfs_core.traffic import Roads, Traffic
+    from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, Traffic
 
 
 @define(eq=False)
@@ -68,8 +67,7 @@ class Sipp:
 
     def prepare(self, roads: Roads) -> None:
         """Load the compiled search, or compile it."""
-        locations = roads.layout.storage_locations
-        self.search(roads, Reservations(roads.cells), Query(0, locations[0], 0, 0, locations[-1]))
+        search_once(self.search, roads)
 
     @hookimpl
     def plan_path(self, traffic: Traffic) -> Path | None:

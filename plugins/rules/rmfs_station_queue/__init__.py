@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment, hookimpl
 from rmfs_rule_helpers import assign_best_pairs, items_per_order, largest_capacity, pod_at, sum_per_order
-from rmfs_rule_helpers.options import due_s
+from rmfs_rule_helpers.options import due_s, places_kept
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Robot, Station, WarehouseView
@@ -55,14 +55,7 @@ class StationQueue:
         validator=validators.ge(0),
         metadata={"unit": "s", "doc": "An order that is due within so much time goes before those that are not"},
     )
-    fast_lane: int = field(
-        default=1,
-        validator=validators.ge(0),
-        metadata={
-            "doc": "Places that a station with something to do keeps for orders that the pod which is there can "
-            "complete at once"
-        },
-    )
+    fast_lane: int = places_kept(1)
     queue_of: dict[int, int] = field(init=False, factory=dict)
     """Order -> the station that it queues for."""
     _robots: tuple[Robot, ...] = field(init=False, default=(), repr=False, eq=False)  # whose run it is
@@ -73,24 +66,24 @@ class StationQueue:
         if self._robots is not warehouse.robots:  # another run
             self._robots, self.queue_of = warehouse.robots, {}
         self.queue_of = {order: at for order, at in self.queue_of.items() if warehouse.order(order).open_lines}
-        scene = _Scene(warehouse)
+        suitability = _Suitability(warehouse)
         oversize = items_per_order(warehouse) > largest_capacity(warehouse)
-        self._fill(scene, oversize)
+        self._fill(suitability, oversize)
         queue = np.array([self.queue_of.get(order.id, NOWHERE) for order in warehouse.backlog], np.int64)
         urgent = due_s(warehouse) <= warehouse.now_s + self.urgent_s
 
         def score(station: Station) -> NDArray[np.int64]:
-            here = 4 * urgent + 2 * scene.completed_now(station) + scene.completed_soon(station)
+            here = 4 * urgent + 2 * suitability.completed_now(station) + suitability.completed_soon(station)
             return np.where((queue == station.id) | oversize, here, -1)
 
         return assign_best_pairs(warehouse, score, fast_lane=self.fast_lane)
 
-    def _fill(self, scene: _Scene, oversize: NDArray[np.bool_]) -> None:
+    def _fill(self, suitability: _Suitability, oversize: NDArray[np.bool_]) -> None:
         """Let orders join queues, the best pair of order and station first."""
-        warehouse = scene.warehouse
+        warehouse = suitability.warehouse
         length = Counter(self.queue_of.values())
         joining = np.array([order.id not in self.queue_of for order in warehouse.backlog], np.bool_) & ~oversize
-        lines = {s.id: scene.ranked(s, joining) for s in warehouse.stations if length[s.id] < self.queue_length}
+        lines = {s.id: suitability.ranked(s, joining) for s in warehouse.stations if length[s.id] < self.queue_length}
         heads = {station: next(line, None) for station, line in lines.items()}
         while ready := [(key, length[station], station) for station, key in heads.items() if key is not None]:
             key, _, station = min(ready)
@@ -102,8 +95,8 @@ class StationQueue:
             heads[station] = next(lines[station], None) if length[station] < self.queue_length else None
 
 
-class _Scene:
-    """What is available and wanted at the stations when a decision begins."""
+class _Suitability:
+    """How orders suit stations, by what is available and wanted there when a decision begins."""
 
     def __init__(self, warehouse: WarehouseView) -> None:
         self.warehouse = warehouse

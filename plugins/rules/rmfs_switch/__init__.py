@@ -3,17 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from importlib.metadata import EntryPoint, entry_points
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pluggy
 from attrs import Factory, define, field, frozen, validators
 
-from rmfs_core import OrderAssignment, PodTrip, TaskAssignment, hookimpl
-from rmfs_core.hookspecs import DecisionHooks, ObserverHooks, TimeHooks
+from rmfs_core import InputError, OrderAssignment, PodTrip, TaskAssignment, hookimpl
+from rmfs_core.rules.hooks import (
+    OBSERVER_HOOKS,
+    check_hooks,
+    decided,
+    marked_methods,
+    new_manager,
+    require_attrs_class,
+    roles_of,
+)
+from rmfs_core.rules.parameters import build
+from rmfs_core.rules.sources import RuleSources
+from rmfs_core.rules.traits import RuleTraits
+from rmfs_core.scenario.rulenames import is_inline
 
 if TYPE_CHECKING:
+    import pluggy
+
+    from rmfs_core.roles import Role
     from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Pod, Robot, WarehouseView
 
@@ -44,24 +57,47 @@ class Case:
         in_time = self.before_s is None or warehouse.now_s < self.before_s
         return in_time and (self.backlog_below is None or len(warehouse.backlog) < self.backlog_below)
 
-    @property
-    def entry(self) -> EntryPoint:
-        """Where the rule comes from."""
-        found = list(entry_points(group="rmfs", name=self.rule))
-        if len(found) != 1:
-            raise ValueError(f'expected one installed rule "{self.rule}", found {len(found)}')
-        return found[0]
-
-    def asked(self) -> tuple[Any, pluggy.PluginManager]:
-        """Return a new instance of the rule, and the hooks that ask it and no other."""
-        rule = self.entry.load()(**self.parameters)
-        manager = pluggy.PluginManager("rmfs")
-        for specification in (DecisionHooks, TimeHooks, ObserverHooks):
-            manager.add_hookspecs(specification)
+    def asked(self, place: str) -> _Asked:
+        """Return a new instance of the rule, checked as a scenario's own; messages call the case ``place``."""
+        if is_inline(self.rule):
+            raise InputError(f"{place}.rule", f"expected an installed rule, found {self.rule!r}")
+        source = RuleSources(".", allow_inline=False).find(self.rule, f"{place}.rule")
+        name = source.describe()
+        kind = require_attrs_class(f"{place}.rule", source.target, name)
+        check_hooks(f"{place}.rule", kind, kind.__name__)
+        if OBSERVER_HOOKS & marked_methods(kind).keys():
+            raise InputError(f"{place}.rule", f"{name} observes the run, which it cannot do as one of several")
+        rule = build(kind, self.parameters, f"{place}.parameters", name)
+        traits = RuleTraits.of(rule, f"{place}.rule", name)
+        decides = tuple(role for role in roles_of(kind) if role in traits.decides)
+        manager = new_manager()
         manager.register(rule)
-        if any(getattr(manager.hook, hook).get_hookimpls() for hook in vars(ObserverHooks) if hook[0] != "_"):
-            raise ValueError(f'rule "{self.rule}" observes the run, which it cannot do as one of several')
-        return rule, manager
+        return _Asked(name, source.distribution, traits, decides, manager.hook)
+
+
+@frozen(eq=False)
+class _Asked:
+    """A rule that a case asks.
+
+    Parameters
+    ----------
+    name
+        What messages call it.
+    distribution
+        Where it comes from.
+    traits
+        What its class declares besides.
+    decides
+        Roles that it can play.
+    hook
+        Calls its hooks, and no other rule's.
+    """
+
+    name: str
+    distribution: str
+    traits: RuleTraits
+    decides: tuple[Role, ...]
+    hook: pluggy.HookRelay
 
 
 def _last_always(_instance: object, _attribute: Any, value: tuple[Case, ...]) -> None:
@@ -84,8 +120,8 @@ class Switch:
             { rule = "common-lines", parameters = { max_wait_s = 600 } },
         ]
 
-    All of them draw from the same random numbers. Rules that observe the run, and those for POA and PPS together, are
-    not among those that can be asked.
+    All of them decide the same, and draw from the same random numbers. Rules that observe the run, and those for POA
+    and PPS together, are not among those that can be asked.
 
     References
     ----------
@@ -96,47 +132,57 @@ class Switch:
     cases: tuple[Case, ...] = field(
         validator=_last_always, metadata={"doc": "The rules and when each decides; the first that holds counts"}
     )
-    _asked: list[tuple[Any, pluggy.PluginManager]] = field(init=False, repr=False, eq=False)
+    _asked: list[_Asked] = field(init=False, repr=False, eq=False)
     _robots: tuple[Robot, ...] = field(init=False, default=(), repr=False, eq=False)  # whose run it is
 
     def __attrs_post_init__(self) -> None:
-        self._asked = [case.asked() for case in self.cases]
+        try:
+            self._asked = self._new()
+        except InputError as error:
+            raise ValueError(str(error)) from error  # the kernel adds the place in the scenario
+        if not self.decides:
+            found = "; ".join(f"{asked.name} decides {decided(asked.decides)}" for asked in self._asked)
+            able = decided(roles_of(Switch))
+            raise ValueError(f"cases: expected rules that decide the same, of {able}; {found}")
+
+    def _new(self) -> list[_Asked]:
+        return [case.asked(f"cases[{number}]") for number, case in enumerate(self.cases)]
+
+    @property
+    def decides(self) -> tuple[Role, ...]:
+        """What all of the rules decide."""
+        return tuple(role for role in roles_of(Switch) if all(role in asked.decides for asked in self._asked))
 
     @property
     def splits_over_time(self) -> bool:
         """Whether any of the rules does."""
-        return any(getattr(rule, "splits_over_time", False) for rule, _ in self._asked)
+        return any(asked.traits.splits_over_time for asked in self._asked)
 
     @property
     def needs(self) -> tuple[str, ...]:
         """What any of the rules needs."""
-        return tuple(sorted({need for rule, _ in self._asked for need in getattr(rule, "needs", ())}))
+        return tuple(sorted({need for asked in self._asked for need in asked.traits.needs}))
 
     @property
     def libraries(self) -> tuple[str, ...]:
         """Where the rules come from, and what they compute with."""
-        used = {name for rule, _ in self._asked for name in getattr(rule, "libraries", ())}
-        return tuple(sorted(used | {case.entry.dist.name for case in self.cases if case.entry.dist is not None}))
+        return tuple(sorted({name for asked in self._asked for name in (asked.distribution, *asked.traits.libraries)}))
 
     def prepare(self, roads: Roads) -> None:
         """Let each rule prepare."""
-        for rule, _ in self._asked:
-            if hasattr(rule, "prepare"):
-                rule.prepare(roads)
+        for asked in self._asked:
+            if asked.traits.prepare is not None:
+                asked.traits.prepare(roads)
 
-    def _deciding(self, warehouse: WarehouseView) -> int:
-        return next(i for i, case in enumerate(self.cases) if case.holds(warehouse))
+    def _deciding(self, warehouse: WarehouseView) -> _Asked:
+        return next(asked for case, asked in zip(self.cases, self._asked, strict=True) if case.holds(warehouse))
 
     def _ask(self, hook: str, warehouse: WarehouseView, **arguments: Any) -> Any:
         if self._robots is not warehouse.robots:  # another run: what rules remember is of the last one
             if self._robots:
-                self._asked = [case.asked() for case in self.cases]
+                self._asked = self._new()
             self._robots = warehouse.robots
-        number = self._deciding(warehouse)
-        caller = getattr(self._asked[number][1].hook, hook)
-        if not caller.get_hookimpls():
-            raise ValueError(f'rule "{self.cases[number].rule}" does not decide this (it has no hook `{hook}`)')
-        return caller(warehouse=warehouse, **arguments)
+        return getattr(self._deciding(warehouse).hook, hook)(warehouse=warehouse, **arguments)
 
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
@@ -166,8 +212,6 @@ class Switch:
     def wake_at(self, warehouse: WarehouseView, rng: np.random.Generator) -> float | None:
         """Wake up when another rule is to decide, or when the one that decides now wants to."""
         times = [case.before_s for case in self.cases if case.before_s is not None and case.before_s > warehouse.now_s]
-        _, manager = self._asked[self._deciding(warehouse)]
-        if manager.hook.wake_at.get_hookimpls():
-            answer: float | None = manager.hook.wake_at(warehouse=warehouse, rng=rng)
-            times += [answer] if answer is not None else []
+        answer: float | None = self._deciding(warehouse).hook.wake_at(warehouse=warehouse, rng=rng)
+        times += [answer] if answer is not None else []
         return min(times, default=None)

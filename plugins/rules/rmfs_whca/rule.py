@@ -9,11 +9,11 @@ from attrs import define, field, validators
 
 from rmfs_core import Path, hookimpl
 from rmfs_core.clock import to_ticks
-from rmfs_core.traffic import FOREVER, Query, Reservations, TimedPath
-from rmfs_rule_helpers.searching import path_of
+from rmfs_core.traffic import FOREVER
+from rmfs_rule_helpers.searching import path_of, search_once
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads, Traffic
+    from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, Traffic
 
 
 def _positive(_instance: object, _attribute: Any, value: float) -> None:
@@ -69,8 +69,7 @@ class WhcaN:
 
     def prepare(self, roads: Roads) -> None:
         """Load the compiled search, or compile it."""
-        locations = roads.layout.storage_locations
-        self.search(roads, Reservations(roads.cells), Query(0, locations[0], 0, 0, locations[-1]))
+        search_once(self.search, roads)
 
     @hookimpl
     def plan_path(self, traffic: Traffic) -> Path | None:

@@ -60,6 +60,7 @@ def test_what_is_declared_is_read() -> None:
         ("libraries", (1,), "a tuple of installed distributions' names"),
         ("libraries", ("no-such-distribution",), "a tuple of installed distributions' names"),
         ("libraries", ("",), "a tuple of installed distributions' names"),
+        ("decides", ("poa", "prices"), "a tuple of roles"),
         ("splits_over_time", 1, "True or False"),
         ("packing_capacity", -1, "a whole number >= 0, or None"),
         ("packing_capacity", True, "a whole number >= 0, or None"),
@@ -84,16 +85,16 @@ def test_a_scenarios_rule_is_held_to_them(refusal: Refusal, tmp_path: Any) -> No
 
 
 def test_what_a_rule_needs_is_held_against_the_scenario(tiny: RunInfo) -> None:
-    """The end of a sentence says what is lacking; the first need in the rule's own order."""
+    """The end of a sentence says what is lacking, in the rule's own order."""
     finite, endless = small_instance({"1": ["a"]}, {"p": {"a": 1}}), small_instance({"1": ["a"]}, {"p": ["a"]})
     by_orders = evolve(tiny.scenario, stations=StationsSection(order_capacity=3))
     stock = "pods whose SKUs never run out, but the instance has finite stock"
     items = "stations that count items, but the scenario sets `stations.order_capacity`"
     both = RuleTraits(needs=("item capacity", "unlimited stock"))
-    assert both.lacks(tiny.scenario, endless) is None
-    assert both.lacks(tiny.scenario, finite) == stock
-    assert both.lacks(by_orders, finite) == items
-    assert RuleTraits().lacks(by_orders, finite) is None
+    assert both.lacks(tiny.scenario, endless) == []
+    assert both.lacks(tiny.scenario, finite) == [stock]
+    assert both.lacks(by_orders, finite) == [items, stock]
+    assert RuleTraits().lacks(by_orders, finite) == []
 
 
 def test_a_trait_that_cannot_be_read_or_compared_is_one_sentence() -> None:

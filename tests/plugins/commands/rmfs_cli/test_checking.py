@@ -154,6 +154,14 @@ def test_needs_and_parameters_of_rules_from_files(tmp_path: Path, monkeypatch: p
     assert "--no-inline-rules refuses" in problems("paper-250", *chosen[:1], allow_inline=False)[0]
 
 
+def test_orders_that_a_rule_does_not_split_are_named_beside_other_mistakes() -> None:
+    """A joint rule that keeps orders whole is held against their size, whatever else is wrong."""
+    found = problems("paper-250-integrated", "stations.item_capacity=3", "stations.oversize=refuse", "robots.count=0")
+    assert found[0] == "--set robots.count=0: expected a whole number from 1 to 100,000, found 0"
+    assert len(found) == 2
+    assert "more than any station takes at a time (3); expected" in found[1]
+
+
 def test_a_file_that_cannot_be_read_is_the_only_problem(tmp_path: Path) -> None:
     """Then there is nothing to check."""
     with pytest.raises(InputError, match="there is no such file"):

@@ -62,8 +62,10 @@ def test_keys_and_values_of_overrides() -> None:
         "robots.lift_s=",
     ]
     assert completed("run", "x", "--set", "rules.poa=pod-m") == ["rules.poa=pod-match"]
+    assert completed("run", "x", "--set", "rules.poa.rule=pod-m") == ["rules.poa.rule=pod-match"]
     assert completed("run", "--set", "rules.pr=") == [f"rules.pr={name}" for name in RULES]
-    assert completed("run", "--set", "instance.orders=") == []
+    for other in ("instance.orders=", "rules.filters=", "rules.observers="):  # the last two hold lists
+        assert completed("run", "--set", other) == []
 
 
 def test_bash_splits_at_the_equals_sign() -> None:

@@ -3,9 +3,10 @@
 import io
 
 import pytest
+from attrs import evolve
 from rich.console import Console
 
-from rmfs_cli.progress import RunLines, RunPanel, run_display
+from rmfs_cli.progress import RunCounts, RunLines, RunPanel, run_display
 from rmfs_core.events import ItemPicked, OrderCompleted, VisitStarted
 from rmfs_core.info import RunInfo
 
@@ -30,9 +31,29 @@ def test_plain_lines_tell_the_same_of_equal_runs(tiny: RunInfo) -> None:
     progress.run_ended(21_000, "partial")
     assert stream.getvalue().splitlines() == [
         "a [run]: 2 orders, 2 SKUs, 2 pods, 2 stations, 2 robots, seed 7",
-        " 50 %  1 of 2 orders at 0:00:21 simulated, 2 picks, 1.00 visits per order, pile-on 2.00",
-        "partial: 1 of 2 orders at 0:00:21 simulated, 2 picks, 1.00 visits per order, pile-on 2.00",
+        " 50 %  0:00:21 simulated, 2 picks, 1.00 visits per order, pile-on 2.00",
+        "partial: 1 of 2 orders, 0:00:21 simulated",
     ]
+
+
+def test_plain_lines_fit_80_columns(tiny: RunInfo) -> None:
+    """With 10,000 orders, days of simulated time and a long name, too."""
+    stream = io.StringIO()
+    progress = RunLines("paper-2000-split-among-stations", Console(file=stream))
+    progress.run_started(evolve(tiny, instance=evolve(tiny.instance, orders=tiny.instance.orders * 5000)))
+    progress.counts = RunCounts(total=10_000, orders=8999, picks=99_998, visits=99_999, picks_at=[0, 0])
+    progress.counts.stopped_early = 1000
+    for event in EVENTS[1:2] + EVENTS[3:]:
+        progress.on_event(evolve(event, tick=359_999_000))
+    progress.run_ended(359_999_000, "complete")
+    lines = stream.getvalue().splitlines()
+    assert lines == [
+        "paper-2000-split-among-stations: 10,000 orders, 2 SKUs, 2 pods, 2 stations, 2",
+        "  robots, seed 7",
+        " 90 %  99:59:59 simulated, 99,999 picks, 11.11 visits per order, pile-on 1.00",
+        "complete: 9,000 of 10,000 orders, 99:59:59 simulated, 1,000 solves stopped early",
+    ]
+    assert max(map(len, lines)) <= 80
 
 
 @pytest.mark.parametrize("width", [80, 120])

@@ -70,9 +70,10 @@ def test_metrics_are_printed_and_files_are_where_it_says(folder: Path, capsys: p
     for text in ("Visits per order", "Pile-on", "Makespan", "Picker utilisation", "Turn-over time", "Decisions, t > 1"):
         assert text in printed.out
     assert "rmfs-runs/small-seed3" in printed.out
-    tables, _, files = printed.out.partition("Results in ")
-    assert max(map(len, tables.splitlines())) <= 80
-    assert "delays.csv" in files
+    assert max(map(len, (printed.out + printed.err).splitlines())) <= 80
+    *_, first, last = printed.out.splitlines()
+    assert first == "  result.json, orders.csv, visits.csv, periods.csv, hours.csv, stations.csv,"
+    assert last == "  robots.csv, delays.csv"
     assert "small: 10 orders" in printed.err
     assert load_result("rmfs-runs/small-seed3").status == "complete"
 

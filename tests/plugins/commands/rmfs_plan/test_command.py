@@ -80,12 +80,15 @@ def test_text_maps_are_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
 
 
 def test_who_finds_no_path_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Two robots cannot pass each other in a corridor: both are named, exit code 1."""
+    """Two robots cannot pass each other in a corridor: both are named, exit code 1; such a plan has no makespan."""
     (tmp_path / "c.map").write_text("type octile\nheight 1\nwidth 4\nmap\n....\n", encoding="utf-8")
     (tmp_path / "c.scen").write_text("version 1\n0 c.map 4 1 0 0 3 0 3\n0 c.map 4 1 3 0 0 0 3\n", encoding="utf-8")
-    code, _, error = ask([str(tmp_path / "c.map"), "--scen", str(tmp_path / "c.scen"), "--agents", "2"], capsys)
+    asked = [str(tmp_path / "c.map"), "--scen", str(tmp_path / "c.scen"), "--agents", "2"]
+    code, text, error = ask(asked, capsys)
     assert code == 1
     assert error == "Error: sipp found no path to the goal for 2 of 2 robots: 1, 2.\n"
+    assert "Arrived 0 of 2; makespan -; sum of costs" in text
+    assert json.loads(ask([*asked, "--json"], capsys)[1])["costs"]["makespan_s"] is None
 
 
 @pytest.mark.parametrize(

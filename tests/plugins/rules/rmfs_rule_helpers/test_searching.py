@@ -15,7 +15,7 @@ from rmfs_core.motion import Motion
 from rmfs_core.traffic import FOREVER, Query, Reservations, occupancy, roads_on
 from rmfs_core.world import EAST, SOUTH, parse_map
 from rmfs_core.world.travel import travel_on
-from rmfs_rule_helpers.searching import free_for_good, gap_at, last_end, narrow, path_of
+from rmfs_rule_helpers.searching import free_for_good, gap_at, last_end, narrow, path_of, search_once
 
 ME = 0
 HELD = st.lists(st.tuples(st.integers(0, 2), st.integers(0, 30), st.integers(1, 8)), max_size=8)
@@ -111,3 +111,12 @@ def test_rows_become_legs(rows: list[list[int]], legs: tuple[Leg, ...], end: tup
     assert path.legs == legs
     assert (path.end, path.end_heading, path.end_tick) == end
     assert int(occupancy(roads, path).cells[-1]) == path.end
+
+
+def test_a_search_is_tried_once_where_nothing_is_reserved() -> None:
+    """From the first place to the last one."""
+    asked = []
+    roads = roads_on(travel_on(parse_map("......\n.#..#.\nqO....", "yard"), EVEN))
+    search_once(lambda _, table, query: asked.append((int(table.arrays.count.sum()), query.cell, query.goal)), roads)
+    locations = roads.layout.storage_locations
+    assert asked == [(0, locations[0], locations[-1])]

@@ -11,7 +11,7 @@ import pytest
 from rmfs_core import InputError, load_scenario, run
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_switch import Case, Switch
-from rmfs_testing import small_world
+from rmfs_testing import check_rule, small_world
 
 SCENARIO = """
 seed = 1
@@ -92,9 +92,22 @@ def test_it_asks_as_the_rules_alone_are_asked(tmp_path: Path) -> None:
     [
         ("[]", "of which the last one has neither before_s nor backlog_below"),
         ('[{ rule = "first-come", before_s = 5 }]', "of which the last one has neither before_s nor backlog_below"),
-        ('[{ rule = "first-cone" }]', 'expected one installed rule "first-cone", found 0'),
+        ('[{ rule = "first-cone" }]', r'cases\[0\].rule: there is no rule "first-cone" \(did you mean'),
+        ('[{ rule = "./mine.py:Mine" }]', "expected an installed rule, found './mine.py:Mine'"),
         ('[{ rule = "first-come", befor_s = 5 }]', "cases"),
-        ('[{ rule = "first-come", parameters = { patience = 5 } }]', "patience"),
+        (
+            '[{ rule = "first-come", parameters = { patience = 5 } }]',
+            r"cases\[0\].parameters.patience: .* no parameter",
+        ),
+        (
+            '[{ rule = "random", before_s = 5 }, { rule = "demand" }]',
+            r'rule "switch" \(.*\) decides PPS, .* expected POA',
+        ),
+        (
+            '[{ rule = "random", before_s = 5 }, { rule = "nearest" }, { rule = "demand" }]',
+            "rules that decide the same",
+        ),
+        ('[{ rule = "integrated" }]', r"expected rules that decide the same, .*decides POA\+PPS"),
     ],
 )
 def test_wrong_cases_are_refused(tmp_path: Path, cases: str, problem: str) -> None:
@@ -105,17 +118,18 @@ def test_wrong_cases_are_refused(tmp_path: Path, cases: str, problem: str) -> No
     assert "rules.poa" in str(caught.value)
 
 
-def test_a_rule_for_something_else_is_told() -> None:
-    """It is found when it is asked."""
-    with pytest.raises(ValueError, match='rule "demand" does not decide this'):
-        decide(world(), Switch((Case("demand"),)))
-
-
 def test_what_rules_declare_counts() -> None:
     """Libraries of any, and the distributions that they come from."""
     rule = Switch((Case("assignment", before_s=60), Case("nearest-robot")))
     assert rule.libraries == ("rmfs", "scipy")
     assert (rule.needs, rule.splits_over_time) == ((), False)
+    assert [role.label for role in rule.decides] == ["TA"]
+
+
+def test_it_is_tried_as_what_its_rules_decide() -> None:
+    """The conformance suite asks it nothing else."""
+    report = check_rule(Switch((Case("nearest-robot"),)))
+    assert (report.decides, report.findings) == (("TA",), ())
 
 
 def test_it_wakes_up_when_another_rule_is_to_decide() -> None:
@@ -127,6 +141,26 @@ def test_it_wakes_up_when_another_rule_is_to_decide() -> None:
         made.now = now
         answers.append(rule.wake_at(WarehouseView(made), rng))
     assert answers == [60, 60, 90, None]
+
+
+WATCHING = """
+@define
+class Waves:
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return []
+
+    @hookimpl
+    def on_event(self, event):
+        pass
+"""
+
+
+def test_a_rule_that_observes_is_refused(install: Callable[..., None]) -> None:
+    """It would be told of the whole run, but decide in a part of it."""
+    install("acme", {"waves": "acme_waves:Waves"}, acme_waves=WATCHING)
+    with pytest.raises(ValueError, match=r'cases\[0\].rule: rule "waves" \(acme 1.0\) observes the run, which'):
+        Switch((Case("waves"),))
 
 
 WAKING = """
