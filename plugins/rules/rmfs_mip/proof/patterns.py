@@ -30,7 +30,7 @@ from rmfs_mip.period.period import Period
 from rmfs_mip.period.reduction import Reduced
 from rmfs_mip.period.solution import Assigned, Model, Part
 from rmfs_mip.printed.solver import Limits, new_model, optimise
-from rmfs_mip.proof.pricing import CLOSE, SAFE, Pattern, Priced, Pricing
+from rmfs_mip.proof.pricing import CLOSE, SAFE, CloseSet, Pattern, Priced, Pricing
 from rmfs_mip.proof.program import Program
 
 STEPS_PER_ENTRY = 10
@@ -249,33 +249,30 @@ class ColumnGeneration:
 class _SetChoice:
     """How many stations get a set of pods, and which orders they take: columns of a program."""
 
+    worth: float
     pods: tuple[int, ...]
     stations: int
     orders: dict[int, int] = field(factory=dict)  # type -> column
 
 
 def choose_among(
-    reduced: Reduced, sets: list[tuple[int, ...]], weight: float, limits: Limits, seconds: float | None, most: float
+    generation: ColumnGeneration, sets: list[CloseSet], value: float, seconds: float | None
 ) -> tuple[Assigned | None, bool]:
-    """Return the best solution in which every station gets one of the given sets of pods.
+    """Return a solution of a given value in which every station gets one of the given sets of pods.
 
     Stations with the same set share their places in the program; whether each order finds a whole place is looked at
     afterwards.
 
     Parameters
     ----------
-    reduced
-        The period; its stations are alike.
+    generation
+        The relaxation, with its bound and the prices behind it.
     sets
-        Positions of the pods of each set.
-    weight
-        W_u.
-    limits
-        Solver and limits.
+        The sets of pods.
+    value
+        What the solution may cost, without the pods of P_s.
     seconds
         What is left of the time limit; None for none.
-    most
-        What the solution may cost, without the pods of P_s.
 
     Returns
     -------
@@ -284,12 +281,14 @@ def choose_among(
     """
     if not sets:
         return None, True
+    reduced, weight = generation.reduced, generation.weight
     stations, room = len(reduced.capacities), reduced.capacities[0]
     program, choices = _set_program(reduced, sets, weight)
     costs = [(column, cost) for column, cost in enumerate(program.cost) if cost]
     program.constant = weight * room * stations
-    program.row([c for c, _ in costs], [cost for _, cost in costs], "<", most - program.constant)
-    outcome = program.solve(limits, absolute_gap=0.9, seconds=seconds)
+    program.row([c for c, _ in costs], [cost for _, cost in costs], "<", value - program.constant)
+    _add_prices(generation, program, choices, value)
+    outcome = program.solve(generation.limits, absolute_gap=0.9, seconds=seconds)
     if outcome.values is None:
         return None, outcome.bound == float("inf")
     visits: list[tuple[int, int]] = []
@@ -309,12 +308,12 @@ def choose_among(
     return (tuple(visits), tuple(parts)), outcome.optimal
 
 
-def _set_program(reduced: Reduced, sets: list[tuple[int, ...]], weight: float) -> tuple[Program, list[_SetChoice]]:
+def _set_program(reduced: Reduced, sets: list[CloseSet], weight: float) -> tuple[Program, list[_SetChoice]]:
     period, stations, room = reduced.period, len(reduced.capacities), reduced.capacities[0]
     program = Program()
     choices: list[_SetChoice] = []
-    for pods in sets:
-        choice = _SetChoice(pods, program.column(cost=float(len(pods)), upper=stations))
+    for worth, pods in sets:
+        choice = _SetChoice(worth, pods, program.column(cost=float(len(pods)), upper=stations))
         choices.append(choice)
         at_hand = period.covered[0] | period.stock.on(pods)
         filling = {choice.stations: -float(room)}
@@ -333,6 +332,30 @@ def _set_program(reduced: Reduced, sets: list[tuple[int, ...]], weight: float) -
     if len(reduced.scarce):
         _add_stock(reduced, program, choices)
     return program, choices
+
+
+def _add_prices(generation: ColumnGeneration, program: Program, choices: list[_SetChoice], value: float) -> None:
+    """Let every station have a pattern that is close enough, and none better than the best of its set.
+
+    What a solution costs more than the bound is what its patterns are worth more than the least one, and the prices of
+    the orders that it leaves.
+    """
+    reduced, room = generation.reduced, generation.room
+    slack = value - generation.bound + SAFE
+    limit = generation.least + slack
+    sizes = np.array([kind.size for kind in reduced.types])
+    worths = (generation.weight * sizes + generation.prices).tolist()
+    for choice in choices:
+        nothing = len(choice.pods) + generation.weight * room  # what the pods are worth without an order
+        columns = [*choice.orders.values(), choice.stations]
+        taken = [worths[t] for t in choice.orders]
+        program.row(columns, [*taken, limit - nothing], ">", 0.0)
+        program.row(columns, [*taken, choice.worth - nothing - SAFE], "<", 0.0)
+    for t, price in enumerate((-generation.prices).tolist()):
+        columns = [choice.orders[t] for choice in choices if t in choice.orders]
+        least = len(reduced.types[t].orders) - int(slack / price) if price > SAFE else 0
+        if least > 0 and columns:
+            program.row(columns, [1.0] * len(columns), ">", least)
 
 
 def _add_stock(reduced: Reduced, program: Program, choices: list[_SetChoice]) -> None:

@@ -7,6 +7,7 @@ because a pattern with k pods is worth at least k; where that takes too long, th
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from attrs import define, evolve, frozen
@@ -43,6 +44,13 @@ class Pattern:
     pods: tuple[int, ...]
     orders: tuple[tuple[int, int], ...]
     cost: float
+
+
+class CloseSet(NamedTuple):
+    """A set of pods (positions), and what its best pattern is worth."""
+
+    worth: float
+    pods: tuple[int, ...]
 
 
 @define
@@ -125,7 +133,7 @@ class Pricing:
                 found.append((number + most - worth, self._pattern(chosen, values)))
         return Priced(found, least)
 
-    def close_sets(self, prices: NDArray[np.float64], limit: float, kept: int) -> tuple[list[tuple[int, ...]], bool]:
+    def close_sets(self, prices: NDArray[np.float64], limit: float, kept: int) -> tuple[list[CloseSet], bool]:
         """Return the sets of pods that have a pattern worth at most a limit.
 
         Parameters
@@ -140,19 +148,19 @@ class Pricing:
         Returns
         -------
         sets, complete
-            Positions of the pods of each set, best first, and whether these are all.
+            The sets, best first, and whether these are all.
         """
         values = self.weight * self.sizes + prices
         most = self.weight * self.room
-        close: list[tuple[float, tuple[int, ...]]] = []
+        close: list[CloseSet] = []
         complete = True
         for number in range(min(len(self.pods), int(limit + SAFE)) + 1):
             sets = self.sets(number, values, number + most - limit - SAFE, kept)
             complete = complete and sets is not None and len(sets) < kept
             for worth, chosen in sets or []:
-                close.append((number + most - worth, tuple(self.pods[place] for place in chosen)))
+                close.append(CloseSet(number + most - worth, tuple(self.pods[place] for place in chosen)))
         close.sort()
-        return [pods for _, pods in close[:kept]], complete and len(close) <= kept
+        return close[:kept], complete and len(close) <= kept
 
     def sets(
         self, number: int, values: NDArray[np.float64], least: float, kept: int

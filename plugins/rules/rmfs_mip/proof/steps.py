@@ -63,6 +63,8 @@ STEPS_PER_LINE = 100
 """What building the program counts of the effort, for each line and station, where a period is large."""
 CLOSE_SETS = (100, 500, 2000)
 """Sets of pods from which a better solution, if there is one, is put together: first the best few, then more."""
+FEW_MORE = 3
+"""All sets are not many more than the best few if they are no more than so many times these."""
 
 
 def proof_of(
@@ -328,10 +330,12 @@ def _try_bound(proof: Proof, generation: ColumnGeneration) -> bool:
     # Where SKUs are scarce, more sets are close; if some are left out, the largest program would prove nothing.
     numbers = CLOSE_SETS if complete or not len(generation.reduced.scarce) else CLOSE_SETS[:-1]
     for number in numbers:
+        if complete and number < len(sets) <= FEW_MORE * number:
+            continue  # all of them at once: that none is good enough is shown quickest with all
         left = proof.seconds_left
         if left is not None and left <= 0:
             return False
-        found, exact = choose_among(generation.reduced, sets[:number], generation.weight, proof.limits, left, value)
+        found, exact = choose_among(generation, sets[:number], value, left)
         if found is not None:
             _offer_patterns(proof, generation.reduced, found)
             return proof.proven
