@@ -124,13 +124,10 @@ def _of_pods(scenario: Scenario, instance: Instance, start: _Start) -> Iterator[
     proof = f"fewest pods that hold all that is ordered ({finite}set cover, {_how(visits)})"
     yield Bound("pod_station_visits", visits.cost, proof)
     yield Bound("psv_per_order", _per(visits.cost, orders), proof)
-    metres = start.metres()
-    back = start.ways.back_m
-    there = cheapest_cover(instance, metres)
-    and_back = cheapest_cover(instance, [one + back for one in metres])
-    once = there.cost + back * max(visits.cost - robots, 0)
-    twice = and_back.cost - back * robots
-    found, cover = max((once, there), (twice, and_back), key=lambda pair: pair[0])
+    # All pods go back but for those on robots at the end; where these may be all, none need go back.
+    back = start.ways.back_m if visits.cost > robots else 0
+    cover = cheapest_cover(instance, [metres + back for metres in start.metres()])
+    found = cover.cost - back * robots
     proof = f"pods that hold all that is ordered, carried there and, but for the last, back ({_how(cover)})"
     yield Bound("distance_m", found, proof)
     yield Bound("loaded_distance_m", found, proof)

@@ -195,7 +195,7 @@ def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str
                 panel.plot([x - width / 2, x + width / 2], bar, "--", color="black", linewidth=1)
         panel.plot([], [], "o", color=colour, label=plain(rule_set))
     if comparison.bounded(metric):
-        panel.plot([], [], "--", color="black", linewidth=1, label="bound")
+        panel.set_xlabel("dashed: what no rules can beat")
     panel.set_xticks(range(len(sets)), [plain(name).replace(", ", "\n") for name in sets])
     panel.set_xlim(-0.5, len(sets) - 0.5)
     if lowest == 0:
