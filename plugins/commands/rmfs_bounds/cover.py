@@ -75,12 +75,14 @@ def cheapest_cover(instance: Instance, costs: Sequence[int], most_nodes: int = M
     model.a_matrix_.index_ = np.array([row_of[sku] for _, column in pods for sku in column])
     model.a_matrix_.value_ = np.array([share for _, column in pods for share in column.values()])
     solver: Any = Highs()  # type: ignore[no-untyped-call]
-    solver.silent()
-    solver.setOptionValue("threads", 1)  # as rules that solve models have it: a process has one pool of threads
+    solver.setOptionValue("output_flag", False)
+    solver.setOptionValue("threads", 1)
     solver.setOptionValue("mip_rel_gap", 0.0)
     solver.setOptionValue("mip_max_nodes", most_nodes)
     solver.passModel(model)
+    Highs.resetGlobalScheduler(True)  # a process has one pool of threads: others may want another number of them
     solver.run()
+    Highs.resetGlobalScheduler(True)
     bound = max(solver.getInfo().mip_dual_bound, 0.0)
     optimal = solver.getModelStatus() == HighsModelStatus.kOptimal
     return Cover(math.ceil(bound * (1 - TOLERANCE) - TOLERANCE), optimal)

@@ -7,6 +7,7 @@ from collections import Counter
 from itertools import product
 
 import pytest
+from highspy import Highs, HighsStatus
 
 from rmfs_bounds.cover import cheapest_cover
 from rmfs_core.world import Instance
@@ -80,3 +81,22 @@ def test_a_limit_leaves_a_bound() -> None:
     assert (none.optimal, many.optimal) == (False, True)
     assert 0 <= none.cost <= one.cost <= many.cost
     assert one.cost > 0.8 * many.cost
+
+
+def test_other_solvers_of_the_process_keep_their_threads() -> None:
+    """HiGHS has one pool of threads in a process, and refuses to solve with another number of them."""
+
+    def solved_by(threads: int) -> bool:
+        solver = Highs()
+        solver.setOptionValue("output_flag", False)
+        solver.setOptionValue("threads", threads)
+        x = solver.addVariable(lb=1)
+        return solver.minimize(x) == HighsStatus.kOk and solver.getObjectiveValue() == 1
+
+    Highs.resetGlobalScheduler(True)
+    instance = small_instance({"1": ["a", "b"]}, {"p": ["a"], "q": ["b"]})
+    assert solved_by(2)
+    assert not solved_by(1)
+    assert cheapest_cover(instance, [1, 1]).cost == 2
+    assert solved_by(2)
+    Highs.resetGlobalScheduler(True)
