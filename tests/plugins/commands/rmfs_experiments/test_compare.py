@@ -238,7 +238,7 @@ def test_how_many_times_the_bound() -> None:
 
 
 def test_a_bound_is_of_all_runs_or_of_none() -> None:
-    """Where a run that counts has none, there is no mean; a bound of 0 has no multiples. A failed run does not count."""
+    """Where a run that counts has none, there is no mean; a bound of 0 has no multiples. Failed runs do not count."""
     rows = [row(name, seed, 60.0, **{"bound.m": 20.0}) for name in ("base", "other", "third") for seed in (1, 2, 3)]
     rows[3]["bound.m"] = None
     rows[6]["bound.m"] = 0.0
