@@ -120,14 +120,14 @@ def _of_pods(scenario: Scenario, instance: Instance, start: _Start) -> Iterator[
             yield Bound(metric, None, "none: what happens before run.warmup_s does not count, and something may")
         return
     visits = cheapest_cover(instance, [1] * len(instance.pods))
-    finite = "" if instance.unlimited_stock else "multi-"
-    proof = f"fewest pods that hold all that is ordered ({finite}set cover, {_how(visits)})"
+    problem = "set cover" if instance.unlimited_stock else "multi-cover"
+    proof = f"fewest pods that hold all that is ordered ({problem}, {_how(visits)})"
     yield Bound("pod_station_visits", visits.cost, proof)
     yield Bound("psv_per_order", _per(visits.cost, orders), proof)
     # All pods go back but for those on robots at the end; where these may be all, none need go back.
     back = start.ways.back_m if visits.cost > robots else 0
     cover = cheapest_cover(instance, [metres + back for metres in start.metres()])
-    found = cover.cost - back * robots
+    found = max(cover.cost - back * robots, 0)
     proof = f"pods that hold all that is ordered, carried there and, but for the last, back ({_how(cover)})"
     yield Bound("distance_m", found, proof)
     yield Bound("loaded_distance_m", found, proof)
