@@ -29,6 +29,9 @@ RUNS_FOLDER = "runs"
     metavar="DIR",
     help="Folder for finished runs and the report. [default: rmfs-runs/<name of the experiment>]",
 )
+@click.option(
+    "--bounds", is_flag=True, help="Show how far each rule set is from what no rules can beat (`rmfs bound`)."
+)
 @click.option("--list", "list_them", is_flag=True, help="List the experiments that come with the package.")
 @no_inline_option
 @json_option
@@ -38,6 +41,7 @@ def compare(
     jobs: int | None,
     dask: str | None,
     out: Path | None,
+    bounds: bool,
     list_them: bool,
     no_inline_rules: bool,
     as_json: bool,
@@ -77,6 +81,7 @@ def compare(
             dask=dask,
             watcher=experiment_display(notes, loaded.name),
             allow_inline_rules=not no_inline_rules,
+            bounds=bounds,
         )
     except KeyboardInterrupt:
         say(notes, f"Finished runs are kept in {folder / RUNS_FOLDER}; the same command goes on from there.")

@@ -14,7 +14,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 from statistics import fmean, stdev
-from typing import Any
+from typing import Any, NamedTuple
 
 from attrs import evolve, field, frozen
 
@@ -26,6 +26,9 @@ Rows = Sequence[Mapping[str, Any]]
 
 CATALOGUE = {metric.name: metric for group in (*METRICS.values(), TIMING) for metric in group}
 """Every figure of the kernel; observers measure more."""
+
+BOUND = "bound."
+"""Before a metric's name: the column of what no rules can beat in it, see `rmfs_bounds`."""
 
 OVERALL = "overall"
 CONFIDENCE = 0.95
@@ -85,6 +88,10 @@ class Paired:
     relative
         The same as a share of the baseline's figure, mean over the pairs of a seed; not defined when a baseline's
         figure is 0.
+    bound
+        What no rules can beat, mean over the seeds; None where a run has no bound.
+    times_bound
+        The figure as a multiple of the bound, mean over the pairs of a seed; not defined when a bound is 0.
     """
 
     instances: str
@@ -97,6 +104,8 @@ class Paired:
     baseline_mean: float | None
     difference: Interval = Interval(None)
     relative: Interval = Interval(None)
+    bound: float | None = None
+    times_bound: float | None = None
 
     @property
     def p_holm(self) -> float | None:
@@ -173,6 +182,10 @@ class Comparison:
         """Return the rule sets in one metric on one instance set."""
         return [one for one in self.paired if (one.instances, one.metric) == (instances, metric)]
 
+    def bounded(self, metric: str) -> bool:
+        """Whether it is known of some rule set what it cannot beat in a metric."""
+        return any(one.bound is not None for one in self.paired if one.metric == metric)
+
 
 def summary(
     rows: Rows,
@@ -187,7 +200,8 @@ def summary(
     Parameters
     ----------
     rows
-        One a run: ``instance``, ``rule_set``, ``seed``, ``status``, ``error_kind`` and figures by name.
+        One a run: ``instance``, ``rule_set``, ``seed``, ``status``, ``error_kind`` and figures by name; bounds under
+        the names of their metrics behind `BOUND`.
     baseline
         Name of the rule set to compare with.
     metrics
@@ -235,20 +249,31 @@ def _figures(rows: Iterable[Mapping[str, Any]], rule_set: str, metric: str) -> d
     }
 
 
-Pairs = Sequence[tuple[float, float]]
-"""Figures of rule set and baseline, an instance each."""
+class _Pair(NamedTuple):
+    """Figures of rule set and baseline on an instance, and what neither can beat."""
+
+    own: float
+    base: float
+    bound: float | None
+
+
+Pairs = Sequence[_Pair]
+"""Those of a seed, an instance each."""
 
 
 def _by_seed(rows: Rows, metric: str, rule_set: str, baseline: str) -> tuple[list[Pairs], int]:
     """Return the pairs of each seed that counts, and the number of pairs left out."""
     ours, theirs = _figures(rows, rule_set, metric), _figures(rows, baseline, metric)
+    bounds = _figures(rows, rule_set, f"{BOUND}{metric}")
     all_of_them = ours.keys() | theirs.keys()
     pairs = {
-        key: (own, other) for key, own in ours.items() if own is not None and (other := theirs.get(key)) is not None
+        key: _Pair(own, other, bounds[key])
+        for key, own in ours.items()
+        if own is not None and (other := theirs.get(key)) is not None
     }
     instances = {instance for instance, _ in pairs}
     broken = {seed for instance, seed in all_of_them - pairs.keys() if instance in instances}
-    seeds: dict[int, list[tuple[float, float]]] = {}
+    seeds: dict[int, list[_Pair]] = {}
     for (_, seed), pair in pairs.items():
         if seed not in broken:
             seeds.setdefault(seed, []).append(pair)
@@ -261,14 +286,31 @@ def _family(name: str, rows: Rows, metric: str, rule_sets: Sequence[str], baseli
     for rule_set in rule_sets:
         seeds, left_out = _by_seed(rows, metric, rule_set, baseline)
         number = sum(map(len, seeds))
-        own, other = (_mean([fmean(pair[side] for pair in pairs) for pairs in seeds]) for side in (0, 1))
-        found.append(Paired(name, metric, rule_set, len(seeds), number, left_out, own, other))
+        own = _mean([fmean(pair.own for pair in pairs) for pairs in seeds])
+        other = _mean([fmean(pair.base for pair in pairs) for pairs in seeds])
+        one = Paired(name, metric, rule_set, len(seeds), number, left_out, own, other)
+        found.append(_with_bound(one, seeds))
         compared = seeds if rule_set != baseline else []
-        defined = all(base != 0 for pairs in seeds for _, base in pairs)
-        differences.append([fmean(figure - base for figure, base in pairs) for pairs in compared])
-        relative.append([fmean(figure / base - 1 for figure, base in pairs) for pairs in compared if defined])
+        defined = all(base != 0 for pairs in seeds for _, base, _ in pairs)
+        differences.append([fmean(figure - base for figure, base, _ in pairs) for pairs in compared])
+        relative.append([fmean(figure / base - 1 for figure, base, _ in pairs) for pairs in compared if defined])
     of_all = zip(found, intervals(differences), intervals(relative), strict=True)
     return [evolve(one, difference=difference, relative=share) for one, difference, share in of_all]
+
+
+def _with_bound(one: Paired, seeds: Sequence[Pairs]) -> Paired:
+    """Return a rule set's figures with what no rules can beat, if that is known of all its runs."""
+    bounds = [[pair.bound for pair in pairs if pair.bound is not None] for pairs in seeds]
+    if sum(map(len, bounds)) < one.pairs:
+        return one
+    bound = _mean([fmean(of_seed) for of_seed in bounds])
+    if not all(map(all, bounds)):
+        return evolve(one, bound=bound)
+    times = [
+        fmean(pair.own / least for pair, least in zip(pairs, of_seed, strict=True))
+        for pairs, of_seed in zip(seeds, bounds, strict=True)
+    ]
+    return evolve(one, bound=bound, times_bound=_mean(times))
 
 
 def _mean(values: Sequence[float]) -> float | None:

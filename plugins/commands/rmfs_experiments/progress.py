@@ -18,6 +18,7 @@ from rmfs_experiments.watching import Watcher
 REFRESHES_PER_S = 4
 MOST_LISTED = 8
 """Runs under way that the live display lists, the oldest first."""
+BOUNDING = "{}: bounds of {:,} instances and seeds"
 
 
 @define
@@ -124,6 +125,10 @@ class ExperimentLines(Display, Watcher):
             if tenths > before and tenths < 10:
                 self.line(f"{10 * tenths:3d} %  {self._state()}, {counts.left} left")
 
+    def bounding(self, instances: int) -> None:
+        """Write a line."""
+        self.line(BOUNDING.format(self.name, instances))
+
     def ended(self) -> None:
         """Write the last line."""
         self.line(f"{self._state()} in {duration(self.counts.used_s)}")
@@ -179,6 +184,10 @@ class ExperimentPanel(PanelDisplay, Watcher):
             self.counts.end(job, row)
         if row["status"] == "failed":
             self._above("Failed", f"{job}: {row['error']}", "red")
+
+    def bounding(self, instances: int) -> None:
+        """Write a line; the display is closed."""
+        self.line(BOUNDING.format(self.name, instances))
 
     def ended(self) -> None:
         """Take the display away; the tables take its place."""

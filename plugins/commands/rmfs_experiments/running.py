@@ -10,6 +10,7 @@ from pathlib import Path
 from attrs import field, frozen
 
 from rmfs_core.results.catalogue import Metric
+from rmfs_experiments.bounds import add_bounds
 from rmfs_experiments.compare import CATALOGUE, Comparison, summary
 from rmfs_experiments.experiment import Experiment, Job
 from rmfs_experiments.outcome import Outcome
@@ -76,6 +77,7 @@ def run_experiment(
     dask: str | None = None,
     watcher: Watcher | None = None,
     allow_inline_rules: bool = True,
+    bounds: bool = False,
 ) -> ExperimentResult:
     """Run what is not stored yet; return all rows.
 
@@ -99,6 +101,8 @@ def run_experiment(
         Is told what happens.
     allow_inline_rules
         Whether code may be loaded from ``./file.py:Class`` rules.
+    bounds
+        Whether the rows have what no rules can beat, too: ``bound.psv_per_order`` beside ``psv_per_order``.
 
     Raises
     ------
@@ -140,6 +144,8 @@ def run_experiment(
             finally:
                 watcher.ended()
     rows = [_row(job, runs, not_stored) for job in all_jobs]
+    if bounds:
+        add_bounds(all_jobs, rows, runs.folder, watcher)
     versions = {name: version for job in all_jobs for name, version in job.versions.items()}
     measures = {name: metric for job in all_jobs for name, metric in job.measures.items()}
     return ExperimentResult(experiment, rows, dict(sorted(versions.items())), len(todo), measures)

@@ -65,6 +65,11 @@ def sources_of(rules: RuleSet) -> dict[str, str]:
     return dict(sorted(found.items()))
 
 
+def digest_of(package: str) -> str:
+    """Return the digest of an import package's files."""
+    return _digest(package)[0]
+
+
 def changed_since(sources: Mapping[str, str]) -> list[str]:
     """Return the packages whose code is another one in this process than digests say.
 

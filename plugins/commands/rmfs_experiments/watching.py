@@ -27,5 +27,8 @@ class Watcher:
     def run_finished(self, job: Job, row: Row) -> None:
         """Say that a run is over, with its row."""
 
+    def bounding(self, instances: int) -> None:
+        """Say, after `ended`, that bounds are sought, of so many instances with their seeds."""
+
     def ended(self) -> None:
         """Say that the experiment is over, or was interrupted."""

@@ -42,6 +42,7 @@ def report_html(result: ExperimentResult, comparison: Comparison, plots: Sequenc
         numbers=numbers,
         plots={plot.name: _embedded(plot) for plot in plots},
         plot_name=plot_name,
+        has_bounds=any(map(comparison.bounded, comparison.metrics)),
     )
 
 

@@ -35,6 +35,11 @@ def relative(found: Interval) -> str:
     return _with_bounds(found, lambda number: _signed(f"{100 * number:,.1f}"), " %")
 
 
+def times(multiple: float | None) -> str:
+    """Return how many times the bound a figure is."""
+    return NONE if multiple is None else f"{multiple:,.2f}"
+
+
 def probability(p: float | None) -> str:
     """Return a p-value with three digits."""
     if p is None:

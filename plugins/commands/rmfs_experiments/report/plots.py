@@ -169,9 +169,9 @@ def _scale(metric: str) -> float:
 
 
 def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str) -> Figure:
-    """Every complete run as a dot and the means of the table as bars, by instance set and rule set."""
+    """Every complete run as a dot, means and bounds of the table as bars, by instance set and rule set."""
     sets = _shown_sets(comparison)
-    means = {(one.rule_set, one.instances): one.mean for name in sets for one in comparison.of(name, metric)}
+    found = {(one.rule_set, one.instances): one for name in sets for one in comparison.of(name, metric)}
     figure = _figure(max(4.0, 1.2 + 0.45 * len(comparison.rule_sets) * len(sets)), 3.0)
     panel = figure.subplots()
     width = 0.8 / len(comparison.rule_sets)
@@ -186,11 +186,16 @@ def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str
             offsets = [(0.5 - (i + 0.5) / len(values)) * width * 0.7 for i in range(len(values))]
             panel.plot([x + offset for offset in offsets], values, "o", color=colour, markersize=3, alpha=0.5)
             lowest = min(lowest, *values)
-            mean = means[rule_set, name]
-            if mean is not None:
-                bar = [_scale(metric) * mean] * 2
+            one = found[rule_set, name]
+            if one.mean is not None:
+                bar = [_scale(metric) * one.mean] * 2
                 panel.plot([x - width * 0.42, x + width * 0.42], bar, color=colour, linewidth=2.2)
+            if one.bound is not None:
+                bar = [_scale(metric) * one.bound] * 2
+                panel.plot([x - width / 2, x + width / 2], bar, "--", color="black", linewidth=1)
         panel.plot([], [], "o", color=colour, label=plain(rule_set))
+    if comparison.bounded(metric):
+        panel.set_xlabel("dashed: what no rules can beat")
     panel.set_xticks(range(len(sets)), [plain(name).replace(", ", "\n") for name in sets])
     panel.set_xlim(-0.5, len(sets) - 0.5)
     if lowest == 0:

@@ -41,6 +41,8 @@ SUMMARY_COLUMNS = (
     "failed",
     "stood_still",
     "stopped_early",
+    "bound",
+    "times_bound",
 )
 """Columns of summary.csv, see `rmfs_experiments.compare`: `Paired`, `Interval` and `Counted`.
 
@@ -84,6 +86,8 @@ def _summary_rows(comparison: Comparison) -> Iterator[dict[str, Any]]:
             "failed": count.failed,
             "stood_still": count.stood_still,
             "stopped_early": count.stopped_early,
+            "bound": one.bound,
+            "times_bound": one.times_bound,
         }
 
 

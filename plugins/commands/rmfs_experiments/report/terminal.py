@@ -22,6 +22,7 @@ CAPTION = (
     "their mean and p of the paired t test, after Holm for the number of rule sets. Intervals hold for all rule sets "
     "at once with 95 %, and agree with p beside them. Runs that are not complete do not count."
 )
+OF_BOUND = "x bound: how many times what no rules can beat, mean over the same runs."
 
 
 def print_comparison(console: Console, result: ExperimentResult, comparison: Comparison) -> None:
@@ -39,6 +40,8 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
     for metric in comparison.metrics:
         print_named(console, _metric(comparison, metric, shown, console.width >= WIDE))
     console.print(CAPTION.format(comparison.baseline), style="dim", highlight=False, markup=False)
+    if any(map(comparison.bounded, comparison.metrics)):
+        console.print(OF_BOUND, style="dim", highlight=False, markup=False)
 
 
 def _counts(comparison: Comparison) -> Table:
@@ -69,20 +72,21 @@ def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: b
     table = new_table(escape(numbers.title(shown_as)))
     table.add_column("Rule set")
     columns = (["Difference", "p (Holm)"] if absolute else []) + (["Relative", "p (Holm)"] if relative else [])
-    for name in ("Seeds", "Mean", *columns):
+    bounded = comparison.bounded(metric)
+    for name in ("Seeds", "Mean", *(["x bound"] if bounded else []), *columns):
         table.add_column(name, justify="right")
     for instances in shown:
         if len(shown) > 1:
             table.add_row(Text(instances, "cyan"))
         for one in comparison.of(instances, metric):
             name = f"  {one.rule_set}" if len(shown) > 1 else one.rule_set
-            mean = numbers.value(shown_as, one.mean)
+            means = [numbers.value(shown_as, one.mean), *([numbers.times(one.times_bound)] if bounded else [])]
             if one.rule_set == comparison.baseline:
-                table.add_row(Text(name), "", mean, Text("baseline", "dim"))
+                table.add_row(Text(name), "", *means, Text("baseline", "dim"))
                 continue
             cells = [numbers.difference(shown_as, one.difference), numbers.probability(one.difference.p_holm)]
             cells = cells if absolute else []
             if relative:
                 cells += [numbers.relative(one.relative), numbers.probability(one.relative.p_holm)]
-            table.add_row(Text(name), numbers.seeds(one), mean, *cells)
+            table.add_row(Text(name), numbers.seeds(one), *means, *cells)
     return table

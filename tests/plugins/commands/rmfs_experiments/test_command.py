@@ -96,6 +96,21 @@ def test_a_stored_run_that_was_changed_is_told_of(folder: Path, capsys: pytest.C
     assert again.out == printed
 
 
+def test_bounds_are_shown_when_asked_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A column on the terminal, in JSON the numbers; runs that are stored already need not be run again."""
+    assert exit_code("trial.toml", "--jobs", "1") == 0
+    assert "x bound" not in capsys.readouterr().out
+    assert exit_code("trial.toml", "--bounds") == 0
+    printed = capsys.readouterr()
+    assert printed.err.startswith("trial: bounds of 2 instances and seeds\ntrial: all 4 runs are stored already")
+    assert "x bound" in printed.out
+    assert exit_code("trial.toml", "--bounds", "--json") == 0
+    paired = json.loads(capsys.readouterr().out)["paired"]
+    multiples = {(one["metric"], one["rule_set"]): one["times_bound"] for one in paired}
+    assert multiples["psv_per_order", "pod-match"] >= 1
+    assert multiples["pile_on", "pod-match"] is None
+
+
 def test_a_rule_that_fails_costs_its_own_runs_alone(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Exit code 1, the error in one line, and the other rule set's runs are done and compared."""
     (folder / "bad.toml").write_text(TRIAL + 'rules.pr = "./failing.py:Failing"\n', encoding="utf-8")

@@ -224,3 +224,28 @@ def test_a_baseline_that_is_not_there_is_named() -> None:
     """The nearest rule set is suggested."""
     with pytest.raises(InputError, match="did you mean `base`"):
         summary([row("base", 1, 1.0)], "bse", ["m"])
+
+
+def test_how_many_times_the_bound() -> None:
+    """Of each pair, then the mean over a seed's pairs and over the seeds: 2 and 4, 3 and 3, so 3; the bound is 15."""
+    rows = [row("base", seed, 60.0, instance, **{"bound.m": 20.0}) for seed in (1, 2) for instance in ("one", "two")]
+    rows += [row("other", 1, 20.0, "one", **{"bound.m": 10.0}), row("other", 1, 40.0, "two", **{"bound.m": 10.0})]
+    rows += [row("other", 2, 60.0, "one", **{"bound.m": 20.0}), row("other", 2, 60.0, "two", **{"bound.m": 20.0})]
+    comparison = summary(rows, "base", ["m"])
+    found = {one.rule_set: (one.bound, one.times_bound) for one in comparison.of("overall", "m")}
+    assert found == {"base": (20.0, 3.0), "other": (15.0, 3.0)}
+    assert comparison.bounded("m")
+
+
+def test_a_bound_is_of_all_runs_or_of_none() -> None:
+    """Where a run that counts has none, there is no mean; a bound of 0 has no multiples. Failed runs do not count."""
+    rows = [row(name, seed, 60.0, **{"bound.m": 20.0}) for name in ("base", "other", "third") for seed in (1, 2, 3)]
+    rows[3]["bound.m"] = None
+    rows[6]["bound.m"] = 0.0
+    found = {one.rule_set: (one.bound, one.times_bound) for one in summary(rows, "base", ["m"]).paired}
+    assert found["base"] == (20.0, 3.0)
+    assert found["other"] == (None, None)
+    assert found["third"] == (pytest.approx(40 / 3), None)
+    rows[3]["status"] = "failed"
+    assert summary(rows, "base", ["m"]).paired[1].times_bound == 3.0
+    assert not summary([row("base", 1, 60.0)], "base", ["m"]).bounded("m")

@@ -24,6 +24,7 @@ def test_plain_lines(experiment: Write) -> None:
         progress.run_started(jobs[1])
         progress.run_finished(jobs[1], {"status": "complete", "simulated_s": 100.0})
         progress.ended()
+        progress.bounding(3)
     lines = capture.get().splitlines()
     assert lines[:3] == [
         "trial: 5 runs, 1 of them stored already, 2 at a time",
@@ -34,7 +35,7 @@ def test_plain_lines(experiment: Write) -> None:
     assert lines[3].endswith(" left")
     assert lines[4].startswith(" 60 %  3 of 5 runs done, 1 failed, 0 running, ")
     assert lines[5].startswith("3 of 5 runs done, 1 failed, 0 running, ")
-    assert len(lines) == 6
+    assert lines[6:] == ["trial: bounds of 3 instances and seeds"]
 
 
 def test_the_live_display(experiment: Write) -> None:
@@ -50,7 +51,9 @@ def test_the_live_display(experiment: Write) -> None:
         progress.run_finished(jobs[1], {"status": "failed", "error": "no idea"})
         console.print(progress.picture())
         progress.ended()
+        progress.bounding(3)
     text = capture.get()
+    assert text.endswith("trial: bounds of 3 instances and seeds\n")
     assert "12 of 40 (30%)" in text
     assert "2 of 4 at a time" in text
     assert re.search(r"Ends in about +0:0\d:\d\d ", text)

@@ -52,3 +52,11 @@ def result() -> ExperimentResult:
     failed = {"status": "failed", "error": FAILURE, "error_kind": "RuleError"}
     rows[-1] = {name: rows[-1][name] for name in ("instance", "instance.orders", "rule_set", "seed", "key")} | failed
     return ExperimentResult(experiment, rows, {"rmfs": "0.1.0"}, 18)
+
+
+@pytest.fixture
+def bounded(result: ExperimentResult) -> ExperimentResult:
+    """Return the same with what no rules can beat in pile-on, as if less of it were better."""
+    for row in result.rows:
+        row["bound.pile_on"] = 1.25
+    return result

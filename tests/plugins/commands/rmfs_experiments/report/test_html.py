@@ -71,3 +71,15 @@ def test_metrics_of_observers_are_shown_as_they_describe_them(result: Experiment
     assert ">Balance of work (kJ)</h2>" in page
     assert "What it costs." in page
     assert ">bare</h2>" in page
+
+
+def test_bounds_have_columns_of_their_metric(bounded: ExperimentResult) -> None:
+    """The bound, and how many times it a figure is; other metrics have no such columns, nor a report without bounds."""
+    page = page_of(bounded)
+    assert page.count("<th>Times the bound</th>") == 1
+    assert '<td>2.200</td><td>1.250</td><td>1.76</td><td class="dim">baseline</td>' in re.sub(r"\n\s*", "", page)
+    assert page.count('colspan="9"') == 3
+    assert "what no rules can beat" in page
+    for row in bounded.rows:
+        del row["bound.pile_on"]
+    assert "bound" not in page_of(bounded)

@@ -6,7 +6,7 @@ import pytest
 
 from rmfs_core.results.catalogue import Metric
 from rmfs_experiments.compare import Interval
-from rmfs_experiments.report.numbers import MINUS, difference, probability, relative, title, value
+from rmfs_experiments.report.numbers import MINUS, difference, probability, relative, times, title, value
 
 MAKESPAN = Metric("makespan_s", "Makespan", "s", 1, "Time of the last order.")
 PLAIN = Metric("picks", "Picks", "", 0, "Items picked.")
@@ -50,6 +50,11 @@ def test_a_mean_has_a_digit_more_than_a_run() -> None:
 def test_a_difference_has_its_sign_and_interval(interval: Interval, text: str) -> None:
     """With a proper minus; without an interval that is said."""
     assert difference(MAKESPAN, interval) == text
+
+
+def test_multiples_of_a_bound_have_two_digits() -> None:
+    """Thousands apart; a dash where there are none."""
+    assert (times(1.484), times(1234.5), times(None)) == ("1.48", "1,234.50", "-")
 
 
 def test_relative_differences_are_in_percent() -> None:

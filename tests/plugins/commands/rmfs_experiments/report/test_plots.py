@@ -81,3 +81,18 @@ def test_what_no_run_has_is_drawn_empty(result: ExperimentResult, values: float 
     for row in result.rows:
         row["pile_on"] = values
     assert [plot.name for plot in plots_of(result, metrics=("pile_on",))] == ["differences", "pile_on"]
+
+
+def test_a_bound_is_a_dashed_line(result: ExperimentResult) -> None:
+    """In the plot of its metric alone; another bound is another picture."""
+    metrics = ("pile_on", "picker_utilisation")
+    pictures = []
+    for bound in (None, 1.0, 1.5):
+        for row in result.rows:
+            row["bound.pile_on"] = bound
+        pictures.append({plot.name: plot.svg for plot in plots_of(result, metrics=metrics)})
+    without, low, high = pictures
+    assert {name for name in without if without[name] != low[name]} == {"pile_on"}
+    assert {name for name in without if low[name] != high[name]} == {"pile_on"}
+    dashes = {name: svg.count(b"stroke-dasharray") for name, svg in low.items()}
+    assert dashes["pile_on"] - without["pile_on"].count(b"stroke-dasharray") == 3 * 3

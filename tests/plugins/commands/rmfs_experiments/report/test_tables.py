@@ -81,3 +81,14 @@ def test_a_metric_that_no_run_has_is_empty(result: ExperimentResult, tmp_path: P
     assert [row["mean"] for row in rows if row["rule_set"] == "good"] == ["", "", ""]
     write_parquet(shown, tmp_path / "runs.parquet")
     assert pandas.read_parquet(tmp_path / "runs.parquet")["balance"].isna().sum() == 7
+
+
+def test_bounds_are_in_both_tables(bounded: ExperimentResult, tmp_path: Path) -> None:
+    """Of each run in runs.parquet, and their means in summary.csv; empty where there are none."""
+    rows = list(csv.DictReader(summary_csv(bounded.comparison()).splitlines()))
+    of = {(row["instances"], row["metric"], row["rule_set"]): (row["bound"], row["times_bound"]) for row in rows}
+    bound, times = map(float, of["orders=50", "pile_on", "good"])
+    assert (bound, times) == (1.25, pytest.approx(2.56))
+    assert of["orders=50", "picker_utilisation", "good"] == ("", "")
+    write_parquet(bounded, tmp_path / "runs.parquet")
+    assert set(pandas.read_parquet(tmp_path / "runs.parquet")["bound.pile_on"].dropna()) == {1.25}

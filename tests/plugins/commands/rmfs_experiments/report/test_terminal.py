@@ -61,3 +61,19 @@ def test_not_all_failures_are_listed(result: ExperimentResult) -> None:
     text = printed(result, 100)
     assert text.count("Failed: ") == MOST_ERRORS
     assert "and 2 more failed runs." in text
+
+
+def test_how_many_times_the_bound_is_shown(bounded: ExperimentResult) -> None:
+    """In a column of the metrics that have a bound, with a sentence of what it is."""
+    text = printed(bounded, 120)
+    assert re.search(r"Rule set +Seeds +Mean +x bound +Difference ", text)
+    assert text.count("x bound") == 1 + 1
+    assert re.search(r"base +2\.200 +1\.76 +baseline", text)
+    assert re.search(r"good +3 +3\.200 +2\.56 +\+1\.000", text)
+    assert "what no rules can beat" in text
+    assert max(map(len, text.splitlines())) <= 120
+
+
+def test_without_bounds_nothing_is_said_of_them(result: ExperimentResult) -> None:
+    """Neither column nor sentence."""
+    assert "bound" not in printed(result, 120)

@@ -1,0 +1,97 @@
+"""The cheapest pods that hold all that is ordered: a set cover, and with finite stock a multi-cover.
+
+Minimise the sum of c_p x_p over the pods, such that for every SKU i the sum of min(q_ip, d_i) x_p is at least d_i: d_i
+items are ordered, pod p holds q_ip of them, and x_p is 0 or 1. Items of different SKUs do not compete on a pod, so that
+pods chosen in this way can indeed serve every order.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from rmfs_core.world import Instance
+
+MOST_NODES = 100
+"""Nodes of branch and bound: a limit that is the same on every machine. More of them hardly raise a bound."""
+
+TOLERANCE = 1e-6
+"""By how much the bound that the solver proves may be too large, as a share."""
+
+
+@frozen
+class Cover:
+    """The cheapest cover.
+
+    Parameters
+    ----------
+    cost
+        No cover costs less.
+    optimal
+        Whether one costs no more. Otherwise the limit of nodes came first.
+    """
+
+    cost: int
+    optimal: bool
+
+
+def cheapest_cover(instance: Instance, costs: Sequence[int], most_nodes: int = MOST_NODES) -> Cover:
+    """Return what the pods cost at least that hold all that is ordered.
+
+    Parameters
+    ----------
+    instance
+        Orders and pods.
+    costs
+        Whole numbers, a pod each, none below 0.
+    most_nodes
+        When to stop.
+    """
+    from highspy import Highs, HighsLp, HighsModelStatus, HighsVarType, MatrixFormat  # imported here: it takes a while
+
+    demand = Counter[int]()
+    for order in instance.orders:
+        for sku, quantity in order.lines:
+            demand[sku] += quantity
+    if not demand:
+        return Cover(0, True)
+    row_of = {sku: row for row, sku in enumerate(demand)}
+    pods = [(costs[p], _column(pod.contents, demand)) for p, pod in enumerate(instance.pods)]
+    pods = [(cost, column) for cost, column in pods if column]
+    model = HighsLp()
+    model.num_col_, model.num_row_ = len(pods), len(demand)
+    model.col_cost_ = np.array([cost for cost, _ in pods], dtype=float)
+    model.col_lower_, model.col_upper_ = np.zeros(len(pods)), np.ones(len(pods))
+    model.integrality_ = [HighsVarType.kInteger] * len(pods)
+    model.row_lower_ = np.ones(len(demand))
+    model.row_upper_ = np.full(len(demand), math.inf)
+    model.a_matrix_.format_ = MatrixFormat.kColwise
+    model.a_matrix_.start_ = np.cumsum([0, *(len(column) for _, column in pods)])
+    model.a_matrix_.index_ = np.array([row_of[sku] for _, column in pods for sku in column])
+    model.a_matrix_.value_ = np.array([share for _, column in pods for share in column.values()])
+    solver: Any = Highs()  # type: ignore[no-untyped-call]
+    solver.setOptionValue("output_flag", False)
+    solver.setOptionValue("threads", 1)
+    solver.setOptionValue("mip_rel_gap", 0.0)
+    solver.setOptionValue("mip_max_nodes", most_nodes)
+    solver.passModel(model)
+    Highs.resetGlobalScheduler(True)  # a process has one pool of threads: others may want another number of them
+    solver.run()
+    Highs.resetGlobalScheduler(True)
+    bound = max(solver.getInfo().mip_dual_bound, 0.0)
+    optimal = solver.getModelStatus() == HighsModelStatus.kOptimal
+    return Cover(math.ceil(bound * (1 - TOLERANCE) - TOLERANCE), optimal)
+
+
+def _column(contents: Sequence[tuple[int, int | None]], demand: Counter[int]) -> dict[int, float]:
+    """Return how much of each SKU's demand a pod can serve, as a share."""
+    return {
+        sku: 1.0 if number is None else min(number / demand[sku], 1.0)
+        for sku, number in contents
+        if demand[sku] and number != 0
+    }
