@@ -54,7 +54,7 @@ class Arrays(NamedTuple):
     splits
         How many orders may newly be split; -1 for any number.
     sharp
-        Whether sets of pods are bounded more sharply, as pays where the period is large.
+        Whether sets of pods are bounded more sharply, which takes longer, and pays where many are to be looked at.
     """
 
     rooms: Integers
@@ -76,7 +76,7 @@ class Arrays(NamedTuple):
     sharp: bool
 
 
-def arrays_of(reduced: Reduced, splits: int | None = None) -> tuple[Arrays, list[int]]:
+def arrays_of(reduced: Reduced, splits: int | None = None, *, sharp: bool = False) -> tuple[Arrays, list[int]]:
     """Return a period as arrays, and the pods (positions) that are worth sending to some station.
 
     Parameters
@@ -85,6 +85,8 @@ def arrays_of(reduced: Reduced, splits: int | None = None) -> tuple[Arrays, list
         The period.
     splits
         How many orders may newly be split; None for any number.
+    sharp
+        Whether sets of pods are bounded more sharply, which they always are where the period is large.
     """
     period = reduced.period
     lacking = ~period.covered | reduced.is_scarce
@@ -114,7 +116,7 @@ def arrays_of(reduced: Reduced, splits: int | None = None) -> tuple[Arrays, list
         alike=reduced.interchangeable and not (len(reduced.scarce) and any(period.inbound)),
         begun=np.array(period.begun, dtype=np.bool_)[order[first]] if period.begun else np.zeros(len(first), np.bool_),
         splits=-1 if splits is None else splits,
-        sharp=is_large(period),
+        sharp=sharp or is_large(period),
     )
     return arrays, pods
 

@@ -97,9 +97,9 @@ class Pricing:
         self.sizes = np.array([kind.size for kind in types], dtype=np.int64)
         self.counts = np.array([len(kind.orders) for kind in types], dtype=np.int64)
         self.missing = [[sku for sku, _ in kind.lines if not covered[sku]] for kind in types]
-        self.arrays, self.pods = arrays_of(reduced)
-        self.work = 0
         self.few_orders = int((self.sizes * self.counts).sum()) < FEW * sum(reduced.capacities)
+        self.arrays, self.pods = arrays_of(reduced, sharp=self.few_orders)
+        self.work = 0
         skus = np.split(self.arrays.pod_sku, self.arrays.pod_start[1:-1])
         self.brings = [held.tolist() for held in skus] if self.pods else []
         type_of = {order: t for t, kind in enumerate(types) for order in kind.orders}
