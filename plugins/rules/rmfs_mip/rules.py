@@ -63,7 +63,7 @@ class _Joint:
         metadata={
             "doc": "Steps that may be done to prove one period, about a microsecond each; the same on every machine. A "
             "period that uses them up is marked as ended by its effort, with the best decision, its bound and its gap. "
-            "By default 150 million with up to 100 pods and 100 SKUs, else 2 million"
+            "By default 180 million with up to 100 pods and 100 SKUs, else 2 million"
         },
     )
     gap: float = field(

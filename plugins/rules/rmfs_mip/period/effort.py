@@ -10,7 +10,7 @@ from rmfs_mip.period.period import Period
 
 PAPER_PODS, PAPER_SKUS = 100, 100
 """Pods and SKUs of the paper's largest instances."""
-EFFORT = 150_000_000
+EFFORT = 180_000_000
 """What a period up to that size gets by default: far more than any of the paper's evaluation takes."""
 EFFORT_LARGE = 2_000_000
 """What a larger one gets: a second or two of a usual core."""
