@@ -76,14 +76,14 @@ class _Joint:
         validator=validators.gt(0),
         metadata={"doc": "W_u in the objective (1): what a free place that stays unused costs, in pod-station visits"},
     )
-    tie_break: Literal["solver", "oldest", "demand"] = field(
+    tie_break: Literal["solver", "oldest", "demand", "finish"] = field(
         default="solver",
-        validator=validators.in_(("solver", "oldest", "demand")),
+        validator=validators.in_(("solver", "oldest", "demand", "finish")),
         metadata={
             "doc": 'Which of the many optima is taken: "solver" (whichever is found first, as in the paper), "oldest" '
             '(among the optima the oldest orders first), "demand" (the new pods with the most items that the backlog '
-            "wants). The optimum of (1) is never given up; with the last two, runs of hundreds of orders can take "
-            "minutes"
+            'wants), "finish" (for split-over-time: lines that finish orders). The optimum of (1) is never given up; '
+            'with "oldest" and "demand", runs of hundreds of orders can take minutes'
         },
     )
     preferred_pods: Literal["idle", "bound", "any", "random"] = field(
@@ -110,6 +110,8 @@ class _Joint:
     def __attrs_post_init__(self) -> None:
         if self.formulation == "paper" and self.tie_break != "solver":
             raise ValueError('tie_break needs formulation = "aggregated"; the printed models leave ties to the solver')
+        if self.tie_break == "finish" and self.model is not Model.SPLIT_OVER_TIME:
+            raise ValueError('tie_break = "finish" is for split-over-time; the other models take orders whole')
         if self.formulation == "paper" and self.preferred_pods != "idle":
             raise ValueError('preferred_pods needs formulation = "aggregated"; the printed models have no such choice')
         if self.formulation == "paper" and self.effort is not None:

@@ -35,6 +35,8 @@ class Counts:
         Whether there is a limit on newly split orders.
     placed
         (order, station, SKU) of lines that are not counted but placed one by one.
+    chosen
+        (order, SKU) of the lines of split orders that go to some station; None where the oldest do.
     """
 
     visits: Visits
@@ -43,6 +45,7 @@ class Counts:
     lines: Mapping[tuple[Line, int], int] = field(factory=dict)
     splits_limited: bool = False
     placed: tuple[tuple[int, int, int], ...] = ()
+    chosen: frozenset[tuple[int, int]] | None = None
 
 
 def parts_of(reduced: Reduced, counts: Counts) -> tuple[Part, ...]:
@@ -70,7 +73,8 @@ def parts_of(reduced: Reduced, counts: Counts) -> tuple[Part, ...]:
             split = counts.split[number]
         elif not _freely_split(reduced, counts, kind.begun):
             split = 0
-        wanted += [(order, line) for order in orders[:split] for line in kind.lines]
+        lines = [(order, line) for order in orders[:split] for line in kind.lines]
+        wanted += [one for one in lines if counts.chosen is None or (one[0], one[1][0]) in counts.chosen]
     placed = list(counts.placed)
     if wanted:
         wanted.sort(key=lambda one: one[0])

@@ -12,7 +12,8 @@ Where stations count orders, parts of split orders are told apart, see `rmfs_mip
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
 from attrs import define, evolve, field
@@ -51,6 +52,8 @@ class Aggregated:
         (kind of line, station) to column.
     lines
         (order, station, SKU) to column, where lines are told apart.
+    chosen
+        (order, SKU) to column, where it matters which lines of split orders are taken.
     splits
         How many orders may newly be split; None for any number.
     """
@@ -62,9 +65,11 @@ class Aggregated:
     n: dict[int, int] = field(factory=dict)
     q: dict[tuple[Line, int], int] = field(factory=dict)
     lines: dict[tuple[int, int, int], int] = field(factory=dict)
+    chosen: dict[tuple[int, int], int] = field(factory=dict)
 
     def counts(self, values: Sequence[float]) -> Counts:
         """Return what the values of the columns say."""
+        chosen = frozenset(key for key, column in self.chosen.items() if values[column] > 0.5)
         return Counts(
             visits=tuple(sorted(key for key, column in self.x.items() if values[column] > 0.5)),
             whole={key: round(values[column]) for key, column in self.y.items()},
@@ -72,6 +77,7 @@ class Aggregated:
             lines={key: round(values[column]) for key, column in self.q.items()},
             splits_limited=self.splits is not None,
             placed=tuple(key for key, column in self.lines.items() if values[column] > 0.5),
+            chosen=chosen if self.chosen else None,
         )
 
 
@@ -85,10 +91,13 @@ class Gains:
         Per visit of a new pod, by its position.
     order
         Per item of an order, by its position.
+    lines
+        Per line of an order, by the number of its lines that are still open then: the last one is worth ``lines(1)``.
     """
 
     pod: NDArray[np.float64] | None = None
     order: NDArray[np.float64] | None = None
+    lines: Callable[[int], float] | None = None
 
 
 class Builder:
@@ -217,6 +226,8 @@ class Builder:
             column = self.model.y[number, station] = self.model.program.column(upper=most)
             self._take(station, column, places)
             self._gain(column, sum(quantity for _, quantity in kind.lines), kind.orders[0])
+            if self.gains is not None and self.gains.lines is not None:
+                self.model.program.cost[column] = -sum(self._worths(kind))
             for sku, quantity in kind.lines:
                 self._need(station, sku, column, most, quantity)
 
@@ -233,19 +244,24 @@ class Builder:
         chosen: dict[Line, list[int]] = {}  # columns that decide how many lines of a kind are assigned
         fresh: list[int] = []
         for number, kind in enumerate(self.reduced.types):
-            if self._freely_split(kind):
-                for line in kind.lines:
-                    if self._ranked:
-                        chosen.setdefault(line, []).append(self._ranked_line(line, kind))
-                    else:
-                        free[line] = free.get(line, 0) + len(kind.orders)
-            elif self._splittable(kind):
+            column = None
+            if not self._freely_split(kind):
+                if not self._splittable(kind):
+                    continue
                 column = self._split_type(number, kind)
                 if not kind.begun:
                     fresh.append(column)
+            elif not self._ranked:
                 for line in kind.lines:
-                    by_line = self._ranked_line(line, kind, column) if self._ranked else column
-                    chosen.setdefault(line, []).append(by_line)
+                    free[line] = free.get(line, 0) + len(kind.orders)
+                continue
+            if self._ranked or column is None:
+                by_line = [self._ranked_line(line, kind, column) for line in kind.lines]
+                self._gain_of_lines(kind, by_line)
+            else:
+                by_line = [column] * len(kind.lines)
+            for line, of_line in zip(kind.lines, by_line, strict=True):
+                chosen.setdefault(line, []).append(of_line)
         for line in sorted({*free, *chosen}):
             self._flows(line, free.get(line, 0), chosen.get(line, []))
         if self.splits is not None and fresh:
@@ -253,8 +269,10 @@ class Builder:
 
     @property
     def _ranked(self) -> bool:
-        """Whether single lines are worth something: split over time, with the orders' age as second objective."""
-        return self.reduced.model is Model.SPLIT_OVER_TIME and self.gains is not None and self.gains.order is not None
+        """Whether single lines are worth something: split over time, with a second objective about orders."""
+        gains = self.gains
+        about_orders = gains is not None and (gains.order is not None or gains.lines is not None)
+        return self.reduced.model is Model.SPLIT_OVER_TIME and about_orders
 
     def _freely_split(self, kind: OrderType) -> bool:
         """Whether any of the lines may be assigned anywhere, or not."""
@@ -307,6 +325,24 @@ class Builder:
     def _gain(self, column: int, items: int, order: int) -> None:
         if self.gains is not None and self.gains.order is not None:
             self.model.program.cost[column] = -float(self.gains.order[order]) * items
+
+    def _worths(self, kind: OrderType) -> list[float]:
+        """Return what the first line of an order that is taken is worth, the second one, and so on."""
+        assert self.gains is not None and self.gains.lines is not None
+        left = len(self.reduced.period.lines[kind.orders[0]])
+        return [self.gains.lines(left - taken) for taken in range(len(kind.lines))]
+
+    def _gain_of_lines(self, kind: OrderType, columns: Sequence[int]) -> None:
+        """Count the lines of an order that are taken, one after the other: each may be worth more than the last."""
+        if self.gains is None or self.gains.lines is None:
+            return
+        program = self.model.program
+        for (sku, _), column in zip(kind.lines, columns, strict=True):
+            self.model.chosen[kind.orders[0], sku] = column
+        counting = [program.column(cost=-worth) for worth in self._worths(kind)]
+        program.row([*columns, *counting], [1.0] * len(columns) + [-1.0] * len(counting), "=", 0.0)
+        for before, after in pairwise(counting):
+            program.row([after, before], [1.0, -1.0], "<", 0.0)
 
     def _need(self, station: int, sku: int, column: int, most: int, items: int) -> None:
         if self.reduced.is_scarce[sku]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations, product
+
 import numpy as np
 import pytest
 from attrs import evolve
@@ -32,7 +34,7 @@ def test_first_objective_is_kept_and_second_not_worse(periods, model, packing_ca
     """Each tie-break is an optimum of (1), and no other tie-break's solution is better at its own objective."""
     for period in periods[::3]:
         found = {}
-        for tie_break in ("solver", "oldest", "demand"):
+        for tie_break in ("solver", "oldest", "demand", *["finish"] * (model is Model.SPLIT_OVER_TIME)):
             proof = proof_of(period, model, 2, Limits(), packing_capacity)
             first = proof.run()
             found[tie_break] = break_ties(proof, tie_break)
@@ -41,6 +43,75 @@ def test_first_objective_is_kept_and_second_not_worse(periods, model, packing_ca
         for other in found.values():
             assert seniority(period, found["oldest"].parts) >= seniority(period, other.parts)
             assert demand_covered(period, found["demand"].visits) >= demand_covered(period, other.visits)
+            if model is Model.SPLIT_OVER_TIME:
+                assert finished(period, found["finish"].parts) >= finished(period, other.parts) - 1e-6
+
+
+def finished(period: Period, parts: tuple[Part, ...]) -> float:
+    """Return the second objective of ``finish``."""
+    taken: dict[int, int] = {}
+    for part in parts:
+        taken[part.order] = taken.get(part.order, 0) + len(part.skus)
+    return sum(1 / (len(period.lines[order]) - j) for order, m in taken.items() for j in range(m))
+
+
+def optima(period: Period, objective: float) -> list[tuple[Part, ...]]:
+    """Return what may be assigned in the optima of split-over-time, by trying everything; items of one SKU alone."""
+    pods, stations = range(len(period.stock.pods)), range(len(period.stations))
+    pairs = [(p, s) for s in stations for p in pods if p not in period.inbound[s]]
+    kinds = [(order, sku) for order, lines in enumerate(period.lines) for sku, _ in lines]
+    found = []
+    for number in range(len(pairs) + 1):
+        for visits in combinations(pairs, number):
+            there = period.covered_with(visits)
+            for where in product((-1, *stations), repeat=len(kinds)):
+                free = list(period.capacities)
+                for (_, sku), station in zip(kinds, where, strict=True):
+                    if station >= 0:
+                        free[station] -= 1 if there[station, sku] else 99
+                cost = period.visits_before + number + 2 * sum(free)
+                if min(free) >= 0 and cost == objective:
+                    placed = zip(kinds, where, strict=True)
+                    found.append(tuple(Part(order, s, (sku,)) for (order, sku), s in placed if s >= 0))
+    return found
+
+
+@pytest.mark.parametrize("stations", [1, 2])
+@pytest.mark.parametrize("seed", range(12))
+def test_finish_is_the_best_of_all_optima(stations, seed):
+    """Tried out: with and without a pod at the station, orders of one to three lines."""
+    rng = np.random.default_rng(seed)
+    lines = [(o, i, 1) for o in range(3) for i in rng.choice(4, rng.integers(1, 4 - (o > 0)), replace=False).tolist()]
+    contents = tuple(tuple(sorted(rng.choice(4, 2, replace=False).tolist())) for _ in range(3))
+    at = tuple((int(rng.integers(3)),) if rng.random() < 0.6 else () for _ in range(stations))
+    rooms = tuple(rng.integers(1, 4, stations).tolist())
+    columns = zip(*sorted(lines), strict=True)
+    period = Period(Stock((0, 1, 2), contents, 4), tuple(range(stations)), rooms, at, (0, 1, 2), *map(list, columns))
+    proof = proof_of(period, Model.SPLIT_OVER_TIME, 2, Limits())
+    objective = proof.run().objective
+    found = break_ties(proof, "finish")
+    assert found.objective == objective
+    assert violation(period, found, Model.SPLIT_OVER_TIME, 2) is None
+    best = max(finished(period, parts) for parts in optima(period, objective))
+    assert finished(period, found.parts) == pytest.approx(best)
+
+
+def test_the_last_line_of_an_order_goes_first():
+    """A place for one of three lines that the pod has: that of the order with no other line, though it is youngest."""
+    period = Period(
+        stock=Stock(pods=(0,), contents=((0, 1, 2),), n_skus=5),
+        stations=(0,),
+        capacities=(1,),
+        inbound=((0,),),
+        orders=(0, 1, 2),
+        line_order=[0, 0, 0, 1, 1, 2],
+        line_sku=[0, 3, 4, 1, 3, 2],
+        line_quantity=[1] * 6,
+    )
+    proof = proof_of(period, Model.SPLIT_OVER_TIME, 2, Limits())
+    proof.run()
+    assert break_ties(proof, "finish").parts == (Part(2, 0, (2,)),)
+    assert break_ties(proof, "oldest").parts == (Part(0, 0, (0,)),)
 
 
 PREFERENCES = {
