@@ -9,6 +9,7 @@ import json
 import os
 import tempfile
 from collections.abc import Mapping
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -133,7 +134,9 @@ def _made(folder: Path, compiled: bool) -> Bases:
     _call("scenario", "check", "files.toml")
     for rules in COMPILED if compiled else ():  # once, here: it takes long
         choices = [word for rule in rules for word in ("--set", f"rules.{rule}")]
-        _call("run", "tiny.toml", "--out", "compiled", "--quiet", *choices)
+        compiling = get_context("fork").Process(target=_call, args=("run", "tiny.toml", "--quiet", *choices))
+        compiling.start()  # apart: threads that solvers leave do not survive a copy of the process
+        compiling.join()
     kept = [*folder.glob("*.*"), *(folder / "run").iterdir()]
     files = {file.relative_to(folder).as_posix(): file.read_bytes() for file in sorted(kept)}
     unpacked = {name: gzip.decompress(data) if name.endswith(".gz") else data for name, data in files.items()}

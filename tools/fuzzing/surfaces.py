@@ -29,6 +29,7 @@ from fuzzing.mutations import (
     times,
 )
 
+Mutation = Callable[[bytes, Random], bytes]
 FOLDER, LOOP = b"\0a folder", b"\0a link to itself"
 """In place of contents: what a file's name is given to instead."""
 SCENARIOS = ("tiny.toml", "tiny.toml", "rich.toml", "files.toml", "mapped.toml")
@@ -87,7 +88,7 @@ class Draft:
         """Choose a command that reads a scenario."""
         self.arguments = [word.format(name) for word in self.random.choice(WITH_SCENARIO)]
 
-    def change(self, name: str, mutate: Callable[[bytes, Random], bytes]) -> None:
+    def change(self, name: str, mutate: Mutation) -> None:
         """Change a file: mostly as its format has it, now and then its bytes, or what it is."""
         for _ in times(self.random):
             chance = self.random.random()
@@ -227,8 +228,8 @@ def of_state(draft: Draft) -> None:
 def _run_folder(draft: Draft, names: tuple[str, ...]) -> None:
     draft.need(*(f"run/{name}" for name in names))
     chosen = names[0] if draft.random.random() < 0.7 else draft.random.choice(names)
-    kinds = {"csv": partial(mutate_table, separator=","), "json": json_file, "gz": json_lines}
-    draft.change(f"run/{chosen}", kinds[chosen.rpartition(".")[2]])
+    mutations: dict[str, Mutation] = {"csv": mutate_table, "json": json_file, "gz": json_lines}
+    draft.change(f"run/{chosen}", mutations[chosen.rpartition(".")[2]])
     for name in [name for name in draft.files if name.endswith(".gz")]:
         if draft.files[name] not in (FOLDER, LOOP):
             packed = gzip.compress(draft.files[name], 1, mtime=0)
