@@ -17,7 +17,7 @@ from rmfs_core.scenario.tomltext import shown
 from rmfs_core.wording import did_you_mean, listed, one_line
 
 MOST = 1e12
-"""No number of a parameter is as large, but infinity: rules count with them in 64 bits, seconds in ticks."""
+"""Numbers of parameters are smaller: rules count in 64 bits. Infinite are those whose metadata has ``infinite``."""
 _converter = strict_converter()
 _WORDS = {int: "a whole number", float: "a number", str: "a text", bool: "true or false", type(None): "nothing"}
 
@@ -69,7 +69,8 @@ def _structure(field: attrs.Attribute[Any], hints: Mapping[str, Any], value: Any
         structured = _converter.structure(value, kind)
     except Exception as error:
         raise InputError(place, f"expected {type_name(kind)}, found {shown(value)}") from error
-    if isinstance(structured, int | float) and not (abs(structured) < MOST or structured == float("inf")):  # NaN, too
+    fits = not isinstance(structured, int | float) or abs(structured) < MOST  # NaN does not
+    if not fits and not (structured == float("inf") and field.metadata.get("infinite")):
         raise InputError(place, f"expected {type_name(kind)} below {MOST:g}, found {shown(value)}")
     return structured
 
