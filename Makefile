@@ -17,6 +17,7 @@ slow: $(VENV)/installed-dev
 # What takes too long for every change: done before a release.
 long: $(VENV)/installed-dev
 	$(BIN)/python tools/coverage_study.py
+	$(BIN)/python tools/fuzz.py --seed 2 --cases 20000
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .

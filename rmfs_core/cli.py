@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from errno import EBADF, EIO, ENOSPC, EPIPE
 from importlib.metadata import EntryPoint
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ import click
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError, RmfsError
-from rmfs_core.wording import nearest, one_line
+from rmfs_core.wording import nearest, one_line, sentence
 
 CLOSED_PIPE = 141
 """Exit code where the reader of the output has closed it (`rmfs run ... | head`): a shell's for SIGPIPE."""
@@ -127,6 +128,8 @@ def main(arguments: list[str] | None = None) -> None:
     """
     if sys.stdout is None:  # closed by who calls (`>&-`): the next file opened would take its place
         sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115 (open to the end)
+    if isinstance(sys.stdout, TextIOWrapper):  # names of files need not be UTF-8
+        sys.stdout.reconfigure(errors="backslashreplace")
     text: str | None = None
     try:
         with _writing():
@@ -136,12 +139,12 @@ def main(arguments: list[str] | None = None) -> None:
     except SystemExit as end:
         code, text = (1, end.code) if isinstance(end.code, str) else (end.code or 0, None)
     except click.ClickException as error:
-        code = 2
+        code, shown = 2, click.UsageError(sentence(error.format_message()), getattr(error, "ctx", None))
         with suppress(OSError):
-            error.show()
+            shown.show()
     except RmfsError as error:
         gone = isinstance(error.__cause__, BrokenPipeError)
-        code, text = (CLOSED_PIPE, None) if gone else (error.exit_code, f"Error: {error}")
+        code, text = (CLOSED_PIPE, None) if gone else (error.exit_code, sentence(f"Error: {error}"))
         if os.environ.get("RMFS_TRACEBACK"):
             text = "".join(traceback.format_exception(error))
     except (KeyboardInterrupt, click.Abort):

@@ -46,6 +46,16 @@ def one_line(error: BaseException) -> str:
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 
+def sentence(text: str) -> str:
+    """A message as one line that a terminal can show, whatever it quotes; its middle is left out where it is long."""
+    joined = " ".join(line.strip() for line in text.splitlines())
+    line = "".join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in joined)
+    return line if len(line) <= 1200 else f"{line[:800]} ... {line[-300:]}"
+
+
 def shown_short(value: object) -> str:
     """Any value as one line of at most 80 characters."""
-    return " ".join(repr(value).split())[:80]
+    try:
+        return " ".join(repr(value).split())[:80]
+    except RecursionError:
+        return f"a {type(value).__name__} with hundreds in one another"

@@ -16,6 +16,8 @@ from rmfs_core.scenario.structuring import strict_converter
 from rmfs_core.scenario.tomltext import shown
 from rmfs_core.wording import did_you_mean, listed, one_line
 
+MOST = 1e12
+"""Numbers of parameters are smaller: rules count in 64 bits. Infinite are those whose metadata has ``infinite``."""
 _converter = strict_converter()
 _WORDS = {int: "a whole number", float: "a number", str: "a text", bool: "true or false", type(None): "nothing"}
 
@@ -64,9 +66,13 @@ def _structure(field: attrs.Attribute[Any], hints: Mapping[str, Any], value: Any
     if field.converter is not None or kind is None or kind is Any:
         return value
     try:
-        return _converter.structure(value, kind)
+        structured = _converter.structure(value, kind)
     except Exception as error:
         raise InputError(place, f"expected {type_name(kind)}, found {shown(value)}") from error
+    fits = not isinstance(structured, int | float) or abs(structured) < MOST  # NaN does not
+    if not fits and not (structured == float("inf") and field.metadata.get("infinite")):
+        raise InputError(place, f"expected {type_name(kind)} below {MOST:g}, found {shown(value)}")
+    return structured
 
 
 def type_name(kind: Any) -> str:

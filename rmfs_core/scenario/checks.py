@@ -64,13 +64,14 @@ class OneOf:
 
 def _all_positive(value: int | tuple[int, ...]) -> bool:
     values = value if isinstance(value, tuple) else (value,)
-    return bool(values) and all(number >= 1 for number in values)
+    return bool(values) and all(1 <= number <= 1_000_000_000 for number in values)
 
 
 POSITIVE = Check("a number > 0", lambda value: bool(value > 0), {"exclusiveMinimum": 0})
 # Bounds of what robots and pickers do: nothing is quicker than a tick of 1 ms, no drive too long to count in ticks.
 DURATION = within(0.001, 3600)
 MAYBE_NO_TIME = within(0, 3600)
+ALLOWANCE = within(0, 1e7)
 MOVING = within(0.001, 1000)
 SHARE = Check("a number in (0, 1]", lambda value: 0 < value <= 1, {"exclusiveMinimum": 0, "maximum": 1})
-CAPACITY = Check("a whole number >= 1, or a list of them, one per station", _all_positive)
+CAPACITY = Check("a whole number from 1 to 1,000,000,000, or a list of them, one per station", _all_positive)

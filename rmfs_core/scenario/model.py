@@ -15,6 +15,7 @@ from typing import Any
 from attrs import NOTHING, Factory, evolve, field, frozen
 
 from rmfs_core.scenario.checks import (
+    ALLOWANCE,
     CAPACITY,
     DURATION,
     MAYBE_NO_TIME,
@@ -27,8 +28,8 @@ from rmfs_core.scenario.checks import (
 )
 from rmfs_core.scenario.source import Source
 
-MOST_ORDERS, MOST_PODS, MOST_PLACES, MOST_CELLS = 2_000_000, 100_000, 5_000_000, 1_000_000
-"""Of what a scenario asks for; some gigabytes of memory each."""
+MOST_ORDERS, MOST_PODS, MOST_CELLS, MOST_ITEMS, MOST_GIGABYTES = 2_000_000, 100_000, 1_000_000, 1_000_000_000, 8
+"""Of what a scenario asks for; the memory of orders, lines and what is on pods is estimated for all together."""
 
 
 def key(doc: str, default: Any = NOTHING, *, unit: str | None = None, check: Any = None, factory: Any = None) -> Any:
@@ -55,18 +56,22 @@ class Arrivals:
         if self.profile is not None and self.process == "start":
             raise ValueError('expected `profile` with process "poisson" or "day", and only there')
         hours = self.profile if isinstance(self.profile, tuple) else (1,) * 24
-        if len(hours) != 24 or min(hours) < 0 or not any(hours):
-            raise ValueError(f"expected 24 weights >= 0 as `profile`, one of them above 0, found {list(hours)}")
+        if len(hours) != 24 or min(hours) < 0 or max(hours) > 1e9 or not any(hours):
+            raise ValueError(f"expected 24 weights from 0 to 1e9 as `profile`, not all 0, found {list(hours)}")
 
 
 @frozen
 class Due:
     """When generated orders are due, counted from their arrival."""
 
-    allowance_s: float = key("Time that an order has", unit="s", check=within(0, 1e7))
-    spread_s: float = key("How much that time is shorter or longer at most: it is uniform", 0.0, unit="s")
+    allowance_s: float = key("Time that an order has", unit="s", check=ALLOWANCE)
+    spread_s: float = key(
+        "How much that time is shorter or longer at most: it is uniform", 0.0, unit="s", check=ALLOWANCE
+    )
     priority_share: float = key("Share of orders with priority 1; the others have 0", 0.0, check=within(0, 1))
-    priority_allowance_s: float | None = key("Time that those have; left out: as the others", None, unit="s")
+    priority_allowance_s: float | None = key(
+        "Time that those have; left out: as the others", None, unit="s", check=ALLOWANCE
+    )
 
 
 @frozen
@@ -97,7 +102,7 @@ class InstanceSection:
     due: Due | None = key("When generated orders are due; left out: whenever", None)
     start: str | None = key("Time 0 in ISO 8601; left out: midnight, before the first date of the orders' file", None)
     items_per_sku: int | None = key(
-        "Items of each SKU on a pod; left out: unlimited, the paper's assumption", None, check=at_least(1)
+        "Items of each SKU on a pod; left out: unlimited, the paper's assumption", None, check=at_least(1, MOST_ITEMS)
     )
     orders_file: str | None = key("CSV with columns order,arrival_s,sku,quantity[,due_s,priority] for orders", None)
     pods_file: str | None = key("CSV with columns pod,sku,quantity (empty: unlimited) instead of generated pods", None)
@@ -110,12 +115,17 @@ class InstanceSection:
     def __attrs_post_init__(self) -> None:
         if (self.orders_file is None) != (self.pods_file is None):
             raise ValueError("expected `orders_file` and `pods_file` together, or neither")
-        if self.lines is not None and not (any(self.lines[: self.skus]) and min(self.lines) >= 0):
-            raise ValueError(f"expected `lines` with weights >= 0, one of up to {self.skus} lines (`skus`) above 0")
+        valid = self.lines is None or (any(self.lines[: self.skus]) and min(self.lines) >= 0 and max(self.lines) <= 1e9)
+        if not valid:
+            raise ValueError(f"expected `lines` with weights from 0 to 1e9, not all 0 up to {self.skus} lines (`skus`)")
         if self.orders_file is None and self.skus_per_pod > self.skus:
             raise ValueError(f"expected skus_per_pod <= skus, found {self.skus_per_pod} > {self.skus}")
-        if self.orders_file is None and self.pods * self.skus_per_pod > MOST_PLACES:
-            raise ValueError(f"expected pods * skus_per_pod <= {MOST_PLACES:,}, found {self.pods * self.skus_per_pod}")
+        weights = self.lines[: self.skus] if self.lines else (0, 1, 1)  # the geometric orders have 2.5 lines on average
+        lines = self.orders * sum(n * weight for n, weight in enumerate(weights, 1)) / sum(weights)
+        gigabytes = (2500 * self.orders + 300 * lines + 250 * self.pods * self.skus_per_pod) / 1e9
+        if self.orders_file is None and gigabytes > MOST_GIGABYTES:
+            found = f"about {gigabytes:,.0f} GB of orders, lines and pods"
+            raise ValueError(f"expected at most {MOST_GIGABYTES} GB of memory, found {found}")
 
 
 @frozen
@@ -170,7 +180,7 @@ class StationsSection:
         check=OneOf("alone", "refuse"),
     )
     queue_length: int = key(
-        "Pods that can wait at a station, besides the one it works on", 12, unit="cells", check=at_least(1)
+        "Pods that can wait at a station, besides the one it works on", 12, unit="cells", check=at_least(1, 10_000)
     )
     pick_s: float = key(
         "Time of picking a unit: holds the picker, the pod and its robot", 7.0, unit="s", check=DURATION

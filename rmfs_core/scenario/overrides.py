@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from functools import reduce
 from pathlib import Path
@@ -16,7 +15,7 @@ from rmfs_core.roles import Role
 from rmfs_core.scenario.model import DRAWN, GENERATED, RuleChoice, Scenario
 from rmfs_core.scenario.rulenames import file_name_from, rule_name_from
 from rmfs_core.scenario.structuring import fields_of, section_class
-from rmfs_core.scenario.tomltext import shown
+from rmfs_core.scenario.tomltext import read_toml, shown
 from rmfs_core.wording import nearest
 
 DATA_FILES: Mapping[tuple[str, ...], frozenset[str]] = {
@@ -66,8 +65,8 @@ def _value(raw: str, place: str) -> Any:
     if raw in ("", "None", "null"):  # TOML has no word for nothing; a text of these letters has quotes
         return None
     try:
-        document = tomllib.loads(f"value = {raw}")
-    except tomllib.TOMLDecodeError as error:
+        document = read_toml(f"value = {raw}")
+    except ValueError as error:
         if raw[0] in "{[":
             raise InputError(place, f"this is no valid TOML value: {error}; texts in it need quotes") from None
         return raw

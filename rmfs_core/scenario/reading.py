@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.util
 import os.path
 import re
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,6 +18,7 @@ from rmfs_core.scenario.overrides import anchored, apply_overrides, parse_overri
 from rmfs_core.scenario.rulenames import check_rule_name, rule_choices
 from rmfs_core.scenario.source import Source, undotted
 from rmfs_core.scenario.structuring import KeyProblem, fields_of, structure
+from rmfs_core.scenario.tomltext import read_toml
 from rmfs_core.wording import nearest
 
 
@@ -75,8 +75,8 @@ def read_tables(path: str | Path, overrides: Sequence[str] = (), seed: int | Non
     parsed = [anchored(parse_override(override), Path.cwd(), file.parent) for override in overrides]
     source = Source(str(file), text, tuple((override.text, override.path) for override in parsed))
     try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        data = read_toml(text)
+    except ValueError as error:
         raise _syntax_error(source.name, error) from None
     data = apply_overrides(data, parsed)
     return Given(data if seed is None else {**data, "seed": seed}, file.parent, source)
@@ -153,7 +153,7 @@ def _read(file: Path) -> str:
         raise InputError(str(file), f"expected UTF-8 text, found the byte 0x{error.object[error.start]:02x}") from None
 
 
-def _syntax_error(name: str, error: tomllib.TOMLDecodeError) -> InputError:
+def _syntax_error(name: str, error: ValueError) -> InputError:
     """Move the line from the end of tomllib's message to the front."""
     message = str(error)
     if match := re.search(r" \(at line (\d+), column (\d+)\)$", message):

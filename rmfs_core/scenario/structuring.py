@@ -6,7 +6,7 @@ mistake in the order of the file is the one to report: keys are structured in th
 
 from __future__ import annotations
 
-import math
+import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from types import NoneType, UnionType
@@ -89,8 +89,8 @@ def strict_converter() -> cattrs.Converter:
         if value is None and NoneType in kinds:
             return None
         listed = isinstance(value, (list, tuple))
+        kinds = tuple(kind for kind in kinds if kind is not NoneType)
         likely = [kind for kind in kinds if (get_origin(kind) in (list, tuple)) == listed] or [*kinds]
-        likely = [kind for kind in likely if kind is not NoneType]
         likely.sort(key=lambda kind: kind is not type(value))
         for kind in likely[:-1]:
             with suppress(KeyProblem):
@@ -111,7 +111,7 @@ def _has_origin(*origins: Any) -> Callable[[Any], bool]:
 
 
 def _finite(value: Any, _: Any) -> float:
-    if type(value) not in (int, float) or not math.isfinite(value):
+    if type(value) not in (int, float) or not abs(value) <= sys.float_info.max:  # NaN, too
         raise KeyProblem(f"expected a number, found {shown(value)}")
     return float(value)
 

@@ -10,7 +10,7 @@ Source: Merschformann, Xie, Li (2018), RAWSim-O, Logistics Research 11:8, doi:10
 from __future__ import annotations
 
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.model import LayoutSection
+from rmfs_core.scenario.model import MOST_CELLS, LayoutSection
 from rmfs_core.world.grid import EAST, NORTH, SOUTH, WEST
 from rmfs_core.world.textmap import FLOOR_SIGN, QUEUE_SIGN
 
@@ -59,6 +59,9 @@ class _BlockMap:
         self.east = self.hall_east + section.hall_width  # first column beyond the hall
         self.width = self.east + (queue_columns if section.stations_east else 0)
         self.height = section.block_rows * ROW_PITCH + 1
+        if self.width * self.height > 2 * MOST_CELLS:  # with the queues, whose length is no matter of the layout's
+            found = f"found queues of {queue_length:,} cells beside {section.block_rows:,} rows of blocks"
+            raise InputError("stations.queue_length", f"{found}; expected at most {2 * MOST_CELLS:,} cells in all")
         self.queue_columns = queue_columns
         self.fitting = fitting
         self.signs = [["@"] * self.width for _ in range(self.height)]

@@ -230,10 +230,10 @@ def _quantity(text: str, file: Path, line: int, expected: str, least: int = 1) -
     raise InputError(f"{file}, line {line}, quantity", f'expected {expected}, found "{text}"')
 
 
-def _natural(name: str) -> tuple[list[tuple[int, int | str]], str]:
-    """Return a sort key by which numbers within a name count as numbers."""
-    parts = re.split(r"([0-9]+)", name)
-    return [(0, int(part)) if i % 2 else (1, part) for i, part in enumerate(parts) if part], name
+def _natural(name: str) -> tuple[list[tuple[int, int, str]], str]:
+    """Return a sort key by which numbers within a name, of any length, count as numbers."""
+    parts = [part.lstrip("0") if i % 2 else part for i, part in enumerate(re.split(r"([0-9]+)", name))]
+    return [(0, len(part), part) if i % 2 else (1, 0, part) for i, part in enumerate(parts) if part or i % 2], name
 
 
 class Calendar:

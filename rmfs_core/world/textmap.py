@@ -73,13 +73,16 @@ class _MapReader:
     def __init__(self, rows: list[str], place: str) -> None:
         self.place = place
         self.width, self.height = max(map(len, rows)), len(rows)
+        if self.width * self.height > 4_000_000:
+            raise InputError(place, f"found {self.height} rows of up to {self.width} cells; expected 4,000,000 in all")
         self.signs = "".join(row.ljust(self.width) for row in rows)
 
     def _wrong(self, cell: int, problem: str) -> InputError:
         return InputError(f"{self.place}, {where(cell, self.width)}", problem)
 
     def layout(self) -> Layout:
-        kind = np.array([self._kind(cell, sign) for cell, sign in enumerate(self.signs)], dtype=np.int8)
+        self.kinds = [self._kind(cell, sign) for cell, sign in enumerate(self.signs)]  # looked up more quickly
+        kind = np.array(self.kinds, dtype=np.int8)
         moves = np.zeros(len(kind), dtype=np.int8)
         layout = Layout(self.width, self.height, kind, moves, ())
         stations = tuple(self._station(layout, int(cell)) for cell in np.flatnonzero(kind == CellKind.STATION))
@@ -144,19 +147,18 @@ class _MapReader:
                 raise self._wrong(cell, "the queue cell leads to no picking station")
 
     def _moves(self, layout: Layout, cell: int, entries: set[int]) -> int:
-        kind = layout.kind[cell]
-        moves = 0
+        moves, kind = 0, self.kinds[cell]
         for heading in range(4):
             beside = layout.neighbour(cell, heading)
-            if beside is None or not self._may_enter(layout, cell, heading, beside, entries):
+            if beside is None or not self._may_enter(cell, heading, beside, entries):
                 continue
             asked = FLOOR_MOVES.get(self.signs[cell], _E | _N | _W | _S) >> heading & 1
-            if asked or (kind == CellKind.FLOOR and layout.kind[beside] == CellKind.STORAGE):
+            if asked or (kind == CellKind.FLOOR and self.kinds[beside] == CellKind.STORAGE):
                 moves |= 1 << heading
         return moves if kind in (CellKind.FLOOR, CellKind.STORAGE, CellKind.STATION) else 0
 
-    def _may_enter(self, layout: Layout, cell: int, heading: int, beside: int, entries: set[int]) -> bool:
-        kind, target = layout.kind[cell], layout.kind[beside]
+    def _may_enter(self, cell: int, heading: int, beside: int, entries: set[int]) -> bool:
+        kind, target = self.kinds[cell], self.kinds[beside]
         if target == CellKind.FLOOR:
             # Never against a one-way cell.
             return FLOOR_MOVES[self.signs[beside]] != 1 << (heading + 2) % 4

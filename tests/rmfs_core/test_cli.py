@@ -250,3 +250,19 @@ def test_output_that_cannot_be_written_is_no_traceback(call: str, code: int, sai
     program = f"{sys.executable} -c 'from rmfs_core.cli import main; main()'"
     done = subprocess.run(f"{program} {call}", shell=True, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (code, said)
+
+
+def test_what_click_refuses_is_one_line_too(capsys: pytest.CaptureFixture[str]) -> None:
+    """Below how the command is used: also where click names all choices, or quotes what cannot be shown."""
+    for arguments, said in (
+        (["new-rule", "x"], "Error: Missing option '--decides'. Choose from: POA, PPS,"),
+        (["run", "a", "b\x1b[31m\nc"], "Error: Got unexpected extra argument (b\\x1b[31m c)"),
+        (["decide", "a", "--rule", "b", "--seed", "9" * 5000], "Error: Invalid value for '--seed': '999"),
+    ):
+        with pytest.raises(SystemExit) as stop:
+            main(arguments)
+        assert stop.value.code == 2
+        usage, *_, last = capsys.readouterr().err.splitlines()
+        assert usage.startswith("Usage: ")
+        assert last.startswith(said)
+        assert len(last) < 1200

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rmfs_core.wording import did_you_mean, first_few, listed, nearest, one_line
+from rmfs_core.wording import did_you_mean, first_few, listed, nearest, one_line, sentence
 
 
 @pytest.mark.parametrize(
@@ -42,3 +42,12 @@ def test_an_exception_is_one_line() -> None:
     assert one_line(ValueError("two\n   lines")) == "ValueError: two lines"
     assert one_line(KeyError("a")) == "KeyError: 'a'"
     assert one_line(SystemExit()) == "SystemExit"
+
+
+def test_a_message_is_one_line_that_can_be_shown() -> None:
+    """Line breaks become blanks, what a terminal would obey is escaped, a long quotation loses its middle."""
+    assert sentence("Error: x.toml: found \x1b[31m\n\t\ud800é") == "Error: x.toml: found \\x1b[31m \\ud800é"
+    cut = sentence(f"Error: found {'9' * 5000}; expected a number")
+    assert len(cut) < 1200
+    assert cut.startswith("Error: found 999")
+    assert cut.endswith("999; expected a number")

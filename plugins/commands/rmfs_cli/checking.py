@@ -26,6 +26,7 @@ from rmfs_core.scenario.source import KeyPath, dotted, undotted
 from rmfs_core.scenario.structuring import KeyProblem, fields_of, section_class
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.simulation.setup import open_warehouse, unmet_needs
+from rmfs_core.wording import sentence
 from rmfs_core.world import Instance, Layout, make_layout
 from rmfs_core.world.instance_making import instance_problems, oversize_orders, unchecked_instance
 
@@ -92,7 +93,7 @@ def load_checked(path: str, overrides: Sequence[str], seed: int | None = None) -
         check.structured()
         *others, last = [one for one in check.found.problems if one["place"].startswith("--set ")]
         for one in others:
-            click.echo(f"Error: {one['place']}: {one['problem']}", err=True)
+            click.echo(sentence(f"Error: {one['place']}: {one['problem']}"), err=True)
         raise InputError(last["place"], last["problem"]) from error
 
 

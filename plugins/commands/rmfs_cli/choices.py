@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -15,6 +14,7 @@ from rmfs_core.scenario.overrides import parse_override
 from rmfs_core.scenario.rulenames import rule_name_from
 from rmfs_core.scenario.source import Source
 from rmfs_core.scenario.structuring import KeyProblem, structure_as
+from rmfs_core.scenario.tomltext import read_toml
 
 
 @contextmanager
@@ -46,8 +46,8 @@ def parse_choice(text: str, place: str) -> RuleChoice:
     value: Any = text
     if text.lstrip().startswith("{"):
         try:
-            value = tomllib.loads(f"rule = {text}")["rule"]
-        except tomllib.TOMLDecodeError as error:
+            value = read_toml(f"rule = {text}")["rule"]
+        except ValueError as error:
             raise InputError(place, f"this is no valid TOML table: {error}") from None
     try:
         choice = structure_as(RuleChoice, value)

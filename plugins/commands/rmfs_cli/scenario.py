@@ -28,7 +28,7 @@ def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline
     is wrong, 2 something is.
     """
     from rmfs_cli.checking import check_scenario
-    from rmfs_core.wording import counted
+    from rmfs_core.wording import counted, sentence
 
     checked = check_scenario(scenario, overrides, seed, allow_inline=not no_inline_rules)
     for file in checked.inline_files:
@@ -37,7 +37,7 @@ def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline
         print_json({"valid": not checked.problems, "problems": checked.problems, "sizes": checked.sizes})
     elif checked.problems:
         for problem in checked.problems:
-            click.echo(f"Error: {problem['place']}: {problem['problem']}", err=True)
+            click.echo(sentence(f"Error: {problem['place']}: {problem['problem']}"), err=True)
     else:
         (_, orders), (_, items), *rest = checked.sizes.items()
         others = ", ".join(counted(number, what.removesuffix("s")) for what, number in rest)

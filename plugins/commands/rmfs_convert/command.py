@@ -102,8 +102,8 @@ def orders(
     from rmfs_core.errors import InputError
     from rmfs_core.results.files import output_folder
 
-    if len(separator) != 1:
-        raise InputError("--separator", f"found {separator!r}; expected one sign, such as ; or a tab")
+    if len(separator) != 1 or not separator.isascii():
+        raise InputError("--separator", f"found {separator!r}; expected one sign of ASCII, such as ; or a tab")
     if due_column is not None and time_column is None:
         raise InputError("--due", "found no --time; expected both, since both are counted from time 0")
     folder = output_folder(out)

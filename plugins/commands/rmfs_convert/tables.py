@@ -111,5 +111,7 @@ def _errors(file: Path) -> Iterator[None]:
         raise InputError(str(file), f"cannot be read: {error.strerror or ' '.join(str(error).split())}") from None
     except pa.ArrowException as error:
         raise InputError(str(file), f"is no table that can be read: {' '.join(str(error).split())}") from None
+    except UnicodeEncodeError:  # a byte that is no text, in what was typed
+        raise InputError(str(file), "expected names of files, columns and separator in UTF-8") from None
     except UnicodeDecodeError as error:
         raise InputError(str(file), f"expected UTF-8 text, found the byte 0x{error.object[error.start]:02x}") from None

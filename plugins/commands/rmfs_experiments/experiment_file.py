@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ from rmfs_core.scenario import load_scenario, shipped_scenarios
 from rmfs_core.scenario.reading import EXPERIMENTS, shipped_folder
 from rmfs_core.scenario.source import KeyPath, Source
 from rmfs_core.scenario.structuring import KeyProblem
-from rmfs_core.scenario.tomltext import shown
+from rmfs_core.scenario.tomltext import read_toml, shown
 from rmfs_core.wording import did_you_mean, nearest
 from rmfs_experiments.changes import SCENARIO_KEYS, changes_of
 from rmfs_experiments.experiment import DEFAULT_METRICS, Axis, AxisPoint, Base, Experiment, RuleSetChoice
@@ -44,12 +43,12 @@ def load_experiment(path: str | Path) -> Experiment:
     file = _find(Path(path))
     try:
         text = file.read_bytes().decode("utf-8-sig").replace("\r\n", "\n")
-        data = tomllib.loads(text)
+        data = read_toml(text)
     except OSError as error:
         raise InputError(str(file), f"cannot be read: {error.strerror or error}") from error
     except UnicodeDecodeError as error:
         raise InputError(str(file), f"expected UTF-8 text: {error.reason}") from error
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:
         raise InputError(str(file), f"this is no valid TOML: {error}") from error
     source = Source(str(file), text)
     try:

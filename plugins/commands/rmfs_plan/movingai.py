@@ -6,6 +6,7 @@ Games 4(2), 2012, https://doi.org/10.1109/TCIAIG.2012.2197681; https://movingai.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +14,12 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from rmfs_core.errors import InputError
+from rmfs_core.wording import shown_short
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST, CellKind, Layout, parse_map
 
 FREE, BLOCKED = ".GS", "@OTW"
+MOST = 1_000_000
+"""Cells that a map may be wide or high."""
 
 
 @frozen
@@ -41,8 +45,10 @@ def read_map(path: str | Path) -> Layout:
         return parse_map(text, str(path))
     lines = text.splitlines()
     header = dict(line.split(maxsplit=1) for line in lines[:3] if len(line.split()) == 2)
-    sizes = [_number(header.get(key, ""), f"{path}", f"a line `{key} N`") for key in ("height", "width")]
-    height, width = sizes
+    height, width = (
+        _number(header.get(key, ""), f"{path}", f"a line `{key} N`, N from 1 to {MOST:,}", least=1)
+        for key in ("height", "width")
+    )
     if len(lines) < 4 or lines[3].strip() != "map":
         raise InputError(f"{path}:4", "expected the line `map` after type, height and width")
     rows = lines[4 : 4 + height]
@@ -113,9 +119,10 @@ def _trip(fields: list[str], layout: Layout, place: str) -> Trip:
     return Trip(*cells)
 
 
-def _number(text: str, place: str, expected: str) -> int:
-    if not text.strip().isdecimal():
-        raise InputError(place, f"expected {expected}, found {text.strip()!r}")
+def _number(text: str, place: str, expected: str, least: int = 0) -> int:
+    text = text.strip()
+    if not re.fullmatch("[0-9]{1,7}", text) or not least <= int(text) <= MOST:
+        raise InputError(place, f"expected {expected}, found {shown_short(text)}")
     return int(text)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
     from rmfs_core.scenario import RuleChoice
     from rmfs_states import Answer, Outcome, Recorded, Recording
-    from rmfs_states.stories import Episode
 
 
 @click.command(short_help="Say why something was decided in a run.")
@@ -72,25 +72,41 @@ def explain(
         raise click.UsageError("--against and --state need --period or --decision.")
     recording = read_recording(folder)
     console = output_console()
-    if order is not None:
-        _tell(console, recording, "order", order, as_json)
-    elif pod is not None:
-        _tell(console, recording, "pod", pod, as_json)
-    elif period is not None or decision is not None:
-        explained, others = _find(recording, period, decision)
-        answers = [_alternative(text, explained, allow_inline=not no_inline_rules) for text in against]
-        if state_file is not None:
-            write_text(state_file, to_json(explained.content, indent=1) + "\n")
-        compared = list(zip(against, answers, strict=True))
-        if as_json:
-            print_json(_plain(explained, compared, others))
+    with _recorded(recording):
+        if order is not None:
+            _tell(console, recording, "order", order, as_json)
+        elif pod is not None:
+            _tell(console, recording, "pod", pod, as_json)
+        elif as_json and not (period or decision):
+            print_json(tables.overview(recording))
+        elif not (period or decision):
+            tables.print_overview(console, recording)
         else:
-            _print(console, explained, recording.choice_of(explained), compared, state_file, limit)
-            tables.print_others(console, others)
-    elif as_json:
-        print_json(tables.overview(recording))
-    else:
-        tables.print_overview(console, recording)
+            explained, others = _find(recording, period, decision)
+            compared = [(text, _alternative(text, explained, allow_inline=not no_inline_rules)) for text in against]
+            if as_json:
+                print_json(_plain(explained, compared, others))
+            else:
+                _print(console, explained, recording.choice_of(explained), compared, limit)
+                tables.print_others(console, others)
+            if state_file is not None:
+                write_text(state_file, to_json(explained.content, indent=1) + "\n")
+                if not as_json:
+                    how = f"`rmfs decide {state_file} --rule RULE` asks a rule again."
+                    click.echo(f"State written to {state_file}; {how}")
+
+
+@contextmanager
+def _recorded(recording: Recording) -> Iterator[None]:
+    """Raise `InputError` where a decision is not what rmfs records."""
+    from rmfs_core.errors import InputError
+    from rmfs_core.wording import one_line
+
+    try:
+        yield
+    except (KeyError, TypeError, AttributeError, ValueError, IndexError, OverflowError, StopIteration) as error:
+        problem = f"a decision is not what rmfs has recorded ({one_line(error)})"
+        raise InputError(str(recording.file), problem) from error
 
 
 def _tell(console: Console, recording: Recording, kind: str, name: str, as_json: bool) -> None:
@@ -99,7 +115,7 @@ def _tell(console: Console, recording: Recording, kind: str, name: str, as_json:
     from rmfs_states.stories import order_story, pod_story
 
     _know(recording, kind, name)
-    told = _told(recording, order_story if kind == "order" else pod_story, name)
+    told = list((order_story if kind == "order" else pod_story)(recording, name))
     if as_json:
         print_json({kind: name, "episodes": told})
     else:
@@ -111,7 +127,6 @@ def _print(
     explained: Recorded,
     choice: RuleChoice,
     compared: list[tuple[str, Answer]],
-    state_file: Path | None,
     limit: int,
 ) -> None:
     from rmfs_states import explain_tables as tables
@@ -119,8 +134,6 @@ def _print(
     tables.print_decision(console, explained, choice, explained.state(), limit)
     if compared:
         tables.print_comparison(console, explained, _outcome(explained), compared)
-    if state_file is not None:
-        click.echo(f"State written to {state_file}; `rmfs decide {state_file} --rule RULE` asks a rule again.")
 
 
 def _outcome(explained: Recorded) -> Outcome | None:
@@ -202,14 +215,3 @@ def _know(recording: Recording, kind: str, name: str) -> None:
     if name not in names:
         range_ = f"; they are called {names[0]} to {names[-1]}" if names else ""
         raise InputError(f"--{kind} {name}", f"the run has no {kind} of that name{did_you_mean(name, names) or range_}")
-
-
-def _told(
-    recording: Recording, story: Callable[[Iterable[Recorded], str], Iterable[Episode]], name: str
-) -> list[Episode]:
-    from rmfs_core.errors import InputError
-
-    try:
-        return list(story(recording, name))
-    except (KeyError, TypeError, AttributeError, StopIteration) as error:
-        raise InputError(str(recording.file), f"a decision lacks {error}; expected what rmfs has recorded") from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os.path
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -91,15 +92,16 @@ class Recording:
         for number, (place, line) in enumerate(lines, 1):
             if lacking := [key for key in ("change", "decides", "rule", "decision") if key not in line]:
                 raise InputError(place, f"this is no recorded decision: it lacks {listed(lacking)}")
-            if not isinstance(line["change"], Mapping):
-                raise InputError(f"{place}, change", f"expected a JSON object, found {shown_short(line['change'])}")
+            for key in ("change", "decision", "report"):
+                if not isinstance(line.get(key), Mapping) and (key == "change" or line.get(key) is not None):
+                    raise InputError(f"{place}, {key}", f"expected a JSON object, found {shown_short(line[key])}")
             try:
                 content = patched(content, line["change"])
                 decides = Role.labelled(line["decides"])
                 recorded = Recorded(number, decides, line["rule"], content, line["decision"], line.get("report"), place)
                 if decides not in DECIDING or recorded.period < 0 or recorded.time_s < 0:
                     raise InputError(place, f"found {decides.label} of period {recorded.period}; expected a decision")
-            except (KeyError, TypeError, AttributeError, ValueError) as error:
+            except (KeyError, TypeError, AttributeError, ValueError, OverflowError, RecursionError) as error:
                 raise InputError(place, f"this is no recorded decision: {error}") from error
             yield recorded
 
@@ -125,7 +127,7 @@ def read_recording(path: str | Path) -> Recording:
         When there are none, or the file is not what it should be.
     """
     file = Path(path)
-    if file.is_dir():
+    if os.path.isdir(file):  # noqa: PTH112 (False for a name that is too long, too)
         folder, file = file, file / RECORDING_FILE
         if not file.exists():
             raise InputError(

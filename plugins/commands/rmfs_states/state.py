@@ -19,7 +19,7 @@ from attrs import frozen
 from rmfs_cli.schema import schema_of
 from rmfs_core.motion import Motion
 from rmfs_core.roles import Role
-from rmfs_core.scenario.checks import DURATION, MAYBE_NO_TIME, MOVING, Check
+from rmfs_core.scenario.checks import DURATION, MAYBE_NO_TIME, MOVING, Check, at_least, within
 from rmfs_core.scenario.model import LayoutSection, key
 from rmfs_core.wording import listed
 
@@ -43,6 +43,8 @@ def _number(least: int, most: int = MOST) -> Check:
     return Check(f"a whole number from {least} to {most:,}", lambda value: least <= value <= most, schema)
 
 
+_TIME = within(-1e10, 1e10)
+"""Check for a time in seconds: it can be counted in ticks."""
 _ITEMS = Check(
     f"numbers of items from 0 to {MOST:,}, or null",
     lambda held: all(n is None or 0 <= n <= MOST for n in held.values()),
@@ -149,8 +151,8 @@ class OrderState:
     """A pick order that has arrived."""
 
     lines: Mapping[str, int] = key("Items wanted of each SKU", check=_QUANTITIES)
-    arrival_s: float = key("When it arrived", 0.0, unit="s")
-    due_s: float | None = key("When it shall be complete; left out: whenever", None, unit="s")
+    arrival_s: float = key("When it arrived", 0.0, unit="s", check=_TIME)
+    due_s: float | None = key("When it shall be complete; left out: whenever", None, unit="s", check=_TIME)
     priority: int = key("How urgent it is, higher first", 0, check=_number(0))
     parts: tuple[PartState, ...] | None = key(
         "What was assigned so far, also what is picked already; left out: the lines that stations have requests of. "
@@ -218,7 +220,7 @@ class State:
     version: int = key(
         f"Version of the format: {listed(map(str, VERSIONS), 'or')}", VERSIONS[-1], check=_one_of(*VERSIONS)
     )
-    time_s: float | None = key("Time now; left out: the latest arrival", None, unit="s")
+    time_s: float | None = key("Time now; left out: the latest arrival", None, unit="s", check=_TIME)
     skus: tuple[str, ...] | None = key("SKUs; left out: in the order in which pods and orders name them", None)
     layout: LayoutState | None = key("The grid; left out: rules cannot ask for places and driving times", None)
     motion: MotionState = key("How robots move", factory=MotionState)
@@ -235,7 +237,7 @@ class State:
         "Orders that the rule is shown; left out: all that have open lines (recorded where prefilters are in use)", None
     )
     ask: AskState = key("What is asked", factory=AskState)
-    seed: int = key("Seed of the rule's random generator, where `random` is left out", 1, check=_number(0))
+    seed: int = key("Seed of the rule's random generator, where `random` is left out", 1, check=at_least(0))
     random: RandomState | None = key("State of the rule's random generator, where it has drawn already", None)
 
     def __attrs_post_init__(self) -> None:

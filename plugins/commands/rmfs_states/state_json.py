@@ -48,8 +48,6 @@ def state_from_dict(data: object, name: str = "state") -> State:
         return structure_as(State, data)
     except KeyProblem as problem:
         raise InputError(Source(name).place_of(problem.path), problem.problem) from None
-    except OverflowError as error:  # a whole number of hundreds of digits, where a time is expected
-        raise InputError(name, f"found a number that is out of all bounds: {error}") from None
 
 
 def state_to_dict(state: State) -> dict[str, Any]:

@@ -95,7 +95,7 @@ def read_json_lines(path: str | Path) -> Iterator[tuple[str, dict[str, Any]]]:
                     raise InputError(place, f"the file is too large to be read; expected at most {most}")
                 try:
                     line = json.loads(text)
-                except json.JSONDecodeError as error:
+                except (ValueError, RecursionError) as error:
                     raise InputError(place, f"this is no valid JSON: {error}") from error
                 if not isinstance(line, dict):
                     raise InputError(place, f"expected a JSON object, found {type(line).__name__}")

@@ -14,6 +14,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.events import Event
 from rmfs_core.motion import Motion
 from rmfs_core.roles import Role
+from rmfs_core.wording import shown_short
 from rmfs_core.world import Instance, Layout, OrderData, PodData, StationCells
 from rmfs_trace.json_lines import read_json_lines
 from rmfs_trace.writer import EVENTS, FORMAT, NOT_TRACED, VERSION
@@ -100,7 +101,7 @@ _CHECKS: dict[str, Callable[[Any], bool]] = {
     "bool": lambda value: isinstance(value, bool),
     "str": lambda value: isinstance(value, str),
     "tuple[int, ...]": lambda value: isinstance(value, list) and all(map(_is_int, value)),
-    "Role": lambda value: value in _ROLES,
+    "Role": lambda value: isinstance(value, str) and value in _ROLES,
 }
 _FIELDS = {
     name: {field.name: str(field.type) for field in attrs.fields(kind) if field.name not in NOT_TRACED}
@@ -113,14 +114,14 @@ _NOT_TRACED: dict[str, dict[str, Any]] = {
 
 def _event(place: str, line: dict[str, Any]) -> Event:
     name = line.pop("e", None)
-    if name not in EVENTS:
-        raise InputError(place, f"found the event {name!r}; expected one of {', '.join(EVENTS)}, end")
+    if not isinstance(name, str) or name not in EVENTS:
+        raise InputError(place, f"found the event {shown_short(name)}; expected one of {', '.join(EVENTS)}, end")
     fields = _FIELDS[name]
     if line.keys() != fields.keys():
         raise InputError(place, f"{name} has the fields {', '.join(line)}; expected {', '.join(fields)}")
     for key, kind in fields.items():
         if not _CHECKS[kind](line[key]):
-            raise InputError(place, f"{key} of {name} is {line[key]!r}; expected {kind}")
+            raise InputError(place, f"{key} of {name} is {shown_short(line[key])}; expected {kind}")
         if isinstance(line[key], list):
             line[key] = tuple(line[key])
         elif kind == "Role":
@@ -131,7 +132,9 @@ def _event(place: str, line: dict[str, Any]) -> Event:
 def _end(place: str, line: Mapping[str, Any]) -> tuple[int, str]:
     tick, status = line.get("tick"), line.get("status")
     if not isinstance(tick, int) or status not in STATUSES:
-        raise InputError(place, f"found the end {line}; expected a tick and a status of {', '.join(STATUSES)}")
+        raise InputError(
+            place, f"found the end {shown_short(line)}; expected a tick and a status of {', '.join(STATUSES)}"
+        )
     return tick, str(status)
 
 

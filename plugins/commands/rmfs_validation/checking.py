@@ -11,6 +11,7 @@ from attrs import frozen
 
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
+from rmfs_core.wording import one_line
 from rmfs_trace.reader import read_trace
 from rmfs_trace.writer import FILE as TRACE_FILE
 from rmfs_validation.fault import Fault
@@ -72,7 +73,11 @@ def check_trace(path: str | Path, *, collisions: bool | None = None) -> Report:
     if collisions is None:
         collisions = avoids_collisions(trace)
     tables = None if result is None else file.parent
-    faults = faults_of(trace, result, collisions=collisions, tables=tables)
+    try:
+        faults = faults_of(trace, result, collisions=collisions, tables=tables)
+    except (TypeError, KeyError, IndexError, AttributeError, ValueError, ArithmeticError) as error:
+        problem = "what it says does not fit together, so that it cannot be checked; expected what rmfs has recorded"
+        raise InputError(str(file), f"{problem} ({one_line(error)})") from error
     return Report(faults, len(trace.events), collisions, result is not None)
 
 
@@ -82,7 +87,7 @@ def _read_result(file: Path) -> Mapping[str, Any] | None:
         return None
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise InputError(str(file), f"cannot be read as JSON: {error}") from error
     if not isinstance(content, Mapping) or not isinstance(content.get("metrics"), Mapping):
         raise InputError(str(file), "expected a result that rmfs has written, with the key `metrics`")

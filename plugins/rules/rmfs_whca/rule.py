@@ -56,7 +56,11 @@ class WhcaN:
     window_s: float = field(
         default=20.0,
         validator=_positive,
-        metadata={"unit": "s", "doc": "Simulated time that a path is planned ahead; inf plans to the goal"},
+        metadata={
+            "unit": "s",
+            "doc": "Simulated time that a path is planned ahead; inf plans to the goal",
+            "infinite": True,
+        },
     )
     wait_s: float = field(
         default=2.0, validator=_at_least_a_tick, metadata={"unit": "s", "doc": "Simulated time of a wait"}

@@ -23,7 +23,7 @@ class Mine:
     share: float = field(default=0.5, validator=validators.ge(0))
     names: tuple[str, ...] = ()
     mode: str = field(default="slow")
-    rest: float | None = None
+    rest: float | None = field(default=None, metadata={"infinite": True})
     pair: tuple[int, str] = (1, "a")
 
     @mode.validator
@@ -51,6 +51,10 @@ class Mine:
         ),
         ({"weight": "1"}, '.weight: expected a whole number, found "1"'),  # a text is no number
         ({"weight": True}, ".weight: expected a whole number, found true"),  # nor is true
+        ({"weight": 10**12}, ".weight: expected a whole number below 1e+12, found 1000000000000"),
+        ({"share": float("inf")}, ".share: expected a number below 1e+12, found inf"),
+        ({"share": 1e300}, ".share: expected a number below 1e+12, found 1e+300"),
+        ({"rest": float("nan")}, ".rest: expected a number or nothing below 1e+12, found nan"),
         ({"weight": 1.0}, ".weight: expected a whole number, found 1.0"),
         ({"share": "0.5"}, '.share: expected a number, found "0.5"'),
         ({"rest": "x"}, '.rest: expected a number or nothing, found "x"'),
@@ -69,13 +73,13 @@ def test_wrong_parameter(refusal: Refusal, install: Install, parameters: dict[st
 
 
 def test_parameters_of_the_right_type_are_accepted(install: Install) -> None:
-    """A whole number will do for a number, and a list for a tuple."""
+    """A whole number will do for a number, and a list for a tuple; a number may be infinite that says so."""
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules=MINE)
-    choice = RuleChoice("mine", {"share": 1, "names": ["a"], "rest": 2, "mode": "fast", "pair": [2, "b"]})
+    choice = RuleChoice("mine", {"share": 1, "names": ["a"], "rest": float("inf"), "mode": "fast", "pair": [2, "b"]})
     loaded = RuleSet.load(RulesSection(poa=choice, pps=RuleChoice("demand")), ".")
     assert loaded.poa is not None
     mine = loaded.poa.instance
-    assert (mine.share, mine.names, mine.rest, mine.mode, mine.pair) == (1.0, ("a",), 2.0, "fast", (2, "b"))
+    assert (mine.share, mine.names, mine.rest, mine.mode, mine.pair) == (1.0, ("a",), float("inf"), "fast", (2, "b"))
 
 
 def test_a_rule_without_parameters_says_so(refusal: Refusal) -> None:

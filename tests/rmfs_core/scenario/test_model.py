@@ -129,6 +129,9 @@ def test_another_seed_is_another_scenario_and_another_folder_is_not() -> None:
         ("instance.pods=10000000000", "expected a whole number from 1 to 100,000"),
         ("robots.count=10000000000", "expected a whole number from 1 to 100,000"),
         ("layout.block_rows=100000", "expected at most 1,000,000 cells in all, found blocks and halls of about"),
+        ("instance.lines=[" + "0," * 999 + "1]", "`lines` with weights from 0 to 1e9, not all 0 up to"),
+        ("instance.items_per_sku=10000000000000000000", "expected a whole number from 1 to 1,000,000,000"),
+        ("stations.queue_length=1000000000", "expected a whole number from 1 to 10,000"),
         ("layout.hall_width=1000000000000000000", "expected a whole number from 1 to 100,000"),
     ],
 )
@@ -144,5 +147,15 @@ def test_many_skus_on_many_pods_are_refused() -> None:
     """Each number alone is one that there could be."""
     few = ["instance.skus=100000", "instance.skus_per_pod=100000"]
     assert load_scenario("examples/small", few).instance.skus == 100_000
-    with pytest.raises(InputError, match=r"expected pods \* skus_per_pod <= 5,000,000, found 6000000"):
-        load_scenario("examples/small", [*few, "instance.pods=60"])
+    with pytest.raises(InputError, match="expected at most 8 GB of memory, found about 10 GB of"):
+        load_scenario("examples/small", [*few, "instance.pods=400"])
+
+
+def test_many_lines_of_many_orders_are_refused() -> None:
+    """Their memory is estimated from the weights of the lengths; nothing is estimated of files."""
+    long = ["instance.skus=1000", f"instance.lines=[{'0,' * 999}1]"]
+    assert load_scenario("examples/small", [*long, "instance.orders=20000"]).instance.orders == 20_000
+    with pytest.raises(InputError, match="expected at most 8 GB of memory, found about 605 GB of"):
+        load_scenario("examples/small", [*long, "instance.orders=2000000"])
+    with pytest.raises(InputError, match="as `profile`, not all 0"):
+        load_scenario("examples/poisson", [f"instance.arrivals.profile=[{'0,' * 23}1e308]"])

@@ -51,7 +51,8 @@ BAD_FILES = [
     ),
     (
         "[stations]\nitem_capacity = []\n" + RULES,
-        ", line 2, stations.item_capacity: expected a whole number >= 1, or a list of them, one per station, found []",
+        ", line 2, stations.item_capacity: expected a whole number from 1 to 1,000,000,000, or a list of them, "
+        "one per station, found []",
     ),
     # one of a few words
     (
@@ -106,7 +107,24 @@ BAD_FILES = [
     ),
     # a whole section missing
     ("seed = 1\n", ", rules: this part is missing"),
+    # one value where a list belongs
+    ("[instance]\nlines = 3\n" + RULES, ", line 2, instance.lines: expected a list, found 3"),
+    # more than 64 bits can count, or a float can hold
+    (
+        "[instance]\nitems_per_sku = 10000000000000000000\n" + RULES,
+        ", line 2, instance.items_per_sku: expected a whole number from 1 to 1,000,000,000, found 10000000000000000000",
+    ),
+    (
+        "[instance]\ndue = { allowance_s = 1, spread_s = 1e308 }\n" + RULES,
+        ", line 2, instance.due.spread_s: expected a number from 0 to 1e+07, found 1e+308",
+    ),
+    (
+        "[run]\nuntil_s = 1" + "0" * 400 + "\n" + RULES,
+        f", line 2, run.until_s: expected a number, found 1{'0' * 56}...",
+    ),
     # no TOML at all
+    ("seed = " + "9" * 5000, ": this is no valid TOML: found a number of more than 4,300 digits"),
+    ("seed = " + "[" * 2000, ": this is no valid TOML: found more than 50 lists or tables in one another"),
     ("seed = 1\nrobots = \n", ", line 2, column 10: this is no valid TOML: Invalid value"),
     ("seed = 1\nseed = 2\n", ", line 2, column 9: this is no valid TOML: Cannot overwrite a value"),
     # two mistakes: the first in the file, whatever the order of the keys in the documentation

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rmfs_core.scenario.tomltext import shown, toml_key, toml_text, toml_value
+from rmfs_core.scenario.tomltext import read_toml, shown, toml_key, toml_text, toml_value
 
 TEXTS = st.text(st.characters(codec="utf-8"))
 VALUES = st.recursive(
@@ -63,3 +63,33 @@ def test_messages_show_a_value_cut_short() -> None:
     assert shown("x" * 58) == f'"{"x" * 58}"'
     cut = shown("x" * 59)
     assert (len(cut), cut[-4:]) == (60, "x...")
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("x = ", "Invalid value"),
+        (f"x = {'9' * 5000}", "found a number of more than 4,300 digits"),
+        (f"x = {'[' * 60}{']' * 60}", "found more than 50 lists or tables in one another"),
+        (f"x = {'{a = ' * 60}1{'}' * 60}", "found more than 50 lists or tables in one another"),
+        (f"x = {'[' * 2000}{']' * 2000}", "found more than 50 lists or tables in one another"),
+    ],
+    ids=["no value", "digits", "lists", "tables", "too many for Python"],
+)
+def test_what_cannot_be_read_is_a_value_error(text: str, problem: str) -> None:
+    """So is what Python would not read: endless numbers, endless nesting."""
+    with pytest.raises(ValueError, match=problem):
+        read_toml(text)
+
+
+def test_what_can_be_read_is_read() -> None:
+    """Tables and lists in one another, as deep as anybody needs."""
+    assert read_toml(f"x = {'[' * 40}{']' * 40}\n[a.b]\nc = 1")["a"] == {"b": {"c": 1}}
+
+
+def test_a_value_that_is_too_deep_is_shown_in_words() -> None:
+    """JSON may be as deep."""
+    nested: list[Any] = []
+    for _ in range(990):
+        nested = [nested]
+    assert shown(nested) == "lists or tables in one another"

@@ -49,3 +49,9 @@ def test_too_many_stations_are_refused() -> None:
         block_map(LayoutSection(block_rows=5, stations_east=3), 12)
     with pytest.raises(InputError, match="found no picking station"):
         block_map(LayoutSection(stations_east=0), 12)
+
+
+def test_queues_that_no_memory_has_room_for_are_refused() -> None:
+    """Before a cell is drawn."""
+    with pytest.raises(InputError, match=r"stations\.queue_length: found queues of 100,000 cells beside 100 rows of"):
+        block_map(LayoutSection(block_rows=100), 100_000)

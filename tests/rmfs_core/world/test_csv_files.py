@@ -129,6 +129,13 @@ def test_skus_are_in_natural_order(tmp_path: Path) -> None:
     assert instance.skus == ("9", "10", "A", "A9", "A10")
 
 
+def test_numbers_in_names_may_have_any_length(tmp_path: Path) -> None:
+    """More digits than Python makes a number of; zeros before them count for nothing, and are the last to tell."""
+    names = ["", *("0", "00", "1", "02"), "9" * 5000, "1" + "0" * 5000, "A0", "A00", "A1"]
+    instance = read(tmp_path, ORDERS + "1,0,0,1\n", PODS + "".join(f"1,{name},\n" for name in reversed(names[1:])))
+    assert list(instance.skus) == names[1:]
+
+
 def test_exports_of_other_programs_are_read(tmp_path: Path) -> None:
     """A byte order mark, line ends of Windows, columns in any order, further columns, spaces, empty lines: all fine."""
     orders = '\ufeffsku,customer, quantity ,order,arrival_s\r\n"mug, red",North, 2 ,1,1e1\r\n\r\n'

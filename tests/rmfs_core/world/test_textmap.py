@@ -52,3 +52,9 @@ def test_wrong_maps_are_refused_with_the_cell(text: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         parse_map(text, "map")
     assert message in str(caught.value)
+
+
+def test_a_map_that_no_memory_has_room_for_is_refused() -> None:
+    """A single line may be as long as a file."""
+    with pytest.raises(InputError, match=r"hall.txt: found 3000 rows of up to 3000 cells; expected 4,000,000 in all"):
+        parse_map("#\n" * 2999 + "#" * 3000, "hall.txt")

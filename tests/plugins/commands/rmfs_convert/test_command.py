@@ -150,6 +150,7 @@ def test_the_least_that_is_needed(tmp_path: Path) -> None:
             ["--pods", "1", "--skus-per-pod", "2"],
             "2 places for 3 SKUs; expected --skus-per-pod 3",
         ),
+        ("o,s\n1,a\n", ["--separator", "é"], "--separator: found 'é'; expected one sign of ASCII"),
         ("o,s\n1,a\n", ["--separator", "::"], "--separator: found '::'; expected one sign"),
     ],
 )

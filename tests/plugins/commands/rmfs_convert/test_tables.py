@@ -88,6 +88,14 @@ def test_what_is_no_such_table_is_refused(tmp_path: Path, name: str, content: by
     assert "\n" not in str(caught.value)
 
 
+def test_names_that_are_no_text_are_refused(tmp_path: Path) -> None:
+    """As a shell hands them over: bytes that are no UTF-8."""
+    file = tmp_path / "lines.csv"
+    file.write_text("order,sku\n1,a\n", encoding="utf-8")
+    with pytest.raises(InputError, match="expected names of files, columns and separator in UTF-8"):
+        rows(file, "sk\udcff")
+
+
 def test_parquet_has_no_lines(tmp_path: Path) -> None:
     """A column that is missing there is said without one."""
     file = tmp_path / "lines.parquet"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import sys
 from pathlib import Path
 
 import pytest
@@ -31,6 +33,17 @@ def test_into_another_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     main(["new-rule", "fine-rule", "--decides", "PR", "--into", str(tmp_path / "my rules")])
     assert (tmp_path / "my rules" / "fine-rule" / "README.md").exists()
     assert f"pip install -e '{tmp_path}/my rules/fine-rule'" in capsys.readouterr().out
+
+
+def test_a_folder_whose_name_is_no_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is written all the same, and said."""
+    monkeypatch.chdir(tmp_path)
+    with io.TextIOWrapper(io.BytesIO(), "utf-8") as output:
+        monkeypatch.setattr(sys, "stdout", output)
+        main(["new-rule", "fine-rule", "--decides", "PR", "--into", "x\udcff"])
+        output.flush()
+        assert b"Wrote x\\udcff/fine-rule" in output.buffer.getvalue()
+    assert (tmp_path / "x\udcff" / "fine-rule" / "README.md").exists()
 
 
 @pytest.mark.parametrize(

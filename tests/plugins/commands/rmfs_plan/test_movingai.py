@@ -59,8 +59,19 @@ def test_other_maps_are_text_maps(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("type octile\nheight x\nwidth 8\nmap\n", "room.map: expected a line `height N`, found 'x'"),
-        ("type octile\nwidth 8\nmap\n", "room.map: expected a line `height N`, found ''"),
+        (
+            "type octile\nheight x\nwidth 8\nmap\n",
+            "room.map: expected a line `height N`, N from 1 to 1,000,000, found 'x'",
+        ),
+        ("type octile\nwidth 8\nmap\n", "room.map: expected a line `height N`, N from 1 to 1,000,000, found ''"),
+        (
+            "type octile\nheight 0\nwidth 8\nmap\n",
+            "room.map: expected a line `height N`, N from 1 to 1,000,000, found '0'",
+        ),
+        (
+            f"type octile\nheight {'9' * 5000}\nwidth 8\nmap\n",
+            f"room.map: expected a line `height N`, N from 1 to 1,000,000, found '{'9' * 79}",
+        ),
         ("type octile\nheight 1\nwidth 8\n....", "room.map:4: expected the line `map` after type, height and width"),
         (
             "type octile\nheight 2\nwidth 2\nmap\n..\n",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import io
 import json
 from pathlib import Path
@@ -168,6 +169,30 @@ def test_wrong_input(
     code, out, err = explain(capsys, sequential, *arguments)
     assert (code, out) == (2, "")
     assert problem in err
+
+
+def test_a_recording_that_was_changed(sequential: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One sentence for a decision, or a state, that rmfs cannot have recorded; no state is written then."""
+    file = tmp_path / "decisions.jsonl.gz"
+    lines = gzip.decompress((Path(sequential) / file.name).read_bytes()).splitlines()
+    first = json.loads(lines[1])
+    for changed in (
+        {**first, "decision": {"assignments": [{"order": "1"}]}},
+        {**first, "change": {**first["change"], "seed": -1}},
+        {**first, "change": {**first["change"], "time_s": 1e308}},
+    ):
+        file.write_bytes(gzip.compress(b"\n".join([lines[0], json.dumps(changed).encode(), *lines[2:]])))
+        code, _, err = explain(capsys, str(tmp_path), "--decision", "1", "--state", str(tmp_path / "state.json"))
+        assert code == 2
+        assert err.startswith(f"Error: {file}")
+        assert "raised" not in err
+        assert not (tmp_path / "state.json").exists()
+
+
+def test_names_that_are_too_long_are_not_there(capsys: pytest.CaptureFixture[str]) -> None:
+    """As others are not."""
+    code, _, err = explain(capsys, "a" * 300)
+    assert (code, err) == (2, f"Error: {'a' * 300}: cannot be read: File name too long")
 
 
 def test_a_run_without_recorded_decisions(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

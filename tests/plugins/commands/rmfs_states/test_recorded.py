@@ -90,6 +90,8 @@ def test_a_header_that_is_none_is_refused(
             "this is no recorded decision: it lacks rule",
         ),
         (lambda line: line | {"change": 5}, "change: expected a JSON object, found 5"),
+        (lambda line: line | {"decision": "POA"}, "decision: expected a JSON object, found 'POA'"),
+        (lambda line: line | {"report": [1]}, "report: expected a JSON object, found [1]"),
         (lambda line: 5, "expected a JSON object, found int"),
     ],
 )

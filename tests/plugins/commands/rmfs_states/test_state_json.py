@@ -158,10 +158,16 @@ def test_what_is_wrong_is_named(
     assert problem in caught.value.problem
 
 
-def test_numbers_out_of_all_bounds(by_hand: dict[str, Any]) -> None:
-    """A whole number that no float can hold is refused as well."""
-    with pytest.raises(InputError, match="out of all bounds"):
-        state_from_dict({**by_hand, "time_s": 10**400})
+@pytest.mark.parametrize("time_s", [10**400, 1e308, float("inf")])
+def test_numbers_out_of_all_bounds(by_hand: dict[str, Any], time_s: float) -> None:
+    """Numbers that no float can hold, or no clock, are refused as well."""
+    with pytest.raises(InputError, match="time_s: expected a number"):
+        state_from_dict({**by_hand, "time_s": time_s})
+
+
+def test_a_seed_is_any_that_a_scenario_may_have(by_hand: dict[str, Any]) -> None:
+    """It is no number of things."""
+    assert state_from_dict({**by_hand, "seed": 10**19}).seed == 10**19
 
 
 @pytest.mark.parametrize("missing", ["format", "version", "pods", "stations", "orders"])

@@ -102,6 +102,11 @@ def test_a_broken_trace_is_an_input_error(
     ("line", "problem"),
     [
         ('{"e":"order_arrived","tick":true,"order":0}', "tick of order_arrived is True; expected int"),
+        (
+            '{"e":"decision_made","tick":0,"period":1,"decides":["POA"],"rule":"a","backlog":1,"assignments":1,"trips":0,'
+            '"status":null,"objective":null,"bound":null,"stopped_early":false}',
+            "decides of decision_made is ['POA']; expected Role",
+        ),
         ('{"e":"order_arrived","tick":0,"order":null}', "order of order_arrived is None; expected int"),
         (
             '{"e":"visit_ended","tick":1,"visit":1,"pod":0,"station":0,"picks":1,"next_station":"north"}',

@@ -127,6 +127,7 @@ def test_collisions_are_looked_for_when_asked_to(copied: Path) -> None:
     ("content", "problem"),
     [
         ("{", "result.json: cannot be read as JSON: Expecting property name"),
+        ("[" * 100_000, "result.json: cannot be read as JSON: maximum recursion depth"),
         ("[1]", "result.json: expected a result that rmfs has written, with the key `metrics`"),
         ('{"metrics": 3}', "result.json: expected a result that rmfs has written, with the key `metrics`"),
     ],

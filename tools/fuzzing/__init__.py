@@ -1,0 +1,1 @@
+"""Parts of the fuzzer, `tools/fuzz.py`."""
