@@ -10,6 +10,7 @@ import attrs
 import numpy as np
 from attrs import frozen
 
+from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.errors import InputError
 from rmfs_core.events import Event
 from rmfs_core.motion import Motion
@@ -19,6 +20,7 @@ from rmfs_core.world import Instance, Layout, OrderData, PodData, StationCells
 from rmfs_trace.json_lines import read_json_lines
 from rmfs_trace.writer import EVENTS, FORMAT, NOT_TRACED, VERSION
 
+TICK_S = 1 / TICKS_PER_S
 STATUSES = ("complete", "partial", "failed")
 
 
@@ -44,6 +46,10 @@ class Trace:
         In the order in which they happened; ``wall_s`` of decisions is 0.
     tick, status
         When the run ended, and how.
+    versions
+        Of what drew layout, orders and places; empty where the header does not say.
+    map_text
+        What the scenario's map file held; None where there is none.
     """
 
     scenario: Mapping[str, Any]
@@ -57,6 +63,8 @@ class Trace:
     events: tuple[Event, ...]
     tick: int
     status: str
+    versions: Mapping[str, str] = attrs.field(factory=dict)
+    map_text: str | None = None
 
 
 def read_trace(path: str | Path) -> Trace:
@@ -73,6 +81,8 @@ def read_trace(path: str | Path) -> Trace:
         raise InputError(place, f"this is no trace; expected a header with the format {FORMAT!r}")
     if first.get("version") != VERSION:
         raise InputError(place, f"found a trace of version {first.get('version')!r}; expected version {VERSION}")
+    if first.get("tick_s", TICK_S) != TICK_S:
+        raise InputError(place, f"found ticks of {first['tick_s']!r} s; expected {TICK_S} s")
     found: list[Event] = []
     for place, line in lines:
         if line.get("e") == "end":
@@ -152,6 +162,8 @@ def _trace(path: str, first: Mapping[str, Any], found: tuple[Event, ...], tick: 
             events=found,
             tick=tick,
             status=status,
+            versions=dict(first.get("versions", {})),
+            map_text=first.get("map"),
         )
     except KeyError as error:
         raise InputError(f"{path}, line 1", f"the header lacks {error}") from error

@@ -9,7 +9,9 @@ First line, the header::
 
     format, version   "rmfs-trace", 1
     tick_s            0.001
+    versions          of what draws layouts and instances: rmfs, numpy
     scenario          the resolved scenario (as in result.json)
+    map               the text of the scenario's map file, where it has one
     layout            width, height
                       kind: a text per row, a digit per cell: 0 wall, 1 floor, 2 storage location, 3 queue, 4 station
                       moves: a text per row, a hexadecimal digit per cell; bit 1 << heading is set where a robot may
@@ -41,6 +43,8 @@ without it was cut off.
 from __future__ import annotations
 
 import re
+from importlib.metadata import version
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import attrs
@@ -62,6 +66,8 @@ FILE = "trace.jsonl.gz"
 FORMAT = "rmfs-trace"
 VERSION = 1
 NOT_TRACED = frozenset({"wall_s"})
+MADE_BY = ("rmfs", "numpy")
+"""Distributions on whose versions it depends what a scenario and its seed make."""
 
 
 def _snake(name: str) -> str:
@@ -118,7 +124,9 @@ def header(run: RunInfo) -> dict[str, Any]:
         "format": FORMAT,
         "version": VERSION,
         "tick_s": 1 / TICKS_PER_S,
+        "versions": {name: version(name) for name in MADE_BY},
         "scenario": json_ready(scenario_to_dict(run.scenario)),
+        **_map(run),
         "layout": _layout(run.layout),
         "motion": attrs.asdict(run.motion),
         "skus": instance.skus,
@@ -140,6 +148,11 @@ def header(run: RunInfo) -> dict[str, Any]:
         ],
         "blocked": warehouse.blocked_locations,
     }
+
+
+def _map(run: RunInfo) -> dict[str, str]:
+    name = run.scenario.layout.map_file
+    return {} if name is None else {"map": (Path(run.scenario.folder) / name).read_text(encoding="utf-8")}
 
 
 def _order(order: OrderData) -> dict[str, Any]:

@@ -16,6 +16,18 @@ from rmfs_validation.fault import KINDS, Fault
 Handlers = Mapping[type[Event], Callable[[Any], None]]
 """What a check does at each kind of event."""
 
+IGNORES_OTHER_ROBOTS = "free-flow"
+
+
+def name_of(choice: object) -> object:
+    """Return a rule's name where a scenario may give it alone, or in a table with parameters."""
+    return choice.get("rule") if isinstance(choice, Mapping) else choice
+
+
+def avoids_collisions(trace: Trace) -> bool:
+    """Whether the PP rule of a trace's scenario keeps robots out of each other's way."""
+    return bool(name_of(trace.scenario.get("rules", {}).get("pp")) != IGNORES_OTHER_ROBOTS)
+
 
 class Case:
     """A trace, and its faults.
@@ -35,6 +47,7 @@ class Case:
         self.trace = trace
         self.layout = trace.layout
         self.motion = trace.motion
+        self.avoids_collisions = avoids_collisions(trace)
         self.faults: list[Fault] = []
         self.kind = trace.layout.kind.tolist()
         self.moves = trace.layout.moves.tolist()

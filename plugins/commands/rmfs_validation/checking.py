@@ -14,8 +14,10 @@ from rmfs_core.results import RESULT_FILE
 from rmfs_core.wording import one_line
 from rmfs_trace.reader import read_trace
 from rmfs_trace.writer import FILE as TRACE_FILE
+from rmfs_validation.case import avoids_collisions
 from rmfs_validation.fault import Fault
-from rmfs_validation.validator import avoids_collisions, faults_of
+from rmfs_validation.opening import made_alike
+from rmfs_validation.validator import faults_of
 
 
 @frozen
@@ -32,12 +34,15 @@ class Report:
         Whether robots were held against each other.
     metrics_checked
         Whether there were reported metrics to compare.
+    start_checked
+        Whether layout, orders and places could be compared with those that the scenario makes.
     """
 
     faults: list[Fault]
     events: int
     collisions_checked: bool
     metrics_checked: bool
+    start_checked: bool
 
 
 def validate_trace(path: str | Path) -> list[Fault]:
@@ -47,8 +52,7 @@ def validate_trace(path: str | Path) -> list[Fault]:
     ----------
     path
         The folder of a run with ``trace.jsonl.gz``, or a trace file. When ``result.json`` lies beside the trace, its
-        metrics must be those that the trace amounts to, and so must the figures of ``delays.csv``, ``hours.csv``,
-        ``stations.csv`` and ``robots.csv``.
+        metrics must be those that the trace amounts to, and so must the figures of the tables beside it.
 
     Raises
     ------
@@ -78,7 +82,7 @@ def check_trace(path: str | Path, *, collisions: bool | None = None) -> Report:
     except (TypeError, KeyError, IndexError, AttributeError, ValueError, ArithmeticError) as error:
         problem = "what it says does not fit together, so that it cannot be checked; expected what rmfs has recorded"
         raise InputError(str(file), f"{problem} ({one_line(error)})") from error
-    return Report(faults, len(trace.events), collisions, result is not None)
+    return Report(faults, len(trace.events), collisions, result is not None, made_alike(trace, result))
 
 
 def _read_result(file: Path) -> Mapping[str, Any] | None:

@@ -29,8 +29,7 @@ def validate(folder: Path, collisions: bool | None, limit: int, as_json: bool) -
     """Check the trace of a run in DIR: whether everything it tells can have happened.
 
     DIR is what `rmfs run --trace --out DIR` wrote, or a trace file. Read are the trace and, when they lie beside it,
-    the metrics of result.json and the tables by order, hour, station and robot. Exit codes: 0 no faults, 1 faults,
-    2 the input cannot be read.
+    the metrics of result.json and the tables. Exit codes: 0 no faults, 1 faults, 2 the input cannot be read.
     """
     from rmfs_validation import check_trace
 
@@ -66,7 +65,15 @@ def _remarks(report: Report) -> list[str]:
     counted = {0: "no faults", 1: "1 fault"}.get(faults, f"{faults} faults")
     lines = [f"{counted} in {report.events} events"]
     if not report.collisions_checked:
-        lines.append("Not checked: whether two robots hold a cell at once; the PP rule ignores other robots.")
+        lines.append(
+            "NOT CHECKED: WHETHER ROBOTS COLLIDE. The trace says that its PP rule is free-flow, which ignores other "
+            "robots, or --no-collisions was given; --collisions checks it all the same."
+        )
+    if not report.start_checked:
+        lines.append(
+            "Not checked: whether the run starts from what its scenario makes; other versions of rmfs and numpy, or "
+            "unknown ones, have recorded it."
+        )
     if not report.metrics_checked:
         lines.append("Not checked: metrics; there is no result.json beside the trace.")
     return lines

@@ -33,9 +33,10 @@ class Fault:
 
 KINDS: dict[str, str] = {
     # The trace as such
-    "header": "the header contradicts itself",
+    "header": "the header contradicts itself, or its scenario makes another start",
     "unknown-id": "an event names something that does not exist",
     "time-order": "an event lies before the one above it, or behind the end of the run",
+    "end": "the run ends at another time than it should",
     # Robots
     "teleport": "a run starts where the robot is not",
     "time-overlap": "a robot does two things at once",
@@ -62,10 +63,14 @@ KINDS: dict[str, str] = {
     "lift-time": "lifting or setting down takes another time than it should",
     "location-taken": "two pods stand in one storage location",
     "no-storage-location": "a pod stands somewhere else than in a storage location",
+    "not-stored": "a robot stands with its pod where that is to be stored, and does not set it down",
     "no-task": "a robot lifts a pod that it was not told to fetch",
+    "no-trip": "a robot gets a task to fetch a pod that is bound for no station",
+    "fetched-twice": "a robot gets a task to fetch a pod that another one fetches or carries",
     "robot-busy": "a robot gets a task while it has one",
     # Lines and visits
     "queue-too-long": "a station has more pods in line than its queue holds",
+    "joined-late": "a robot has waited in a queue and joined its line only when it was served",
     "queue-order": "a pod is served before one that came earlier",
     "station-busy": "two pods are at one station",
     "not-bound": "a pod visits a station that it is not bound for, or not yet",
@@ -99,11 +104,13 @@ KINDS: dict[str, str] = {
     "order-left": "the run is complete and an order is not",
     "status": "all orders are complete and the run is not",
     "period": "periods are not counted up one by one",
+    "rule": "a decision was made by another rule than the scenario names, or not as that rule does",
+    "bound": "a decision has a bound above its objective",
     "backlog": "a decision reports another backlog than there was",
     "decision-size": "a decision reports another number of assignments or trips than it had",
     # The result
     "other-run": "the result beside the trace is that of another run",
     "metric": "a metric is not what the events amount to",
-    "table": "a figure in delays.csv, hours.csv, stations.csv or robots.csv is not what the events amount to",
+    "table": "a figure in a table beside the trace is not what the events amount to",
 }
 """Every kind of fault by its name, and what it means."""

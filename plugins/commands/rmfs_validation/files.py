@@ -12,9 +12,13 @@ from rmfs_core.errors import InputError
 from rmfs_trace.reader import Trace
 from rmfs_validation.case import Case
 from rmfs_validation.details import delays_of
+from rmfs_validation.results import orders_of, periods_of, visits_of
 from rmfs_validation.tables import Row, hours_of, robots_of, stations_of
 
 FILES: Mapping[str, tuple[str, Callable[[Trace], list[Row]]]] = {
+    "orders.csv": ("order", orders_of),
+    "visits.csv": ("visit", visits_of),
+    "periods.csv": ("period", periods_of),
     "delays.csv": ("order", delays_of),
     "hours.csv": ("hour", hours_of),
     "stations.csv": ("station", stations_of),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 from rmfs_core.errors import InputError
 from rmfs_trace.reader import Trace
 from rmfs_validation.case import Case
@@ -45,7 +47,48 @@ def check_header(case: Case) -> None:
         capacity = asked[i] if isinstance(asked, list | tuple) and i < len(asked) else asked
         if station["capacity"] != capacity:
             case.add("header", 0, f"the capacity of {case.station(i)} is {station['capacity']}, not {capacity}")
+    _names(case)
+    _numbers(case)
     _places(case)
+
+
+def _names(case: Case) -> None:
+    """What files and people know by its name has one of its own."""
+    instance = case.trace.instance
+    named = {
+        "orders": [order.name for order in instance.orders],
+        "pods": [pod.name for pod in instance.pods],
+        "SKUs": list(instance.skus),
+        "stations": [station["name"] for station in case.trace.stations],
+    }
+    for what, names in named.items():
+        for name, number in Counter(names).items():
+            if number > 1:
+                case.add("header", 0, f"{number} {what} have the name {name}")
+
+
+def _numbers(case: Case) -> None:
+    """There is as much of everything as the scenario says."""
+    trace, instance = case.trace, case.trace.instance
+    scenario, locations = trace.scenario, len(case.layout.storage_locations)
+    asked, fill = scenario.get("instance", {}), scenario.get("layout", {}).get("pod_fill")
+    expected = {
+        "robots": (len(trace.robots), scenario.get("robots", {}).get("count")),
+        "orders": (len(instance.orders), asked.get("orders")),
+        "SKUs": (len(instance.skus), asked.get("skus")),
+        "pods": (len(instance.pods), asked.get("pods")),
+        "empty pods": (
+            len(trace.blocked),
+            None if fill is None else max(int(fill * locations) - len(instance.pods), 0),
+        ),
+    }
+    for what, (found, number) in expected.items():
+        if number is not None and found != number:
+            case.add("header", 0, f"there are {found} {what}; the scenario says {number}")
+    for i, cells in enumerate(case.layout.stations):
+        if len(cells.queue) < case.queue_length:
+            held = f"the queue of {case.station(i)} has {len(cells.queue)} cells"
+            case.add("header", 0, f"{held}; stations.queue_length is {case.queue_length}")
 
 
 def _places(case: Case) -> None:

@@ -52,7 +52,7 @@ class LineCheck:
                 f"{joins}, which is {len(line)} long then; the station and its queue hold {case.queue_length + 1}",
             )
         self._bound(event, joins)
-        robot.lane = None
+        robot.lane, robot.joined_tick = None, event.tick
 
     def started(self, event: VisitStarted) -> None:
         """Check that the pod stands at the station, is first in line and bound for it."""
@@ -72,6 +72,10 @@ class LineCheck:
             first = f"{case.robot(station.line[0])} is first" if station.line else "nobody is"
             case.add("queue-order", event.tick, f"{visits}, but {first} in its line")
         self._bound(event, visits)
+        late = robot.joined_tick == event.tick and robot.rested_in == event.station
+        if late and not any(self._comes(other, event.station) for other in range(len(self.state.robots))):
+            case.add("joined-late", event.tick, f"{visits}, in whose queue it waited; it joined the line just now")
+        robot.rested_in = None
         station.visit = Visit(event.visit, event.robot, event.pod, event.tick)
         robot.free_tick = max(robot.free_tick, event.tick)
 
@@ -116,6 +120,12 @@ class LineCheck:
                 "moved-in-visit", event.tick, f"{leaves}, but {self.case.robot(visit.robot)} moved during the visit"
             )
         robot.free_tick = event.tick
+
+    def _comes(self, i: int, station: int) -> bool:
+        """Whether a robot is on its way to a line: it may have had a place ahead, and have lost it just now."""
+        robot = self.state.robots[i]
+        coming = robot.pod is not None and any(at == station for at, _ in self.state.pods[robot.pod].bound)
+        return coming and i not in self.state.stations[station].line
 
     def _bound(self, event: QueueJoined | VisitStarted, doing: str) -> None:
         """Check that a station is the next one of a pod's stations."""

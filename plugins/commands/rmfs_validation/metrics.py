@@ -22,6 +22,7 @@ def compare(case: Case, result: Mapping[str, Any]) -> None:
     for name, found, expected in (
         ("scenario", result.get("scenario"), trace.scenario),
         ("status", result.get("status"), trace.status),
+        *((f"version of {name}", result.get("versions", {}).get(name), told) for name, told in trace.versions.items()),
     ):
         if found != expected:
             case.add("other-run", trace.tick, f"the {name} in the result is not the one in the trace")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rmfs_core.events import RobotMoved
 from rmfs_core.world import CellKind
-from rmfs_validation.case import Case, Handlers, seconds
+from rmfs_validation.case import IGNORES_OTHER_ROBOTS, Case, Handlers, seconds
 from rmfs_validation.state import RobotState, State
 
 
@@ -14,6 +14,7 @@ class MotionCheck:
     def __init__(self, case: Case, state: State) -> None:
         self.case = case
         self.state = state
+        self.traffic = case.avoids_collisions
         self.handlers: Handlers = {RobotMoved: self.moved}
 
     def moved(self, event: RobotMoved) -> None:
@@ -42,6 +43,7 @@ class MotionCheck:
             )
         self._direction(event, robot)
         self._duration(event)
+        self._waited(event, robot)
         robot.cell, robot.heading, robot.free_tick = event.to, event.heading, event.tick
 
     def _direction(self, event: RobotMoved, robot: RobotState) -> None:
@@ -82,6 +84,19 @@ class MotionCheck:
                 f"{self.case.robot(event.robot)} drives {distance} m from {self.case.where(event.origin)} "
                 f"to {self.case.where(event.to)} in {seconds(taken)}; that takes {seconds(needed)}",
             )
+
+    def _waited(self, event: RobotMoved, robot: RobotState) -> None:
+        """Note that a robot stood still in a queue; nobody waits for whom the PP rule ignores."""
+        if event.wait_ticks and not self.traffic:
+            self.traffic = True  # told once
+            waits = f"{self.case.robot(event.robot)} waits for {seconds(event.wait_ticks)} before a run"
+            self.case.add(
+                "rule", event.tick, f"{waits}, but the scenario's PP rule, {IGNORES_OTHER_ROBOTS}, lets nobody wait"
+            )
+        lane = self.case.lane[event.origin]
+        in_line = lane >= 0 and event.robot in self.state.stations[lane].line
+        if lane >= 0 and not in_line and event.start_tick + event.wait_ticks > robot.free_tick:
+            robot.rested_in = lane
 
 
 class WayCheck:

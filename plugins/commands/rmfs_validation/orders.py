@@ -7,8 +7,11 @@ import math
 from rmfs_core.events import DecisionMade, OrderArrived, OrderAssigned, OrderCompleted, TripDecided
 from rmfs_core.roles import Role
 from rmfs_core.wording import listed
-from rmfs_validation.case import Case, Handlers, seconds
+from rmfs_validation.case import Case, Handlers, name_of, seconds
 from rmfs_validation.state import OrderState, State
+
+TOLERANCE = 1e-6
+"""Of solvers, as a share of the objective."""
 
 DECISIONS = (Role.POA, Role.PPS, Role.POA_PPS)
 
@@ -127,7 +130,9 @@ class DecisionCheck:
         self.trips = 0
         self.backlog = 0
         self.closed = 0  # orders that left the backlog by the decision under way
-        self.filtered = bool(case.trace.scenario.get("rules", {}).get("filters"))
+        rules = case.trace.scenario.get("rules", {})
+        self.filtered = bool(rules.get("filters"))
+        self.named = {role: name_of(rules[role.key]) for role in DECISIONS if rules.get(role.key)}
         self.handlers: Handlers = {
             OrderArrived: self.arrived,
             OrderAssigned: self.assigned,
@@ -161,6 +166,7 @@ class DecisionCheck:
         if event.decides not in DECISIONS:
             expected_of = listed((role.label for role in DECISIONS), "or")
             self.case.add("unknown-id", event.tick, f"a decision on {label}; expected {expected_of}")
+        self._report(event)
         seen = self.backlog + self.closed
         if event.backlog > seen or (event.backlog < seen and not self.filtered):
             self.case.add(
@@ -185,3 +191,14 @@ class DecisionCheck:
             )
         self.period = event.period
         self.assignments = self.trips = self.closed = 0
+
+    def _report(self, event: DecisionMade) -> None:
+        """Check who decided, and what is said of how good the decision is."""
+        label, named = event.decides.label, self.named.get(event.decides, event.rule)
+        if event.rule != named:
+            self.case.add("rule", event.tick, f"{event.rule} decided {label}; the scenario names {named}")
+        if event.objective is not None and event.bound is not None:
+            most = event.objective + TOLERANCE * max(1.0, abs(event.objective))
+            if event.bound > most:
+                told = f"the {label} decision of period {event.period} has the objective {event.objective}"
+                self.case.add("bound", event.tick, f"{told}, below its bound {event.bound}")

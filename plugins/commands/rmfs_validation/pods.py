@@ -16,15 +16,18 @@ class PodCheck:
         self.handlers: Handlers = {TaskAssigned: self.task, PodLifted: self.lifted, PodStored: self.stored}
 
     def task(self, event: TaskAssigned) -> None:
-        """Check that a robot has no other task."""
-        robot = self.state.robots[event.robot]
+        """Check that a robot has no other task, and that the pod stands and waits for it."""
+        robot, pod = self.state.robots[event.robot], self.state.pods[event.pod]
+        fetches = f"{self.case.robot(event.robot)} shall fetch {self.case.pod(event.pod)}"
+        if not pod.bound:
+            self.case.add("no-trip", event.tick, f"{fetches}, which is bound for no station")
+        other = pod.fetched_by if pod.robot is None else pod.robot
+        if other is not None and other != event.robot:
+            self.case.add("fetched-twice", event.tick, f"{fetches}, which {self.case.robot(other)} fetches or carries")
+        pod.fetched_by = event.robot
         if robot.task is not None:
-            self.case.add(
-                "robot-busy",
-                event.tick,
-                f"{self.case.robot(event.robot)} shall fetch {self.case.pod(event.pod)}, "
-                f"but is still busy with {self.case.pod(robot.task)}",
-            )
+            busy = f"is still busy with {self.case.pod(robot.task)}"
+            self.case.add("robot-busy", event.tick, f"{fetches}, but {busy}")
         robot.task = event.pod
 
     def lifted(self, event: PodLifted) -> None:
@@ -59,9 +62,20 @@ class PodCheck:
         if pod.next_station is not None:
             bound = case.station(pod.next_station)
             case.add("next-station", event.tick, f"{stores}, but was to carry it on to {bound}")
-        pod.next_station, pod.to_storage = None, False
+        pod.next_station, pod.to_storage, pod.fetched_by = None, False, None
         self.state.put(event.pod, event.cell)
         robot.task = None
+
+    def at_end(self) -> None:
+        """Check that no robot stands with its pod where that is to be stored, and does nothing."""
+        case, end = self.case, self.case.trace.tick
+        for i, robot in enumerate(self.state.robots):
+            pod = None if robot.pod is None else self.state.pods[robot.pod]
+            if pod is not None and pod.to_storage and case.is_storage(robot.cell):
+                since = robot.free_tick + case.motion.lift_ticks
+                if since < end:
+                    stands = f"{case.robot(i)} with {case.pod(robot.pod)} stands at {case.where(robot.cell)}"
+                    case.add("not-stored", end, f"{stands} since {seconds(robot.free_tick)} and does not set it down")
 
     def _work(self, event: PodLifted | PodStored, doing: str) -> None:
         """Check place and time of what a robot does at rest, and note how long it is busy."""

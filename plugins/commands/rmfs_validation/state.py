@@ -14,7 +14,9 @@ class RobotState:
     """A robot: where it rests, since when it is free, what it carries.
 
     ``lifted_at`` is the storage location where it lifted its pod, until it has left it; ``lane`` the station whose
-    queue it entered without having joined the line yet; ``task`` the pod it was told to fetch.
+    queue it entered without having joined the line yet; ``task`` the pod it was told to fetch; ``rested_in`` the
+    station in whose queue it stood still before a run and had not joined the line yet; ``joined_tick`` when it joined
+    one last.
     """
 
     cell: int
@@ -24,13 +26,16 @@ class RobotState:
     task: int | None = None
     lifted_at: int | None = None
     lane: int | None = None
+    rested_in: int | None = None
+    joined_tick: int = -1
 
 
 @define
 class PodState:
     """A pod: its storage location or the robot that carries it, items left, where it is bound for and since when.
 
-    ``next_station`` is what the end of its last visit said; ``to_storage`` that it said there is none.
+    ``next_station`` is what the end of its last visit said; ``to_storage`` that it said there is none; ``fetched_by``
+    the robot that was told to fetch it, until it is stored.
     """
 
     location: int | None
@@ -39,6 +44,7 @@ class PodState:
     bound: list[tuple[int, int]]
     next_station: int | None = None
     to_storage: bool = False
+    fetched_by: int | None = None
 
 
 @define

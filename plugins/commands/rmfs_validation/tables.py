@@ -145,9 +145,9 @@ def robots_of(trace: Trace) -> list[Row]:
                 serving[event.pod] = event.robot
                 turns[event.robot].append((event.tick, "station"))
             case VisitEnded():
-                turns[serving[event.pod]].append(
-                    (event.tick, "to_station" if event.next_station is not None else "storing")
-                )
+                robot = serving[event.pod]
+                if robot is not None:  # else nobody has told that the visit began
+                    turns[robot].append((event.tick, "to_station" if event.next_station is not None else "storing"))
             case PodStored():
                 turns[event.robot].append((event.tick, "idle"))
             case RobotMoved():
@@ -203,5 +203,7 @@ def waiting_ticks(trace: Trace) -> Counter[tuple[int, str]]:
             case VisitStarted():
                 serving[event.pod] = event.robot
             case VisitEnded():
-                since[serving[event.pod]] = (event.tick, "to_station" if event.next_station is not None else "storing")
+                robot = serving[event.pod]
+                if robot is not None:
+                    since[robot] = (event.tick, "to_station" if event.next_station is not None else "storing")
     return found

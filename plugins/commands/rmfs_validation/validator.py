@@ -8,6 +8,7 @@ from typing import Any
 
 import attrs
 
+from rmfs_core.clock import to_ticks
 from rmfs_core.events import Event
 from rmfs_trace.reader import Trace
 from rmfs_trace.writer import EVENTS
@@ -19,12 +20,12 @@ from rmfs_validation.header import check_header, check_readable
 from rmfs_validation.lines import LineCheck
 from rmfs_validation.metrics import compare
 from rmfs_validation.motion import MotionCheck, WayCheck
+from rmfs_validation.opening import check_opening, made_alike
 from rmfs_validation.orders import DecisionCheck, OrderCheck
 from rmfs_validation.picking import PickCheck
 from rmfs_validation.pods import PodCheck
 from rmfs_validation.state import State
 
-IGNORES_OTHER_ROBOTS = "free-flow"
 CELLS = ("origin", "to", "cell")
 
 
@@ -46,7 +47,7 @@ def faults_of(
     collisions
         Whether no two robots may hold a cell at once. None: unless the scenario's PP rule ignores other robots.
     tables
-        The run's folder; delays.csv, hours.csv, stations.csv and robots.csv there are compared when given.
+        The run's folder; the tables there are compared when given.
 
     Raises
     ------
@@ -56,13 +57,15 @@ def faults_of(
     check_readable(trace)
     case = Case(trace)
     check_header(case)
+    if made_alike(trace, result):
+        check_opening(case)
     state = State(trace)
-    lines, orders = LineCheck(case, state), OrderCheck(case, state)
+    lines, orders, pods = LineCheck(case, state), OrderCheck(case, state), PodCheck(case, state)
     # The way is checked while a robot is still where its run starts, the decision before its parts take up capacity.
     checks = (
         WayCheck(case, state),
         MotionCheck(case, state),
-        PodCheck(case, state),
+        pods,
         lines,
         PickCheck(case, state),
         DecisionCheck(case),
@@ -75,21 +78,15 @@ def faults_of(
     whole = _follow(case, handlers)
     lines.at_end()
     orders.at_end()
+    pods.at_end()
     if whole:
-        if collisions or (collisions is None and avoids_collisions(trace)):
+        if collisions or (collisions is None and case.avoids_collisions):
             find_collisions(case, state)
         if result is not None:
             compare(case, result)
         if tables is not None:
             check_files(case, tables)
     return sorted(case.faults, key=lambda fault: fault.tick)
-
-
-def avoids_collisions(trace: Trace) -> bool:
-    """Whether the PP rule of a trace's scenario keeps robots out of each other's way."""
-    choice = trace.scenario.get("rules", {}).get("pp")
-    name = choice.get("rule") if isinstance(choice, Mapping) else choice
-    return bool(name != IGNORES_OTHER_ROBOTS)
 
 
 def _follow(case: Case, handlers: Mapping[type[Event], list[Callable[[Any], None]]]) -> bool:
@@ -113,7 +110,18 @@ def _follow(case: Case, handlers: Mapping[type[Event], list[Callable[[Any], None
             handle(event)
     if case.trace.tick < now:
         case.add("time-order", now, f"the last event is later than the end of the run at {seconds(case.trace.tick)}")
+    _check_end(case, now)
     return whole
+
+
+def _check_end(case: Case, last: int) -> None:
+    """A run is over with the last thing that happens in it, or when the scenario's time is up."""
+    tick, until = case.trace.tick, case.trace.scenario.get("run", {}).get("until_s")
+    ends = f"the run ends at {seconds(tick)}"
+    if until is not None and tick > to_ticks(until):
+        case.add("end", tick, f"{ends}; run.until_s is {until}")
+    elif case.trace.status == "complete" and case.trace.instance.orders and tick > last:
+        case.add("end", tick, f"{ends}, complete, but nothing has happened since {seconds(last)}")
 
 
 def _limits(trace: Trace) -> dict[type[Event], list[tuple[str, int]]]:
