@@ -40,6 +40,7 @@ TESTS_OF_SEVERAL = {
     "tests/plugins/commands/rmfs_states/test_replay.py": "recorded states, rebuilt and decided again",
     "tests/plugins/commands/rmfs_testing/test_needs.py": "a rule that needs something, through all tools",
     "tests/plugins/commands/rmfs_testing/test_shipped_rules.py": "every shipped rule against what all promise",
+    "tests/plugins/commands/rmfs_validation/test_mutations.py": "traces corrupted in every way, in all checks",
     "tests/plugins/rules/rmfs_mip/test_examples.py": "the paper's worked examples, in all models",
     "tests/plugins/rules/rmfs_mip/test_finite_stock.py": "finite stock in all folders of the package",
     "tests/plugins/rules/rmfs_mip/test_folders.py": "which folder of the package imports which",

@@ -40,7 +40,7 @@ def validate(folder: Path, collisions: bool | None, limit: int, as_json: bool) -
     console = output_console()
     if report.faults:
         _print_faults(console, report.faults, limit)
-    for line in _remarks(report):
+    for line in _remarks(report, unasked=collisions is False):
         click.echo(line)
     if report.faults:
         raise click.exceptions.Exit(1)
@@ -60,15 +60,15 @@ def _print_faults(console: Console, faults: list[Fault], limit: int) -> None:
         click.echo(f"... and {len(faults) - limit} more; --limit shows more of them.")
 
 
-def _remarks(report: Report) -> list[str]:
+def _remarks(report: Report, *, unasked: bool) -> list[str]:
     faults = len(report.faults)
     counted = {0: "no faults", 1: "1 fault"}.get(faults, f"{faults} faults")
     lines = [f"{counted} in {report.events} events"]
     if not report.collisions_checked:
-        lines.append(
-            "NOT CHECKED: WHETHER ROBOTS COLLIDE. The trace says that its PP rule is free-flow, which ignores other "
-            "robots, or --no-collisions was given; --collisions checks it all the same."
-        )
+        why = ", as --no-collisions asks."
+        if not unasked:
+            why = ". The trace says that its PP rule ignores other robots; --collisions checks it all the same."
+        lines.append(f"NOT CHECKED: WHETHER ROBOTS COLLIDE{why}")
     if not report.start_checked:
         lines.append(
             "Not checked: whether the run starts from what its scenario makes; other versions of rmfs and numpy, or "

@@ -133,6 +133,7 @@ class LineCheck:
         if event.station not in _first(pod):
             bound = " or ".join(case.station(station) for station in _first(pod)) or "no station"
             case.add("not-bound", event.tick, f"{doing}, but {case.pod(event.pod)} is bound for {bound} first")
+            pod.bound.insert(0, (event.station, event.tick))
         if pod.to_storage or pod.next_station not in (None, event.station):
             going = "to storage" if pod.next_station is None else f"on to {case.station(pod.next_station)}"
             case.add("next-station", event.tick, f"{doing}, but {case.pod(event.pod)} was to go {going}")

@@ -66,6 +66,10 @@ def _compare_layouts(case: Case, layout: Layout) -> None:
             case.add("header", 0, f"{told}{_more(len(different))}")
     if found.stations != layout.stations:
         case.add("header", 0, "stations and queues have other cells than the scenario says")
+    for i, cells in enumerate(found.stations):
+        if len(cells.queue) < case.queue_length:
+            held = f"the queue of {case.station(i)} has {len(cells.queue)} cells"
+            case.add("header", 0, f"{held}; stations.queue_length is {case.queue_length}")
 
 
 def _compare_instances(case: Case, instance: Instance) -> None:

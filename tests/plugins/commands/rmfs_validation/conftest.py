@@ -125,7 +125,9 @@ class Script:
         self.cells[robot], self.headings[robot] = to, heading
 
     def fetch(self, robot: int, pod: int) -> None:
-        """Give a robot its task, and let it lift the pod where it stands."""
+        """Decide a trip, where there is a station, give a robot its task, and let it lift the pod where it stands."""
+        if self.layout.stations:
+            self.events.append(TripDecided(self.now[robot], pod, 0))
         self.events.append(TaskAssigned(self.now[robot], robot, pod))
         self.lift(robot, pod)
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import pytest
 from attrs import evolve
 
 from rmfs_core.errors import InputError
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST
 from rmfs_trace.reader import Trace
-from rmfs_validation.case import Case, seconds
+from rmfs_validation.case import Case, avoids_collisions, seconds
 
 
 @pytest.mark.parametrize(
@@ -62,3 +65,18 @@ def test_faults_have_known_kinds(day: Trace) -> None:
     with pytest.raises(AssertionError):
         case.add("walls", 5, "robot 1 drives through the wall")
     assert [(fault.kind, fault.tick) for fault in case.faults] == [("wall", 5)]
+
+
+@pytest.mark.parametrize(
+    ("rules", "expected"),
+    [
+        ({"pp": "free-flow"}, False),
+        ({"pp": {"rule": "free-flow"}}, False),
+        ({"pp": "sipp"}, True),
+        ({"pp": {"rule": "whca-n", "window_s": 9}}, True),
+        ({}, True),
+    ],
+)
+def test_only_free_flow_ignores_other_robots(day: Trace, rules: Mapping[str, Any], expected: bool) -> None:
+    """Written by its name or as a table; whoever plans in another way is held to it."""
+    assert avoids_collisions(evolve(day, scenario={**day.scenario, "rules": rules})) is expected

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import rmfs_core
+from corruptions import Raw
 from rmfs_core import InputError
 from rmfs_core.cli import main
 from rmfs_testing import validate_trace
@@ -45,7 +46,9 @@ def test_a_good_run(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     first, second = capsys.readouterr().out.splitlines()
     assert first.startswith("no faults in ")
     assert first.endswith(" events")
-    assert "PP rule ignores other robots" in second
+    assert second.startswith(
+        "NOT CHECKED: WHETHER ROBOTS COLLIDE. The trace says that its PP rule ignores other robots;"
+    )
 
 
 def test_the_trace_alone(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -53,6 +56,16 @@ def test_the_trace_alone(folder: Path, capsys: pytest.CaptureFixture[str]) -> No
     (folder / "result.json").unlink()
     assert code_of(str(folder / "trace.jsonl.gz")) == 0
     assert "no result.json" in capsys.readouterr().out
+
+
+def test_a_trace_of_another_version(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What its scenario makes is not made anew; that is said."""
+    raw = Raw.read(folder / "trace.jsonl.gz")
+    raw.header["versions"]["numpy"] = "1.0"
+    raw.write(folder / "trace.jsonl.gz")
+    (folder / "result.json").unlink()
+    assert code_of(str(folder)) == 0
+    assert "Not checked: whether the run starts from what its scenario makes" in capsys.readouterr().out
 
 
 def test_faults_are_shown(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -70,6 +83,7 @@ def test_many_faults_are_cut_off(folder: Path, capsys: pytest.CaptureFixture[str
     assert code_of(str(folder), "--collisions", "--limit", "1") == 1
     assert "more; --limit shows more of them." in capsys.readouterr().out
     assert code_of(str(folder), "--no-collisions") == 0
+    assert "NOT CHECKED: WHETHER ROBOTS COLLIDE, as --no-collisions asks." in capsys.readouterr().out
 
 
 def test_a_run_without_a_trace(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -50,6 +50,8 @@ def test_each_figure_that_was_changed_is_found(copy: Path, name: str) -> None:
         rows = list(csv.DictReader(stream))
     key, *columns = rows[0]
     for column in columns:
+        if column == "seconds":  # of the wall clock, which a trace does not know
+            continue
         changed = [*rows[:-1], {**rows[-1], column: "123.5"}]
         (copy / name).write_text(to_csv(list(rows[0]), changed), encoding="utf-8")
         (fault,) = validate_trace(copy)

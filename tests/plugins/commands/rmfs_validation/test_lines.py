@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 from attrs import evolve
 
@@ -206,3 +208,23 @@ def test_a_pod_that_can_still_serve_stays(day: Trace) -> None:
     endless = evolve(first, contents=((0, None), (1, None)))
     early = evolve(early, instance=evolve(day.instance, pods=(endless, *others)))
     assert "left-early: pod P0 leaves station 1, where SKU jam is still wanted" in told(early)
+
+
+def test_who_waits_in_a_queue_is_in_its_line(new_script: Any) -> None:
+    """A robot that stood still in the queue has joined before it is served, unless another one has lost its place."""
+    script = new_script("........\n...@....\n..##.##.\n.....qqO\n........", robots=[(4, 3)], pods=[(2, 3)])
+    script.drive(0, 2, 3)
+    script.fetch(0, 0)
+    script.drive(0, 3, 3)
+    script.drive(0, 3, 5)
+    script.events.append(QueueJoined(script.now[0], 0, 0, 0))
+    script.drive(0, 3, 7, wait_s=3)
+    script.events.append(VisitStarted(script.now[0], 1, 0, 0, 0))
+    trace = script.trace()
+    assert told(trace) == []
+    at, late = find(trace, QueueJoined), find(trace, RobotMoved)
+    joined = evolve(trace.events[at], tick=trace.events[late].tick)
+    assert told(put(put(trace, late, trace.events[late], joined), at)) == [
+        "joined-late: robot 1 with pod P0 starts a visit at station 1, in whose queue it waited; "
+        "it joined the line just now"
+    ]

@@ -84,6 +84,8 @@ DAMAGES: list[tuple[str, Damage, str]] = [
     ("a decision with more trips", change(DecisionMade, lambda t, e: {"trips": e.trips + 1}), "decision-size"),
     ("a decision with another backlog", change(DecisionMade, lambda t, e: {"backlog": e.backlog + 1}), "backlog"),
     ("a decision on tasks", change(DecisionMade, lambda t, e: {"decides": Role.TA}), "unknown-id"),
+    ("a decision of another rule", change(DecisionMade, lambda t, e: {"rule": "somebody"}), "rule"),
+    ("a bound too high", change(DecisionMade, lambda t, e: {"objective": 3.0, "bound": 3.1}), "bound"),
     ("a complete run called partial", partial_though_complete, "status"),
 ]
 

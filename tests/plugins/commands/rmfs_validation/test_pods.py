@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from attrs import evolve
 
-from damage import Damage, assert_found, at, change, drop, find, other, put, told, twice, without
-from rmfs_core.events import PodLifted, PodStored, TaskAssigned
+from damage import Damage, assert_found, at, change, drop, find, other, put, told, told_before, twice, without
+from rmfs_core.events import PodLifted, PodStored, TaskAssigned, TripDecided
 from rmfs_trace.reader import Trace
 
 TASK, LIFT, LEAVE, STORE = 5, 7, 17, 21
@@ -38,6 +38,19 @@ def lift_of_another(trace: Trace) -> Trace:
     return put(trace, at, event, evolve(event, robot=other(len(trace.robots), event.robot)))
 
 
+def fetched_by_two(trace: Trace) -> Trace:
+    """Tell another robot to fetch the same pod."""
+    at = find(trace, TaskAssigned)
+    event = trace.events[at]
+    assert isinstance(event, TaskAssigned)
+    return put(trace, at, event, evolve(event, robot=other(len(trace.robots), event.robot)))
+
+
+def never_stored(trace: Trace) -> Trace:
+    """Let the run go on for a minute after the robot has brought the pod to its place."""
+    return evolve(without(STORE)(trace), tick=trace.tick + 60_000, status="failed")
+
+
 DAMAGES: list[tuple[str, Damage, str]] = [
     ("a lift elsewhere", change(PodLifted, lambda t, e: {"cell": 0}), "pod-not-there"),
     ("a lift where the robot is not", change(PodLifted, lambda t, e: {"cell": 0}), "robot-elsewhere"),
@@ -50,6 +63,8 @@ DAMAGES: list[tuple[str, Damage, str]] = [
     ("a pod set down on the floor", change(PodStored, lambda t, e: {"cell": 0}), "no-storage-location"),
     ("a pod set down on another", blocked_goal, "location-taken"),
     ("a task dropped", drop(TaskAssigned), "no-task"),
+    ("a trip dropped", drop(TripDecided), "no-trip"),
+    ("a task for two robots", fetched_by_two, "fetched-twice"),
     ("a second task", change(TaskAssigned, lambda t, e: {"robot": other(4, e.robot)}, number=9), "robot-busy"),
 ]
 
@@ -67,6 +82,18 @@ def test_damage_to_a_run_is_found(recorded: Trace, damage: Damage, kind: str) ->
             without(TASK),
             [
                 "no-task: robot 1 lifts pod P0 at row 4, column 4, but was not told to fetch it",
+            ],
+        ),
+        (
+            told_before(TASK, 3),
+            [
+                "no-trip: robot 1 shall fetch pod P0, which is bound for no station",
+            ],
+        ),
+        (
+            never_stored,
+            [
+                "not-stored: robot 1 with pod P0 stands at row 4, column 4 since 58.898 s and does not set it down",
             ],
         ),
         (

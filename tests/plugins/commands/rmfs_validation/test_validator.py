@@ -24,7 +24,6 @@ from rmfs_core.events import (
 )
 from rmfs_trace.reader import Trace
 from rmfs_validation import faults_of
-from rmfs_validation.validator import avoids_collisions
 
 HALL = "........\n" * 5
 ASSIGNED, TRIP, LIFT, JOIN, LEAVE = 1, 3, 7, 10, 17
@@ -45,6 +44,7 @@ DAMAGES: list[tuple[str, Damage, str]] = [
     ("a run to the edge of the world", change(RobotMoved, lambda t, e: {"to": 10**6}), "unknown-id"),
     ("events out of order", change(OrderCompleted, lambda t, e: {"tick": e.tick - 1}), "time-order"),
     ("a run's end before its last event", ends_early, "time-order"),
+    ("a complete run that goes on", lambda trace: evolve(trace, tick=trace.tick + 1), "end"),
 ]
 
 
@@ -111,26 +111,21 @@ def test_the_order_of_time_is_checked(day: Trace) -> None:
     assert fault.sentence == "the last event is later than the end of the run at 61.097 s"
 
 
-@pytest.mark.parametrize(
-    ("rules", "expected"),
-    [
-        ({"pp": "free-flow"}, False),
-        ({"pp": {"rule": "free-flow"}}, False),
-        ({"pp": "sipp"}, True),
-        ({"pp": {"rule": "whca-n", "window_s": 9}}, True),
-        ({}, True),
-    ],
-)
-def test_only_free_flow_ignores_other_robots(day: Trace, rules: Mapping[str, Any], expected: bool) -> None:
-    """Written by its name or as a table; whoever plans in another way is held to it."""
-    assert avoids_collisions(evolve(day, scenario={**day.scenario, "rules": rules})) is expected
+def test_a_run_ends_when_it_is_over(day: Trace) -> None:
+    """Complete, with the last thing that happens; else not after the time that the scenario gives it."""
+    (fault,) = faults_of(evolve(day, tick=day.tick + 1))
+    assert (fault.kind, fault.tick) == ("end", day.tick + 1)
+    assert fault.sentence == "the run ends at 61.099 s, complete, but nothing has happened since 61.098 s"
+    late = evolve(day, scenario={**day.scenario, "run": {"until_s": 60}}, status="failed")
+    assert [fault.sentence for fault in faults_of(late)] == ["the run ends at 61.098 s; run.until_s is 60"]
 
 
 def test_a_rule_that_ignores_other_robots_is_not_held_to_it(new_script: Any) -> None:
     """Collisions are checked unless the PP rule is free-flow; the argument overrides."""
     script = new_script(HALL, robots=[(0, 0), (0, 5)])
     script.drive(0, 0, 7)
-    script.drive(1, 4, 5, wait_s=30)
+    script.rest(1, 30)
+    script.drive(1, 4, 5)
     assert faults_of(script.trace("free-flow")) == []
     assert [fault.kind for fault in faults_of(script.trace("free-flow"), collisions=True)] == ["collision"]
     assert kinds(script, collisions=False) == []
