@@ -66,9 +66,9 @@ def _compare_layouts(case: Case, layout: Layout) -> None:
             case.add("header", 0, f"{told}{_more(len(different))}")
     if found.stations != layout.stations:
         case.add("header", 0, "stations and queues have other cells than the scenario says")
-    for i, cells in enumerate(found.stations):
-        if len(cells.queue) < case.queue_length:
-            held = f"the queue of {case.station(i)} has {len(cells.queue)} cells"
+    for i, own in enumerate(found.stations):
+        if len(own.queue) < case.queue_length:
+            held = f"the queue of {case.station(i)} has {len(own.queue)} cells"
             case.add("header", 0, f"{held}; stations.queue_length is {case.queue_length}")
 
 
