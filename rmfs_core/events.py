@@ -64,7 +64,8 @@ class RobotMoved(Event):
     """A robot finished one leg: stood ``wait_ticks``, turned for ``turn_ticks``, drove straight, and rests at ``to``.
 
     ``start_tick`` is the start of the wait; the run takes what is left of the time. ``heading`` is the heading after
-    the turn: 0 east, 1 north, 2 west, 3 south. ``pod`` is what the robot carries, or None.
+    the turn: 0 east, 1 north, 2 west, 3 south. ``pod`` is what the robot carries, or None. A leg that ``run.until_s``
+    cuts off is told at that time: ``to`` is the last cell whose centre the robot has passed, at speed.
     """
 
     start_tick: int

@@ -114,6 +114,7 @@ class Simulation:
                 raise StandstillError(self._standstill())
             if end is not None and upcoming > end:
                 self.warehouse.advance(end)
+                self.driving.cut_off()
                 break
             self.warehouse.advance(int(upcoming))
             self.env.step()
@@ -187,18 +188,7 @@ class Simulation:
         yield self.context.after(to_ticks(self.scenario.stations.pick_s))
         self.warehouse.fulfil(request, pod)
         order = request.order
-        self._tell(
-            ItemPicked(
-                tick=self.now,
-                start_tick=start,
-                picker_free_tick=picker_free,
-                visit=visit,
-                station=station.id,
-                pod=pod.id,
-                order=order.id,
-                sku=request.sku,
-            )
-        )
+        self._tell(ItemPicked(self.now, start, picker_free, visit, station.id, pod.id, order.id, request.sku))
         if order.unpicked_items == 0:
             self._completed += 1
             self._tell(OrderCompleted(tick=self.now, order=order.id))

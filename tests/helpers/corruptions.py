@@ -610,6 +610,35 @@ changed("a run without its pod", MOVED, lambda line: {"pod": None}, lambda line:
 changed("a run with a pod", MOVED, lambda line: {"pod": 0}, lambda line: line["pod"] is None)
 
 
+def cut_off(raw: Raw) -> Line:
+    """Return the last run, which the end of the run cut off."""
+    line = raw.one(MOVED, at=1.0)
+    if line["tick"] != raw.end["tick"]:
+        raise NotThereError
+    return line
+
+
+@kind
+def a_run_that_was_cut_off_dropped(raw: Raw) -> None:
+    """Nobody tells what a robot was doing when the run was over."""
+    raw.events.remove(cut_off(raw))
+
+
+@kind
+def a_run_that_was_cut_off_farther_on(raw: Raw) -> None:
+    """The robot has come a cell farther."""
+    line = cut_off(raw)
+    right, down = STEPS[line["heading"]]
+    line.update(to=line["to"] + right + down * raw.width, distance_m=line["distance_m"] + 1)
+
+
+@kind
+def a_run_that_was_cut_off_too_early(raw: Raw) -> None:
+    """The robot has not begun its run that long ago."""
+    line = cut_off(raw)
+    line["wait_ticks"] += line["tick"] - line["start_tick"] - line["wait_ticks"] - line["turn_ticks"] - 900
+
+
 @kind
 def a_run_in_two(raw: Raw) -> None:
     """A long run is two, without a stop between them."""

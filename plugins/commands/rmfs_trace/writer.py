@@ -33,8 +33,9 @@ of ``decision_made``: equal runs have equal traces. ``decides`` is ``"POA"``, ``
 Where a robot is: it rests at its header cell until its first ``robot_moved``. In such a leg it stands at ``origin`` for
 ``wait_ticks`` from ``start_tick``, turns there for ``turn_ticks`` to ``heading``, and drives ``distance_m`` cells
 straight until ``tick``: from rest with ``acceleration_m_per_s2`` up to ``top_speed_m_per_s``, and back to rest
-(`rmfs_core.motion.Motion.position_m`). It then rests at ``to``. A pod is where its robot is from ``pod_lifted`` to
-``pod_stored``; an item leaves it with each ``item_picked``.
+(`rmfs_core.motion.Motion.position_m`). It then rests at ``to``. A leg that ``run.until_s`` cut off has the ``tick`` of
+the end, and ``to`` is the last cell whose centre the robot has passed by then. A pod is where its robot is from
+``pod_lifted`` to ``pod_stored``; an item leaves it with each ``item_picked``.
 
 Last line: ``{"e": "end", "tick": ..., "status": ...}`` with the status ``complete``, ``partial`` or ``failed``. A trace
 without it was cut off.

@@ -8,7 +8,7 @@ from typing import Any
 
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.errors import InputError
-from rmfs_core.events import Event
+from rmfs_core.events import Event, RobotMoved
 from rmfs_core.world import CellKind
 from rmfs_trace.reader import Trace
 from rmfs_validation.fault import KINDS, Fault
@@ -66,6 +66,12 @@ class Case:
         """Note a fault."""
         assert kind in KINDS
         self.faults.append(Fault(kind, tick, sentence))
+
+    def is_cut_off(self, event: RobotMoved) -> bool:
+        """Whether the end of the run has cut a leg off: the robot was then still driving."""
+        ended, distance = self.trace.status != "complete", self.layout.distance(event.origin, event.to)
+        taken = event.tick - event.start_tick - event.wait_ticks - event.turn_ticks
+        return ended and event.tick == self.trace.tick and distance > 0 and taken != self.run_ticks(distance)
 
     def is_storage(self, cell: int) -> bool:
         """Whether a cell is a storage location."""

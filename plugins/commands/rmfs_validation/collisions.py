@@ -2,8 +2,9 @@
 
 Cell i of a run is held from leaving cell i - 1 until reaching cell i + 1: at any time a robot on its way holds the two
 cells between whose centres it is. The first cell is held from the arrival there on, wait and turn included, the last
-one until the next run has reached its second cell. A leg that the end of the run cut off is not in the trace: where a
-robot with a task rests is known until the last thing it did.
+one until the next run has reached its second cell. Where a leg that the end of the run cut off was to end is not known:
+of its cells is held what it holds in any case. A complete run does not tell such legs: where a robot with a task rests
+is known until the last thing it did.
 """
 
 from __future__ import annotations
@@ -22,6 +23,9 @@ from rmfs_validation.state import State
 
 PARKING_TICKS = 120 * TICKS_PER_S
 """A robot without a task may be on its way to a parking place, which the trace does not tell, for so long."""
+
+LONGEST_M = 100_000
+"""A run so long that a robot does not brake before the cells in question."""
 
 TOLERANCE_TICKS = 2
 """Overlap that is no fault: a planner that counts in whole ticks rounds both intervals."""
@@ -91,8 +95,8 @@ def _holds(case: Case, known_until: list[int]) -> list[Hold]:
     resting = list(holds)
 
     @cache
-    def offsets(metres: int) -> list[float]:
-        return [reached_s(case.motion, metres, at) * TICKS_PER_S for at in range(1, metres + 1)]
+    def offsets(metres: int, total: int) -> list[float]:
+        return [reached_s(case.motion, total, at) * TICKS_PER_S for at in range(1, metres + 1)]
 
     for event in case.trace.events:
         if not isinstance(event, RobotMoved) or event.origin == event.to:
@@ -101,14 +105,17 @@ def _holds(case: Case, known_until: list[int]) -> list[Hold]:
         metres = 1 if heading is None else case.layout.distance(event.origin, event.to)
         step = event.to - event.origin if heading is None else case.step(heading)
         begin = event.start_tick + event.wait_ticks + event.turn_ticks
-        reached = [min(begin + offset, event.tick) for offset in offsets(metres)]
+        # The soonest and the latest that it can have reached each cell: the same, unless it was to drive farther.
+        soonest, latest = (LONGEST_M, metres + 1) if case.is_cut_off(event) else (metres, metres)
+        reached = [min(begin + offset, event.tick) for offset in offsets(metres, soonest)]
+        entered = [min(begin + offset, event.tick) for offset in offsets(metres, latest)]
         last = resting[event.robot]
         left = float(begin)
         for i in range(metres):
             hold = Hold(event.robot, event.origin + (i + 1) * step, left)
             last.end, last.goes_to = reached[i], hold.cell
             holds.append(hold)
-            last, left = hold, reached[i]
+            last, left = hold, entered[i]
         resting[event.robot] = last
     for hold, tick in zip(resting, known_until, strict=True):
         hold.end = tick

@@ -7,7 +7,7 @@ from typing import Any
 
 import simpy
 
-from rmfs_core.clock import to_ticks
+from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.decisions import Leg, Path
 from rmfs_core.events import RobotMoved
 from rmfs_core.simulation import checks
@@ -39,6 +39,7 @@ class Driving:
         self.run = run
         self.rule = run.rules.pp
         self.standstill_ticks = to_ticks(run.scenario.run.standstill_s)
+        self._under_way: dict[int, tuple[Robot, Leg, int, int, int]] = {}
 
     # What each way does for the story
 
@@ -89,21 +90,25 @@ class Driving:
         run = travel.motion.run_ticks(travel.layout.distance(robot.cell, leg.to))
         return towards, travel.motion.turn_ticks(robot.heading, towards), run
 
-    def arrive(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int) -> None:
-        """Put a robot where a leg ends, and tell it."""
-        origin = robot.cell
-        self.run.warehouse.move(robot, leg.to, heading)
-        self.run.tell(
-            RobotMoved(
-                tick=self.run.warehouse.now,
-                start_tick=start,
-                robot=robot.id,
-                origin=origin,
-                to=leg.to,
-                heading=heading,
-                wait_ticks=leg.wait_ticks,
-                turn_ticks=turn_ticks,
-                distance_m=self.run.warehouse.travel.layout.distance(origin, leg.to),
-                pod=robot.pod,
-            )
-        )
+    def drive(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int, arrival: int) -> Process:
+        """Let a robot be on a leg that began at ``start`` and ends at ``arrival``."""
+        self._under_way[robot.id] = (robot, leg, heading, start, turn_ticks)
+        yield self.run.after(arrival - self.run.warehouse.now)
+        self._arrive_at(*self._under_way.pop(robot.id))
+
+    def cut_off(self) -> None:
+        """Put robots under way in the last cells whose centres they have passed: the run is over."""
+        motion, layout = self.run.warehouse.travel.motion, self.run.warehouse.travel.layout
+        for robot, leg, heading, start, turn_ticks in self._under_way.values():
+            driven = self.run.warehouse.now - start - leg.wait_ticks - turn_ticks
+            whole = layout.distance(robot.cell, leg.to)
+            metres = int(motion.position_m(whole, to_seconds(driven))) if driven > 0 else 0
+            if metres:
+                to = robot.cell + (leg.to - robot.cell) // whole * metres
+                self._arrive_at(robot, Leg(to, leg.wait_ticks), heading, start, turn_ticks)
+
+    def _arrive_at(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int) -> None:
+        origin, to, wait = robot.cell, leg.to, leg.wait_ticks
+        self.run.warehouse.move(robot, to, heading)
+        now, metres = self.run.warehouse.now, self.run.warehouse.travel.layout.distance(origin, to)
+        self.run.tell(RobotMoved(now, start, robot.id, origin, to, heading, wait, turn_ticks, metres, robot.pod))

@@ -62,5 +62,4 @@ class FreeDriving(Driving):
             for leg in self.path(robot, goal):
                 start = run.warehouse.now
                 heading, turn, ticks = self.turn_and_run(robot, leg)
-                yield run.after(leg.wait_ticks + turn + ticks)
-                self.arrive(robot, leg, heading, start, turn)
+                yield from self.drive(robot, leg, heading, start, turn, start + leg.wait_ticks + turn + ticks)

@@ -209,10 +209,9 @@ class ReservedDriving(Driving):
                 Query(robot.id, robot.cell, robot.heading, now, leg.to, loaded),
                 Query(robot.id, leg.to, heading, now + turn + ticks, leg.to, loaded),
             )
-            yield run.after(turn + ticks)
-            course.under_way = None
-            self.arrive(robot, Leg(leg.to, now - course.since), heading, course.since, turn)
-            course.since = run.warehouse.now
+            waited = Leg(leg.to, now - course.since)
+            yield from self.drive(robot, waited, heading, course.since, turn, now + turn + ticks)
+            course.under_way, course.since = None, run.warehouse.now
             if course.station is not None and not course.joined:
                 self._join(course.station)
 

@@ -106,8 +106,19 @@ def test_a_leg_is_a_turn_and_a_run(
     assert way.turn_and_run(robot, Leg(to, 99)) == (heading, turn, run)
 
 
-def test_who_arrives_is_told_where_from_and_how_far(world: Warehouse, tmp_path: Path) -> None:
-    """The robot stands there with its new heading, and the event has all of the leg."""
+@pytest.mark.parametrize(
+    ("tick", "to"),
+    [
+        (6862, 4),  # at the end of its leg
+        (6861, 3),  # at speed in all of these
+        (4779, 2),  # 2 m: 1.125 m to the top speed, and 0.875 m at that
+        (4778, 1),
+    ],
+)
+def test_who_arrives_or_is_cut_off_is_told_where_from_and_how_far(
+    world: Warehouse, tmp_path: Path, tick: int, to: int
+) -> None:
+    """The robot is there with its new heading, and the event has all of the leg, or whole cells of it."""
     way, _ = driving(world, tmp_path)
     robot, pod = world.robots[0], world.pods[0]
     world.bind(pod, world.stations[0])
@@ -115,23 +126,39 @@ def test_who_arrives_is_told_where_from_and_how_far(world: Warehouse, tmp_path: 
     world.lift(robot, pod)
     events: list[object] = []
     way.run.tell = events.append
-    world.advance(9000)
-    way.arrive(robot, Leg(4, 70), EAST, start=2000, turn_ticks=625)
-    assert (robot.cell, robot.heading, pod.cell) == (4, EAST, 4)
+    process = way.drive(robot, Leg(4, 70), EAST, start=2000, turn_ticks=625, arrival=6862)
+    next(process)
+    world.advance(tick)
+    if tick == 6862:
+        next(process, None)
+    way.cut_off()
+    assert (robot.cell, robot.heading, pod.cell) == (to, EAST, to)
     assert events == [
         RobotMoved(
-            9000,
+            tick,
             start_tick=2000,
             robot=0,
             origin=0,
-            to=4,
+            to=to,
             heading=EAST,
             wait_ticks=70,
             turn_ticks=625,
-            distance_m=4,
+            distance_m=to,
             pod=0,
         )
     ]
+
+
+@pytest.mark.parametrize("tick", [2000, 2695, 4100])
+def test_who_has_passed_no_cell_is_not_told(world: Warehouse, tmp_path: Path, tick: int) -> None:
+    """A robot that waits, turns or has just begun to drive when the run is over stands where it stood."""
+    way, _ = driving(world, tmp_path)
+    events: list[object] = []
+    way.run.tell = events.append
+    next(way.drive(world.robots[0], Leg(4, 70), EAST, start=2000, turn_ticks=625, arrival=6862))
+    world.advance(tick)
+    way.cut_off()
+    assert events == []
 
 
 def test_patience_is_the_scenarios(world: Warehouse, tmp_path: Path) -> None:
