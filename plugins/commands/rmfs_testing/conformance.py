@@ -27,8 +27,8 @@ class Finding:
     Parameters
     ----------
     kind
-        ``"impossible decision"``, ``"exception"``, ``"starved order"``, ``"mutation of the view"``,
-        ``"nondeterminism"`` or ``"state kept"``.
+        ``"impossible decision"``, ``"impossible trace"``, ``"exception"``, ``"starved order"``,
+        ``"mutation of the view"``, ``"nondeterminism"`` or ``"state kept"``.
     world
         Name of the trial world where it showed.
     problem
@@ -96,7 +96,8 @@ def check_rule(rule: object) -> ConformanceReport:
     large as the largest station, and stations that count orders, each with unlimited and with finite stock; those that
     lack what the rule's ``needs`` name are left out. What the rule does not decide, simple shipped rules do. In each
     world it runs three times: with the instance of the first run once more, and with a new one, for which SKUs, orders
-    and pods have other names: those sort as before, but a set of them is gone through in another order.
+    and pods have other names: those sort as before, but a set of them is gone through in another order. Where the rule
+    plans paths, what the robots did is validated as `validate_trace` does it.
 
     Parameters
     ----------

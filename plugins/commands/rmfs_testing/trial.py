@@ -11,7 +11,7 @@ import pluggy
 from attrs import define, evolve, field, frozen
 
 from rmfs_core.errors import RuleError, StandstillError
-from rmfs_core.events import DecisionMade, Event
+from rmfs_core.events import Event
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule, RuleSet
@@ -20,6 +20,7 @@ from rmfs_core.rules.sources import RuleSource
 from rmfs_core.rules.traits import RuleTraits
 from rmfs_core.simulation.engine import Simulation
 from rmfs_testing.snapshot import Snapshot
+from rmfs_testing.traces import Recorder
 from rmfs_testing.trial_worlds import PLAIN_RULES
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ IMPOSSIBLE = "impossible decision"
 RAISED = "exception"
 STARVED = "starved order"
 MUTATED = "mutation of the view"
+IMPOSSIBLE_TRACE = "impossible trace"
 
 
 class _EndlessError(Exception):
@@ -122,17 +124,6 @@ class WatchedRule:
 
 
 @define(eq=False)
-class _Recorder:
-    """Observer that keeps all events, without what the wall clock says."""
-
-    events: list[Event] = field(factory=list)
-
-    @hookimpl
-    def on_event(self, event: Event) -> None:
-        self.events.append(evolve(event, wall_s=0.0) if isinstance(event, DecisionMade) else event)
-
-
-@define(eq=False)
 class _Forwarding:
     """Observer that tells the watched rule what happens."""
 
@@ -162,7 +153,7 @@ class _Forwarding:
 def run_trial(world: TrialWorld, rule: WatchedRule, roles: tuple[Role, ...]) -> Outcome:
     """Run a world with a rule in these roles, and the plain rules in the others."""
     rules = _rules(rule, roles)
-    recorder = _Recorder()
+    recorder = Recorder()
     rules.register_observer(recorder)
     simulation = Simulation(world.scenario, world.instance, world.layout, rules)
     rule.begin(simulation.view)
@@ -171,6 +162,8 @@ def run_trial(world: TrialWorld, rule: WatchedRule, roles: tuple[Role, ...]) -> 
         rules.pm.hook.run_ended(tick=simulation.now, status=simulation.status)
         rule.manager.hook.measured()
         problems = _incomplete(simulation)
+        if Role.PP in roles:
+            problems += _impossible(simulation, recorder, rule, roles)
     except Exception as error:  # what an observer raises comes as it is, what a rule raises as a RuleError
         problems = [_problem(error)]
     if rule.mutation is not None:  # first: it may well be the cause of the others
@@ -206,6 +199,20 @@ def _problem(error: BaseException) -> tuple[str, str]:
     if isinstance(error, RuleError) and error.__cause__ is None:
         return IMPOSSIBLE, str(error)
     return RAISED, str(error) if isinstance(error, RuleError) else f"{type(error).__name__}: {error}"
+
+
+def _impossible(
+    simulation: Simulation, recorder: Recorder, rule: WatchedRule, roles: tuple[Role, ...]
+) -> list[tuple[str, str]]:
+    """Validate the trace of a run whose robots drove as the rule planned."""
+    bound = rule.bound(Role.PP)
+    named = {role.key: bound.name for role in roles if role not in (Role.FILTER, Role.OBSERVER)}
+    avoids = bound.traits.reserves is not None
+    faults = recorder.faults(simulation.now, simulation.status, named, collisions=avoids)
+    if not faults:
+        return []
+    more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""
+    return [(IMPOSSIBLE_TRACE, f"at {faults[0].time_s:.3f} s {faults[0].sentence}{more}")]
 
 
 def _incomplete(simulation: Simulation) -> list[tuple[str, str]]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any, ClassVar
 
 import pytest
 from attrs import define, field
 
-from rmfs_core import InputError, OrderAssignment, hookimpl
+from rmfs_core import InputError, Leg, OrderAssignment, Path, hookimpl
 from rmfs_core.events import DecisionMade, OrderCompleted
 from rmfs_core.info import Question, RunInfo
 from rmfs_core.roles import Role
@@ -181,3 +182,27 @@ def test_a_trait_that_is_none_is_refused() -> None:
     """As when a scenario names the rule."""
     with pytest.raises(InputError, match=r"class Needy: .*needs = \('magic',\)"):
         tried(Needy(), Role.POA)
+
+
+@define
+class Ruthless:
+    """PP that takes from the other robots what they have reserved, and drives as if it were alone."""
+
+    reserves: ClassVar[str] = "full paths"
+
+    @hookimpl
+    def plan_path(self, warehouse, robot, goal, traffic):
+        for other in warehouse.robots:
+            if other is not robot:
+                traffic.table.release(other.id)
+        query = traffic.query
+        legs = warehouse.travel.fastest_path(query.cell, query.heading, query.goal, query.loaded)
+        return Path(legs or [Leg(query.cell)])
+
+
+def test_where_robots_drive_is_validated() -> None:
+    """What slips past the kernel's checks, here by a change of its table, shows in what the robots did."""
+    outcome, _ = tried(Ruthless(), Role.PP, world=trial_worlds()[1])
+    (mutation, _), (kind, problem) = outcome.problems
+    assert (mutation, kind) == ("mutation of the view", "impossible trace")
+    assert re.fullmatch(r"at [\d.]+ s robot \d and robot \d (both hold|drive through) .* more\)", problem)
