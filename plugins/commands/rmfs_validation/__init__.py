@@ -1,7 +1,8 @@
 """Whether a recorded run is possible at all, judged from its trace, whatever planned or simulated it.
 
-Read are the trace, with the layout and the scenario in its header, and the metrics of ``result.json`` beside it. Shared
-with the simulation are the layout, the closed formulas of `rmfs_core.motion` and the classes of events; nothing else.
+Read are the trace, with the layout and the scenario in its header, and ``result.json`` and the tables beside it. Shared
+with the simulation are what a scenario makes (layout and instance, `rmfs_core.world`), the closed formulas of
+`rmfs_core.motion` and the classes of events; nothing else.
 """
 
 import lazy_loader
