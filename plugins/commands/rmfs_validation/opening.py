@@ -106,6 +106,8 @@ def _compare_places(case: Case, scenario: Scenario) -> None:
             expected_pods[ids[name]] = {"cell": cell, "robot": robot, "bound_for": [station]}
     _compare(case, "the places of pods", map(_listed, trace.pods), expected_pods)
     _compare(case, "the places of robots", trace.robots, expected_robots)
+    names = [station["name"] for station in trace.stations]
+    _compare(case, "the names of stations", names, [str(i) for i in range(1, len(names) + 1)])
     _compare(case, "the empty pods", trace.blocked, sorted(pods[number:standing]))
 
 
