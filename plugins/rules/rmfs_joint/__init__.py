@@ -1,0 +1,5 @@
+"""Joint POA+PPS rule ``alternating``."""
+
+from rmfs_joint.alternating import Alternating
+
+__all__ = ["Alternating"]
