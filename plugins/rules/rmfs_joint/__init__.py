@@ -1,5 +1,6 @@
-"""Joint POA+PPS rule ``alternating``."""
+"""Joint POA+PPS rules ``alternating`` and ``two-stage``."""
 
 from rmfs_joint.alternating import Alternating
+from rmfs_joint.two_stage import TwoStage
 
-__all__ = ["Alternating"]
+__all__ = ["Alternating", "TwoStage"]

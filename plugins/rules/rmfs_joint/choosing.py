@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_rule_helpers import items_per_order, lines_at, sum_per_order
+from rmfs_rule_helpers import OVERSIZE_WAIT_S, items_per_order, largest_capacity, lines_at, sum_per_order
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
@@ -59,7 +59,8 @@ class Left:
         return items_per_order(self.warehouse)
 
     @cached_property
-    def _most_lines(self) -> int:
+    def most_lines(self) -> int:
+        """Open lines of the order that has most."""
         return int(np.bincount(self._lines.order).max(initial=0))
 
     def missing(self, station: Station) -> Integers:
@@ -70,7 +71,7 @@ class Left:
     def score(self, station: Station) -> Integers:
         """Return how good each order is at a station: most where fewest lines are missing for each place it takes."""
         places = 1 if station.counts_orders else self._items
-        scores: Integers = (self._most_lines + 1) * SCALE - self.missing(station) * SCALE // places
+        scores: Integers = (self.most_lines + 1) * SCALE - self.missing(station) * SCALE // places
         return np.where(self.in_stock(), scores, NOT_NOW)
 
     def in_stock(self) -> NDArray[np.bool_]:
@@ -90,3 +91,12 @@ class Left:
             return (station.id,)
         self._supply[sku] -= quantity
         return range(len(self.warehouse.stations))
+
+
+def waiting_too_long(warehouse: WarehouseView, max_wait_s: float | None) -> set[int]:
+    """Return the orders that have waited too long, by position in the backlog, as `assign_best_pairs` has it."""
+    waited_s = warehouse.now_s - np.array([order.arrival_s for order in warehouse.backlog])
+    if max_wait_s is not None:
+        return set(np.flatnonzero(waited_s >= max_wait_s).tolist())
+    oversize = items_per_order(warehouse) > largest_capacity(warehouse)
+    return set(np.flatnonzero(oversize & (waited_s >= OVERSIZE_WAIT_S)).tolist())

@@ -52,6 +52,11 @@ def pods_for(warehouse: WarehouseView, chosen: Chosen, worth: Integers | None = 
     return sent
 
 
+def serve(warehouse: WarehouseView, chosen: Chosen, sent: Sent) -> bool:
+    """Whether the pods at, bound for and sent to stations have what chosen orders want, dealt out in this order."""
+    return not _Covering(warehouse, chosen).dealt(sent)[1].any()
+
+
 def _deal(stock: Integers, need: Integers) -> None:
     """Give what a pod has to a station that needs it."""
     given = np.minimum(stock, need)
@@ -116,12 +121,12 @@ def cost(warehouse: WarehouseView, chosen: Chosen, sent: Sent, weight: float) ->
     )
 
 
-def decision(warehouse: WarehouseView, chosen: Chosen, sent: Sent, weight: float) -> JointDecision:
-    """Return orders and pods as the kernel takes them."""
+def decision(warehouse: WarehouseView, chosen: Chosen, sent: Sent, weight: float | None = None) -> JointDecision:
+    """Return orders and pods as the kernel takes them; with a ``weight``, their cost as well."""
     if not chosen:
         return JointDecision()
     return JointDecision(
         [OrderAssignment(warehouse.backlog[position].id, station) for position, station in chosen],
         [PodTrip(pod, station) for pod, station in sent],
-        SolveReport("heuristic", cost(warehouse, chosen, sent, weight)),
+        None if weight is None else SolveReport("heuristic", cost(warehouse, chosen, sent, weight)),
     )

@@ -50,8 +50,8 @@ def test_orders_for_pods_and_pods_for_orders_by_hand() -> None:
 def test_the_second_time_orders_go_by_the_pods_that_are_sent() -> None:
     """Four places. Order 1 takes two and has to have x brought, hence 3 lacks one of two lines, and 2 both of them.
 
-    1 and 3 take three pods. But p, sent for a, has all of 2 as well: with the three pods there, no order lacks anything,
-    the oldest go, and 1 and 2 take two.
+    1 and 3 take three pods. But p, sent for a, has all of 2 as well: with the three there, no order lacks anything, the
+    oldest go, and 1 and 2 take two.
     """
     orders, pods = {"1": ["a", "x"], "2": ["c", "d"], "3": ["x", "b"]}, {"p": ["a", "c", "d"], "q": ["x"], "r": ["b"]}
     first = decide(small_world(orders, pods, capacities=[4]), rounds=1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rmfs_core.warehouse import WarehouseView
-from rmfs_joint.choosing import NOT_NOW, Left
+from rmfs_joint.choosing import NOT_NOW, Left, waiting_too_long
 from rmfs_testing import small_world
 
 
@@ -45,3 +45,14 @@ def test_the_score_goes_by_places() -> None:
         two, three, none = Left(WarehouseView(world)).score(world.stations[0]).tolist()
         assert (two == three) if counts_orders else (two < three)
         assert three < none
+
+
+def test_who_waits_too_long() -> None:
+    """With a limit all who reach it; without, only orders larger than any station, after ten minutes."""
+    world = small_world({"1": ["a"], "2": {"a": 4}}, {"p": ["a"]}, capacities=[3])
+    world.now = 599_999
+    assert waiting_too_long(WarehouseView(world), 600) == set()
+    assert waiting_too_long(WarehouseView(world), None) == set()
+    world.now = 600_000
+    assert waiting_too_long(WarehouseView(world), 600) == {0, 1}
+    assert waiting_too_long(WarehouseView(world), None) == {1}
