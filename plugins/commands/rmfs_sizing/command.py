@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -120,6 +121,7 @@ def size(
     from rmfs_core.errors import RunError
     from rmfs_core.rules import RuleSet
     from rmfs_core.scenario import located
+    from rmfs_experiments.running import open_workers
     from rmfs_sizing import report
     from rmfs_sizing.notices import Notices
     from rmfs_sizing.sizing import size as search
@@ -139,19 +141,19 @@ def size(
     folder = out or Path("rmfs-runs") / f"size-{name}"
     compile_searches(notes, loaded)
     try:
-        answer = search(
-            loaded,
-            name,
-            target,
-            store=folder / RUNS_FOLDER,
-            stations=stations,
-            robots=robots,
-            jobs=jobs,
-            dask=dask,
-            watcher=Notices(notes),
-            tell=lambda one: say(notes, f"{counted(one.stations, one.robots)}: {report.verdict_of(one, target)}"),
-            allow_inline_rules=not no_inline_rules,
-        )
+        with closing(open_workers(jobs, dask)) as workers:
+            answer = search(
+                loaded,
+                name,
+                target,
+                store=folder / RUNS_FOLDER,
+                workers=workers,
+                stations=stations,
+                robots=robots,
+                watcher=Notices(notes),
+                tell=lambda one: say(notes, f"{counted(one.stations, one.robots)}: {report.verdict_of(one, target)}"),
+                allow_inline_rules=not no_inline_rules,
+            )
     except KeyboardInterrupt:
         say(notes, f"Finished runs are kept in {folder / RUNS_FOLDER}; the same command goes on from there.")
         raise

@@ -102,7 +102,7 @@ def search(
     for number in reversed([one for one in stations if one < first]):
         needed = found[before]
         if needed is None:
-            found[number], reasons[number] = None, f"not tried: with {before} stations none of the robots are enough"
+            found[number], reasons[number] = None, f"not tried: {before} stations are too few already"
             continue
         found[number] = fewest(partial(passes, number), least, most, needed)
         if found[number] is None:
@@ -118,7 +118,7 @@ def search(
             continue
         found[number] = fewest(at, least, best - 1, best - 1) if best > least else None
         if found[number] is None:
-            reasons[number] = f"no fewer than {best} robots are enough"
+            reasons[number] = "saves no robot"
         best = found[number] or best
     return tuple(Found(number, found[number], reasons.get(number)) for number in stations)
 

@@ -10,10 +10,11 @@ from attrs import frozen
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario
 from rmfs_experiments import Watcher
+from rmfs_experiments.workers import Workers
 from rmfs_sizing.judging import FIRST_LOOK, Verdict
 from rmfs_sizing.searching import Found, frontier, search
 from rmfs_sizing.target import Target
-from rmfs_sizing.trials import Candidate, Trials, crew
+from rmfs_sizing.trials import Candidate, Trials
 from rmfs_sizing.worlds import Worlds
 
 TIMES = 2, 4
@@ -76,10 +77,9 @@ def size(
     target: Target,
     *,
     store: str | Path,
+    workers: Workers,
     stations: Range | None = None,
     robots: Range | None = None,
-    jobs: int | None = None,
-    dask: str | None = None,
     watcher: Watcher | None = None,
     tell: Callable[[Candidate], None] = lambda _: None,
     allow_inline_rules: bool = True,
@@ -96,9 +96,11 @@ def size(
         What is asked for.
     store
         Folder of finished runs; what is there is not run again.
+    workers
+        Who runs them.
     stations, robots
         The fewest and the most; None: 1 to `TIMES` as many as the scenario has.
-    jobs, dask, watcher, allow_inline_rules
+    watcher, allow_inline_rules
         As `rmfs_experiments.run_experiment` has them.
     tell
         Is told of every size as soon as it is judged.
@@ -106,7 +108,7 @@ def size(
     Raises
     ------
     InputError
-        When the scenario cannot be run in any of the sizes, or the metric is unknown.
+        When the layout has no room for a range, or the metric is unknown.
     """
     worlds = Worlds(scenario, target.seeds[:FIRST_LOOK])
     fixed = worlds.n_stations
@@ -125,10 +127,9 @@ def size(
     found = [Found(number, None, why) for number, why in impossible.items()]
     judged: dict[tuple[int, int], Candidate] = {}
     if possible:
-        with crew(jobs, dask) as workers:
-            trials = Trials(worlds, name, target, Path(store), workers, watcher or Watcher(), tell, allow_inline_rules)
-            judged = trials.judged
-            found += search(trials.passes, possible, (few, many), (fixed, scenario.robots.count))
+        trials = Trials(worlds, name, target, Path(store), workers, watcher or Watcher(), tell, allow_inline_rules)
+        found += search(trials.passes, possible, (few, many), (fixed, scenario.robots.count))
+        judged = trials.judged
     found.sort(key=lambda one: one.stations)
     best = tuple(judged[one.stations, one.robots] for one in frontier(found) if one.robots is not None)
     every = tuple(judged[key] for key in sorted(judged))

@@ -44,7 +44,7 @@ class Target:
 
     def shown(self, value: float) -> str:
         """Return one of its values without the unit."""
-        return show(self.described, value)
+        return show(self.described, float(value))
 
     def with_unit(self, value: float) -> str:
         """Return one of its values."""

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, closing
 from pathlib import Path
 
 from attrs import evolve, field, frozen
 
 from rmfs_experiments import Base, Experiment, Row, RuleSetChoice, Watcher, run_experiment
-from rmfs_experiments.running import open_workers
 from rmfs_experiments.workers import Workers
 from rmfs_sizing.judging import Estimate, Verdict, estimate, looks
 from rmfs_sizing.target import Target
@@ -127,11 +125,6 @@ class Trials:
             watcher=self.watcher,
             allow_inline_rules=self.allow_inline_rules,
         ).rows
-
-
-def crew(jobs: int | None, dask: str | None) -> AbstractContextManager[Workers]:
-    """Return workers for all trials, which are closed at the end."""
-    return closing(open_workers(jobs, dask))
 
 
 def counted(stations: int, robots: int, between: str = ", ") -> str:

@@ -105,7 +105,8 @@ class Worlds:
         busy = items_per_hour * handle_s / (3600 * stations)
         if busy < 1:
             return None
-        return f"{items_per_hour:.0f} items an hour of {handle_s:g} s keep each picker busy for {100 * busy:.0f} % of the time"
+        percent = f"{100 * busy:.0f} %"
+        return f"{items_per_hour:.0f} items an hour of {handle_s:g} s keep each picker busy for {percent} of the time"
 
     def obstacle(self, stations: int, robots: int, target: Target) -> str | None:
         """Say why a size needs no run: it is refused, or no rules can keep the target with any of the seeds."""
