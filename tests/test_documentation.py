@@ -401,7 +401,7 @@ SHOWN = (
     *("Simulated time", "Time used", "Ends in about", "Robots", "busy", "idle", "Station", "Load", "Pod", "In line"),
     *("Inbound", "Requests", "Picks"),
     *("Rule set", "Pairs", "Mean", "Difference", "Relative", "p (Holm)", "Runs", "Complete", "Partial", "Failed"),
-    *("Stood still", "Stopped early", "x bound", "Times the bound"),
+    *("Stood still", "Stopped early", "x bound", "Times the bound", "Interval", "Seeds", "Verdict"),
     *("Free", "Not covered", "Queue room", "Inbound pods", "Order", "Waits", "Drive", "New visits", "Unused"),
     *("Visits + 2 unused", "Objective", "Bound", "Period"),
     *("Scenario", "Experiment", "Metric", "Event", "Trace", "Recorder", "Fault", "Hook", "Observer", "Inline rule"),

@@ -43,7 +43,7 @@ def test_the_other_commands_are_gone(place: Any) -> None:
     places = place.call("python", "-c", "import rmfs_core, rmfs_cli; print(rmfs_core.__file__, rmfs_cli.__file__)")
     assert all(Path(found).is_relative_to(place.folder) for found in places.split())
     listed = place.call(*RMFS, "--help")
-    for name in ("compare", "explain", "validate", "new-rule", "bench", "bound", "plan", "reproduce"):
+    for name in ("compare", "explain", "validate", "new-rule", "bench", "bound", "plan", "reproduce", "size"):
         assert f"  {name:9}  (not usable: " in listed
 
 

@@ -26,6 +26,7 @@ def bound(scenario: str, overrides: tuple[str, ...], seed: int | None, as_json: 
     from rmfs_cli.compiling import compiling_announced
     from rmfs_cli.notes import notes_console
     from rmfs_core.results.catalogue import METRICS, show
+    from rmfs_details.catalogue import DETAILS
 
     loaded = load_checked(scenario, overrides, seed)
     with compiling_announced(notes_console()):
@@ -33,7 +34,7 @@ def bound(scenario: str, overrides: tuple[str, ...], seed: int | None, as_json: 
     if as_json:
         print_json({"scenario": scenario, "seed": loaded.seed, "bounds": [attrs.asdict(one) for one in bounds]})
         return
-    described = {metric.name: metric for group in METRICS.values() for metric in group}
+    described = {metric.name: metric for group in (*METRICS.values(), DETAILS) for metric in group}
     table = new_table()
     table.add_column("Metric", no_wrap=True)
     table.add_column("At least", justify="right", no_wrap=True)

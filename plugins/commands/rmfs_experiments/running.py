@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
-from contextlib import closing
+from contextlib import closing, nullcontext
 from pathlib import Path
 
 from attrs import field, frozen
@@ -78,6 +78,7 @@ def run_experiment(
     watcher: Watcher | None = None,
     allow_inline_rules: bool = True,
     bounds: bool = False,
+    workers: Workers | None = None,
 ) -> ExperimentResult:
     """Run what is not stored yet; return all rows.
 
@@ -103,6 +104,9 @@ def run_experiment(
         Whether code may be loaded from ``./file.py:Class`` rules.
     bounds
         Whether the rows have what no rules can beat, too: ``bound.psv_per_order`` beside ``psv_per_order``.
+    workers
+        Who runs them, in place of workers of its own (see `open_workers`): for one experiment after another. They are
+        closed when it ends early.
 
     Raises
     ------
@@ -127,10 +131,10 @@ def run_experiment(
     not_stored: dict[str, Outcome] = {}
     if todo:
         with (
-            closing(_workers(len(todo), jobs, dask)) as workers,
-            closing(_outcomes(todo, workers, watcher)) as outcomes,
+            nullcontext(workers) if workers else closing(open_workers(jobs, dask, len(todo))) as slots,
+            closing(_outcomes(todo, slots, watcher)) as outcomes,
         ):
-            watcher.started(len(different), len(different) - len(todo), workers.count)
+            watcher.started(len(different), len(different) - len(todo), slots.count)
             try:
                 for job, outcome in outcomes:
                     if outcome.result is None:
@@ -187,8 +191,9 @@ def _metrics(rows: Iterable[Row]) -> set[str]:
     return {name for row in rows for name in row if name.isidentifier()}
 
 
-def _workers(runs: int, jobs: int | None, dask: str | None) -> Workers:
-    """Return the workers; imported here, since only a process that runs something needs them."""
+def open_workers(jobs: int | None = None, dask: str | None = None, runs: int | None = None) -> Workers:
+    """Return workers as `run_experiment` has them, for no more than so many runs at a time; who asks closes them."""
+    # Imported here, since only a process that runs something needs them.
     if dask is not None:
         from rmfs_experiments.cluster import ClusterWorkers
 
@@ -197,7 +202,8 @@ def _workers(runs: int, jobs: int | None, dask: str | None) -> Workers:
 
     from rmfs_experiments.local import LocalWorkers
 
-    return LocalWorkers(min(runs, jobs or cpu_count()))
+    count = jobs or cpu_count()
+    return LocalWorkers(count if runs is None else min(runs, count))
 
 
 def _outcomes(todo: list[Job], workers: Workers, watcher: Watcher) -> Generator[tuple[Job, Outcome], None, None]:
@@ -209,7 +215,8 @@ def _outcomes(todo: list[Job], workers: Workers, watcher: Watcher) -> Generator[
                 yield jobs.pop(future), future.result()
         finally:
             threads.shutdown(wait=False, cancel_futures=True)
-            workers.close()  # threads that still wait for a worker learn that it is gone
+            if jobs:
+                workers.close()  # threads that still wait for a worker learn that it is gone
 
 
 def _attempt(job: Job, workers: Workers, watcher: Watcher) -> Outcome:

@@ -45,9 +45,21 @@ def test_by_hand() -> None:
             "loaded_distance_m": 24,
             "distance_per_order_m": 12.0,
             "turnover_s": (15.367 + 41.367) / 2,
+            "turnover_p95_s": 15.367,  # between the two, hence not below the smaller one
             "makespan_s": 41.367,
         }
     )
+
+
+def test_a_percentile_leaves_out_one_in_twenty() -> None:
+    """Of 21 orders of an item one may take as long as it likes: the 20th is complete 19 times 13 s after the first.
+
+    Nothing is said of orders that arrive so far apart that the next one comes before the pickers are behind.
+    """
+    lone = {str(i): ["a"] for i in range(1, 22)}
+    assert values(ONE_ROBOT, small_instance(lone, {"p": ["a"]}))["turnover_p95_s"] == pytest.approx(17.367 + 19 * 13)
+    apart = small_instance(lone, {"p": ["a"]}, arrivals_s={str(i): 100 * i for i in range(1, 22)})
+    assert values(ONE_ROBOT, apart)["turnover_p95_s"] == 0.0
 
 
 def test_more_robots_bring_no_pod_back() -> None:
@@ -98,7 +110,7 @@ def test_what_is_before_the_warm_up_counts_for_nothing() -> None:
 def test_without_orders() -> None:
     """Nothing need be done, and there is nothing to divide by."""
     found = values(ONE_ROBOT, small_instance({}, {"p": ["a"]}))
-    nothing = {"psv_per_order": None, "distance_per_order_m": None, "turnover_s": None}
+    nothing = {"psv_per_order": None, "distance_per_order_m": None, "turnover_s": None, "turnover_p95_s": None}
     assert found == dict.fromkeys(BOUNDED, 0) | nothing
 
 

@@ -1,6 +1,7 @@
 """Running experiments: rows, what is stored, what is computed again, and runs that fail."""
 
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,8 @@ import rmfs_core
 from rmfs_core.errors import InputError
 from rmfs_core.results import Metrics
 from rmfs_core.results.catalogue import Metric
-from rmfs_experiments import Experiment, Job, RuleSetChoice, Watcher, run_experiment
+from rmfs_experiments import Experiment, Job, Row, RuleSetChoice, Watcher, run_experiment
+from rmfs_experiments.running import open_workers
 
 Write = Callable[..., Experiment]
 Rows = list[dict[str, Any]]
@@ -121,6 +123,31 @@ def test_the_number_of_workers_changes_nothing(experiment: Write, tmp_path: Path
     one = run_experiment(experiment(), store=tmp_path / "one", jobs=1)
     two = run_experiment(experiment(), store=tmp_path / "two", jobs=2)
     assert without_timing(one.rows) == without_timing(two.rows)
+
+
+def test_workers_may_serve_one_experiment_after_another(experiment: Write, tmp_path: Path) -> None:
+    """They are the caller's to close."""
+    opened = open_workers(1)
+    with closing(opened):
+        first = run_experiment(experiment(), store=tmp_path / "first", workers=opened)
+        assert not opened.closed
+        again = run_experiment(experiment(), store=tmp_path / "again", workers=opened)
+    assert opened.closed
+    assert without_timing(first.rows) == without_timing(again.rows)
+    assert again.computed == 4
+
+
+def test_workers_are_closed_when_an_experiment_ends_early(experiment: Write, tmp_path: Path) -> None:
+    """Whatever is under way stops with it."""
+
+    class Impatient(Watcher):
+        def run_finished(self, job: Job, row: Row) -> None:
+            raise KeyboardInterrupt
+
+    opened = open_workers(1)
+    with pytest.raises(KeyboardInterrupt):
+        run_experiment(experiment(), store=tmp_path / "runs", workers=opened, watcher=Impatient())
+    assert opened.closed
 
 
 def test_what_is_stored_is_not_computed_again(experiment: Write, tmp_path: Path) -> None:

@@ -1,0 +1,1 @@
+"""The fewest robots and stations that are enough."""
