@@ -20,6 +20,9 @@ from rmfs_sizing.worlds import Worlds
 TIMES = 2, 4
 """The most stations and robots that are tried, as multiples of the scenario's, where nothing else is asked for."""
 
+MOST_STATIONS = 200
+"""Each has a row of its own."""
+
 Range = tuple[int, int]
 
 
@@ -115,6 +118,8 @@ def size(
     if worlds.on_a_map and stations not in (None, (fixed, fixed)):
         raise InputError("--stations", f"the map of the scenario has {fixed}; expected a scenario without a map")
     least, most = (fixed, fixed) if worlds.on_a_map else stations or (1, TIMES[0] * fixed)
+    if most > MOST_STATIONS:
+        raise InputError("--stations", f"found {most:,}; expected {MOST_STATIONS} at most")
     few, many = robots or (1, min(TIMES[1] * scenario.robots.count, worlds.places))
     if many > worlds.places:
         raise InputError("--robots", f"found {many:,}; the layout has {worlds.places:,} places to park them")

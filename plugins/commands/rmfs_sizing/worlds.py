@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import cached_property
@@ -34,10 +35,13 @@ class Worlds:
         self.scenario = scenario
         self._seeds = seeds
         self._east: dict[int, int] = {}
+        self._no_room_for: float = math.inf
 
     @cached_property
     def instances(self) -> list[Instance]:
-        """Orders and pods of each seed."""
+        """Orders and pods of each seed; from files they are the same."""
+        if self.scenario.instance.orders_file is not None:
+            return [make_instance(self.scenario)] * len(self._seeds)
         return [make_instance(self.scenario.with_seed(seed)) for seed in self._seeds]
 
     @cached_property
@@ -81,12 +85,15 @@ class Worlds:
             layout = self.scenario.layout
             wanted = round(stations * layout.stations_east / (layout.stations_east + layout.stations_west))
             self._east[stations] = wanted  # whatever is wrong with it is said when it is tried
-            for east in sorted(range(stations + 1), key=lambda east: (abs(east - wanted), east)):
+            sides = sorted(range(stations + 1), key=lambda east: (abs(east - wanted), east))
+            for east in sides if stations < self._no_room_for else ():
                 with suppress(InputError):
                     shared = evolve(layout, stations_east=east, stations_west=stations - east)
                     make_layout(evolve(self.scenario, layout=shared))
                     self._east[stations] = east
                     break
+            else:
+                self._no_room_for = min(self._no_room_for, stations)
         return self._east[stations], stations - self._east[stations]
 
     def overload(self, stations: int) -> str | None:

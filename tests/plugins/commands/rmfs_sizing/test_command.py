@@ -81,6 +81,7 @@ def test_a_run_that_fails_ends_with_code_1(folder: Path, capsys: pytest.CaptureF
         (("--most", "late_percnt=2", *QUICK), 'there is no metric "late_percnt" (did you mean `late_percent`'),
         (("--p95", "900", "--robots", "0-4"), "expected a number from 1 on, or two such as 2-6, found 0-4"),
         (("--p95", "900", "--stations", "5-2"), "or two such as 2-6, found 5-2"),
+        (("--p95", "900", "--stations", "2-9999"), "--stations: found 9,999; expected 200 at most"),
         (("--p95", "900", "--robots", "1-999"), "found 999; the layout has"),
         (("--p95", "900", "--robot-cost", "3"), "--robot-cost and --station-cost together, or neither"),
         (("--p95", "900", "--set", "instance.pods=1000"), "1000 pods, but the layout has"),
