@@ -112,6 +112,8 @@ def size(
     ------
     InputError
         When the layout has no room for a range, or the metric is unknown.
+    RunError
+        When a run ends without any result. (One that a rule's misbehaviour ends makes its size fail.)
     """
     worlds = Worlds(scenario, target.seeds[:FIRST_LOOK])
     fixed = worlds.n_stations

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from attrs import evolve, field, frozen
 
+from rmfs_core.errors import RunError
 from rmfs_experiments import Base, Experiment, Row, RuleSetChoice, Watcher, run_experiment
 from rmfs_experiments.workers import Workers
 from rmfs_sizing.judging import Estimate, Verdict, estimate, looks
@@ -78,7 +79,13 @@ class Trials:
     judged: dict[tuple[int, int], Candidate] = field(factory=dict, init=False)
 
     def passes(self, stations: int, robots: int) -> bool:
-        """Whether a size is enough."""
+        """Whether a size is enough.
+
+        Raises
+        ------
+        RunError
+            When a run ends without any result, as when its worker is killed: it says nothing of the size.
+        """
         size = stations, robots
         if size not in self.judged:
             self.judged[size] = self._judge(stations, robots)
@@ -94,6 +101,9 @@ class Trials:
         looked = looks(len(target.seeds))
         for n_seeds in looked:
             rows = self._runs(stations, robots, target.seeds[:n_seeds])
+            lost = next((row for row in rows if row["status"] == "failed" and "run_s" not in row), None)
+            if lost is not None:  # a worker's death says nothing of the size, and what follows would rest on it
+                raise RunError(f"{counted(stations, robots)}, seed {lost['seed']}: {lost['error']}")
             found = evolve(found, seeds=n_seeds)
             problems = [problem for row in rows if (problem := _problem(row, target.metric)) is not None]
             if problems:

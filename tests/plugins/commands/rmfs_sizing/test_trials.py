@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from attrs import evolve
 
 from rmfs_core import Scenario, run
-from rmfs_core.errors import InputError
+from rmfs_core.errors import InputError, RunError
 from rmfs_core.scenario.model import RuleChoice, RunSection
 from rmfs_experiments import Watcher
+from rmfs_experiments.outcome import Outcome
 from rmfs_sizing.judging import Verdict, estimate
 from rmfs_sizing.target import Target
 from rmfs_sizing.trials import Candidate, Trials, counted
@@ -28,15 +30,13 @@ class Failing:
 """
 
 
-def trials(
-    scenario: Scenario, target: Target, store: Path, here: object, told: list[Candidate] | None = None
-) -> Trials:
+def trials(scenario: Scenario, target: Target, store: Path, here: Any, told: list[Candidate] | None = None) -> Trials:
     """Return trials in this process."""
     tell = (lambda _: None) if told is None else told.append
     return Trials(Worlds(scenario, target.seeds[:4]), "hall", target, store, here, Watcher(), tell)
 
 
-def test_clear_cases_take_the_first_seeds_alone(poisson: Scenario, here: object, tmp_path: Path) -> None:
+def test_clear_cases_take_the_first_seeds_alone(poisson: Scenario, here: Any, tmp_path: Path) -> None:
     """The estimate is that of single runs with the same seeds; each size is judged once, and told of."""
     told: list[Candidate] = []
     judge = trials(poisson, Target("turnover_p95_s", 5000), tmp_path, here, told)
@@ -48,7 +48,7 @@ def test_clear_cases_take_the_first_seeds_alone(poisson: Scenario, here: object,
     assert len(here.jobs) == 4
 
 
-def test_a_close_case_takes_all_and_is_undecided(poisson: Scenario, here: object, tmp_path: Path) -> None:
+def test_a_close_case_takes_all_and_is_undecided(poisson: Scenario, here: Any, tmp_path: Path) -> None:
     """The limit is the mean of all seeds itself."""
     seeds = tuple(range(1, 9))
     exact = trials(poisson, Target("turnover_s", 1e6, seeds=seeds), tmp_path, here).worlds.of_size(2, 2)
@@ -59,7 +59,7 @@ def test_a_close_case_takes_all_and_is_undecided(poisson: Scenario, here: object
     assert (found.verdict, found.seeds) == (Verdict.UNDECIDED, 8)
 
 
-def test_stored_runs_are_not_run_again(poisson: Scenario, here: object, tmp_path: Path) -> None:
+def test_stored_runs_are_not_run_again(poisson: Scenario, here: Any, tmp_path: Path) -> None:
     """Another target asks the same runs."""
     trials(poisson, Target("turnover_p95_s", 5000), tmp_path, here).passes(2, 3)
     judge = trials(poisson, Target("turnover_s", 4000), tmp_path, here)
@@ -67,7 +67,7 @@ def test_stored_runs_are_not_run_again(poisson: Scenario, here: object, tmp_path
     assert len(here.jobs) == 4
 
 
-def test_a_run_with_orders_left_is_not_enough(poisson: Scenario, here: object, tmp_path: Path) -> None:
+def test_a_run_with_orders_left_is_not_enough(poisson: Scenario, here: Any, tmp_path: Path) -> None:
     """However short the turn-over of those that were completed."""
     short = evolve(poisson, run=RunSection(until_s=300))
     judge = trials(short, Target("turnover_p95_s", 5000), tmp_path, here)
@@ -76,7 +76,7 @@ def test_a_run_with_orders_left_is_not_enough(poisson: Scenario, here: object, t
     assert judge.judged[2, 3] == expected
 
 
-def test_a_run_that_fails_is_not_enough(poisson: Scenario, here: object, tmp_path: Path) -> None:
+def test_a_run_that_fails_is_not_enough(poisson: Scenario, here: Any, tmp_path: Path) -> None:
     """Its error is the reason, and the runs that failed are counted."""
     (tmp_path / "failing.py").write_text(FAILING_RULE, encoding="utf-8")
     rules = evolve(poisson.rules, pr=RuleChoice("./failing.py:Failing"))
@@ -89,7 +89,16 @@ def test_a_run_that_fails_is_not_enough(poisson: Scenario, here: object, tmp_pat
     assert "out of ideas" in str(found.reason)
 
 
-def test_what_is_impossible_is_not_run(poisson: Scenario, here: object, tmp_path: Path) -> None:
+def test_a_run_without_a_result_ends_the_search(poisson: Scenario, here: Any, tmp_path: Path) -> None:
+    """That a worker was killed says nothing of the size."""
+    here.run = lambda job: Outcome(None, "its worker process died", "WorkerDiedError")
+    judge = trials(poisson, Target("turnover_s", 5000), tmp_path, here)
+    with pytest.raises(RunError, match="2 stations, 3 robots, seed 1: its worker process died"):
+        judge.passes(2, 3)
+    assert judge.judged == {}
+
+
+def test_what_is_impossible_is_not_run(poisson: Scenario, here: Any, tmp_path: Path) -> None:
     """No order is picked within a second."""
     judge = trials(poisson, Target("turnover_p95_s", 1), tmp_path, here)
     assert not judge.passes(2, 3)
@@ -97,7 +106,7 @@ def test_what_is_impossible_is_not_run(poisson: Scenario, here: object, tmp_path
     assert here.jobs == []
 
 
-def test_a_metric_that_runs_do_not_have(poisson: Scenario, here: object, tmp_path: Path) -> None:
+def test_a_metric_that_runs_do_not_have(poisson: Scenario, here: Any, tmp_path: Path) -> None:
     """One that nobody knows is an error; of lateness there is none without due times."""
     with pytest.raises(InputError, match=r'there is no metric "turnover_p96_s" \(did you mean `turnover_p95_s`'):
         trials(poisson, Target("turnover_p96_s", 5), tmp_path, here).passes(2, 3)
