@@ -19,7 +19,7 @@ _WARNING = re.compile(r"^\S+\.py:\d+: (?P<name>\w+)", re.MULTILINE)
 _CHAINED = re.compile(r"\n\n(?:The above exception was|During handling of the above)")
 _OURS = re.compile(r"(?:^|/)((?:rmfs_core|plugins|tools)/.*)")
 _SHOWN = re.compile(r"[\"'`].*|--set .*|[^\x20-\x7e].*|(?<=: )found.*|\d+")
-_FAULTS = {("validate", 1), ("scenario", 2)}
+_FAULTS = {("validate", 1), ("scenario", 2), ("bench", 1)}
 """Commands and exit codes that tell what is wrong as their output."""
 
 
