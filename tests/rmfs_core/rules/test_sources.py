@@ -123,7 +123,7 @@ def test_unknown_rule(refusal: Refusal) -> None:
     """The nearest names are offered, or all."""
     assert refusal(poa=RuleChoice("pod-mach")) == ('rules.poa: there is no rule "pod-mach" (did you mean `pod-match`?)')
     assert refusal(pr=RuleChoice("xyzzy")).startswith(
-        'rules.pr: there is no rule "xyzzy"; expected one of `assignment`, `balanced`, '
+        'rules.pr: there is no rule "xyzzy"; expected one of `alternating`, `assignment`, '
     )
     assert refusal(filters=(RuleChoice("xyzzy"),)).startswith("rules.filters[0]: ")  # type: ignore[arg-type]
 

@@ -85,7 +85,7 @@ def test_what_can_be_chosen() -> None:
 
 def test_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
     """Rules that decide the same share a table; its figures are the means of those of the runs."""
-    asked = ("first-come", "split-over-time", "nearest-pod", *FEW, "--seed", "1", "--seed", "2")
+    asked = ("first-come", "two-stage", "nearest-pod", *FEW, "--seed", "1", "--seed", "2")
     code, out, _ = bench(capsys, *asked)
     assert code == 0
     assert "POA, POA+PPS in world small, mean over seeds 1, 2" in out

@@ -154,6 +154,7 @@ def random_world(rng: random.Random, rules: dict[str, str]) -> Scenario:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RULES)
 def test_no_run_beats_a_bound(name: str) -> None:
     """Random tiny worlds under eight sets of shipped rules: no figure is below its bound; some are not far above."""

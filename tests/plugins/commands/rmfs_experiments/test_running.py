@@ -15,6 +15,8 @@ from rmfs_core.results.catalogue import Metric
 from rmfs_experiments import Experiment, Job, Row, RuleSetChoice, Watcher, run_experiment
 from rmfs_experiments.running import open_workers
 
+pytestmark = pytest.mark.slow
+
 Write = Callable[..., Experiment]
 Rows = list[dict[str, Any]]
 

@@ -34,7 +34,7 @@ def ask(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, 
     return code, out, "".join(line for line in err.splitlines(True) if not line.startswith("Compiling searches"))
 
 
-@pytest.mark.parametrize("pp", ["sipp", "whca-n"])
+@pytest.mark.parametrize("pp", ["sipp", pytest.param("whca-n", marks=pytest.mark.slow)])
 def test_all_robots_of_a_random_plan_arrive(
     pp: str, room: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -61,6 +61,7 @@ def test_quick(tmp_path: Path) -> None:
         assert (tmp_path / f"{name}.png").exists() and (tmp_path / f"{name}.svg").exists()
 
 
+@pytest.mark.slow
 def test_a_failed_run_is_reported_and_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The report is written all the same, with the error; the command ends with exit code 1."""
 

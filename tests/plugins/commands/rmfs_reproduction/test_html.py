@@ -5,11 +5,15 @@ from __future__ import annotations
 import re
 from base64 import b64encode
 
+import pytest
+
 from rmfs_experiments.report.plots import Plot
 from rmfs_reproduction.grids import Grid
 from rmfs_reproduction.html import to_html
 from rmfs_reproduction.plots import DRAWINGS
 from rmfs_reproduction.report import Report
+
+pytestmark = pytest.mark.slow
 
 
 def test_html_needs_nothing_else(report: Report) -> None:

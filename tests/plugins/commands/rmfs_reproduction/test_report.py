@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import pytest
+
 from rmfs_reproduction.grids import Grid
 from rmfs_reproduction.paper import load_paper
 from rmfs_reproduction.report import Report, make_report
+
+pytestmark = pytest.mark.slow
 
 
 def grid(report: Report, start: str) -> Grid:

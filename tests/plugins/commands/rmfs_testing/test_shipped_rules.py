@@ -8,6 +8,8 @@ from rmfs_core.entrypoints import RULES, offers, origin
 from rmfs_switch import Case
 from rmfs_testing import check_rule
 
+pytestmark = pytest.mark.slow
+
 REQUIRED: dict[str, dict[str, Any]] = {
     "most-covered": {"n": 3},
     "switch": {"cases": (Case("random", before_s=60), Case("random"))},
