@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
@@ -58,3 +59,11 @@ jobs_option = click.option(
 )
 
 dask_option = click.option("--dask", metavar="ADDRESS", help="Run on the workers of a Dask scheduler: tcp://host:8786.")
+
+quiet_option = click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
+
+
+def runs_out_option(what: str, default: str) -> Callable[[F], F]:
+    """Return ``--out`` of commands that keep finished runs: what else goes there, and where that is by default."""
+    said = f"Folder for finished runs and the {what}. [default: {default}]"
+    return click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help=said)

@@ -13,7 +13,7 @@ import click
 
 from rmfs_cli.completion import SetCommand, recorders
 from rmfs_cli.notes import notes_console
-from rmfs_cli.options import json_option, no_inline_option, scenario_argument, seed_option, set_option
+from rmfs_cli.options import json_option, no_inline_option, quiet_option, scenario_argument, seed_option, set_option
 from rmfs_cli.screen import output_console, print_json, say
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ LONGEST_SUFFIX = 60
 @click.option("--profile", is_flag=True, help="Print where the wall-clock time went.")
 @no_inline_option
 @json_option
-@click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
+@quiet_option
 @click.option("--traceback", "show_traceback", is_flag=True, help="When a rule fails, print where in its code.")
 def run(
     scenario: str,

@@ -9,7 +9,7 @@ import click
 
 from rmfs_cli.completion import experiments
 from rmfs_cli.notes import notes_console
-from rmfs_cli.options import dask_option, jobs_option, json_option, no_inline_option
+from rmfs_cli.options import dask_option, jobs_option, json_option, no_inline_option, quiet_option, runs_out_option
 from rmfs_cli.screen import output_console, print_json, say
 from rmfs_cli.shipped import print_shipped
 
@@ -23,19 +23,14 @@ RUNS_FOLDER = "runs"
 @click.argument("experiment", metavar="EXPERIMENT", required=False, shell_complete=experiments)
 @jobs_option
 @dask_option
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Folder for finished runs and the report. [default: rmfs-runs/<name of the experiment>]",
-)
+@runs_out_option("report", "rmfs-runs/<name of the experiment>")
 @click.option(
     "--bounds", is_flag=True, help="Show how far each rule set is from what no rules can beat (`rmfs bound`)."
 )
 @click.option("--list", "list_them", is_flag=True, help="List the experiments that come with the package.")
 @no_inline_option
 @json_option
-@click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
+@quiet_option
 def compare(
     experiment: str | None,
     jobs: int | None,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rmfs_cli.notes import notes_console
-from rmfs_cli.options import dask_option, jobs_option, json_option
+from rmfs_cli.options import dask_option, jobs_option, json_option, quiet_option, runs_out_option
 from rmfs_cli.screen import new_table, output_console, print_json, say
 
 if TYPE_CHECKING:
@@ -29,14 +29,9 @@ if TYPE_CHECKING:
 @click.option("--quick", is_flag=True, help="One seed of the instances of 50 orders, and the examples: under a minute.")
 @jobs_option
 @dask_option
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Folder for finished runs and the report. [default: rmfs-runs/reproduce, rmfs-runs/reproduce-quick]",
-)
+@runs_out_option("report", "rmfs-runs/reproduce, rmfs-runs/reproduce-quick")
 @json_option
-@click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
+@quiet_option
 def reproduce(
     only: tuple[str, ...],
     quick: bool,

@@ -17,6 +17,8 @@ from rmfs_cli.options import (
     jobs_option,
     json_option,
     no_inline_option,
+    quiet_option,
+    runs_out_option,
     scenario_argument,
     seed_option,
     set_option,
@@ -80,15 +82,10 @@ class RangeType(click.ParamType[tuple[int, int]]):
 @seed_option
 @jobs_option
 @dask_option
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Folder for finished runs and the answer. [default: rmfs-runs/size-<name of the scenario>]",
-)
+@runs_out_option("answer", "rmfs-runs/size-<name of the scenario>")
 @no_inline_option
 @json_option
-@click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
+@quiet_option
 def size(
     scenario: str,
     p95: float | None,

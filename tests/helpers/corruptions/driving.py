@@ -1,0 +1,215 @@
+"""How a run ends, and how robots drive."""
+
+from __future__ import annotations
+
+from corruptions.raw import STEPS, Line, NotThereError, Raw, changed, doubled, dropped, kind
+
+# How it ends
+
+
+@kind
+def another_status(raw: Raw) -> None:
+    """A partial run was complete, or the other way round."""
+    raw.end["status"] = "partial" if raw.end["status"] == "complete" else "complete"
+
+
+@kind
+def a_failed_run(raw: Raw) -> None:
+    """The run has failed."""
+    raw.end["status"] = "failed"
+
+
+@kind
+def an_end_that_is_too_late(raw: Raw) -> None:
+    """The run went on for ten seconds."""
+    raw.end["tick"] += 10_000
+
+
+@kind
+def an_end_that_is_a_tick_late(raw: Raw) -> None:
+    """The run went on for a tick."""
+    raw.end["tick"] += 1
+
+
+@kind
+def an_end_that_is_a_tick_early(raw: Raw) -> None:
+    """The run ended a tick earlier."""
+    raw.end["tick"] -= 1
+
+
+@kind
+def a_trace_cut_off(raw: Raw) -> None:
+    """What happened in the last tenth is missing."""
+    del raw.events[-len(raw.events) // 10 :]
+
+
+@kind
+def a_trace_cut_off_with_its_end(raw: Raw) -> None:
+    """The run ends, not complete, when nine tenths have happened."""
+    del raw.events[-len(raw.events) // 10 :]
+    raw.end.update(tick=raw.events[-1]["tick"], status="partial")
+
+
+@kind
+def the_last_event_missing(raw: Raw) -> None:
+    """The event above the end is missing."""
+    raw.events.pop()
+
+
+@kind
+def a_cut_in_the_middle(raw: Raw) -> None:
+    """Twenty events are missing."""
+    middle = len(raw.events) // 2
+    del raw.events[middle : middle + 20]
+
+
+@kind
+def everything_later_by_a_tick(raw: Raw) -> None:
+    """From the middle on, all times are a tick later."""
+    after = raw.events[len(raw.events) // 2]["tick"]
+    for line in (*raw.events, raw.end):
+        for name in ("tick", "start_tick", "picker_free_tick"):
+            if line.get(name, 0) > after:
+                line[name] += 1
+
+
+# Runs of robots
+
+
+def far(line: Line) -> bool:
+    """Whether a run is long."""
+    return bool(line["distance_m"] > 3)
+
+
+def apart(line: Line) -> bool:
+    """Whether a robot waits before its run."""
+    return bool(line["wait_ticks"])
+
+
+MOVED = "robot_moved"
+dropped("a run dropped", MOVED)
+dropped("the first run dropped", MOVED, at=0.0)
+dropped("the last run dropped", MOVED, at=1.0)
+doubled("a run twice", MOVED)
+changed("a run of another robot", MOVED, lambda line: {"robot": line["robot"] ^ 1})
+changed("a run from elsewhere", MOVED, lambda line: {"origin": line["origin"] + 1})
+changed("a run to the next cell", MOVED, lambda line: {"to": line["to"] + 1})
+changed("the last run to elsewhere", MOVED, lambda line: {"to": line["to"] - 1}, at=1.0)
+changed("a run backwards", MOVED, lambda line: {"heading": (line["heading"] + 2) % 4})
+changed("a run of a metre more", MOVED, lambda line: {"distance_m": line["distance_m"] + 1})
+changed("a run a tick faster", MOVED, lambda line: {"tick": line["tick"] - 1})
+changed("a run a tick slower", MOVED, lambda line: {"tick": line["tick"] + 1})
+changed("a run that starts a tick early", MOVED, lambda line: {"start_tick": line["start_tick"] - 1})
+changed("a turn a tick faster", MOVED, lambda line: {"turn_ticks": line["turn_ticks"] - 1})
+changed("a wait in place of a turn", MOVED, lambda line: {"wait_ticks": line["turn_ticks"], "turn_ticks": 0},
+        lambda line: line["turn_ticks"] and not line["wait_ticks"])  # fmt: skip
+changed("a wait that is none", MOVED,
+        lambda line: {"wait_ticks": 0, "start_tick": line["start_tick"] + line["wait_ticks"]}, apart)  # fmt: skip
+changed("a wait a tick longer", MOVED, lambda line: {"wait_ticks": line["wait_ticks"] + 1}, apart)
+changed("a run without its pod", MOVED, lambda line: {"pod": None}, lambda line: line["pod"] is not None)
+changed("a run with a pod", MOVED, lambda line: {"pod": 0}, lambda line: line["pod"] is None)
+
+
+def cut_off(raw: Raw) -> Line:
+    """Return the last run, which the end of the run cut off."""
+    line = raw.one(MOVED, at=1.0)
+    if line["tick"] != raw.end["tick"]:
+        raise NotThereError
+    return line
+
+
+@kind
+def a_run_that_was_cut_off_dropped(raw: Raw) -> None:
+    """Nobody tells what a robot was doing when the run was over."""
+    raw.events.remove(cut_off(raw))
+
+
+@kind
+def a_run_that_was_cut_off_farther_on(raw: Raw) -> None:
+    """The robot has come a cell farther."""
+    line = cut_off(raw)
+    right, down = STEPS[line["heading"]]
+    line.update(to=line["to"] + right + down * raw.width, distance_m=line["distance_m"] + 1)
+
+
+@kind
+def a_run_that_was_cut_off_too_early(raw: Raw) -> None:
+    """The robot has not begun its run that long ago."""
+    line = cut_off(raw)
+    line["wait_ticks"] += line["tick"] - line["start_tick"] - line["wait_ticks"] - line["turn_ticks"] - 900
+
+
+@kind
+def a_run_in_two(raw: Raw) -> None:
+    """A long run is two, without a stop between them."""
+    i = raw.place(MOVED, far)
+    line = raw.events[i]
+    right, down = STEPS[line["heading"]]
+    half = line["origin"] + 2 * (right + down * raw.width)
+    tick = line["tick"] - 1500
+    raw.events.insert(i, {**line, "to": half, "distance_m": 2, "tick": tick})
+    line.update(origin=half, distance_m=line["distance_m"] - 2, start_tick=tick, wait_ticks=0, turn_ticks=0)
+    raw.events.sort(key=lambda each: each["tick"])
+
+
+@kind
+def two_runs_in_one(raw: Raw) -> None:
+    """A run with a turn in it is told as one, from its start to its end."""
+    for i in raw.places(MOVED):
+        line = raw.events[i]
+        j = raw.following(i, MOVED, lambda other, robot=line["robot"]: other["robot"] == robot)  # type: ignore[misc]
+        if raw.events[j]["heading"] != line["heading"]:
+            raw.events[j].update(origin=line["origin"], start_tick=line["start_tick"])
+            del raw.events[i]
+            return
+    raise NotThereError
+
+
+@kind
+def a_detour(raw: Raw) -> None:
+    """A robot that waits drives to the next cell and back in that time."""
+    for i in raw.places(MOVED, lambda line: line["wait_ticks"] > 12_000):
+        line = raw.events[i]
+        for heading, (right, down) in enumerate(STEPS):
+            if raw.moves(line["origin"]) >> heading & 1:
+                beside = line["origin"] + right + down * raw.width
+                start, turn = line["start_tick"], {"wait_ticks": 0, "turn_ticks": 1000, "distance_m": 1}
+                out = {"start_tick": start, "to": beside, "heading": heading, "tick": start + 3000}
+                back = {"start_tick": start + 3000, "origin": beside, "to": line["origin"], "heading": heading ^ 2}
+                raw.events[i:i] = [{**line, **turn, **out}, {**line, **turn, **back, "tick": start + 6000}]
+                line.update(start_tick=start + 6000, wait_ticks=line["wait_ticks"] - 6000)
+                raw.events.sort(key=lambda each: each["tick"])
+                return
+    raise NotThereError
+
+
+@kind
+def a_robot_that_drives_on(raw: Raw) -> None:
+    """A robot that has ended its last run drives a metre on, at the end of the run."""
+    line = raw.one(MOVED, at=1.0)
+    for heading, (right, down) in enumerate(STEPS):
+        if raw.moves(line["to"]) >> heading & 1 and heading == line["heading"]:
+            to = line["to"] + right + down * raw.width
+            end = {"tick": raw.end["tick"], "start_tick": line["tick"], "origin": line["to"], "to": to, "distance_m": 1}
+            raw.events.append({**line, **end, "wait_ticks": raw.end["tick"] - line["tick"] - 2000, "turn_ticks": 0})
+            return
+    raise NotThereError
+
+
+@kind
+def robots_that_change_names(raw: Raw) -> None:
+    """The first two robots are each other all along, but for where they start."""
+    for line in raw.events:
+        if line.get("robot", 2) < 2:
+            line["robot"] ^= 1
+
+
+@kind
+def robots_that_change_names_and_places(raw: Raw) -> None:
+    """The first two robots are each other all along."""
+    robots_that_change_names(raw)
+    robots = raw.header["robots"]
+    robots[0], robots[1] = robots[1], robots[0]
+    for pod in raw.header["pods"]:
+        if pod["robot"] in (0, 1):
+            pod["robot"] ^= 1
