@@ -282,6 +282,20 @@ class _Check:
                 self.found.notes.append(
                     f"Note: {problem.problem.partition(';')[0]}; rules that do not split them give each an empty one."
                 )
+        self.found.notes += _starving(scenario, instance, rules)
+
+
+def _starving(scenario: Scenario, instance: Instance, rules: RuleSet) -> list[str]:
+    """Say that room for items goes to small orders first, where the rule that assigns orders could see to it and does not."""
+    poa, sizes = rules.poa, {order.items for order in instance.orders}
+    if poa is None or scenario.stations.order_capacity is not None or len(sizes) < 2:
+        return []
+    if getattr(poa.instance, "max_wait_s", 0) is not None:
+        return []
+    return [
+        "Note: stations count items, so room gets free in small pieces that only small orders fit, and large ones wait; "
+        f"parameter `max_wait_s` of {poa.name} limits how long, `stations.order_capacity` counts orders instead."
+    ]
 
 
 def _mended_opening(scenario: Scenario, path: KeyPath, layout: Layout) -> Scenario:

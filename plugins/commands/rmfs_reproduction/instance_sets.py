@@ -12,6 +12,9 @@ ORDERS = "instance.orders"
 """Column with the size of the instance set."""
 
 SEQUENTIAL = "sequential"
+SIX_ORDERS = "sequential, 6 orders"
+"""The sequential rules with stations that count orders."""
+
 MODELS = ("integrated", "split-among-stations", "split-over-time")
 METHODS = (SEQUENTIAL, *MODELS)
 RELATIVE = "mean over the instances, relative to that of sequential on the same seed"
@@ -23,8 +26,8 @@ def instance_set_tables(rows: Rows, paper: Mapping[str, Exhibit]) -> list[Table]
     Parameters
     ----------
     rows
-        One a run, with the columns ``instance.orders``, ``instance``, ``rule_set`` (one of METHODS),
-        ``seed``, ``status``, and its metrics.
+        One a run, with the columns ``instance.orders``, ``instance``, ``rule_set`` (one of METHODS, or
+        SIX_ORDERS), ``seed``, ``status``, and its metrics.
     paper
         The paper's exhibits.
     """
@@ -38,6 +41,7 @@ def instance_set_tables(rows: Rows, paper: Mapping[str, Exhibit]) -> list[Table]
         timing(paper["share-of-simulated-time"], rows, "decision_percent_of_simulated", "%"),
         timing(paper["time-per-order"], rows, "decision_s_per_order", "s"),
         makespans(paper["makespan"], paper["time-per-order"], paper["share-of-simulated-time"], rows),
+        second_baseline(paper["second-baseline"], rows),
     ]
 
 
@@ -144,6 +148,23 @@ def makespans(exhibit: Exhibit, per_order: Exhibit, share: Exhibit, rows: Rows) 
         for method in METHODS
     ]
     return Table(exhibit, tuple(lines), "s", 0)
+
+
+def second_baseline(exhibit: Exhibit, rows: Rows) -> Table:
+    """Return the table of the sequential rules with item and with order capacity, and of the models beside the latter."""
+    measures = {"visits": "psv_per_order", "distance": "distance_per_order_m", "makespan": "makespan_s"}
+    pairs = ((SIX_ORDERS, SEQUENTIAL), *((model, SIX_ORDERS) for model in MODELS))
+    lines = [
+        in_range(
+            (of(orders), what, f"{rule_set} to {baseline}"),
+            None,
+            relative(runs_of(rows, orders, rule_set), runs_of(rows, orders, baseline), metric(name)),
+        )
+        for orders in sizes(rows)
+        for what, name in measures.items()
+        for rule_set, baseline in pairs
+    ]
+    return Table(exhibit, tuple(lines), "", 3, "mean over the instances, relative to each other on the same seed")
 
 
 def implied_makespan(s_per_order: Range | None, percent: Range | None, orders: int) -> Range | None:

@@ -10,7 +10,7 @@ import pytest
 from rmfs_core.scenario import load_scenario
 from rmfs_experiments import Job
 from rmfs_reproduction.extensions import PREFILTER, prefiltered
-from rmfs_reproduction.instance_sets import METHODS
+from rmfs_reproduction.instance_sets import METHODS, SIX_ORDERS
 from rmfs_reproduction.paper import load_paper
 from rmfs_reproduction.parts import PARTS, experiment_of
 from rmfs_reproduction.report import Report, make_report
@@ -67,7 +67,7 @@ def report(row: MakeRow) -> Report:
     """Return the report on two seeds of everything; one run of the large part failed."""
     unfiltered = ("sequential", "split-among-stations")
     rule_sets = {
-        "instances": METHODS,
+        "instances": (*METHODS, SIX_ORDERS),
         "packing": (*unfiltered, "packing-10"),
         "prefilter": (*unfiltered, *map(prefiltered, PREFILTER)),
         "large": METHODS,
