@@ -286,15 +286,16 @@ class _Check:
 
 
 def _starving(scenario: Scenario, instance: Instance, rules: RuleSet) -> list[str]:
-    """Say that room for items goes to small orders first, where the rule that assigns orders could see to it and does not."""
+    """Say that room for items goes to small orders, where the rule that assigns orders could mend that and does not."""
     poa, sizes = rules.poa, {order.items for order in instance.orders}
     if poa is None or scenario.stations.order_capacity is not None or len(sizes) < 2:
         return []
     if getattr(poa.instance, "max_wait_s", 0) is not None:
         return []
     return [
-        "Note: stations count items, so room gets free in small pieces that only small orders fit, and large ones wait; "
-        f"parameter `max_wait_s` of {poa.name} limits how long, `stations.order_capacity` counts orders instead."
+        "Note: stations count items, so room gets free in small pieces that only small orders fit, and "
+        f"large ones wait; parameter `max_wait_s` of {poa.name} limits how long, and `stations.order_capacity` counts "
+        "orders instead."
     ]
 
 

@@ -27,6 +27,9 @@ RUNS_FOLDER = "runs"
 @click.option(
     "--bounds", is_flag=True, help="Show how far each rule set is from what no rules can beat (`rmfs bound`)."
 )
+@click.option(
+    "--quick", is_flag=True, help="Run two seeds of the first value of each axis: a look before hours of runs."
+)
 @click.option("--list", "list_them", is_flag=True, help="List the experiments that come with the package.")
 @no_inline_option
 @json_option
@@ -37,6 +40,7 @@ def compare(
     dask: str | None,
     out: Path | None,
     bounds: bool,
+    quick: bool,
     list_them: bool,
     no_inline_rules: bool,
     as_json: bool,
@@ -62,7 +66,8 @@ def compare(
         return
     if experiment is None:
         raise click.UsageError("expected an experiment: a file, or one of `rmfs compare --list`")
-    loaded = load_experiment(experiment)
+    whole = load_experiment(experiment)
+    loaded = whole.quick() if quick else whole
     folder = out or Path("rmfs-runs") / loaded.name
     notes = notes_console(quiet=quiet)
     for file in () if no_inline_rules else loaded.rule_files():

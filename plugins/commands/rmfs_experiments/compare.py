@@ -159,6 +159,8 @@ class Comparison:
         Columns whose values tell the instance sets apart.
     measures
         Metrics that observers describe, by name.
+    fronts
+        Pairs of metrics in which rule sets are held against each other.
     """
 
     baseline: str
@@ -169,6 +171,7 @@ class Comparison:
     counted: tuple[Counted, ...]
     by: tuple[str, ...] = ("instance",)
     measures: Mapping[str, Metric] = field(factory=dict)
+    fronts: tuple[tuple[str, str], ...] = ()
 
     def described(self, metric: str) -> Metric:
         """Return how a metric is shown: under its name when nobody describes it."""
@@ -182,6 +185,26 @@ class Comparison:
         """Return the rule sets in one metric on one instance set."""
         return [one for one in self.paired if (one.instances, one.metric) == (instances, metric)]
 
+    def front(self, instances: str, first: str, second: str) -> list[tuple[Paired, Paired]]:
+        """Return the rule sets that none beats in two metrics at once, of which less is better, by the first.
+
+        Those with pairs left out are not held against the others: their means are over other runs.
+        """
+        both = zip(self.of(instances, first), self.of(instances, second), strict=True)
+        found: list[tuple[float, float, tuple[Paired, Paired]]] = [
+            (one.mean, other.mean, (one, other))
+            for one, other in both
+            if one.mean is not None and other.mean is not None and not (one.left_out or other.left_out)
+        ]
+        found.sort(key=lambda entry: entry[:2])
+        front: list[tuple[Paired, Paired]] = []
+        least = math.inf
+        for _, second_mean, pair in found:
+            if second_mean < least:
+                front.append(pair)
+                least = second_mean
+        return front
+
     def bounded(self, metric: str) -> bool:
         """Whether it is known of some rule set what it cannot beat in a metric."""
         return any(one.bound is not None for one in self.paired if one.metric == metric)
@@ -194,6 +217,7 @@ def summary(
     *,
     by: Sequence[str] = ("instance",),
     measures: Mapping[str, Metric] | None = None,
+    fronts: Sequence[tuple[str, str]] = (),
 ) -> Comparison:
     """Compare every rule set with the baseline.
 
@@ -210,6 +234,8 @@ def summary(
         Columns whose values tell the instance sets apart.
     measures
         Metrics that observers describe, by name.
+    fronts
+        Pairs of metrics in which rule sets are held against each other.
 
     Raises
     ------
@@ -230,7 +256,15 @@ def summary(
             paired += _family(name, members, metric, rule_sets, baseline)
     counted = tuple(_count(name, members, rule_set) for name, members in sets.items() for rule_set in rule_sets)
     return Comparison(
-        baseline, tuple(sets), rule_sets, tuple(metrics), tuple(paired), counted, tuple(by), measures or {}
+        baseline,
+        tuple(sets),
+        rule_sets,
+        tuple(metrics),
+        tuple(paired),
+        counted,
+        tuple(by),
+        measures or {},
+        tuple(fronts),
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from attrs import field, frozen
+from attrs import evolve, field, frozen
 
 from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import Metric, described_by
@@ -24,6 +24,8 @@ from rmfs_experiments.sources import sources_of
 
 DEFAULT_METRICS = ("psv_per_order", "pile_on", "distance_per_order_m", "turnover_s", "makespan_s", "picker_utilisation")
 LABELS = ("instance", "scenario", "rule_set", "seed", "status", "error", "error_kind", "key", "run_s")
+QUICK_SEEDS = 2
+"""Seeds of the quick part of an experiment."""
 
 
 @frozen
@@ -169,6 +171,8 @@ class Experiment:
     by
         Names of axes (or ``scenario``) whose values tell the instance sets of the comparison apart; none: each
         instance is a set of its own.
+    fronts
+        Pairs of metrics, both among ``metrics``: of each, the comparison shows which rule sets none beats in both.
     folder
         Where files that rule sets and axes name are looked up.
     place
@@ -189,6 +193,7 @@ class Experiment:
     description: str = ""
     metrics: tuple[str, ...] = DEFAULT_METRICS
     by: tuple[str, ...] = ()
+    fronts: tuple[tuple[str, str], ...] = ()
     folder: str = "."
     place: str = "experiment"
 
@@ -206,7 +211,15 @@ class Experiment:
         for name in self.by:
             if name not in axes:
                 raise InputError("by", f'there is no axis "{name}"{nearest(name, axes)}')
+        for metric in itertools.chain(*self.fronts):
+            if metric not in self.metrics:
+                raise InputError("fronts", f'"{metric}" is not one of `metrics`{nearest(metric, self.metrics)}')
         self._check_axes()
+
+    def quick(self) -> Experiment:
+        """Return a small part of it, to look at before it is run: two seeds, and the first value of each axis."""
+        axes = tuple(evolve(axis, points=axis.points[:1]) for axis in self.axes)
+        return evolve(self, axes=axes, seeds=self.seeds[:QUICK_SEEDS])
 
     def _check_axes(self) -> None:
         """Refuse an axis called like a column of the table, and a key that is set twice."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from rmfs_core.errors import InputError
+from rmfs_core.roles import Role
 from rmfs_core.scenario import load_scenario, shipped_scenarios
 from rmfs_core.scenario.reading import EXPERIMENTS, shipped_folder
 from rmfs_core.scenario.source import KeyPath, Source
@@ -17,7 +19,9 @@ from rmfs_core.wording import did_you_mean, nearest
 from rmfs_experiments.changes import SCENARIO_KEYS, changes_of
 from rmfs_experiments.experiment import DEFAULT_METRICS, Axis, AxisPoint, Base, Experiment, RuleSetChoice
 
-KEYS = ("name", "description", "base", "scenarios", "axes", "rule_sets", "seeds", "baseline", "metrics", "by")
+KEYS = ("name", "description", "base", "scenarios", "axes", "rule_sets", "seeds", "baseline", "metrics", "by", "fronts")
+ONE_RULE = tuple(f"rules.{role.key}" for role in Role if not role.many)
+"""Scenario keys that name one rule: a list of them makes several rule sets."""
 MOST_SEEDS = 100_000
 """A typing error must not fill the memory with runs."""
 
@@ -93,6 +97,7 @@ def _experiment(data: Mapping[str, Any], file: Path) -> Experiment:
             baseline=_text(data, "baseline", ""),
             metrics=_texts(data, "metrics", DEFAULT_METRICS),
             by=_texts(data, "by", ()),
+            fronts=_fronts(data.get("fronts", [])),
             folder=str(file.parent),
             place=str(file),
         )
@@ -154,20 +159,41 @@ def _seeds(value: Any) -> tuple[int, ...]:
     return tuple(value)
 
 
+def _fronts(value: Any) -> tuple[tuple[str, str], ...]:
+    pairs = value if isinstance(value, list) else [value]
+    for pair in pairs:
+        if not isinstance(pair, list) or len(pair) != 2 or not all(isinstance(one, str) for one in pair):
+            raise KeyProblem(f"expected a list of pairs of metrics, found {shown(value)}", ("fronts",))
+    return tuple((first, second) for first, second in pairs)
+
+
 def _rule_sets(value: Any) -> Iterator[RuleSetChoice]:
     if not isinstance(value, list):
         raise KeyProblem("expected one or more tables [[rule_sets]]", ("rule_sets",))
     for place, entry in enumerate(value):
         table = dict(_table(entry, ("rule_sets", place)))
-        name = table.pop("name", None)
-        if not isinstance(name, str) or not name:
+        name = table.pop("name", "")
+        try:
+            changes = changes_of(table)
+        except KeyProblem as problem:
+            raise KeyProblem(f'rule set "{name}": {problem.problem}', ("rule_sets", place, *problem.path)) from None
+        several = {key: found for key, found in changes.items() if key in ONE_RULE and isinstance(found, list)}
+        if not isinstance(name, str) or not (name or several):
             raise KeyProblem(
                 f"expected a `name` in each [[rule_sets]], found none in number {place + 1}", ("rule_sets",)
             )
-        try:
-            yield RuleSetChoice(name, changes_of(table))
-        except KeyProblem as problem:
-            raise KeyProblem(f'rule set "{name}": {problem.problem}', ("rule_sets", place, *problem.path)) from None
+        for choice in itertools.product(*several.values()):
+            labels = " + ".join(map(_label_of, choice))
+            whole = ": ".join(part for part in (name, labels) if part)
+            yield RuleSetChoice(whole, changes | dict(zip(several, choice, strict=True)))
+
+
+def _label_of(choice: Any) -> str:
+    """Return what one of several rules adds to the name of its rule set: its name, and the parameters that it has."""
+    if not isinstance(choice, Mapping):
+        return str(choice)
+    parameters = [f"{key} = {shown(entry)}" for key, entry in choice.items() if key != "rule"]
+    return " ".join([str(choice.get("rule", "")), *([f"({', '.join(parameters)})"] if parameters else [])])
 
 
 def _axes(table: Mapping[str, Any]) -> Iterator[Axis]:

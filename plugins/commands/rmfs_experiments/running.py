@@ -66,7 +66,8 @@ class ExperimentResult:
         one = self.experiment
         if len(self.failed) < len(self.rows):
             one.check_metrics({*CATALOGUE, *self.measures, *_metrics(self.rows)})
-        return summary(self.rows, one.baseline, one.metrics, by=one.by or ("instance",), measures=self.measures)
+        by = one.by or ("instance",)
+        return summary(self.rows, one.baseline, one.metrics, by=by, measures=self.measures, fronts=one.fronts)
 
 
 def run_experiment(

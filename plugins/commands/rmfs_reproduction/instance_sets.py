@@ -151,7 +151,7 @@ def makespans(exhibit: Exhibit, per_order: Exhibit, share: Exhibit, rows: Rows) 
 
 
 def second_baseline(exhibit: Exhibit, rows: Rows) -> Table:
-    """Return the table of the sequential rules with item and with order capacity, and of the models beside the latter."""
+    """Return the table of the sequential rules with six orders a station, and of the models beside them."""
     measures = {"visits": "psv_per_order", "distance": "distance_per_order_m", "makespan": "makespan_s"}
     pairs = ((SIX_ORDERS, SEQUENTIAL), *((model, SIX_ORDERS) for model in MODELS))
     lines = [

@@ -10,7 +10,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from rmfs_experiments.compare import Comparison
 from rmfs_experiments.report import numbers
-from rmfs_experiments.report.plots import Plot, plot_name
+from rmfs_experiments.report.plots import Plot, front_name, plot_name
 from rmfs_experiments.running import ExperimentResult
 
 TEMPLATE = "report.html.j2"
@@ -42,6 +42,7 @@ def report_html(result: ExperimentResult, comparison: Comparison, plots: Sequenc
         numbers=numbers,
         plots={plot.name: _embedded(plot) for plot in plots},
         plot_name=plot_name,
+        front_name=front_name,
         has_bounds=any(map(comparison.bounded, comparison.metrics)),
     )
 

@@ -23,6 +23,8 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 
 MOST_SETS = 8
 """With more instance sets than these a plot has the overall figures alone."""
+MOST_RULE_SETS = 20
+"""With more of them there are no plots of single runs: nobody could tell them apart."""
 DPI = 150
 DIFFERENCES = "differences"
 STYLE: dict[Any, Any] = {
@@ -58,7 +60,7 @@ class Plot:
 
 
 def make_plots(rows: Sequence[Mapping[str, Any]], comparison: Comparison) -> list[Plot]:
-    """Return the plot of all differences, then one for each metric with every complete run in it.
+    """Return the plot of all differences, one for each metric with every complete run in it, and the fronts.
 
     One that cannot be drawn is left out, and named on standard error.
     """
@@ -68,10 +70,14 @@ def make_plots(rows: Sequence[Mapping[str, Any]], comparison: Comparison) -> lis
         plots = [
             plot_of(plot_name(metric), _title(comparison, metric), partial(_runs, rows, comparison, metric))
             for metric in comparison.metrics
+            if len(comparison.rule_sets) <= MOST_RULE_SETS
         ]
         if len(comparison.rule_sets) > 1:
             heading = f"Differences from {comparison.baseline}"
             plots.insert(0, plot_of(DIFFERENCES, heading, partial(_differences, comparison)))
+        for first, second in comparison.fronts:
+            heading = f"{_title(comparison, second)} against {_title(comparison, first)}"
+            plots.append(plot_of(front_name(first, second), heading, partial(_fronts, comparison, first, second)))
     return [plot for plot in plots if plot is not None]
 
 
@@ -97,6 +103,11 @@ def plain(text: object) -> str:
 def plot_name(metric: str) -> str:
     """Return what the plot of a metric is called: an observer's may have the name of the plot of all differences."""
     return f"metrics.{metric}" if metric.lower() == DIFFERENCES else metric
+
+
+def front_name(first: str, second: str) -> str:
+    """Return what the plot of two metrics against each other is called."""
+    return f"front.{first}.{second}"
 
 
 def _title(comparison: Comparison, metric: str) -> str:
@@ -166,6 +177,41 @@ def _whisker(panel: Axes, interval: Interval, y: float, colour: str, scale: floa
 def _scale(metric: str) -> float:
     """Return what a figure is multiplied by for people: a share is shown in percent."""
     return 100.0 if metric == "picker_utilisation" else 1.0
+
+
+def _fronts(comparison: Comparison, first: str, second: str) -> Figure:
+    """Every rule set's means in two metrics, a panel for each instance set; those that none beats in both are named."""
+    sets = _shown_sets(comparison)
+    columns = min(2, len(sets))
+    lines = -(-len(sets) // columns)
+    figure = _figure(4.6 * columns, 3.6 * lines)
+    panels = list(figure.subplots(lines, columns, squeeze=False).flat)
+    for panel, name in zip(panels, sets, strict=False):
+        _front(panel, comparison, name, first, second)
+    for panel in panels[len(sets) :]:
+        panel.set_visible(False)
+    return figure
+
+
+def _front(panel: Axes, comparison: Comparison, instances: str, first: str, second: str) -> None:
+    points = zip(comparison.of(instances, first), comparison.of(instances, second), strict=True)
+    shown = [(one, other) for one, other in points if one.mean is not None and other.mean is not None]
+    across, up = _scale(first), _scale(second)
+    panel.plot([across * (a.mean or 0) for a, _ in shown], [up * (b.mean or 0) for _, b in shown], "o", color="0.75")
+    front = comparison.front(instances, first, second)
+    xs, ys = [across * (a.mean or 0) for a, _ in front], [up * (b.mean or 0) for _, b in front]
+    panel.plot(xs, ys, "o-", color=COLOURS[0], markersize=4, linewidth=1, drawstyle="steps-post")
+    for x, y, (one, _) in zip(xs, ys, front, strict=True):
+        panel.annotate(plain(one.rule_set), (x, y), (4, 4), textcoords="offset points", size=7)
+    for one, other in shown[:1]:
+        for bound, line, scale in ((one.bound, panel.axvline, across), (other.bound, panel.axhline, up)):
+            if bound is not None:
+                line(scale * bound, linestyle="--", color="black", linewidth=1)
+    panel.set_title(plain(instances))
+    panel.set_xlabel(plain(_title(comparison, first)))
+    panel.set_ylabel(plain(_title(comparison, second)))
+    panel.set_xlim(left=0)
+    panel.set_ylim(bottom=0)
 
 
 def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str) -> Figure:

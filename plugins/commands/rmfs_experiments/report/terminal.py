@@ -39,6 +39,8 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
         console.print()
     for metric in comparison.metrics:
         print_named(console, _metric(comparison, metric, shown, console.width >= WIDE))
+    for first, second in comparison.fronts:
+        print_named(console, _front(comparison, first, second, shown))
     console.print(CAPTION.format(comparison.baseline), style="dim", highlight=False, markup=False)
     if any(map(comparison.bounded, comparison.metrics)):
         console.print(OF_BOUND, style="dim", highlight=False, markup=False)
@@ -89,4 +91,21 @@ def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: b
             if relative:
                 cells += [numbers.relative(one.relative), numbers.probability(one.relative.p_holm)]
             table.add_row(Text(name), numbers.seeds(one), *means, *cells)
+    return table
+
+
+def _front(comparison: Comparison, first: str, second: str, shown: tuple[str, ...]) -> Table:
+    """Return the table of the rule sets that none beats in two metrics at once."""
+    metrics = comparison.described(first), comparison.described(second)
+    names = [numbers.title(metric) for metric in metrics]
+    table = new_table("None beats these in both")
+    table.add_column("Rule set")
+    for name in names:
+        table.add_column(escape(name), justify="right")
+    for instances in shown:
+        if len(shown) > 1:
+            table.add_row(Text(instances, "cyan"))
+        for pair in comparison.front(instances, first, second):
+            means = [numbers.value(metric, one.mean) for metric, one in zip(metrics, pair, strict=True)]
+            table.add_row(Text(f"  {pair[0].rule_set}" if len(shown) > 1 else pair[0].rule_set), *means)
     return table

@@ -207,3 +207,18 @@ def test_all_wrong_overrides_are_said_at_once(capsys: pytest.CaptureFixture[str]
         'Error: --set rules.poa=demnd: there is no rule "demnd" (did you mean `demand`?)',
     ]
     assert load_checked("paper-250", ("robots.count=3",)).robots.count == 3
+
+
+@pytest.mark.parametrize(
+    ("scenario", "overrides", "noted"),
+    [
+        ("paper-250", [], True),
+        ("paper-250", ["rules.poa.max_wait_s=600"], False),
+        ("paper-250", ["stations.order_capacity=6"], False),
+        ("paper-250-split-over-time", [], False),
+    ],
+)
+def test_who_waits_for_room_for_items_is_noted(scenario: str, overrides: list[str], noted: bool) -> None:
+    """Where stations count items and the rule that assigns whole orders lets large ones wait for ever."""
+    notes = check_scenario(scenario, overrides, None, allow_inline=False).notes
+    assert [("`max_wait_s` of pod-match" in note) for note in notes] == [True] * noted

@@ -90,9 +90,10 @@ def test_check_finds_wrong_parameters_of_rules(capsys: pytest.CaptureFixture[str
 
 @pytest.mark.parametrize("name", shipped_scenarios())
 def test_shipped_scenarios_pass(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Every shipped scenario could be run as it is."""
+    """Every shipped scenario could be run as it is; a column that is left out is named once a process."""
     code, out, err = run(capsys, "scenario", "check", name)
-    assert (code, err) == (0, "")
+    assert code == 0
+    assert all(": ignored `" in line for line in err.splitlines())
     assert out.startswith(f"{name} is valid: ")
 
 

@@ -46,6 +46,15 @@ def test_p_values_are_corrected_over_the_rule_sets() -> None:
     assert found["base"].p_holm is None
 
 
+def test_a_front_has_what_none_beats_in_both() -> None:
+    """(1, 5), (2, 3) and (4, 2); not (3, 3), which has as much of the one and more of the other, nor the incomplete."""
+    figures = {"base": (3.0, 3.0), "a": (2.0, 3.0), "b": (4.0, 2.0), "c": (1.0, 5.0), "d": (5.0, 2.0), "e": (0.0, 0.0)}
+    rows = [row(name, 1, m, n=n) for name, (m, n) in figures.items()]
+    rows += [row(name, 2, m, n=n) for name, (m, n) in figures.items() if name != "e"]
+    comparison = summary(rows, "base", ["m", "n"], fronts=[("m", "n")])
+    assert [pair[0].rule_set for pair in comparison.front("one", "m", "n")] == ["c", "a", "b"]
+
+
 def test_holm_by_hand() -> None:
     """0.01, 0.04, 0.03, 0.005: times 3, 1, 2, 4; the largest is raised to the one before it."""
     assert holm([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.03, 0.06, 0.06, 0.02])

@@ -74,6 +74,39 @@ def test_the_name_is_the_files_unless_it_says_otherwise(experiment: Write) -> No
     assert experiment(name="my-trial.toml").name == "my-trial"
 
 
+def test_lists_of_rules_make_a_rule_set_for_each_choice(experiment: Write) -> None:
+    """Named by what differs; other keys, and lists that a scenario has itself, are common to all of them."""
+    read = experiment(
+        'base = "tiny.toml"\nseeds = [1]\nbaseline = "x"\n[[rule_sets]]\nname = "x"\n'
+        '[[rule_sets]]\n[rule_sets.rules]\npoa = ["pod-match", "first-come"]\n'
+        'pps = ["demand", { rule = "completes", count_backlog = true }]\nfilters = [{ rule = "most-covered", n = 5 }]\n'
+        '[[rule_sets]]\nname = "late"\nrules.pr = ["nearest", "random"]\n'
+    )
+    assert [one.name for one in read.rule_sets] == [
+        "x",
+        "pod-match + demand",
+        "pod-match + completes (count_backlog = true)",
+        "first-come + demand",
+        "first-come + completes (count_backlog = true)",
+        "late: nearest",
+        "late: random",
+    ]
+    assert read.rule_sets[4].changes == {
+        "rules.poa": "first-come",
+        "rules.pps": {"rule": "completes", "count_backlog": True},
+        "rules.filters": [{"rule": "most-covered", "n": 5}],
+    }
+    assert len(read.jobs()) == 7
+
+
+def test_the_quick_part_is_two_seeds_and_the_first_value_of_each_axis(experiment: Write) -> None:
+    """All rule sets on every base."""
+    quick = experiment(FULL).quick()
+    assert quick.seeds == (5, 6)
+    assert {(job.axes["instance.orders"], job.axes["hall"]) for job in quick.jobs()} == {(4, "small")}
+    assert len(quick.jobs()) == 2 * 2 * 2
+
+
 @pytest.mark.parametrize(
     ("old", "new", "problem"),
     [
@@ -100,6 +133,13 @@ def test_the_name_is_the_files_unless_it_says_otherwise(experiment: Write) -> No
         ('base = "tiny.toml"', 'base = "papr-250"', "did you mean `paper-250`"),
         ('base = "tiny.toml"', "base = 3", "base: expected a text in quotes, found 3"),
         ("seeds =", 'by = ["orders"]\nseeds =', 'there is no axis "orders"'),
+        ("seeds =", 'fronts = "pile_on"\nseeds =', 'fronts: expected a list of pairs of metrics, found "pile_on"'),
+        ("seeds =", 'fronts = [["pile_on"]]\nseeds =', "fronts: expected a list of pairs of metrics"),
+        (
+            "seeds =",
+            'fronts = [["pile_on", "pile-on"]]\nseeds =',
+            '"pile-on" is not one of `metrics` (did you mean `pile_on`?)',
+        ),
         ("seeds =", 'name = "a/b"\nseeds =', "name: expected letters, digits"),
         ("[[rule_sets]]", "[axes]\ninstance.orders = []\n[[rule_sets]]", "axes.instance.orders: expected at least one"),
         ("[[rule_sets]]", "[axes]\ninstance.orders = 4\n[[rule_sets]]", "expected a list of values, found 4"),

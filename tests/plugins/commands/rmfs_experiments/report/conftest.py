@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from attrs import evolve
 
 from rmfs_core.scenario import load_scenario
 from rmfs_experiments import Axis, AxisPoint, Base, Experiment, ExperimentResult, RuleSetChoice
@@ -52,6 +53,12 @@ def result() -> ExperimentResult:
     failed = {"status": "failed", "error": FAILURE, "error_kind": "RuleError"}
     rows[-1] = {name: rows[-1][name] for name in ("instance", "instance.orders", "rule_set", "seed", "key")} | failed
     return ExperimentResult(experiment, rows, {"rmfs": "0.1.0"}, 18)
+
+
+@pytest.fixture
+def with_front(result: ExperimentResult) -> ExperimentResult:
+    """Return the same with a front of two metrics."""
+    return evolve(result, experiment=evolve(result.experiment, fronts=(("pile_on", "picker_utilisation"),)))
 
 
 @pytest.fixture

@@ -36,6 +36,13 @@ def test_the_report_needs_nothing_else(result: ExperimentResult) -> None:
     assert "2 (2 left out)" in page
 
 
+def test_fronts_are_tables_too(with_front: ExperimentResult) -> None:
+    """Of each instance set the rule sets that none beats in both."""
+    page = page_of(with_front)
+    assert "<h2>Picker utilisation (%) against Pile-on</h2>" in page
+    assert page.partition("None beats these in both")[2].count("<td>base</td><td>2.200</td><td>52.00</td>") == 3
+
+
 def test_a_plot_that_is_missing_is_left_out(result: ExperimentResult) -> None:
     """The report has its table all the same."""
     page = report_html(result, result.comparison(), [])

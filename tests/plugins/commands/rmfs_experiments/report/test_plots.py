@@ -9,8 +9,8 @@ import pytest
 from attrs import evolve
 from matplotlib.figure import Figure
 
-from rmfs_experiments import ExperimentResult
-from rmfs_experiments.report.plots import make_plots, plot_of
+from rmfs_experiments import ExperimentResult, RuleSetChoice
+from rmfs_experiments.report.plots import MOST_RULE_SETS, make_plots, plot_of
 
 
 def plots_of(result: ExperimentResult, **changes: Any) -> list[Any]:
@@ -25,6 +25,23 @@ def test_a_plot_of_differences_and_one_for_each_metric(result: ExperimentResult)
     assert [plot.name for plot in plots] == ["differences", *result.experiment.metrics]
     assert [plot.title for plot in plots][:2] == ["Differences from base", "Pile-on"]
     assert all(plot.png.startswith(b"\x89PNG") and b"<svg" in plot.svg for plot in plots)
+
+
+def test_a_plot_for_each_front(with_front: ExperimentResult) -> None:
+    """Who is best in both is named in it."""
+    plots = plots_of(with_front)
+    assert plots[-1].name == "front.pile_on.picker_utilisation"
+    assert plots[-1].title == "Picker utilisation (%) against Pile-on"
+    named = "".join(ElementTree.fromstring(plots[-1].svg).itertext())
+    assert "<!-- base -->" in plots[-1].svg.decode() or "base" in named
+
+
+def test_many_rule_sets_have_no_plots_of_single_runs(result: ExperimentResult) -> None:
+    """The differences say more."""
+    rule_sets = tuple(RuleSetChoice(f"rules {number}") for number in range(MOST_RULE_SETS + 1))
+    rows = [dict(result.rows[0], rule_set=one.name, seed=seed) for one in rule_sets for seed in (1, 2)]
+    changed = evolve(result, rows=rows)
+    assert [plot.name for plot in plots_of(changed, rule_sets=rule_sets, baseline="rules 0")] == ["differences"]
 
 
 def test_another_figure_gives_another_plot(result: ExperimentResult) -> None:

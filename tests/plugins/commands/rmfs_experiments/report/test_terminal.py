@@ -43,6 +43,13 @@ def test_a_narrow_terminal_has_relative_differences_alone(result: ExperimentResu
     assert max(map(len, text.splitlines())) <= 80
 
 
+def test_fronts_follow_the_metrics(with_front: ExperimentResult) -> None:
+    """With the means of who is best in both; here the baseline has least of either."""
+    text = printed(with_front, 80).partition("None beats these in both")[2]
+    assert re.search(r"Rule set +Pile-on +Picker utilisation \(%\)", text)
+    assert re.search(r"orders=50 *\n +base +2\.200 +52\.00 *\n +orders=100 *\n +base", text)
+
+
 def test_metrics_of_observers_are_shown_as_they_describe_them(result: ExperimentResult) -> None:
     """With label, unit and digits; a dash where no run has the figure."""
     for row in result.rows:
