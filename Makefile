@@ -18,6 +18,7 @@ slow: $(VENV)/installed-dev
 long: $(VENV)/installed-dev
 	$(BIN)/python tools/coverage_study.py
 	$(BIN)/python tools/fuzz.py --seed 2 --cases 20000
+	$(BIN)/python tools/soak.py
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .
