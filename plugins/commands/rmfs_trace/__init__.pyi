@@ -1,4 +1,4 @@
-from .reader import Trace, read_trace
+from .reader import Trace, TraceStream, read_trace
 from .writer import FILE, TraceWriter
 
-__all__ = ["FILE", "Trace", "TraceWriter", "read_trace"]
+__all__ = ["FILE", "Trace", "TraceStream", "TraceWriter", "read_trace"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -67,32 +67,66 @@ class Trace:
     map_text: str | None = None
 
 
+class TraceStream:
+    """A trace file whose events are read one at a time, so that a large one needs little memory.
+
+    Parameters
+    ----------
+    path
+        The file. Its header is read at once.
+
+    Attributes
+    ----------
+    start
+        What the run started from: a trace without events, whose ``tick`` and ``status`` are yet to be read.
+    tick, status
+        When the run ended, and how; known once the events have been gone through.
+
+    Raises
+    ------
+    InputError
+        With the file and the line when it is no trace, is damaged or was cut off; in the header at once, in an event
+        when that is read.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self._lines = read_json_lines(path)
+        place, first = next(self._lines, (str(path), {}))
+        if first.get("format") != FORMAT:
+            raise InputError(place, f"this is no trace; expected a header with the format {FORMAT!r}")
+        if first.get("version") != VERSION:
+            raise InputError(place, f"found a trace of version {first.get('version')!r}; expected version {VERSION}")
+        if first.get("tick_s", TICK_S) != TICK_S:
+            raise InputError(place, f"found ticks of {first['tick_s']!r} s; expected {TICK_S} s")
+        self._place = place
+        self.start = _trace(str(path), first)
+        self.tick, self.status = 0, ""
+
+    def __iter__(self) -> Iterator[Event]:
+        """Go through the events, in the order in which they happened; once."""
+        for place, line in self._lines:
+            if line.get("e") == "end":
+                self.tick, self.status = _end(place, line)
+                extra = next(self._lines, None)
+                if extra is not None:
+                    raise InputError(extra[0], "found a line behind the end; expected nothing")
+                return
+            self._place = place
+            yield _event(place, line)
+        raise InputError(self._place, "the trace was cut off here; expected a last line with the event 'end'")
+
+
 def read_trace(path: str | Path) -> Trace:
-    """Read a trace file.
+    """Read a whole trace file.
 
     Raises
     ------
     InputError
         With the file and the line when it is no trace, is damaged or was cut off.
     """
-    lines = read_json_lines(path)
-    place, first = next(lines, (str(path), {}))
-    if first.get("format") != FORMAT:
-        raise InputError(place, f"this is no trace; expected a header with the format {FORMAT!r}")
-    if first.get("version") != VERSION:
-        raise InputError(place, f"found a trace of version {first.get('version')!r}; expected version {VERSION}")
-    if first.get("tick_s", TICK_S) != TICK_S:
-        raise InputError(place, f"found ticks of {first['tick_s']!r} s; expected {TICK_S} s")
-    found: list[Event] = []
-    for place, line in lines:
-        if line.get("e") == "end":
-            tick, status = _end(place, line)
-            extra = next(lines, None)
-            if extra is not None:
-                raise InputError(extra[0], "found a line behind the end; expected nothing")
-            return _trace(str(path), first, tuple(found), tick, status)
-        found.append(_event(place, line))
-    raise InputError(place, "the trace was cut off here; expected a last line with the event 'end'")
+    stream = TraceStream(path)
+    events = tuple(stream)
+    return attrs.evolve(stream.start, events=events, tick=stream.tick, status=stream.status)
 
 
 def _is_int(value: object) -> bool:
@@ -148,7 +182,7 @@ def _end(place: str, line: Mapping[str, Any]) -> tuple[int, str]:
     return tick, str(status)
 
 
-def _trace(path: str, first: Mapping[str, Any], found: tuple[Event, ...], tick: int, status: str) -> Trace:
+def _trace(path: str, first: Mapping[str, Any]) -> Trace:
     try:
         return Trace(
             scenario=first["scenario"],
@@ -159,9 +193,9 @@ def _trace(path: str, first: Mapping[str, Any], found: tuple[Event, ...], tick: 
             robots=tuple({key: robot[key] for key in ("cell", "heading")} for robot in first["robots"]),
             stations=tuple(first["stations"]),
             blocked=tuple(first["blocked"]),
-            events=found,
-            tick=tick,
-            status=status,
+            events=(),
+            tick=0,
+            status="",
             versions=dict(first.get("versions", {})),
             map_text=first.get("map"),
         )

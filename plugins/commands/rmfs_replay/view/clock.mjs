@@ -1,0 +1,59 @@
+// Simulated time as a person sees it pass, and as it is written.
+
+export const SPEEDS = [1, 2, 5, 10, 20, 50, 100, 200];
+
+/** Times of 1 ms from 0 to `end`, that pass `speed` times as fast as those of the person who watches. */
+export class Clock {
+  constructor(end) {
+    this.end = end;
+    this.tick = 0;
+    this.speed = 10;
+    this.playing = false;
+  }
+
+  /** Let `milliseconds` pass. */
+  pass(milliseconds) {
+    if (!this.playing) return;
+    this.seek(this.tick + milliseconds * this.speed);
+    if (this.tick >= this.end) this.playing = false;
+  }
+
+  seek(tick) {
+    this.tick = Math.min(Math.max(tick, 0), this.end);
+  }
+
+  /** Play or pause; at the end, play from the start. */
+  toggle() {
+    this.playing = !this.playing;
+    if (this.playing && this.tick >= this.end) this.tick = 0;
+  }
+
+  faster(steps) {
+    const at = SPEEDS.indexOf(this.speed) + steps;
+    this.speed = SPEEDS[Math.min(Math.max(at, 0), SPEEDS.length - 1)];
+  }
+}
+
+const two = (number) => String(number).padStart(2, "0");
+
+/** A time as `h:mm:ss`. */
+export function clockTime(tick) {
+  const seconds = Math.floor(tick / 1000);
+  return `${Math.floor(seconds / 3600)}:${two(Math.floor(seconds / 60) % 60)}:${two(seconds % 60)}`;
+}
+
+/** A time as someone says it. */
+export function spokenTime(tick) {
+  const seconds = Math.floor(tick / 1000);
+  const parts = [[Math.floor(seconds / 3600), "hour"], [Math.floor(seconds / 60) % 60, "minute"], [seconds % 60, "second"]];
+  const said = parts.filter(([number]) => number).map(([number, unit]) => `${number} ${unit}${number === 1 ? "" : "s"}`);
+  return said.join(" ") || "the start";
+}
+
+/** A length of time, short: `42 s`, `3 min 5 s`, `2 h 5 min`. */
+export function duration(ticks) {
+  const seconds = Math.round(ticks / 1000);
+  if (seconds < 60) return `${seconds} s`;
+  if (seconds < 3600) return `${Math.floor(seconds / 60)} min ${seconds % 60} s`;
+  return `${Math.floor(seconds / 3600)} h ${Math.floor(seconds / 60) % 60} min`;
+}

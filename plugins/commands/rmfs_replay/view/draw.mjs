@@ -1,0 +1,318 @@
+// The warehouse on a canvas. What never moves is drawn once, on a canvas of its own.
+
+import { heatClass } from "./heat.mjs";
+import { lastUpTo, place, STEP_X, STEP_Y } from "./motion.mjs";
+import { phaseOf, waitsOn } from "./story.mjs";
+
+const [WALL, STORAGE, QUEUE, STATION] = [0, 2, 3, 4];
+const MARGIN = 1;
+const BESIDE = 3.2; // columns for the open orders of stations on an edge
+const CHIPS = 5; // in a row
+const MOST_CHIPS = 15;
+const FULL = 2 * Math.PI;
+
+/** Edges of the classes that open items are shown in: a pod with `edges[i]` or fewer is of class i. */
+export function edgesFor(most) {
+  return [0, Math.ceil(most / 8), Math.ceil(most / 4), Math.ceil(most / 2), most].filter((edge, i, all) => edge > (all[i - 1] ?? -1));
+}
+
+export function levelOf(edges, number) {
+  const level = edges.findIndex((edge) => number <= edge);
+  return level < 0 ? edges.length - 1 : level;
+}
+
+/** The colours of the page's theme, by the names that style.css gives them. */
+export function paletteOf(element) {
+  const style = getComputedStyle(element);
+  const colour = (name) => style.getPropertyValue(`--${name}`).trim();
+  const names = ["ink", "soft", "line", "floor", "place", "lane", "robot", "idle", "work", "rest", "accent", "wait", "card", "empty"];
+  return {
+    ...Object.fromEntries(names.map((name) => [name, colour(name)])),
+    levels: [0, 1, 2, 3, 4].map((level) => colour(`level-${level}`)),
+    heats: [0, 1, 2, 3, 4, 5].map((level) => colour(`heat-${level}`)),
+  };
+}
+
+/** Draws one run on one canvas, and knows what is where on it. */
+export class Scene {
+  constructor(canvas, run, history, edges) {
+    Object.assign(this, { canvas, run, history, edges });
+    this.context = canvas.getContext("2d");
+    this.still = document.createElement("canvas");
+    this.places = run.legs.map(() => ({ x: 0, y: 0, heading: 0, moving: false, leg: -1 }));
+    this.picking = stationPicks(run);
+    this.heat = null;
+    this.zoom = 1;
+    this.panX = this.panY = 0;
+    const { width, queues } = run.layout;
+    const columns = queues.map(([cell]) => cell % width);
+    this.west = columns.some((column) => column < width / 2) ? BESIDE : MARGIN;
+    this.east = columns.some((column) => column >= width / 2) ? BESIDE : MARGIN;
+    this.columns = width + this.west + this.east;
+    this.rows = run.layout.height + 2 * MARGIN;
+  }
+
+  /** Take the size that the canvas has on the page. */
+  resize(palette) {
+    const ratio = window.devicePixelRatio || 1;
+    const { clientWidth, clientHeight } = this.canvas;
+    if (!clientWidth || !clientHeight) return;
+    this.ratio = ratio;
+    this.canvas.width = Math.round(clientWidth * ratio);
+    this.canvas.height = Math.round(clientHeight * ratio);
+    this.palette = palette;
+    this.fit();
+  }
+
+  /** Work out the scale, and draw what does not move. */
+  fit() {
+    const { width, height } = this.canvas;
+    this.scale = Math.min(width / this.columns, height / this.rows) * this.zoom;
+    this.left = (width - this.columns * this.scale) / 2 + (this.west + this.panX) * this.scale;
+    this.top = (height - this.rows * this.scale) / 2 + (MARGIN + this.panY) * this.scale;
+    this.still.width = width;
+    this.still.height = height;
+    this.drawStill(this.still.getContext("2d"));
+  }
+
+  /** Pixel of the canvas that a column or row begins at. */
+  toX = (column) => this.left + column * this.scale;
+  toY = (row) => this.top + row * this.scale;
+
+  /** Column and row of the centre of a cell under a point of the page, as numbers with fractions. */
+  cellAt(clientX, clientY) {
+    const box = this.canvas.getBoundingClientRect();
+    const x = ((clientX - box.left) * this.ratio - this.left) / this.scale - 0.5;
+    const y = ((clientY - box.top) * this.ratio - this.top) / this.scale - 0.5;
+    return { x, y };
+  }
+
+  drawStill(pen) {
+    const { palette: p, scale: s } = this;
+    const { kind, width } = this.run.layout;
+    const blocked = new Set(this.run.blocked);
+    pen.clearRect(0, 0, this.still.width, this.still.height);
+    for (let cell = 0; cell < kind.length; cell++) {
+      const what = Number(kind[cell]);
+      if (what === WALL) continue;
+      const [x, y] = [this.toX(cell % width), this.toY(Math.floor(cell / width))];
+      pen.fillStyle = what === QUEUE || what === STATION ? p.lane : p.floor;
+      this.tile(pen, cell);
+      if (what === STORAGE) {
+        pen.fillStyle = p.place;
+        pen.fillRect(x + 0.06 * s, y + 0.06 * s, 0.88 * s, 0.88 * s);
+      }
+    }
+    if (this.heat?.by === "cell") this.drawHeat(pen);
+    pen.strokeStyle = p.empty;
+    pen.lineWidth = Math.max(s * 0.05, 1);
+    for (const cell of blocked) {
+      const [x, y] = [this.toX(cell % width), this.toY(Math.floor(cell / width))];
+      pen.strokeRect(x + 0.2 * s, y + 0.2 * s, 0.6 * s, 0.6 * s);
+    }
+  }
+
+  drawHeat(pen) {
+    const { values } = this.heat;
+    for (let cell = 0; cell < values.length; cell++) {
+      if (!values[cell]) continue;
+      pen.fillStyle = this.heatColour(values[cell]);
+      this.tile(pen, cell);
+    }
+  }
+
+  /** Fill a cell, to whole pixels: no seam shows between two. */
+  tile(pen, cell) {
+    const { width } = this.run.layout;
+    const [column, row] = [cell % width, Math.floor(cell / width)];
+    const [x, y] = [Math.round(this.toX(column)), Math.round(this.toY(row))];
+    pen.fillRect(x, y, Math.round(this.toX(column + 1)) - x, Math.round(this.toY(row + 1)) - y);
+  }
+
+  heatColour = (value) => this.palette.heats[heatClass(this.heat.edges, value)];
+
+  /** Draw everything as it is at the time of `world`. */
+  draw(world, selected) {
+    const pen = this.context;
+    if (!this.scale) return;
+    pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    pen.drawImage(this.still, 0, 0);
+    this.drawPods(pen, world);
+    for (let robot = 0; robot < this.places.length; robot++) place(this.run, robot, world.tick, this.places[robot]);
+    if (selected?.kind === "robot") this.drawWay(pen, selected.id, world.tick);
+    this.drawStations(pen, world);
+    this.drawRobots(pen, world);
+    if (selected) this.drawSelected(pen, world, selected);
+  }
+
+  podColour(pod, open) {
+    if (this.heat?.by === "pod") {
+      return this.heat.values[pod] ? this.heatColour(this.heat.values[pod]) : this.palette.levels[0];
+    }
+    return this.palette.levels[Math.min(levelOf(this.edges, open[pod]), 4)];
+  }
+
+  drawPods(pen, world) {
+    const open = world.openItems();
+    const { width } = this.run.layout;
+    const s = this.scale;
+    const faint = this.heat?.by === "cell";
+    pen.globalAlpha = faint ? 0.25 : 1;
+    for (let pod = 0; pod < open.length; pod++) {
+      const cell = world.podCell[pod];
+      if (cell < 0) continue;
+      pen.fillStyle = this.podColour(pod, open);
+      pen.fillRect(this.toX(cell % width) + 0.12 * s, this.toY(Math.floor(cell / width)) + 0.12 * s, 0.76 * s, 0.76 * s);
+    }
+    pen.globalAlpha = 1;
+  }
+
+  drawRobots(pen, world) {
+    const { palette: p, scale: s } = this;
+    const open = world.openItems();
+    for (let robot = 0; robot < this.places.length; robot++) {
+      const here = this.places[robot];
+      const [x, y] = [this.toX(here.x + 0.5), this.toY(here.y + 0.5)];
+      const pod = world.robotPod[robot];
+      const phase = phaseOf(this.run, this.history, robot, world.tick, world);
+      if (pod >= 0) {
+        pen.fillStyle = this.podColour(pod, open);
+        pen.fillRect(x - 0.43 * s, y - 0.43 * s, 0.86 * s, 0.86 * s);
+        pen.strokeStyle = p.ink;
+        pen.lineWidth = Math.max(0.05 * s, 1);
+        pen.strokeRect(x - 0.43 * s, y - 0.43 * s, 0.86 * s, 0.86 * s);
+      }
+      const size = (pod >= 0 ? 0.27 : 0.34) * s;
+      pen.beginPath();
+      pen.arc(x, y, size, 0, FULL);
+      pen.fillStyle = phase.phase === "idle" ? p.idle : waitsOn(phase, here) ? p.wait : p.robot;
+      pen.fill();
+      const angle = (-here.heading * Math.PI) / 2;
+      pen.beginPath();
+      pen.moveTo(x, y);
+      pen.lineTo(x + Math.cos(angle) * size * 1.3, y + Math.sin(angle) * size * 1.3);
+      pen.strokeStyle = p.card;
+      pen.lineWidth = Math.max(0.11 * s, 1.5);
+      pen.stroke();
+    }
+  }
+
+  drawStations(pen, world) {
+    const { palette: p, scale: s, run } = this;
+    const { width } = run.layout;
+    run.layout.queues.forEach(([cell], i) => {
+      const [column, row] = [cell % width, Math.floor(cell / width)];
+      const [x, y] = [this.toX(column), this.toY(row)];
+      const outward = column < width / 2 ? -1 : 1;
+      pen.strokeStyle = p.soft;
+      pen.lineWidth = Math.max(0.08 * s, 1);
+      pen.strokeRect(x + 0.04 * s, y + 0.04 * s, 0.92 * s, 0.92 * s);
+      // The picker beside it, at work or not, with the station's name.
+      const px = x + (outward > 0 ? 1.55 : -0.55) * s;
+      const py = y + 0.5 * s;
+      pen.beginPath();
+      pen.arc(px, py, 0.46 * s, 0, FULL);
+      pen.fillStyle = this.isPicking(i, world.tick) ? p.work : p.rest;
+      pen.fill();
+      pen.fillStyle = this.isPicking(i, world.tick) ? p.card : p.ink;
+      pen.font = `600 ${Math.max(0.6 * s, 8)}px system-ui, sans-serif`;
+      pen.textAlign = "center";
+      pen.textBaseline = "middle";
+      if (s > 11 * this.ratio) pen.fillText(run.stations.name[i], px, py + 0.03 * s);
+      this.drawOrders(pen, world.stations[i].open, x, y, outward);
+    });
+  }
+
+  /** Each open order of a station is a chip: fuller with more items to pick. */
+  drawOrders(pen, open, x, y, outward) {
+    const { palette: p, scale: s } = this;
+    const step = 0.48 * s;
+    let i = 0;
+    pen.fillStyle = p.accent;
+    for (const items of open.values()) {
+      if (i >= MOST_CHIPS) break;
+      const across = (i % CHIPS) * step;
+      const cx = outward > 0 ? x + 1.1 * s + across : x - 0.48 * s - across;
+      const cy = y + 1.1 * s + Math.floor(i / CHIPS) * step;
+      pen.globalAlpha = Math.min(0.35 + 0.2 * items, 1);
+      pen.fillRect(cx, cy, 0.38 * s, 0.38 * s);
+      i++;
+    }
+    pen.globalAlpha = 1;
+  }
+
+  isPicking(station, tick) {
+    const { start, free } = this.picking[station];
+    const i = lastUpTo(start, tick);
+    return i >= 0 && tick < free[i];
+  }
+
+  /** The way of a robot until it has something else to do. */
+  drawWay(pen, robot, tick) {
+    const legs = this.run.legs[robot];
+    const here = this.places[robot];
+    const list = this.history.robot[robot];
+    const next = list.find((at) => this.run.sequence.tick[at] > tick);
+    const until = next === undefined ? Infinity : this.run.sequence.tick[next];
+    pen.beginPath();
+    pen.moveTo(this.toX(here.x + 0.5), this.toY(here.y + 0.5));
+    for (let i = Math.max(here.leg, 0); i < legs.n && legs.start[i] < until; i++) {
+      const x = legs.x[i] + STEP_X[legs.towards[i]] * legs.metres[i];
+      const y = legs.y[i] + STEP_Y[legs.towards[i]] * legs.metres[i];
+      pen.lineTo(this.toX(x + 0.5), this.toY(y + 0.5));
+    }
+    pen.strokeStyle = this.palette.robot;
+    pen.lineWidth = Math.max(0.14 * this.scale, 2);
+    pen.lineJoin = "round";
+    pen.globalAlpha = 0.55;
+    pen.stroke();
+    pen.globalAlpha = 1;
+  }
+
+  drawSelected(pen, world, { kind, id }) {
+    const s = this.scale;
+    pen.strokeStyle = this.palette.ink;
+    pen.lineWidth = Math.max(0.1 * s, 2);
+    for (const { x, y } of this.whereIs(world, kind, id)) {
+      pen.beginPath();
+      pen.arc(this.toX(x + 0.5), this.toY(y + 0.5), 0.78 * s, 0, FULL);
+      pen.stroke();
+    }
+  }
+
+  /** Where a thing is; an order is at the stations that have lines of it. */
+  whereIs(world, kind, id) {
+    const { width, queues } = this.run.layout;
+    const centre = (cell) => ({ x: cell % width, y: Math.floor(cell / width) });
+    if (kind === "robot") return [this.places[id]];
+    if (kind === "station") return [centre(queues[id][0])];
+    if (kind === "order") return world.stations.flatMap((one, i) => (one.open.has(id) ? [centre(queues[i][0])] : []));
+    return [world.podCell[id] < 0 ? this.places[world.podRobot[id]] : centre(world.podCell[id])];
+  }
+
+  /** What is under a point of the page: a robot before a pod before a station with its queue. */
+  hit(world, clientX, clientY) {
+    const { x, y } = this.cellAt(clientX, clientY);
+    const robot = this.places.findIndex((here) => Math.hypot(here.x - x, here.y - y) < 0.45);
+    if (robot >= 0) return { kind: "robot", id: robot };
+    const { width, height } = this.run.layout;
+    const [column, row] = [Math.round(x), Math.round(y)];
+    const cell = column >= 0 && column < width && row >= 0 && row < height ? row * width + column : -1;
+    const pod = world.podCell.indexOf(cell);
+    if (cell >= 0 && pod >= 0) return { kind: "pod", id: pod };
+    const near = ([own]) => Math.abs((own % width) - x) < 2 && Math.abs(Math.floor(own / width) - y) < 0.8;
+    const station = this.run.layout.queues.findIndex((cells) => cells.includes(cell) || near(cells));
+    return station >= 0 ? { kind: "station", id: station } : null;
+  }
+}
+
+/** Begin and end of each time that a picker handles an item, by station. */
+function stationPicks(run) {
+  const found = run.stations.name.map(() => ({ start: [], free: [] }));
+  const { station, start_tick: start, picker_free_tick: free } = run.events.item_picked;
+  station.forEach((id, i) => {
+    found[id].start.push(start[i]);
+    found[id].free.push(free[i]);
+  });
+  return found;
+}

@@ -1,0 +1,109 @@
+// Heat maps of a whole run: figures by cell or by pod.
+
+import { lastUpTo, place, STEP_X, STEP_Y } from "./motion.mjs";
+import { phaseOf } from "./story.mjs";
+
+const WAYS = ["to_pod", "to_station", "storing"];
+
+export const HEATS = {
+  none: { label: "Open items" },
+  waiting: { label: "Waiting", unit: "s", by: "cell", says: "seconds that robots on a way stood in the cell" },
+  traffic: { label: "Traffic", unit: "", by: "cell", says: "times that a robot drove into the cell" },
+  picks: { label: "Picks by pod", unit: "", by: "pod", says: "items picked from the pod in the whole run" },
+  storage: { label: "Time in storage", unit: "%", by: "cell", says: "share of the time that a pod stood in the place" },
+};
+
+const DOUBLING = [1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1]; // what most cells have is far below the most
+const EVEN = [1 / 6, 2 / 6, 3 / 6, 4 / 6, 5 / 6, 1];
+
+/** Upper ends of a heat map's classes: whole numbers, none twice. */
+export function heatEdges({ most, unit }) {
+  const edges = (unit === "%" ? EVEN : DOUBLING).map((share) => Math.ceil(share * most));
+  return edges.filter((edge, i) => edge !== edges[i - 1]);
+}
+
+/** Class of a figure above 0, counted so that the most has the last of six colours. */
+export function heatClass(edges, value) {
+  const at = edges.findIndex((edge) => value <= edge);
+  return at < 0 ? EVEN.length - 1 : at + EVEN.length - edges.length;
+}
+
+/** The figures of a heat map, and the largest. */
+export function heatOf(run, history, name) {
+  const values = { waiting, traffic, picks, storage }[name](run, history);
+  let most = 0;
+  for (const value of values) if (value > most) most = value;
+  return { ...HEATS[name], values, most };
+}
+
+function traffic(run) {
+  const { width } = run.layout;
+  const values = new Float64Array(run.layout.kind.length);
+  for (const legs of run.legs) {
+    for (let i = 0; i < legs.n; i++) {
+      const step = STEP_X[legs.towards[i]] + STEP_Y[legs.towards[i]] * width;
+      let cell = legs.y[i] * width + legs.x[i];
+      for (let metre = 0; metre < legs.metres[i]; metre++) values[(cell += step)]++;
+    }
+  }
+  return values;
+}
+
+/** Spans of a robot without a leg that goes on, cut by what it is at: those on a way without lifting count. */
+export function waits(run, history, robot, found) {
+  const legs = run.legs[robot];
+  const { sequence } = run;
+  const changes = history.robot[robot].map((at) => sequence.tick[at]);
+  for (const at of history.robot[robot]) {
+    const name = sequence.names[sequence.kind[at]];
+    if (name.startsWith("pod_")) changes.push(run.events[name].start_tick[sequence.index[at]]);
+  }
+  changes.sort((a, b) => a - b);
+  let rests = 0;
+  for (let i = 0; i <= legs.n; i++) {
+    const goes = i < legs.n ? legs.start[i] + legs.wait[i] : run.tick;
+    const here = place(run, robot, Math.max(rests, 0), {});
+    for (let begin = rests; begin < goes; ) {
+      const next = changes[lastUpTo(changes, begin) + 1] ?? Infinity;
+      const end = Math.min(next, goes);
+      if (WAYS.includes(phaseOf(run, history, robot, begin, null).phase)) found(here, begin, end);
+      begin = end;
+    }
+    if (i < legs.n) rests = goes + legs.turn[i] + legs.run[i];
+  }
+}
+
+function waiting(run, history) {
+  const { width } = run.layout;
+  const values = new Float64Array(run.layout.kind.length);
+  for (let robot = 0; robot < run.legs.length; robot++) {
+    waits(run, history, robot, (here, begin, end) => {
+      values[Math.round(here.y) * width + Math.round(here.x)] += (end - begin) / 1000;
+    });
+  }
+  return values;
+}
+
+function picks(run) {
+  const values = new Float64Array(run.pods.name.length);
+  for (const pod of run.events.item_picked.pod) values[pod]++;
+  return values;
+}
+
+function storage(run) {
+  const values = new Float64Array(run.layout.kind.length);
+  const since = run.pods.cell.map((cell, pod) => (run.pods.robot[pod] < 0 ? [cell, 0] : null));
+  const { sequence, events } = run;
+  for (let i = 0; i < sequence.n; i++) {
+    const name = sequence.names[sequence.kind[i]];
+    const e = events[name];
+    const k = sequence.index[i];
+    if (name === "pod_lifted" && since[e.pod[k]]) {
+      const [cell, begin] = since[e.pod[k]];
+      values[cell] += e.tick[k] - begin;
+      since[e.pod[k]] = null;
+    } else if (name === "pod_stored") since[e.pod[k]] = [e.cell[k], e.tick[k]];
+  }
+  for (const stands of since) if (stands) values[stands[0]] += run.tick - stands[1];
+  return values.map((ticks) => (100 * ticks) / Math.max(run.tick, 1));
+}

@@ -1,0 +1,200 @@
+// What is beside the warehouse: the run as a whole, or the thing that was clicked.
+
+import { clockTime, duration } from "./clock.mjs";
+import { doing, lastOf, Names, orderStatus, phaseOf, tell, waitsOn, why } from "./story.mjs";
+import { ORDER } from "./world.mjs";
+
+const NEAR = 24; // entries of a history that are shown,
+const BEFORE = 6; // so many of them before the last one
+const OLDEST = 8; // orders of the backlog that are listed
+
+/** Make an element with children: texts and elements. */
+export function make(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (value !== null && value !== undefined && value !== false) element.setAttribute(name, value);
+  }
+  element.append(...children.filter((child) => child !== null));
+  return element;
+}
+
+const capital = (text) => text[0].toUpperCase() + text.slice(1);
+
+/** Shows one view's run; `select` and `seek` are called when something in it is clicked. */
+export class Panel {
+  constructor(element, { select, seek }) {
+    Object.assign(this, { element, select, seek });
+    this.shown = "";
+  }
+
+  /** Show a thing of a view, or its run where nothing is selected. */
+  show(view, selected) {
+    const content = selected ? this.thing(view, selected) : this.overview(view);
+    const key = content.map((element) => element.outerHTML).join("");
+    if (key === this.shown) return; // nothing new: what has the focus keeps it
+    this.shown = key;
+    const focus = document.activeElement?.closest?.("#panel [data-key]")?.dataset.key;
+    this.element.replaceChildren(...content);
+    if (focus) this.element.querySelector(`[data-key="${CSS.escape(focus)}"]`)?.focus();
+  }
+
+  link(view, kind, id, text = view.names[kind](id)) {
+    const attributes = { type: "button", class: "link", "data-key": `${kind}:${id}`, onclick: () => this.select(view, kind, id) };
+    return make("button", attributes, text);
+  }
+
+  overview(view) {
+    const { world, run } = view;
+    const km = (view.distance(world.tick) / 1000).toFixed(1);
+    return [
+      make("h2", {}, view.letter ? view.title : "The run"),
+      facts([
+        ["Rules", make("span", { class: "links" }, ...Object.entries(run.rules).map(([role, rule]) => make("span", {}, `${role} ${rule}`)))],
+        ["Orders", `${world.done} of ${run.orders.name.length} complete, ${world.backlog} in the backlog`],
+        ["Picks", `${world.picks} in ${world.visits} visits${world.visits ? `, ${(world.picks / world.visits).toFixed(2)} each` : ""}`],
+        ["Driven", `${km} km`],
+        ["Robots", this.robots(view)],
+      ]),
+      make("h3", {}, "Stations"),
+      this.stations(view),
+      make("h3", {}, world.backlog > OLDEST ? `The ${OLDEST} oldest of ${world.backlog} orders in the backlog` : "Orders in the backlog"),
+      this.oldest(view),
+    ];
+  }
+
+  robots(view) {
+    const counts = new Map();
+    view.scene.places.forEach((here, robot) => {
+      const phase = phaseOf(view.run, view.history, robot, view.world.tick, view.world);
+      const names = { to_pod: "fetch", lifting: "fetch", to_station: "bring", queue: "queue", station: "serve", storing: "store", setting_down: "store", idle: "idle" };
+      const name = waitsOn(phase, here) ? "wait" : names[phase.phase];
+      counts.set(name, (counts.get(name) ?? 0) + 1);
+    });
+    const order = ["fetch", "bring", "queue", "serve", "store", "wait", "idle"];
+    return order.filter((name) => counts.has(name)).map((name) => `${counts.get(name)} ${name}`).join(", ");
+  }
+
+  stations(view) {
+    const rows = view.world.stations.map((station, i) =>
+      make("tr", {},
+        make("td", {}, this.link(view, "station", i, view.run.stations.name[i])),
+        make("td", {}, String(station.open.size)),
+        make("td", {}, String(station.items)),
+        make("td", {}, String(Math.max(station.line.length - (station.visit ? 1 : 0), 0))),
+        make("td", {}, view.scene.isPicking(i, view.world.tick) ? "picks" : station.items ? "waits" : "idle"),
+      ),
+    );
+    const head = ["Station", "Orders", "Items", "Queue", "Picker"].map((text) => make("th", { scope: "col" }, text));
+    return make("table", {}, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...rows));
+  }
+
+  oldest(view) {
+    const { orders } = view.world;
+    const found = [];
+    for (let i = 0; i < orders.length && found.length < OLDEST; i++) {
+      if (orders[i] === ORDER.WAITING || orders[i] === ORDER.PARTLY) found.push(i);
+    }
+    if (!found.length) return make("p", { class: "soft" }, "none");
+    return make("p", { class: "links" }, ...found.map((i) => this.link(view, "order", i)));
+  }
+
+  thing(view, { kind, id }) {
+    const { names, world } = view;
+    const back = make("button", { type: "button", class: "link back", "data-key": "back", onclick: () => this.select(view, null) }, "← whole run");
+    const head = [back, make("h2", {}, capital(names[kind](id)))];
+    return [...head, ...this[kind](view, id, world), ...this.why(view, kind, id), ...this.history(view, kind, id)];
+  }
+
+  robot(view, id, world) {
+    const phase = phaseOf(view.run, view.history, id, world.tick, world);
+    const here = view.scene.places[id];
+    const said = doing(view.names, phase, waitsOn(phase, here));
+    return [
+      make("p", { class: "now" }, `${capital(said)}.`),
+      facts([
+        ["Since", `${clockTime(phase.since)}, ${duration(world.tick - phase.since)} ago`],
+        ["At", view.names.cell(Math.round(here.y) * view.run.layout.width + Math.round(here.x))],
+        phase.pod >= 0 ? ["Pod", this.link(view, "pod", phase.pod, view.run.pods.name[phase.pod])] : null,
+        phase.station >= 0 ? ["Station", this.link(view, "station", phase.station, view.run.stations.name[phase.station])] : null,
+      ]),
+    ];
+  }
+
+  pod(view, id, world) {
+    const robot = world.podRobot[id];
+    const open = world.openItems()[id];
+    const where = robot < 0 ? `Stands at ${view.names.cell(world.podCell[id])}` : `Carried by robot ${robot + 1}`;
+    const contents = view.run.contents[id].map(([sku, number]) => {
+      const left = number < 0 ? "" : `, ${world.stock[id].get(sku)} left`;
+      return `${view.run.skus[sku]} (${world.demand[sku]} wanted${left})`;
+    });
+    const shown = contents.length > 12 ? [...contents.slice(0, 12), `and ${contents.length - 12} more`] : contents;
+    return [
+      make("p", { class: "now" }, `${where}.`),
+      facts([
+        ["Open items", String(open)],
+        ["SKUs", shown.join(", ")],
+        robot >= 0 ? ["Robot", this.link(view, "robot", robot, String(robot + 1))] : null,
+      ]),
+    ];
+  }
+
+  station(view, id, world) {
+    const station = world.stations[id];
+    const picks = view.scene.isPicking(id, world.tick);
+    const queued = station.line.filter((pod) => pod !== station.visit?.pod);
+    const said = picks ? "The picker handles an item" : station.items ? "The picker waits for a pod" : "Nothing is to be picked";
+    const pods = (ids) => (ids.length ? make("span", { class: "links" }, ...ids.map((pod) => this.link(view, "pod", pod, view.run.pods.name[pod]))) : "none");
+    const orders = [...station.open].map(([order, items]) => this.link(view, "order", order, `${view.run.orders.name[order]} (${items})`));
+    const unit = view.run.stations.counts_orders[id] ? "orders" : "items";
+    return [
+      make("p", { class: "now" }, `${said}.`),
+      facts([
+        ["Load", `${unit === "orders" ? station.open.size : station.items} of ${view.run.stations.capacity[id]} ${unit}`],
+        ["Pod there", pods(station.visit ? [station.visit.pod] : [])],
+        ["Queue", pods(queued)],
+        ["Open orders", orders.length ? make("span", { class: "links" }, ...orders) : "none"],
+      ]),
+    ];
+  }
+
+  order(view, id, world) {
+    const { run, names } = view;
+    const due = run.orders.due?.[id];
+    const status = orderStatus(run, names, world, id);
+    return [
+      make("p", { class: "now" }, `${capital(status)}.`),
+      facts([
+        ["Lines", run.lines[id].map(([sku, quantity]) => `${quantity} × ${run.skus[sku]}`).join(", ")],
+        due === undefined || due === null ? null : ["Due", clockTime(due)],
+      ]),
+    ];
+  }
+
+  why(view, kind, id) {
+    const found = why(view.run, view.names, kind, id, view.world.tick);
+    if (!found) return [];
+    const more = found.number ? make("p", { class: "soft" }, "More: ", make("code", {}, `rmfs explain ${view.run.name} --decision ${found.number}`)) : null;
+    return [make("h3", {}, "Why"), ...found.lines.map((line) => make("p", {}, line)), ...(more ? [more] : [])];
+  }
+
+  history(view, kind, id) {
+    const list = view.history[kind][id];
+    if (!list.length) return [];
+    const now = lastOf(view.run, list, view.world.tick);
+    const begin = Math.max(Math.min(now - BEFORE, list.length - NEAR), 0);
+    const rows = list.slice(begin, begin + NEAR).map((at, i) => {
+      const tick = view.run.sequence.tick[at];
+      const attributes = { class: begin + i > now ? "later" : begin + i === now ? "last" : null, "aria-current": begin + i === now ? "step" : null };
+      const jump = make("button", { type: "button", class: "link", "data-key": `at:${at}`, onclick: () => this.seek(tick) }, clockTime(tick));
+      return make("li", attributes, jump, make("span", {}, tell(view.run, view.names, at, kind)));
+    });
+    return [make("h3", {}, `History${list.length > NEAR ? `, ${begin + 1} to ${begin + rows.length} of ${list.length}` : ""}`), make("ol", { class: "history" }, ...rows)];
+  }
+}
+
+function facts(rows) {
+  const cells = rows.filter(Boolean).flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)]);
+  return make("dl", {}, ...cells);
+}

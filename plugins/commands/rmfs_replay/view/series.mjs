@@ -1,0 +1,33 @@
+// What the time line shows: throughput, backlog, and the rounds of decisions.
+
+const BINS = 120;
+const NICE_MINUTES = [1, 2, 5, 10, 15, 30, 60, 120, 240, 480, 1440];
+
+/** Width of a bin: a round number of minutes, so that there are at most about 120; shorter in a run of minutes. */
+export function binTicks(end) {
+  const minutes = end / 60000 / BINS;
+  const found = NICE_MINUTES.find((nice) => nice >= minutes) ?? Math.ceil(minutes / 1440) * 1440;
+  return minutes < 0.5 ? Math.max(Math.ceil(end / BINS / 5000) * 5000, 5000) : found * 60000;
+}
+
+/** Picks an hour in each bin, orders in the backlog at the end of each, and the times of decisions. */
+export function seriesOf(run, end = run.tick) {
+  const width = binTicks(end);
+  const n = Math.max(Math.ceil(run.tick / width), 1);
+  const picks = new Float64Array(n);
+  for (const tick of run.events.item_picked.tick) picks[Math.min(Math.floor(tick / width), n - 1)]++;
+  const perHour = picks.map((number, i) => (number * 3600000) / Math.max(Math.min(width, run.tick - i * width), 1));
+  const change = new Float64Array(n);
+  for (const tick of run.events.order_arrived.tick) change[Math.min(Math.floor(tick / width), n - 1)]++;
+  const { tick: assigned, complete } = run.events.order_assigned;
+  assigned.forEach((tick, i) => complete[i] && change[Math.min(Math.floor(tick / width), n - 1)]--);
+  let sum = 0;
+  const backlog = change.map((number) => (sum += number));
+  return { width, perHour, backlog, rounds: roundsOf(run) };
+}
+
+/** Times at which anything was decided, each once. */
+export function roundsOf(run) {
+  const ticks = [...run.events.decision_made.tick, ...(run.decisions?.tick ?? [])].sort((a, b) => a - b);
+  return Float64Array.from(new Set(ticks));
+}

@@ -1,0 +1,102 @@
+// The time line: picks an hour as bars, backlog as a line, decisions as ticks; where the clock is.
+
+import { clockTime } from "./clock.mjs";
+
+const TOP = 17;
+const BOTTOM = 9;
+
+/** Draws the series of one run; what does not change is drawn once. */
+export class Timeline {
+  constructor(canvas, series, end, label) {
+    Object.assign(this, { canvas, series, end, label });
+    this.still = document.createElement("canvas");
+    this.mostPicks = series.perHour.reduce((a, b) => Math.max(a, b), 0);
+    this.mostBacklog = series.backlog.reduce((a, b) => Math.max(a, b), 0);
+  }
+
+  resize(palette) {
+    const ratio = window.devicePixelRatio || 1;
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (!width || !height) return;
+    Object.assign(this, { ratio, width, height, palette });
+    for (const canvas of [this.canvas, this.still]) {
+      canvas.width = Math.round(width * ratio);
+      canvas.height = Math.round(height * ratio);
+    }
+    this.drawStill();
+  }
+
+  toX = (tick) => (tick / Math.max(this.end, 1)) * this.width;
+
+  drawStill() {
+    const { series, palette: p, height } = this;
+    const pen = this.still.getContext("2d");
+    pen.scale(this.ratio, this.ratio);
+    pen.clearRect(0, 0, this.width, height);
+    const floor = height - BOTTOM;
+    const tall = floor - TOP;
+    pen.fillStyle = p.levels[1];
+    series.perHour.forEach((value, i) => {
+      const x = this.toX(i * series.width);
+      const bar = (value / Math.max(this.mostPicks, 1)) * tall;
+      pen.fillRect(x, floor - bar, Math.max(this.toX(series.width) - 1, 1), bar);
+    });
+    pen.beginPath();
+    pen.strokeStyle = p.ink;
+    pen.lineWidth = 1.5;
+    pen.lineJoin = "round";
+    series.backlog.forEach((value, i) => {
+      pen.lineTo(this.toX(Math.min((i + 1) * series.width, this.end)), floor - (value / Math.max(this.mostBacklog, 1)) * tall);
+    });
+    pen.stroke();
+    pen.fillStyle = p.soft;
+    pen.globalAlpha = series.rounds.length > this.width ? 0.35 : 0.7;
+    for (const tick of series.rounds) pen.fillRect(this.toX(tick), floor + 3, 1, BOTTOM - 3);
+    pen.globalAlpha = 1;
+    pen.fillStyle = p.line;
+    pen.fillRect(0, floor, this.width, 1);
+    this.drawLabels(pen);
+  }
+
+  drawLabels(pen) {
+    const { palette: p } = this;
+    pen.font = "12px system-ui, sans-serif";
+    pen.textBaseline = "top";
+    let x = 0;
+    const say = (text, colour, mark) => {
+      if (mark) {
+        pen.fillStyle = mark;
+        pen.fillRect(x, 4, 9, 9);
+        x += 13;
+      }
+      pen.fillStyle = colour;
+      pen.fillText(text, x, 2);
+      x += pen.measureText(text).width + 14;
+    };
+    if (this.label) say(this.label, p.ink);
+    say(`picks an hour, up to ${Math.round(this.mostPicks)}`, p.soft, p.levels[1]);
+    say(`backlog, up to ${this.mostBacklog}`, p.soft, p.ink);
+    if (this.width > 560) say("decisions below", p.soft);
+  }
+
+  draw(tick) {
+    if (!this.width) return;
+    const pen = this.canvas.getContext("2d");
+    pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
+    pen.drawImage(this.still, 0, 0);
+    pen.fillStyle = this.palette.ink;
+    pen.fillRect(Math.min(this.toX(tick), this.width - 2) * this.ratio, TOP * this.ratio, 2 * this.ratio, this.canvas.height);
+  }
+
+  /** Time under a point of the page. */
+  tickAt(clientX) {
+    const box = this.canvas.getBoundingClientRect();
+    return ((clientX - box.left) / box.width) * this.end;
+  }
+
+  /** What the time line says at a time, for people. */
+  says(tick) {
+    const bin = Math.min(Math.floor(tick / this.series.width), this.series.perHour.length - 1);
+    return `${clockTime(tick)}: ${Math.round(this.series.perHour[bin])} picks an hour, backlog ${this.series.backlog[bin]}`;
+  }
+}
