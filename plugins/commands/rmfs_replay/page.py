@@ -31,9 +31,7 @@ def page(replays: Sequence[Replay]) -> str:
     return Template((VIEW / "page.html").read_text(encoding="utf-8")).substitute(
         title=escape(title),
         style=(VIEW / "style.css").read_text(encoding="utf-8").strip(),
-        runs="\n".join(
-            f'<script type="text/plain" class="run">{packed(replay)}</script>' for replay in replays
-        ),
+        runs="\n".join(f'<script type="text/plain" class="run">{packed(replay)}</script>' for replay in replays),
         script=script(),
     )
 

@@ -166,7 +166,8 @@ def _metrics(file: Path, start: Trace) -> Mapping[str, Any]:
     found, told = content.get("scenario"), start.scenario
     if different := _difference(found, told, ""):
         raise InputError(str(result), f"is of another run than {file.name}: {different}; expected what one run wrote")
-    return content["metrics"]
+    metrics: Mapping[str, Any] = content["metrics"]
+    return metrics
 
 
 def _difference(found: object, told: object, key: str) -> str | None:

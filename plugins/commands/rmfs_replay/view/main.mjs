@@ -69,7 +69,7 @@ class Page {
     this.drawn.ms += performance.now() - begin;
     if (now - this.panelShown > PANEL_EVERY_MS || !this.clock.playing) {
       this.panelShown = now;
-      this.panel.show(this.selected?.view ?? this.views[0], this.selected);
+      this.panel.show(this.views, this.selected);
       for (const view of this.views) view.numbers.textContent = numbers(view);
       $("seek").setAttribute("aria-valuetext", spokenTime(tick));
       $("play").textContent = this.clock.playing ? "Pause" : "Play";

@@ -6,7 +6,7 @@ import { ORDER } from "./world.mjs";
 
 const NEAR = 24; // entries of a history that are shown,
 const BEFORE = 6; // so many of them before the last one
-const OLDEST = 8; // orders of the backlog that are listed
+const OLDEST = 8;
 
 /** Make an element with children: texts and elements. */
 export function make(tag, attributes = {}, ...children) {
@@ -28,9 +28,9 @@ export class Panel {
     this.shown = "";
   }
 
-  /** Show a thing of a view, or its run where nothing is selected. */
-  show(view, selected) {
-    const content = selected ? this.thing(view, selected) : this.overview(view);
+  /** Show a thing that is selected, or the runs. */
+  show(views, selected) {
+    const content = selected ? this.thing(selected.view, selected) : this.overview(views);
     const key = content.map((element) => element.outerHTML).join("");
     if (key === this.shown) return; // nothing new: what has the focus keeps it
     this.shown = key;
@@ -40,25 +40,44 @@ export class Panel {
   }
 
   link(view, kind, id, text = view.names[kind](id)) {
-    const attributes = { type: "button", class: "link", "data-key": `${kind}:${id}`, onclick: () => this.select(view, kind, id) };
+    const attributes = { type: "button", class: "link", "data-key": `${view.letter}${kind}:${id}`, onclick: () => this.select(view, kind, id) };
     return make("button", attributes, text);
   }
 
-  overview(view) {
+  /** The run as a whole; of two, their figures beside each other. */
+  overview(views) {
+    const rows = ["Rules", "Orders", "Backlog", "Picks", "Visits", "Picks a visit", "Driven", "Robots"];
+    const columns = views.map((view) => this.figures(view));
+    const cells = rows.map((name, i) => [name, ...columns.map((column) => column[i])]);
+    if (views.length === 1) return [make("h2", {}, "The run"), facts(cells), ...this.parts(views[0])];
+    const head = ["", ...views.map((view) => view.letter)].map((text) => make("th", { scope: "col" }, text));
+    const body = cells.map(([name, ...values]) => make("tr", {}, make("th", { scope: "row" }, name), ...values.map((value) => make("td", {}, value))));
+    const table = make("table", { class: "compare" }, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...body));
+    return [make("h2", {}, "The runs"), table, ...views.flatMap((view) => this.parts(view))];
+  }
+
+  figures(view) {
     const { world, run } = view;
-    const km = (view.distance(world.tick) / 1000).toFixed(1);
+    const rules = Object.entries(run.rules).map(([role, rule]) => make("span", {}, `${role} ${rule}`));
     return [
-      make("h2", {}, view.letter ? view.title : "The run"),
-      facts([
-        ["Rules", make("span", { class: "links" }, ...Object.entries(run.rules).map(([role, rule]) => make("span", {}, `${role} ${rule}`)))],
-        ["Orders", `${world.done} of ${run.orders.name.length} complete, ${world.backlog} in the backlog`],
-        ["Picks", `${world.picks} in ${world.visits} visits${world.visits ? `, ${(world.picks / world.visits).toFixed(2)} each` : ""}`],
-        ["Driven", `${km} km`],
-        ["Robots", this.robots(view)],
-      ]),
-      make("h3", {}, "Stations"),
+      make("span", { class: "links" }, ...rules),
+      `${world.done} of ${run.orders.name.length} complete`,
+      String(world.backlog),
+      String(world.picks),
+      String(world.visits),
+      world.visits ? (world.picks / world.visits).toFixed(2) : "–",
+      `${(view.distance(world.tick) / 1000).toFixed(1)} km`,
+      this.robots(view),
+    ];
+  }
+
+  parts(view) {
+    const { backlog } = view.world;
+    const of = view.letter && ` of ${view.letter}`;
+    return [
+      make("h3", {}, `Stations${of}`),
       this.stations(view),
-      make("h3", {}, world.backlog > OLDEST ? `The ${OLDEST} oldest of ${world.backlog} orders in the backlog` : "Orders in the backlog"),
+      make("h3", {}, `Oldest orders in the backlog${of}, of ${backlog}`),
       this.oldest(view),
     ];
   }
@@ -102,7 +121,8 @@ export class Panel {
   thing(view, { kind, id }) {
     const { names, world } = view;
     const back = make("button", { type: "button", class: "link back", "data-key": "back", onclick: () => this.select(view, null) }, "← whole run");
-    const head = [back, make("h2", {}, capital(names[kind](id)))];
+    const of = view.letter && ` of ${view.letter}`;
+    const head = [back, make("h2", {}, `${capital(names[kind](id))}${of}`)];
     return [...head, ...this[kind](view, id, world), ...this.why(view, kind, id), ...this.history(view, kind, id)];
   }
 
