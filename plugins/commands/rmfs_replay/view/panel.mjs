@@ -50,6 +50,7 @@ export class Panel {
     const columns = views.map((view) => this.figures(view));
     const cells = rows.map((name, i) => [name, ...columns.map((column) => column[i])]);
     if (views.length === 1) return [make("h2", {}, "The run"), facts(cells), ...this.parts(views[0])];
+    cells.shift(); // what differs in the rules stands above each view
     const head = ["", ...views.map((view) => view.letter)].map((text) => make("th", { scope: "col" }, text));
     const body = cells.map(([name, ...values]) => make("tr", {}, make("th", { scope: "row" }, name), ...values.map((value) => make("td", {}, value))));
     const table = make("table", { class: "compare" }, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...body));
@@ -91,7 +92,8 @@ export class Panel {
       counts.set(name, (counts.get(name) ?? 0) + 1);
     });
     const order = ["fetch", "bring", "queue", "serve", "store", "wait", "idle"];
-    return order.filter((name) => counts.has(name)).map((name) => `${counts.get(name)} ${name}`).join(", ");
+    const said = order.filter((name) => counts.has(name)).map((name) => make("span", {}, `${counts.get(name)} ${name}`));
+    return make("span", { class: "links" }, ...said);
   }
 
   stations(view) {

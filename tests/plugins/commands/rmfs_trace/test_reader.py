@@ -15,7 +15,7 @@ from rmfs_core import InputError
 from rmfs_core.events import DecisionMade, OrderArrived, OrderAssigned, RobotMoved
 from rmfs_core.info import RunInfo
 from rmfs_core.roles import Role
-from rmfs_trace import TraceWriter, read_trace
+from rmfs_trace import TraceStream, TraceWriter, read_trace
 
 EVENTS = (
     OrderArrived(0, 0),
@@ -47,6 +47,23 @@ def test_every_event_comes_back(trace_file: Path) -> None:
     trace = read_trace(trace_file)
     assert trace.events == EVENTS
     assert (trace.tick, trace.status) == (6000, "partial")
+
+
+def test_a_stream_reads_as_far_as_it_is_asked(trace_file: Path) -> None:
+    """The header at once, then an event at a time: what is wrong further down is found when it is come to."""
+    rewrite(trace_file, lambda lines: [*lines[:3], "{}", *lines[4:]])
+    stream = TraceStream(trace_file)
+    assert len(stream.start.instance.orders) == 2
+    events = iter(stream)
+    assert [next(events), next(events)] == list(EVENTS[:2])
+    with pytest.raises(InputError, match=r"line 4: found the event None; expected one of "):
+        next(events)
+
+
+def test_a_stream_knows_the_end_when_it_is_read(trace_file: Path) -> None:
+    """When, and how; the events are those of the whole trace."""
+    stream = TraceStream(trace_file)
+    assert (tuple(stream), stream.tick, stream.status) == (EVENTS, 6000, "partial")
 
 
 def test_cells_are_read_by_their_digits(trace_file: Path) -> None:

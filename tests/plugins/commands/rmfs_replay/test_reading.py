@@ -1,0 +1,96 @@
+"""Reading what a run has recorded, and refusing what is no recorded run."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rmfs_core import InputError
+from rmfs_replay.reading import Replay, read_replay, rules_of, summaries
+
+
+def test_what_the_page_is_told(replay: Replay) -> None:
+    """Names, layout, rules with what they do, and the metrics of the result."""
+    told = replay.to_dict()
+    assert told["name"] == "day"
+    assert told["status"] == "complete"
+    assert told["tick"] == replay.tick > 0
+    assert len(told["layout"]["kind"]) == told["layout"]["width"] * told["layout"]["height"]
+    assert told["metrics"]["orders_completed"] == len(told["orders"]["name"]) == 20
+    assert told["about"]["nearest"] == "Store a pod in the nearest free storage location."
+    assert sum(told["legs"]["n"]) == len(told["legs"]["gap"])
+    assert "due" not in told["orders"]
+    json.dumps(told, allow_nan=False)
+
+
+def test_the_trace_alone(day: Path, tmp_path: Path) -> None:
+    """A trace file is enough; there are no metrics then."""
+    shutil.copy(day / "trace.jsonl.gz", tmp_path / "other.jsonl.gz")
+    found = read_replay(tmp_path / "other.jsonl.gz")
+    assert found.metrics == {}
+    assert found.name == tmp_path.name
+
+
+def test_rules_with_parameters_have_their_names() -> None:
+    """A scenario gives a rule alone, or in a table with parameters; a joint rule decides two things."""
+    rules = {"poa_pps": {"rule": "lns", "iterations": 3}, "pr": "nearest", "poa": None, "filters": []}
+    assert rules_of({"rules": rules}) == {"POA+PPS": "lns", "PR": "nearest"}
+    assert summaries({"./my.py:Mine", "nearest"}) == {"nearest": "Store a pod in the nearest free storage location."}
+
+
+def cut_off(folder: Path) -> None:
+    """Take the end of the trace away."""
+    file = folder / "trace.jsonl.gz"
+    lines = gzip.decompress(file.read_bytes()).splitlines(keepends=True)
+    file.write_bytes(gzip.compress(b"".join(lines[:-5])))
+
+
+def cut_through(folder: Path) -> None:
+    """Take the second half of the file away."""
+    file = folder / "trace.jsonl.gz"
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+
+
+def other_result(folder: Path) -> None:
+    """Put the result of another run beside the trace."""
+    file = folder / "result.json"
+    content = json.loads(file.read_text(encoding="utf-8"))
+    content["scenario"]["rules"]["pps"] = "completes"
+    file.write_text(json.dumps(content), encoding="utf-8")
+
+
+def no_result(folder: Path) -> None:
+    """Let the result be something else."""
+    (folder / "result.json").write_text("[]", encoding="utf-8")
+
+
+def other_ids(folder: Path) -> None:
+    """Let an event name a pod that is not there."""
+    file = folder / "trace.jsonl.gz"
+    text = gzip.decompress(file.read_bytes()).decode()
+    at = text.index('"e":"trip_decided"')
+    file.write_bytes(gzip.compress((text[:at] + text[at:].replace('"pod":', '"pod":9', 1)).encode()))
+
+
+@pytest.mark.parametrize(
+    ("damage", "sentence"),
+    [
+        (lambda folder: (folder / "trace.jsonl.gz").unlink(), r"has no trace.jsonl.gz; `rmfs run --trace` records one"),
+        (cut_off, r"the trace was cut off here; expected a last line with the event 'end'"),
+        (cut_through, r"trace.jsonl.gz, line \d+: the file was cut off here"),
+        (other_result, r"another run than trace.jsonl.gz: its rules.pps is 'completes', that of the trace 'demand'"),
+        (no_result, "expected a result that rmfs has written, with the key `metrics`"),
+        (other_ids, "TripDecided names pod 9"),
+    ],
+)
+def test_what_is_no_recorded_run(day: Path, tmp_path: Path, damage: Callable[[Path], object], sentence: str) -> None:
+    """One sentence says what is wrong, and how to get what is missing."""
+    shutil.copytree(day, tmp_path, dirs_exist_ok=True)
+    damage(tmp_path)
+    with pytest.raises(InputError, match=sentence):
+        read_replay(tmp_path)
