@@ -3,7 +3,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 JOBS ?= 2
 
-.PHONY: run test slow long lint docs bench clean
+.PHONY: run test slow js long lint docs bench clean
 
 run: $(VENV)/installed
 	$(BIN)/rmfs run scenarios/paper-250.toml
@@ -13,6 +13,10 @@ test: $(VENV)/installed-dev
 
 slow: $(VENV)/installed-dev
 	$(BIN)/python -m pytest -m slow -n $(JOBS) --dist loadfile
+
+# The JavaScript of the page that `rmfs replay` writes; node's own test runner, nothing of npm.
+js:
+	node --test tests/plugins/commands/rmfs_replay/view/*.test.mjs
 
 # What takes too long for every change: done before a release.
 long: $(VENV)/installed-dev

@@ -37,6 +37,7 @@ NO_TEST_OF_ITS_OWN = {
 
 TESTS_OF_SEVERAL = {
     "tests/plugins/commands/rmfs_kit/test_fresh_environment.py": "what a stranger does, from wheel to rule",
+    "tests/plugins/commands/rmfs_replay/test_browser.py": "the page, in a real browser",
     "tests/plugins/commands/rmfs_states/test_replay.py": "recorded states, rebuilt and decided again",
     "tests/plugins/commands/rmfs_testing/test_needs.py": "a rule that needs something, through all tools",
     "tests/plugins/commands/rmfs_testing/test_shipped_rules.py": "every shipped rule against what all promise",

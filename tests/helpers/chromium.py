@@ -29,7 +29,9 @@ OPTIONS = (
     "--remote-debugging-pipe",
 )
 LONGEST_S = 60
-KEY_CODES = {" ": ("Space", 32), "Home": ("Home", 36), "End": ("End", 35), "ArrowRight": ("ArrowRight", 39)}
+KEYS = {" ": 32, "Enter": 13, "Escape": 27, "End": 35, "Home": 36, "ArrowUp": 38, "ArrowRight": 39}
+"""Keys that are no letters, with their numbers."""
+TEXTS = {"Enter": "\r"}
 
 
 class Chromium:
@@ -65,6 +67,7 @@ class Chromium:
         self._session = self._call("Target.attachToTarget", targetId=page, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network"):
             self._call(f"{domain}.enable")
+        self._call("Emulation.setFocusEmulationEnabled", enabled=True)
         self.requests: list[str] = []
         """Addresses that the page asked for."""
 
@@ -137,9 +140,8 @@ class Chromium:
 
     def press(self, key: str) -> None:
         """Press a key and release it."""
-        code, number = KEY_CODES.get(key, (f"Key{key.upper()}", ord(key.upper()[0])))
-        told = {"key": key, "code": code, "windowsVirtualKeyCode": number}
-        text = {"text": key} if len(key) == 1 else {}
+        told = {"key": key, "windowsVirtualKeyCode": KEYS.get(key, ord(key[0].upper()))}
+        text = {"text": TEXTS.get(key, key)} if len(key) == 1 or key in TEXTS else {}
         self._call("Input.dispatchKeyEvent", type="keyDown", **told, **text)
         self._call("Input.dispatchKeyEvent", type="keyUp", **told)
 

@@ -251,9 +251,11 @@ def of_recording(draft: Draft) -> None:
 
 
 def of_trace(draft: Draft) -> None:
-    """Traces that are validated, with the results beside them."""
+    """Traces that are validated or shown, with the results beside them."""
     _run_folder(draft, RUN_FILES)
     draft.arguments = ["validate", "run", *draft.random.choice(((), (), ("--json",), ("--collisions",)))]
+    if draft.random.random() < 0.3:
+        draft.arguments = ["replay", "run", *draft.random.choice(((), ("--frames", "2"), ("--video", "x.gif")))]
 
 
 def of_experiment(draft: Draft) -> None:
@@ -306,6 +308,8 @@ def of_arguments(draft: Draft) -> None:
         ("scenario", "schema"),
         ("generate", "tiny.toml", "--out", "out", "--seed", "3"),
         ("validate", "run", "--limit", "3"),
+        ("replay", "run", "--out", "x.html"),
+        ("replay", "run", "--frames", "2", "--from", "3", "--to", "9", "--out", "out"),
         ("explain", "run", "--period", "1", "--against", "first-come", "--limit", "3", "--state", "out.json"),
         ("explain", "run", "--pod", "1"),
         ("explain", "run", "--order", "1"),

@@ -58,7 +58,7 @@ def replay(
     from rmfs_core.errors import InputError
     from rmfs_core.results.files import write_text
     from rmfs_replay.page import page
-    from rmfs_replay.reading import read_replay
+    from rmfs_replay.reading import read_replay, sound
 
     if frames is not None and video is not None:
         raise InputError("--video", "found with --frames; expected one of them")
@@ -75,17 +75,18 @@ def replay(
         raise InputError(option, "found without --frames or --video; expected it with one of them")
     replays = [read_replay(one) for one in (folder, other) if one is not None]
     beside = folder if folder.is_dir() else folder.parent
-    if frames is not None:
-        target = out or beside / PICTURES
-        _frames(replays, target, frames, _span(replays, begin_s, end_s))
-        said = f"{frames} picture{'s' if frames > 1 else ''} in {target}."
-    elif video is not None:
-        _video(replays, video, speed, _span(replays, begin_s, end_s))
-        said = f"A video in {video}."
-    else:
-        target = out or beside / PAGE
-        write_text(target, page(replays))
-        said = f"Open {target} in a browser."
+    with sound(folder):
+        if frames is not None:
+            target = out or beside / PICTURES
+            _frames(replays, target, frames, _span(replays, begin_s, end_s))
+            said = f"{frames} picture{'s' if frames > 1 else ''} in {target}."
+        elif video is not None:
+            _video(replays, video, speed, _span(replays, begin_s, end_s))
+            said = f"A video in {video}."
+        else:
+            target = out or beside / PAGE
+            write_text(target, page(replays))
+            said = f"Open {target} in a browser."
     if not quiet:
         click.echo(said)
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import inspect
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from importlib.metadata import EntryPoint
 from itertools import chain
 from pathlib import Path
@@ -139,17 +140,24 @@ def read_replay(path: str | Path) -> Replay:
         file = file / FILE
     stream = TraceStream(file)
     metrics = _metrics(file, stream.start)
-    try:
+    with sound(file):
         check_readable(stream.start)
         builder = ColumnsBuilder(stream.start)
         for event in stream:
             builder.add(event)
-    except (TypeError, KeyError, IndexError, AttributeError, ValueError, ArithmeticError) as error:
-        problem = "what it says does not fit together, so that it cannot be shown; expected what rmfs has recorded"
-        raise InputError(str(file), f"{problem} ({one_line(error)})") from error
     decisions = recorded_decisions(file.parent, stream.start)
     name = file.resolve().parent.name
     return Replay(name, stream.start, stream.tick, stream.status, builder.columns(), metrics, decisions)
+
+
+@contextmanager
+def sound(file: Path) -> Iterator[None]:
+    """Say in a sentence that a trace cannot be shown which nothing has recorded."""
+    try:
+        yield
+    except (TypeError, KeyError, IndexError, AttributeError, ValueError, ArithmeticError) as error:
+        problem = "what it says does not fit together, so that it cannot be shown; expected what rmfs has recorded"
+        raise InputError(str(file), f"{problem} ({one_line(error)})") from error
 
 
 def _metrics(file: Path, start: Trace) -> Mapping[str, Any]:

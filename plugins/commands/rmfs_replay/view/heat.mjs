@@ -59,9 +59,10 @@ export function waits(run, history, robot, found) {
     if (name.startsWith("pod_")) changes.push(run.events[name].start_tick[sequence.index[at]]);
   }
   changes.sort((a, b) => a - b);
+  const last = changes.at(-1) ?? 0; // what a robot does after its last leg and this is not told
   let rests = 0;
   for (let i = 0; i <= legs.n; i++) {
-    const goes = i < legs.n ? legs.start[i] + legs.wait[i] : run.tick;
+    const goes = i < legs.n ? legs.start[i] + legs.wait[i] : last;
     const here = place(run, robot, Math.max(rests, 0), {});
     for (let begin = rests; begin < goes; ) {
       const next = changes[lastUpTo(changes, begin) + 1] ?? Infinity;

@@ -2,12 +2,14 @@
 
 import { HEATS } from "./heat.mjs";
 import { make } from "./panel.mjs";
+import { plural } from "./story.mjs";
 
 const KINDS = { robot: "robots", pod: "pods", station: "stations", order: "orders" };
 
 /** Figures of a view now, in a line. */
 export function numbers({ world, distance }) {
-  return `${world.done} orders, ${world.picks} picks, ${world.visits} visits, backlog ${world.backlog}, ${(distance(world.tick) / 1000).toFixed(1)} km`;
+  const counted = [plural(world.done, "order"), plural(world.picks, "pick"), plural(world.visits, "visit")];
+  return [...counted, `backlog ${world.backlog}`, `${(distance(world.tick) / 1000).toFixed(1)} km`].join(", ");
 }
 
 const swatch = (colour, shape = "square") => make("i", { class: shape, style: `--colour: ${colour}` });

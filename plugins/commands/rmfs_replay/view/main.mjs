@@ -170,7 +170,7 @@ class Page {
     $("help").onclick = () => $("keys").showModal();
     $("seek").oninput = () => this.seek(Number($("seek").value));
     $("find").onchange = () => this.find($("find").value);
-    $("find").onkeydown = (event) => event.key === "Enter" && this.find($("find").value);
+    $("find").addEventListener("keydown", ({ key }) => key === "Enter" && this.find($("find").value));
     document.addEventListener("keydown", (event) => this.key(event));
     for (const view of this.views) this.pointer(view);
     window.addEventListener("beforeprint", () => this.print(true));

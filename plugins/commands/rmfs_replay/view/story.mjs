@@ -32,7 +32,8 @@ export function histories(run) {
   return found;
 }
 
-const plural = (number, one, many = `${one}s`) => `${number} ${number === 1 ? one : many}`;
+/** A number of things in words. */
+export const plural = (number, one, many = `${one}s`) => `${number} ${number === 1 ? one : many}`;
 
 /** Names of things, as a person says them. */
 export class Names {

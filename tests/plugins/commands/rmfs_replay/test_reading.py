@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from rmfs_core import InputError
+from rmfs_core.cli import main
 from rmfs_replay.reading import Replay, read_replay, rules_of, summaries
 
 
@@ -75,6 +76,27 @@ def other_ids(folder: Path) -> None:
     text = gzip.decompress(file.read_bytes()).decode()
     at = text.index('"e":"trip_decided"')
     file.write_bytes(gzip.compress((text[:at] + text[at:].replace('"pod":', '"pod":9', 1)).encode()))
+
+
+def other_header(folder: Path) -> None:
+    """Let the header have a text for the time from which on is measured."""
+    (folder / "result.json").unlink()
+    file = folder / "trace.jsonl.gz"
+    header, rest = gzip.decompress(file.read_bytes()).decode().split("\n", 1)
+    changed = json.loads(header)
+    changed["scenario"]["run"] = {"warmup_s": "soon"}
+    file.write_bytes(gzip.compress(f"{json.dumps(changed)}\n{rest}".encode()))
+
+
+def test_a_header_that_nothing_has_recorded(day: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What is only found when the page is made is a sentence, too."""
+    shutil.copytree(day, tmp_path, dirs_exist_ok=True)
+    other_header(tmp_path)
+    with pytest.raises(SystemExit) as stop:
+        main(["replay", str(tmp_path)])
+    assert stop.value.code == 2
+    assert "does not fit together, so that it cannot be shown" in capsys.readouterr().err
+    assert not (tmp_path / "replay.html").exists()
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,103 @@
+// A run of half a minute, as rmfs_replay/columns.py packs it: one robot brings a pod to the only station.
+//
+//   p q . . . .      p, q: pods in storage; the robot stands beneath p
+//   . . . . < S      <: queue, S: station
+
+import { unpack } from "../../../../../plugins/commands/rmfs_replay/view/unpack.mjs";
+
+const KINDS = {
+  order_arrived: ["order"],
+  order_assigned: ["order", "station", "skus", "items", "period", "complete"],
+  trip_decided: ["pod", "station"],
+  task_assigned: ["robot", "pod"],
+  pod_lifted: ["start_tick", "robot", "pod", "cell"],
+  pod_stored: ["start_tick", "robot", "pod", "cell"],
+  queue_joined: ["robot", "pod", "station"],
+  visit_started: ["visit", "robot", "pod", "station"],
+  item_picked: ["start_tick", "picker_free_tick", "visit", "station", "pod", "order", "sku"],
+  visit_ended: ["visit", "pod", "station", "picks", "next_station"],
+  order_completed: ["order"],
+  decision_made: ["period", "decides", "rule", "backlog", "assignments", "trips", "status", "objective", "bound", "stopped_early"],
+};
+
+const EVENTS = [
+  [0, "order_arrived", 0],
+  [0, "order_assigned", 0, 0, [0, 1], 3, 1, 1],
+  [0, "decision_made", 1, 0, 1, 1, 1, 0, 2, 4.5, 3, 0],
+  [0, "trip_decided", 0, 0],
+  [0, "decision_made", 1, 3, 4, 0, 0, 1, 5, null, null, 0],
+  [0, "task_assigned", 0, 0],
+  [2200, "pod_lifted", 0, 0, 0, 0],
+  [5000, "order_arrived", 1],
+  [10417, "queue_joined", 0, 0, 0],
+  [13042, "visit_started", 1, 0, 0, 0],
+  [20042, "item_picked", 13042, 26042, 1, 0, 0, 0, 0],
+  [27042, "item_picked", 26042, 29000, 1, 0, 0, 0, 0],
+  [27042, "visit_ended", 1, 0, 0, 2, -1],
+];
+const TEXTS = ["POA", "pod-match", "optimal", "PPS", "demand", "decided"];
+const LEGS = [
+  // start, wait, turn, run, towards, metres
+  [2200, 800, 625, 4167, 0, 4],
+  [7792, 0, 625, 2000, 3, 1],
+  [10417, 0, 625, 2000, 0, 1],
+];
+
+function packedEvents() {
+  const events = {};
+  for (const [name, fields] of Object.entries(KINDS)) {
+    const columns = { tick: [], ...Object.fromEntries(fields.map((field) => [field, []])) };
+    if (fields.includes("skus")) columns.skus_n = [];
+    let last = 0;
+    for (const [tick, kind, ...values] of EVENTS) {
+      if (kind !== name) continue;
+      columns.tick.push(tick - last);
+      last = tick;
+      fields.forEach((field, i) => {
+        const value = values[i];
+        if (field === "skus") {
+          columns.skus.push(...value);
+          columns.skus_n.push(value.length);
+        } else columns[field].push(field === "start_tick" ? tick - value : field === "picker_free_tick" ? value - tick : value);
+      });
+    }
+    events[name] = columns;
+  }
+  return events;
+}
+
+function packedLegs() {
+  let free = 0;
+  const gap = LEGS.map(([start, wait, turn, run]) => {
+    const found = start - free;
+    free = start + wait + turn + run;
+    return found;
+  });
+  const column = (i) => LEGS.map((leg) => leg[i]);
+  return { n: [LEGS.length], gap, wait: column(1), turn: column(2), run: column(3), towards: column(4), metres: column(5), whole: column(5), jump: [0, 0, 0] };
+}
+
+/** The run as the page is told it. */
+export function packed() {
+  return {
+    name: "sample", status: "partial", tick: 30000, seed: 1, warmup: 0,
+    rules: { POA: "pod-match", PPS: "demand" },
+    about: { demand: "Send the pod whose contents are wanted most." },
+    metrics: {},
+    layout: { width: 6, height: 2, kind: "221111111134", queues: [[11, 10]] },
+    motion: { acceleration: 1, speed: 1.5 },
+    skus: ["a", "b"],
+    orders: { name: ["first", "second"], lines_n: [2, 1], lines: [0, 2, 1, 1, 0, 1] },
+    pods: { name: ["p", "q"], contents_n: [1, 1], contents: [0, -1, 1, 1], cell: [0, 1], robot: [-1, -1], bound_for: [[], []] },
+    robots: { cell: [0], heading: [1] },
+    stations: { name: ["1"], capacity: [15], counts_orders: [false] },
+    blocked: [],
+    legs: packedLegs(),
+    events: packedEvents(),
+    order: EVENTS.map(([, kind]) => String.fromCharCode(97 + Object.keys(KINDS).indexOf(kind))).join(""),
+    texts: TEXTS,
+    decisions: null,
+  };
+}
+
+export const sample = () => unpack(packed());

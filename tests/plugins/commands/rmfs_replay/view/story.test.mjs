@@ -1,0 +1,69 @@
+// What things do, did, and why.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { doing, histories, Names, orderStatus, phaseOf, tell, waitsOn, why } from "../../../../../plugins/commands/rmfs_replay/view/story.mjs";
+import { World } from "../../../../../plugins/commands/rmfs_replay/view/world.mjs";
+import { sample } from "./sample.mjs";
+
+const run = sample();
+const names = new Names(run);
+const history = histories(run);
+const at = (tick) => phaseOf(run, history, 0, tick, new World(run).go(tick));
+
+test("what a robot is at", () => {
+  const phases = [0, 2200, 10417, 13042, 27042].map((tick) => at(tick).phase);
+  assert.deepEqual(phases, ["lifting", "to_station", "queue", "station", "storing"]);
+  assert.deepEqual(at(5000), { phase: "to_station", pod: 0, station: 0, since: 2200 });
+  assert.equal(doing(names, at(5000), false), "carries pod p to station 1");
+  assert.equal(doing(names, at(27042), true), "takes pod p to storage; stands still, for others or for room");
+});
+
+test("a robot on a way that does not move waits; one in a queue queues", () => {
+  assert.ok(waitsOn(at(2500), { moving: false }));
+  assert.ok(!waitsOn(at(2500), { moving: true }));
+  assert.ok(!waitsOn(at(10417), { moving: false }));
+});
+
+test("histories tell what concerns each", () => {
+  const told = (kind, id) => history[kind][id].map((place) => tell(run, names, place, kind));
+  assert.deepEqual(told("robot", 0), [
+    "told to fetch pod p", "lifted pod p", "joined the queue of station 1", "stood at station 1", "left station 1 after 2 picks",
+  ]);
+  assert.deepEqual(told("pod", 0).slice(0, 3), ["sent to station 1", "robot 1 comes for it", "lifted by robot 1 at row 1, column 1"]);
+  assert.deepEqual(told("station", 0), ["given order first, 3 items in period 1", "pod p came", "pod p left after 2 picks"]);
+  assert.deepEqual(told("order", 0).slice(0, 3), [
+    "arrived", "assigned to station 1: 3 items in period 1", "SKU a picked from pod p at station 1",
+  ]);
+  assert.deepEqual(told("pod", 1), []);
+});
+
+test("how far an order has come", () => {
+  const status = (order, tick) => orderStatus(run, names, new World(run).go(tick), order);
+  assert.equal(status(1, 0), "has not arrived yet");
+  assert.equal(status(1, 5000), "waits in the backlog: 1 item");
+  assert.equal(status(0, 20042), "at station 1: 2 items to pick");
+});
+
+test("why: the decision that the trace tells of", () => {
+  assert.deepEqual(why(run, names, "pod", 0, 9000), {
+    lines: [
+      "PPS by demand at 0:00:00: pod p goes to station 1.",
+      "demand: Send the pod whose contents are wanted most.",
+      "It saw 0 orders in the backlog.",
+    ],
+    number: 0,
+    tick: 0,
+  });
+  const order = why(run, names, "order", 0, 9000);
+  assert.equal(order.lines.at(-1), "The solve ended optimal: objective 4.5, bound 3.");
+  assert.equal(why(run, names, "order", 1, 9000), null);
+});
+
+test("why: the recorded decision says more, and its number", () => {
+  const recorded = { tick: [0, 0], decides: ["PPS", "TA"], rule: ["demand", "nearest"], backlog: [4, 4], at: [0, 1, 2], what: [1, 2], one: [0, 0], other: [0, 0] };
+  const found = why({ ...run, decisions: recorded }, names, "robot", 0, 100);
+  assert.deepEqual(found.lines, ["TA by nearest at 0:00:00: robot 1 fetches pod p.", "It saw 4 orders in the backlog."]);
+  assert.equal(found.number, 2);
+  assert.equal(why({ ...run, decisions: recorded }, names, "pod", 0, 100).number, 1);
+});

@@ -1,0 +1,46 @@
+// The warehouse at any time, forwards and backwards.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { ORDER, World } from "../../../../../plugins/commands/rmfs_replay/view/world.mjs";
+import { sample } from "./sample.mjs";
+
+const plain = (world) => ({
+  pods: [...world.podCell], carried: [...world.robotPod], orders: [...world.orders], open: [...world.openItems()],
+  stations: world.stations.map(({ line, visit, open, items }) => ({ line: [...line], visit, open: [...open], items })),
+  counts: [world.backlog, world.done, world.picks, world.visits],
+});
+
+test("orders arrive, are assigned, and are picked", () => {
+  const world = new World(sample());
+  assert.deepEqual([...world.go(0).orders], [ORDER.ASSIGNED, ORDER.ABSENT]);
+  assert.deepEqual([...world.openItems()], [2, 1]);
+  assert.deepEqual([...world.go(5000).openItems()], [3, 1]); // the second order wants an a, too
+  assert.equal(world.backlog, 1);
+  assert.deepEqual([...world.go(20042).stations[0].open], [[0, 2]]);
+  assert.deepEqual([...world.openItems()], [2, 1]);
+  assert.deepEqual([world.picks, world.visits, world.done], [1, 1, 0]);
+});
+
+test("a pod is in storage, carried, in line, at the station", () => {
+  const world = new World(sample());
+  assert.equal(world.go(2199).podCell[0], 0);
+  assert.deepEqual([world.go(2200).podCell[0], world.robotPod[0]], [-1, 0]);
+  assert.deepEqual(world.go(10417).stations[0].line, [0]);
+  assert.deepEqual(world.go(13042).stations[0].visit, { pod: 0, robot: 0 });
+  assert.deepEqual(world.go(27042).stations[0].line, []);
+});
+
+test("going back is as having never gone on", () => {
+  const run = sample();
+  const world = new World(run);
+  for (const tick of [30000, 20042, 5000, 13041, 0, 27042, 2200]) {
+    assert.deepEqual(plain(world.go(tick)), plain(new World(run).go(tick)), String(tick));
+  }
+});
+
+test("no more items are wanted of a pod than it has", () => {
+  const run = sample();
+  run.lines[0][1][1] = 5;
+  assert.equal(new World(run).go(0).openItems()[1], 1);
+});
