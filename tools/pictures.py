@@ -1,9 +1,10 @@
-"""Make the pictures of README.md and the documentation: a run on the terminal, and a comparison's plot.
+"""Make the pictures of README.md and the documentation: a run on the terminal and in a browser, a comparison's plot.
 
 Usage: python tools/pictures.py
 
-Writes docs/_static/run.svg (`rmfs run paper-250`: its live display on the way, and its summary) and
-docs/_static/comparison.png (the differences that `rmfs compare small-rules` plots). Takes half a minute.
+Writes docs/_static/run.svg (`rmfs run paper-250`: its live display on the way, and its summary),
+docs/_static/comparison.png (the differences that `rmfs compare small-rules` plots) and docs/_static/replay.png (what
+Chromium shows of the page that `rmfs replay` writes of paper-250). Takes half a minute.
 """
 
 from __future__ import annotations
@@ -49,8 +50,17 @@ def picture_of_run(folder: Path) -> str:
     return re.sub(r"@font-face \{.*?\}\s*", "", svg, flags=re.DOTALL)
 
 
+def picture_of_page(page: Path, asked: str, size: tuple[int, int], picture: Path) -> None:
+    """Save what Chromium shows of a page as a PNG; ``asked`` stands behind the page's address."""
+    options = ["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--disable-background-networking"]
+    wait = "--virtual-time-budget=3000"  # milliseconds of the page's own time, for it to unpack and draw
+    shape = f"--window-size={size[0]},{size[1]}"
+    command = ["chromium", *options, wait, shape, f"--screenshot={picture}", f"{page.resolve().as_uri()}{asked}"]
+    subprocess.run(command, capture_output=True, check=True)
+
+
 def main() -> int:
-    """Write both pictures."""
+    """Write the pictures."""
     PICTURES.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -58,6 +68,10 @@ def main() -> int:
         call(["compare", "small-rules", "--quiet"], folder)
         plot = folder / "rmfs-runs" / "small-rules" / "plots" / "differences.png"
         shutil.copyfile(plot, PICTURES / "comparison.png")
+        call(["run", "paper-250", "--trace", "--record-decisions", "--quiet", "--out", "paper-250"], folder)
+        call(["replay", "paper-250"], folder)
+        asked = "#t=1200&show=robot 2&theme=light"
+        picture_of_page(folder / "paper-250" / "replay.html", asked, (1280, 720), PICTURES / "replay.png")
     return 0
 
 

@@ -46,7 +46,7 @@ export class Panel {
 
   /** The run as a whole; of two, their figures beside each other. */
   overview(views) {
-    const rows = ["Rules", "Orders", "Backlog", "Picks", "Visits", "Picks a visit", "Driven", "Robots"];
+    const rows = ["Rules", "Complete", "Backlog", "Picks", "Visits", "Picks a visit", "Driven", "Robots"];
     const columns = views.map((view) => this.figures(view));
     const cells = rows.map((name, i) => [name, ...columns.map((column) => column[i])]);
     if (views.length === 1) return [make("h2", {}, "The run"), facts(cells), ...this.parts(views[0])];
@@ -62,7 +62,7 @@ export class Panel {
     const rules = Object.entries(run.rules).map(([role, rule]) => make("span", {}, `${role} ${rule}`));
     return [
       make("span", { class: "links" }, ...rules),
-      `${world.done} of ${run.orders.name.length} complete`,
+      `${world.done} of ${run.orders.name.length} orders`,
       String(world.backlog),
       String(world.picks),
       String(world.visits),
