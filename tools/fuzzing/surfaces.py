@@ -255,7 +255,11 @@ def of_trace(draft: Draft) -> None:
     _run_folder(draft, RUN_FILES)
     draft.arguments = ["validate", "run", *draft.random.choice(((), (), ("--json",), ("--collisions",)))]
     if draft.random.random() < 0.3:
-        draft.arguments = ["replay", "run", *draft.random.choice(((), ("--frames", "2"), ("--video", "x.gif")))]
+        draft.arguments = [
+            "replay",
+            "run",
+            *draft.random.choice(((), ("--frames", "2"), ("--video", "x.gif", "--speed", "900"))),
+        ]
 
 
 def of_experiment(draft: Draft) -> None:

@@ -118,12 +118,16 @@ def _frames(replays: list[Replay], folder: Path, number: int, span: tuple[int, i
 
 def _video(replays: list[Replay], file: Path, speed: float | None, span: tuple[int, int]) -> None:
     from rmfs_core.clock import TICKS_PER_S
+    from rmfs_core.errors import InputError
     from rmfs_replay.frames import pictures
-    from rmfs_replay.video import RATES, WIDTHS, kind_of, write_video
+    from rmfs_replay.video import MOST, RATES, WIDTHS, kind_of, write_video
 
     begin, end = span
     kind = kind_of(file)
     step = (end - begin) / (VIDEO_S * RATES[kind]) if speed is None else TICKS_PER_S * speed / RATES[kind]
-    number = int((end - begin) / step) + 1 if step else 1
+    number = int(min((end - begin) / step, 1e9)) + 1 if step else 1
+    if number > MOST[kind]:
+        made = f"makes {number:,} pictures; expected at most {MOST[kind]:,}"
+        raise InputError(f"--speed {speed:g}", f"{made}, by a higher speed or a shorter time")
     ticks = (min(round(begin + i * step), end) for i in range(number))
     write_video(file, pictures(replays, ticks, WIDTHS[kind]))

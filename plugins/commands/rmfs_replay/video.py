@@ -15,6 +15,8 @@ from rmfs_core.results.files import AtomicFile, output_folder, staged
 
 RATES = {".gif": 10, ".mp4": 30}
 """Pictures a second, of each kind of video."""
+MOST = {".gif": 2_000, ".mp4": 100_000}
+"""Pictures that a video may have: those of a GIF are held in memory until it is written."""
 WIDTHS = {".gif": 960, ".mp4": 1280}
 PICTURE_WIDTH = 1600
 

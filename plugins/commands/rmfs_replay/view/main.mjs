@@ -67,7 +67,7 @@ class Page {
     if (document.activeElement !== $("seek") || this.clock.playing) $("seek").value = tick;
     this.drawn.frames++;
     this.drawn.ms += performance.now() - begin;
-    if (now - this.panelShown > PANEL_EVERY_MS || !this.clock.playing) {
+    if (Math.abs(now - this.panelShown) > PANEL_EVERY_MS || !this.clock.playing) {
       this.panelShown = now;
       this.panel.show(this.views, this.selected);
       for (const view of this.views) view.numbers.textContent = numbers(view);
@@ -139,8 +139,9 @@ class Page {
   select(thing) {
     this.selected = thing || null;
     this.stale = true;
-    const said = this.selected ? `${thing.view.names[thing.kind](thing.id)} selected` : "whole run";
-    $("said").textContent = said;
+    this.draw(performance.now());
+    const now = $("panel").querySelector(".now")?.textContent ?? "";
+    this.say(thing ? `${thing.view.names[thing.kind](thing.id)}: ${now}` : "The whole run", "unseen");
   }
 
   find(text) {
@@ -148,7 +149,13 @@ class Page {
       const found = thingNamed(view, text);
       if (found) return this.select({ view, ...found });
     }
-    $("said").textContent = text ? `${text} is not here; try robot 1, pod 2, station 1 or order 3` : "";
+    this.say(text ? `${text} is not here; try robot 1, pod 2, station 1 or order 3` : "");
+  }
+
+  /** Tell something; unseen, it is for who listens to the page. */
+  say(text, how = "") {
+    $("said").textContent = text;
+    $("said").className = how;
   }
 
   // Buttons, pointer, keys

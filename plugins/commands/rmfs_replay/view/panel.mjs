@@ -166,7 +166,8 @@ export class Panel {
     const station = world.stations[id];
     const picks = view.scene.isPicking(id, world.tick);
     const queued = station.line.filter((pod) => pod !== station.visit?.pod);
-    const said = picks ? "The picker handles an item" : station.items ? "The picker waits for a pod" : "Nothing is to be picked";
+    const waits = station.visit ? "A pod is there" : "The picker waits for a pod";
+    const said = picks ? "The picker handles an item" : station.items ? waits : "Nothing is to be picked";
     const pods = (ids) => (ids.length ? make("span", { class: "links" }, ...ids.map((pod) => this.link(view, "pod", pod, view.run.pods.name[pod]))) : "none");
     const orders = [...station.open].map(([order, items]) => this.link(view, "order", order, `${view.run.orders.name[order]} (${items})`));
     const unit = view.run.stations.counts_orders[id] ? "orders" : "items";

@@ -188,9 +188,13 @@ def test_finding_and_clicking(browser: Chromium, written: dict[str, Path]) -> No
     )
     browser.click(x, y)
     wait_until(browser, f"{heading} === 'Robot 1'")
+    said = "document.getElementById('said').textContent"
     for name in ("pod 4", "station 1", "order 7"):
         browser.evaluate(f"replay.find('{name}')")
         wait_until(browser, f"{heading}.toLowerCase() === '{name}'")
+        assert browser.evaluate(f"{said}.startsWith('{name}: ') && {said}.endsWith('.')")
+    browser.evaluate("replay.find('robot 99')")
+    assert browser.evaluate(said) == "robot 99 is not here; try robot 1, pod 2, station 1 or order 3"
 
 
 def wait_until(browser: Chromium, condition: str) -> None:

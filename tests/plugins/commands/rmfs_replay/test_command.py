@@ -63,6 +63,7 @@ def test_a_video(day: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
         (("DAY", "--video", "x.gif", "--out", "y"), "--out: found with --video x.gif"),
         (("DAY", "--speed", "3"), "--speed: found without --video"),
         (("DAY", "--to", "3"), "--to: found without --frames or --video"),
+        (("DAY", "--video", "x.gif", "--speed", "1e-9"), "pictures; expected at most 2,000, by a higher speed or a"),
         (("DAY", "--frames", "3", "--from", "99999"), "--from 99999: the run ends at "),
         (("DAY", "--frames", "3", "--from", "9", "--to", "8"), "--to 8: expected a time from 9 s on"),
         (("DAY", "--out", "DAY"), "cannot be written: a folder has that name"),
