@@ -185,7 +185,7 @@ export class Scene {
       const size = (pod >= 0 ? 0.27 : 0.34) * s;
       pen.beginPath();
       pen.arc(x, y, size, 0, FULL);
-      pen.fillStyle = phase.phase === "idle" ? p.idle : waitsOn(phase, here) ? p.wait : p.robot;
+      pen.fillStyle = phase.phase === "idle" ? p.idle : waitsOn(phase, here, this.run.legs[robot]) ? p.wait : p.robot;
       pen.fill();
       const angle = (-here.heading * Math.PI) / 2;
       pen.beginPath();

@@ -1,5 +1,6 @@
 // Words around the pictures: the legend, the figures of a view, the names that can be searched for.
 
+import { clockTime } from "./clock.mjs";
 import { HEATS } from "./heat.mjs";
 import { make } from "./panel.mjs";
 import { plural } from "./story.mjs";
@@ -7,9 +8,10 @@ import { plural } from "./story.mjs";
 const KINDS = { robot: "robots", pod: "pods", station: "stations", order: "orders" };
 
 /** Figures of a view now, in a line. */
-export function numbers({ world, distance }) {
+export function numbers({ run, world, distance }) {
   const counted = [plural(world.done, "order"), plural(world.picks, "pick"), plural(world.visits, "visit")];
-  return [...counted, `backlog ${world.backlog}`, `${(distance(world.tick) / 1000).toFixed(1)} km`].join(", ");
+  const ended = world.tick > run.tick ? [`ended at ${clockTime(run.tick)}`] : [];
+  return [...counted, `backlog ${world.backlog}`, `${(distance(world.tick) / 1000).toFixed(1)} km`, ...ended].join(", ");
 }
 
 const swatch = (colour, shape = "square") => make("i", { class: shape, style: `--colour: ${colour}` });

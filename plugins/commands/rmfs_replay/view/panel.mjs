@@ -88,7 +88,7 @@ export class Panel {
     view.scene.places.forEach((here, robot) => {
       const phase = phaseOf(view.run, view.history, robot, view.world.tick, view.world);
       const names = { to_pod: "fetch", lifting: "fetch", to_station: "bring", queue: "queue", station: "serve", storing: "store", setting_down: "store", idle: "idle" };
-      const name = waitsOn(phase, here) ? "wait" : names[phase.phase];
+      const name = waitsOn(phase, here, view.run.legs[robot]) ? "wait" : names[phase.phase];
       counts.set(name, (counts.get(name) ?? 0) + 1);
     });
     const order = ["fetch", "bring", "queue", "serve", "store", "wait", "idle"];
@@ -131,7 +131,7 @@ export class Panel {
   robot(view, id, world) {
     const phase = phaseOf(view.run, view.history, id, world.tick, world);
     const here = view.scene.places[id];
-    const said = doing(view.names, phase, waitsOn(phase, here));
+    const said = doing(view.names, phase, waitsOn(phase, here, view.run.legs[id]));
     return [
       make("p", { class: "now" }, `${capital(said)}.`),
       facts([

@@ -154,8 +154,9 @@ export function doing(names, phase, waits) {
   return waits ? `${said}; stands still, for others or for room` : said;
 }
 
-/** Whether a robot that is where `here` says waits on a way. */
-export const waitsOn = (phase, here) => !here.moving && ["to_pod", "to_station", "storing"].includes(phase.phase);
+/** Whether a robot that is where `here` says waits on a way. After its last leg nobody knows: the run ends. */
+export const waitsOn = (phase, here, legs) =>
+  !here.moving && here.leg + 1 < legs.n && ["to_pod", "to_station", "storing"].includes(phase.phase);
 
 /** Say how far an order has come. */
 export function orderStatus(run, names, world, order) {

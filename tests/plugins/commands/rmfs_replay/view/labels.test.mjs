@@ -26,6 +26,8 @@ test("every suggestion is found", () => {
 
 test("the figures of a view in a line", () => {
   assert.equal(numbers(view), "0 orders, 1 pick, 1 visit, backlog 1, 1.2 km");
+  const later = { ...view, world: new World(run).go(99999) };
+  assert.match(numbers(later), /1\.2 km, ended at 0:00:30$/);
 });
 
 test("classes of open items reach to the most, whatever it is", () => {

@@ -20,9 +20,11 @@ test("what a robot is at", () => {
 });
 
 test("a robot on a way that does not move waits; one in a queue queues", () => {
-  assert.ok(waitsOn(at(2500), { moving: false }));
-  assert.ok(!waitsOn(at(2500), { moving: true }));
-  assert.ok(!waitsOn(at(10417), { moving: false }));
+  const [legs] = run.legs;
+  assert.ok(waitsOn(at(2500), { moving: false, leg: 0 }, legs));
+  assert.ok(!waitsOn(at(2500), { moving: true, leg: 0 }, legs));
+  assert.ok(!waitsOn(at(10417), { moving: false, leg: 1 }, legs));
+  assert.ok(!waitsOn(at(27042), { moving: false, leg: 2 }, legs)); // its last leg: what comes is not told
 });
 
 test("histories tell what concerns each", () => {
