@@ -13,7 +13,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import attrs
-import numpy as np
 from attrs import define, field, frozen
 
 from rmfs_core.clock import to_seconds
@@ -22,7 +21,6 @@ from rmfs_core.events import Event, RobotMoved
 from rmfs_core.motion import Motion
 from rmfs_core.results.tables import finite
 from rmfs_core.roles import Role
-from rmfs_core.world import Layout
 from rmfs_trace import Trace
 from rmfs_trace.writer import EVENTS, NOT_TRACED
 
@@ -211,8 +209,3 @@ def limits(start: Trace) -> dict[type[Event], list[tuple[str, int]]]:
         kind: [(one.name, counts[one.name]) for one in attrs.fields(kind) if one.name in counts]
         for kind in EVENTS.values()
     }
-
-
-def digits(layout: Layout) -> str:
-    """Return the kind of each cell as a digit."""
-    return "".join(map(str, np.asarray(layout.kind).tolist()))

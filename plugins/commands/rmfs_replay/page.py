@@ -12,6 +12,7 @@ from string import Template
 
 from rmfs_core.results.files import json_ready, to_json
 from rmfs_replay.reading import Replay
+from rmfs_replay.telling import told
 
 VIEW = Path(__file__).parent / "view"
 ENTRY = "main.mjs"
@@ -38,8 +39,8 @@ def page(replays: Sequence[Replay]) -> str:
 
 def packed(replay: Replay) -> str:
     """Return a run as base64 of its compressed JSON: text that a browser unpacks by itself, and no HTML."""
-    told = to_json(json_ready(replay.to_dict())).encode("utf-8")
-    return base64.b64encode(zlib.compress(told, 9)).decode("ascii")
+    text = to_json(json_ready(told(replay)))
+    return base64.b64encode(zlib.compress(text.encode("utf-8"), 9)).decode("ascii")
 
 
 def script(entry: str = ENTRY) -> str:

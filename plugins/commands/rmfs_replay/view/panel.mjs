@@ -1,7 +1,7 @@
 // What is beside the warehouse: the run as a whole, or the thing that was clicked.
 
 import { clockTime, duration } from "./clock.mjs";
-import { doing, lastOf, Names, orderStatus, phaseOf, tell, waitsOn, why } from "./story.mjs";
+import { doing, lastOf, Names, orderStatus, phaseOf, plural, tell, waitsOn, why } from "./story.mjs";
 import { ORDER } from "./world.mjs";
 
 const NEAR = 24; // entries of a history that are shown,
@@ -49,12 +49,10 @@ export class Panel {
     const rows = ["Rules", "Complete", "Backlog", "Picks", "Visits", "Picks a visit", "Driven", "Robots"];
     const columns = views.map((view) => this.figures(view));
     const cells = rows.map((name, i) => [name, ...columns.map((column) => column[i])]);
-    if (views.length === 1) return [make("h2", {}, "The run"), facts(cells), ...this.parts(views[0])];
+    if (views.length === 1) return [make("h2", {}, "The run"), facts(cells), ...this.parts(views[0]), ...whole(views)];
     cells.shift(); // what differs in the rules stands above each view
-    const head = ["", ...views.map((view) => view.letter)].map((text) => make("th", { scope: "col" }, text));
-    const body = cells.map(([name, ...values]) => make("tr", {}, make("th", { scope: "row" }, name), ...values.map((value) => make("td", {}, value))));
-    const table = make("table", { class: "compare" }, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...body));
-    return [make("h2", {}, "The runs"), table, ...views.flatMap((view) => this.parts(view))];
+    const table = compared(views, cells);
+    return [make("h2", {}, "The runs"), table, ...whole(views), ...views.flatMap((view) => this.parts(view))];
   }
 
   figures(view) {
@@ -78,7 +76,7 @@ export class Panel {
     return [
       make("h3", {}, `Stations${of}`),
       this.stations(view),
-      make("h3", {}, `Oldest orders in the backlog${of}, of ${backlog}`),
+      make("h3", {}, backlog ? `Oldest of ${plural(backlog, "order")} in the backlog${of}` : `Backlog${of}`),
       this.oldest(view),
     ];
   }
@@ -215,6 +213,20 @@ export class Panel {
     });
     return [make("h3", {}, `History${list.length > NEAR ? `, ${begin + 1} to ${begin + rows.length} of ${list.length}` : ""}`), make("ol", { class: "history" }, ...rows)];
   }
+}
+
+/** What became of the runs at their ends, from their results. */
+function whole(views) {
+  const columns = views.map(({ run }) => new Map([["Seed", String(run.seed)], ["Ends", `${clockTime(run.tick)}, ${run.status}`], ...run.metrics]));
+  const names = new Set(columns.flatMap((column) => [...column.keys()]));
+  const rows = [...names].map((name) => [name, ...columns.map((column) => column.get(name) ?? "–")]);
+  return [make("h3", {}, views.length > 1 ? "At their ends" : "At its end"), views.length > 1 ? compared(views, rows) : facts(rows)];
+}
+
+function compared(views, rows) {
+  const head = ["", ...views.map((view) => view.letter)].map((text) => make("th", { scope: "col" }, text));
+  const body = rows.map(([name, ...values]) => make("tr", {}, make("th", { scope: "row" }, name), ...values.map((value) => make("td", {}, value))));
+  return make("table", { class: "compare" }, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...body));
 }
 
 function facts(rows) {

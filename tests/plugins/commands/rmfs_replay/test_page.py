@@ -10,12 +10,13 @@ import zlib
 from rmfs_core.results.files import to_json
 from rmfs_replay.page import VIEW, packed, page, script
 from rmfs_replay.reading import Replay
+from rmfs_replay.telling import told
 
 
 def test_a_run_is_packed_whole(replay: Replay) -> None:
     """A browser that inflates the text reads what the run is told as."""
     unpacked = json.loads(zlib.decompress(base64.b64decode(packed(replay))))
-    assert unpacked == json.loads(to_json(replay.to_dict()))
+    assert unpacked == json.loads(to_json(told(replay)))
 
 
 def test_the_page_needs_nothing_else(replay: Replay) -> None:

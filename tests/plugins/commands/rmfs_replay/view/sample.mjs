@@ -80,10 +80,10 @@ function packedLegs() {
 /** The run as the page is told it. */
 export function packed() {
   return {
-    name: "sample", status: "partial", tick: 30000, seed: 1, warmup: 0,
+    name: "sample", status: "partial", tick: 30000, seed: 1,
     rules: { POA: "pod-match", PPS: "demand" },
     about: { demand: "Send the pod whose contents are wanted most." },
-    metrics: {},
+    metrics: [],
     layout: { width: 6, height: 2, kind: "221111111134", queues: [[11, 10]] },
     motion: { acceleration: 1, speed: 1.5 },
     skus: ["a", "b"],
