@@ -140,6 +140,12 @@ class LayoutSection:
     hall_width: int = key("Width of the hall on the east and west side", 5, unit="cells", check=at_least(1, MOST_PODS))
     stations_east: int = key("Picking stations on the east side", 4, check=at_least(0, MOST_PODS))
     stations_west: int = key("Picking stations on the west side", 0, check=at_least(0, MOST_PODS))
+    queue: str = key(
+        "Way through a station's queue: `plain` (all its cells, one after the other), or `shortcut` (as in RAWSim-O: a "
+        "shortcut past its two last folds, and a second entrance at its third lane)",
+        "plain",
+        check=OneOf("plain", "shortcut"),
+    )
     map_file: str | None = key("Text map to use instead of the block layout", None)
     pod_fill: float = key("Share of the storage locations that hold a pod, with contents or empty", 0.85, check=SHARE)
 

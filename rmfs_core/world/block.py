@@ -2,7 +2,9 @@
 
 The aisles between the blocks are one-way, in alternating directions; the outermost lanes form a ring that is driven
 counter-clockwise. A picking station lies beside the hall: its queue is entered from an aisle that leads out of the
-storage area, folds twice, and ends at the station, which pods leave along the next aisle but one.
+storage area, folds twice, and ends at the station, which pods leave along the next aisle but one. With a shortcut, a
+robot that finds nobody in line drives on from the first fold straight to the station; and the ring leads into the third
+lane, too.
 
 Source: Merschformann, Xie, Li (2018), RAWSim-O, Logistics Research 11:8, doi:10.23773/2018_8; the paper, Section 4.1.2.
 """
@@ -119,15 +121,19 @@ class _BlockMap:
         columns = list(range(self.east, self.width)) if east else list(range(self.west - 1, -1, -1))
         for fold, heading in enumerate((outward, inward, outward)):
             for column in columns:
-                self.signs[top + fold][column] = QUEUE_SIGN[heading]
-        self.signs[top][columns[-1]] = QUEUE_SIGN[SOUTH]
-        self.signs[top + 1][columns[0]] = QUEUE_SIGN[SOUTH]
-        self.signs[top + 2][columns[-1]] = QUEUE_SIGN[SOUTH]
+                self.signs[top + fold][column] = QUEUE_SIGN[1 << heading]
+        self.signs[top][columns[-1]] = QUEUE_SIGN[1 << SOUTH]
+        if self.section.queue == "shortcut":
+            self.signs[top + 1][columns[-1]] = QUEUE_SIGN[1 << inward | 1 << SOUTH]
+        self.signs[top + 1][columns[0]] = QUEUE_SIGN[1 << SOUTH]
+        self.signs[top + 2][columns[-1]] = QUEUE_SIGN[1 << SOUTH]
         for column in columns:
             self.signs[top + 3][column] = FLOOR_SIGN[1 << inward]
         self.signs[top + 3][columns[-1]] = "O"
         edge = self.east - 1 if east else self.west
         self._open(top, edge, outward)
+        if self.section.queue == "shortcut":
+            self._open(top + 2, edge, outward)
 
     def _open(self, row: int, column: int, heading: int) -> None:
         """Let the hall's outermost lane turn off into a queue."""

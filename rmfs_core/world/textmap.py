@@ -9,11 +9,14 @@
 ``O``      picking station
 ``q``      queue cell; the queue of a station is the chain of them that ends beside it
 ``→ ← ↑ ↓``  queue cell with its direction, for queues that are folded
+``╚ ╝ ╔ ╗ ═ ║``  queue cell with two ways on, where its arms point: to the next cell, and past some to one farther ahead
 ``@``, blank  wall
 =========  ====================================================================================================
 
 Storage locations can be entered from and left to every cell beside them. A queue is entered at its far end, from the
-floor, and left through its station.
+floor, and wherever an arm of a floor cell points at one of its cells; it is left through its station. Its cells are one
+chain, and every way between them leads ahead in it: so a robot on its way to its place in line passes cells behind that
+place only.
 """
 
 from __future__ import annotations
@@ -42,8 +45,19 @@ FLOOR_MOVES = {
     ".": _E | _N | _W | _S,
 }
 FLOOR_SIGN = {moves: sign for sign, moves in FLOOR_MOVES.items()}
-QUEUE_HEADING = {"→": EAST, "↑": NORTH, "←": WEST, "↓": SOUTH}
-QUEUE_SIGN = {heading: sign for sign, heading in QUEUE_HEADING.items()}
+QUEUE_MOVES = {
+    "→": _E,
+    "↑": _N,
+    "←": _W,
+    "↓": _S,
+    "╚": _N | _E,
+    "╝": _N | _W,
+    "╔": _S | _E,
+    "╗": _S | _W,
+    "═": _E | _W,
+    "║": _N | _S,
+}
+QUEUE_SIGN = {moves: sign for sign, moves in QUEUE_MOVES.items()}
 
 
 def parse_map(text: str, place: str) -> Layout:
@@ -86,13 +100,13 @@ class _MapReader:
         moves = np.zeros(len(kind), dtype=np.int8)
         layout = Layout(self.width, self.height, kind, moves, ())
         stations = tuple(self._station(layout, int(cell)) for cell in np.flatnonzero(kind == CellKind.STATION))
-        self._check_queues_used(kind, stations)
+        self._check_queues_used(layout, stations)
         entries = {cells.queue[-1] for cells in stations}
         for cell in range(len(kind)):
             moves[cell] = self._moves(layout, cell, entries)
         for cells in stations:
             for cell, following in zip(cells.queue, (cells.station, *cells.queue), strict=False):
-                moves[cell] = 1 << self._heading(layout, cell, following)
+                moves[cell] = QUEUE_MOVES.get(self.signs[cell]) or 1 << self._heading(layout, cell, following)
         moves.setflags(write=False)
         kind.setflags(write=False)
         return Layout(self.width, self.height, kind, moves, stations)
@@ -100,11 +114,11 @@ class _MapReader:
     def _kind(self, cell: int, sign: str) -> CellKind:
         if sign in FLOOR_MOVES:
             return CellKind.FLOOR
-        if sign == "q" or sign in QUEUE_HEADING:
+        if sign == "q" or sign in QUEUE_MOVES:
             return CellKind.QUEUE
         kinds = {"#": CellKind.STORAGE, "O": CellKind.STATION, " ": CellKind.WALL, "@": CellKind.WALL}
         if sign not in kinds:
-            known = "# O q " + " ".join((*FLOOR_MOVES, *QUEUE_HEADING)) + " @ and blank"
+            known = "# O q " + " ".join((*FLOOR_MOVES, *QUEUE_MOVES)) + " @ and blank"
             raise self._wrong(cell, f"unknown sign {sign!r}; expected one of {known}")
         return kinds[sign]
 
@@ -112,11 +126,12 @@ class _MapReader:
         queue: list[int] = []
         at = station
         while True:
-            feeding = [cell for cell in self._beside(layout, at, CellKind.QUEUE) if self._feeds(layout, cell, at)]
-            feeding = [cell for cell in feeding if cell not in queue]
+            beside = [cell for cell in self._beside(layout, at, CellKind.QUEUE) if cell not in queue]
+            feeding = [cell for cell in beside if self._feeds(layout, cell, at, {station, *queue})]
             if len(feeding) > 1:
                 cells = " and ".join(where(cell, self.width) for cell in feeding)
-                raise self._wrong(at, f"the queue branches to {cells}; give the direction of its cells with → ← ↑ ↓")
+                mend = "give the direction of its cells with → ← ↑ ↓, all of them in one chain"
+                raise self._wrong(at, f"the queue branches to {cells}; {mend}")
             if not feeding:
                 break
             at = feeding[0]
@@ -127,24 +142,45 @@ class _MapReader:
             )
         return StationCells(station, tuple(queue))
 
-    def _feeds(self, layout: Layout, cell: int, following: int) -> bool:
-        sign = self.signs[cell]
-        return sign == "q" or layout.neighbour(cell, QUEUE_HEADING[sign]) == following
+    def _feeds(self, layout: Layout, cell: int, following: int, ahead: set[int]) -> bool:
+        """Whether a queue cell has a way to the one that follows, and none to a cell that does not lie ahead."""
+        ways = self._ways(layout, cell)
+        return self.signs[cell] == "q" or (following in ways and ahead.issuperset(ways))
+
+    def _ways(self, layout: Layout, cell: int) -> list[int | None]:
+        """Cells that the arms of a queue cell point to, None beyond the edge."""
+        moves = QUEUE_MOVES.get(self.signs[cell], 0)
+        return [layout.neighbour(cell, heading) for heading in range(4) if moves >> heading & 1]
 
     def _beside(self, layout: Layout, cell: int, kind: CellKind) -> list[int]:
         beside = (layout.neighbour(cell, heading) for heading in range(4))
         return [n for n in beside if n is not None and layout.kind[n] == kind]
 
-    def _check_queues_used(self, kind: np.ndarray, stations: tuple[StationCells, ...]) -> None:
+    def _check_queues_used(self, layout: Layout, stations: tuple[StationCells, ...]) -> None:
         used: set[int] = set()
         for cells in stations:
             for cell in cells.queue:
                 if cell in used:
                     raise self._wrong(cell, "the queue cell belongs to two stations")
                 used.add(cell)
-        for cell in map(int, np.flatnonzero(kind == CellKind.QUEUE)):
-            if cell not in used:
-                raise self._wrong(cell, "the queue cell leads to no picking station")
+        unused = [cell for cell in map(int, np.flatnonzero(layout.kind == CellKind.QUEUE)) if cell not in used]
+        for cell in unused:
+            if len(ways := self._ways(layout, cell)) > 1:
+                raise self._wrong(cell, self._of_two_ways(ways, stations))
+        if unused:
+            raise self._wrong(unused[0], "the queue cell leads to no picking station")
+
+    def _of_two_ways(self, ways: list[int | None], stations: tuple[StationCells, ...]) -> str:
+        """Say what is wrong with a queue cell of two ways on that is in no chain."""
+        expected = "expected two ways on in one queue, each to a cell nearer to the station"
+        lanes = {i for way in ways for i, cells in enumerate(stations) if way in (cells.station, *cells.queue)}
+        for way in ways:
+            if way is None or self.kinds[way] not in (CellKind.QUEUE, CellKind.STATION):
+                at = "beyond the map" if way is None else f"to {where(way, self.width)}"
+                return f"the queue cell has a way {at}, where no queue is; {expected}"
+        if len(lanes) > 1:
+            return f"the queue cell has ways to the queues of two stations; {expected}"
+        return f"the queue cell has a way that does not lead ahead to its station; {expected}"
 
     def _moves(self, layout: Layout, cell: int, entries: set[int]) -> int:
         moves, kind = 0, self.kinds[cell]
@@ -164,7 +200,9 @@ class _MapReader:
             return FLOOR_MOVES[self.signs[beside]] != 1 << (heading + 2) % 4
         if target == CellKind.STORAGE:
             return bool(kind != CellKind.STATION)
-        return bool(target == CellKind.QUEUE and kind == CellKind.FLOOR and beside in entries)
+        return bool(
+            target == CellKind.QUEUE and kind == CellKind.FLOOR and (beside in entries or self.signs[cell] != ".")
+        )
 
     def _heading(self, layout: Layout, cell: int, following: int) -> int:
         return next(heading for heading in range(4) if layout.neighbour(cell, heading) == following)

@@ -20,7 +20,7 @@ def _sign(layout: Layout, cell: int) -> str:
         case CellKind.STATION:
             return "O"
         case CellKind.QUEUE:
-            return QUEUE_SIGN[int(layout.moves[cell]).bit_length() - 1]
+            return QUEUE_SIGN[int(layout.moves[cell])]
         case CellKind.FLOOR:
             moves = 0
             for heading in range(4):
