@@ -24,6 +24,7 @@ from rmfs_core.traffic import (
     Query,
     Reservations,
     ReservedError,
+    Roads,
     TimedPath,
     Traffic,
     occupancy,
@@ -151,10 +152,10 @@ class ReservedDriving(Driving):
         robot = self.run.warehouse.robots[query.robot]
         return self.path(robot, query.goal, Traffic(self.roads, self.table, query))
 
-    def _ask_if_possible(self, query: Query) -> list[Leg] | None:
-        """Ask the PP rule for a path that need not exist."""
+    def _ask_if_possible(self, query: Query, roads: Roads | None = None) -> list[Leg] | None:
+        """Ask the PP rule for a path that need not exist, on other roads if some are given."""
         robot = self.run.warehouse.robots[query.robot]
-        return self.path_if_possible(robot, query.goal, Traffic(self.roads, self.table, query))
+        return self.path_if_possible(robot, query.goal, Traffic(roads or self.roads, self.table, query))
 
     def _commit(self, course: Course, query: Query, legs: Sequence[Leg]) -> Occupancy:
         """Reserve a path in place of what the robot has not begun; return what it occupies."""

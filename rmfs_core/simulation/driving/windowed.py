@@ -11,7 +11,10 @@ its last cell without end, since nobody knows yet that the next run will begin i
 a robot at rest has registered its cell. So a run is refused if it crosses a cell after another robot has come to a stop
 there, or comes to a stop in one that another has yet to cross, even if the reserved paths would let both pass. A robot
 that is refused loses its path and keeps its cell; whoever had reserved that cell loses its path as well, and stops
-where its own run ends.
+where its own run ends. A run that passes cells of a queue, by a shortcut or a second entrance, is refused as well as
+long as it would get ahead of a robot that has an earlier place in the line: all of these have to stand nearer to the
+station than where it comes into the lane, or be on runs that end there. So robots stand in a lane in the order of their
+line, whatever ways led them there.
 
 The line at a station is in the order in which the reserved paths enter its queue; a robot that loses its path on the
 way there loses its place. A robot is planned for to the place behind those ahead of it, and leaves the line when it
@@ -28,7 +31,9 @@ from __future__ import annotations
 
 from bisect import insort
 from collections.abc import Iterator
+from itertools import pairwise, takewhile
 
+import numpy as np
 from attrs import define
 
 from rmfs_core.clock import to_seconds
@@ -38,9 +43,19 @@ from rmfs_core.randomness import stream
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Process
 from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
-from rmfs_core.traffic import Query, Reservations, ReservedError, occupancy, timed_path
+from rmfs_core.traffic import (
+    FOREVER,
+    Occupancy,
+    Query,
+    Reservations,
+    ReservedError,
+    Roads,
+    occupancy,
+    roads_on,
+    timed_path,
+)
 from rmfs_core.warehouse import Robot, Station
-from rmfs_core.world.travel import UNREACHABLE
+from rmfs_core.world.travel import UNREACHABLE, travel_on
 
 ROUND_TICKS = 1000
 RETRY_TICKS = 2000
@@ -82,6 +97,8 @@ class WindowedDriving(ReservedDriving):
         """The runs under way, or the cells that robots stand in; no two robots ever have a cell at once."""
         for course in self.courses:
             self.registered.hold(course.robot.id, course.robot.cell, 0)
+        travel = run.warehouse.travel
+        self._without_passing = roads_on(travel_on(travel.layout.without_passing, travel.motion))
         self.asking: dict[int, Course] = {}
         self._round_due = False
         self._last_round = -ROUND_TICKS
@@ -177,7 +194,7 @@ class WindowedDriving(ReservedDriving):
             elif course.legs:  # it passes its goal, and could go on
                 self.stop(course)
             return
-        legs = self._ask_if_possible(query) or []
+        legs = self._ask_if_possible(query, self._roads_behind(course)) or []
         if all(leg.to == query.cell for leg in legs):
             legs = []
         if not legs or self._has_been_refused_for_long(course):
@@ -194,7 +211,7 @@ class WindowedDriving(ReservedDriving):
         path = self.run.asker.apply(self.rule, lambda: self._commit(course, query, legs))
         station = course.station
         if station is not None and course not in self.lines[station.id]:
-            enters = path.since[path.cells == station.cells.queue[-1]]
+            enters = path.since[np.isin(path.cells, station.cells.queue)]
             if len(enters):
                 progress.entry = int(enters[0])
                 insort(self.lines[station.id], course, key=lambda other: self._progress_of[other.robot.id].entry)
@@ -214,8 +231,10 @@ class WindowedDriving(ReservedDriving):
         robot, progress = course.robot, self._progress_of[course.robot.id]
         query = Query(robot.id, robot.cell, robot.heading, self.run.warehouse.now, leg.to, loaded=robot.pod is not None)
         path = timed_path(self.roads, query, (Leg(leg.to),))
+        occupied = occupancy(self.roads, path)
         try:
-            self.registered.commit(robot.id, occupancy(self.roads, path))
+            self._keep_order(course, occupied)
+            self.registered.commit(robot.id, occupied)
         except ReservedError as error:
             progress.refused = error.cell
             self.stop(course)
@@ -226,6 +245,42 @@ class WindowedDriving(ReservedDriving):
             self.lines[left.id].remove(course)
             self.let_move_up(left)
         return True
+
+    def _roads_behind(self, course: Course) -> Roads:
+        """Roads without steps that pass others in a lane, while one ahead has no path to a place nearer to the station."""
+        station = course.station
+        if station is not None:
+            slots = (station.cell, *station.cells.queue)
+            nearer = slots[: slots.index(self._target(course))]
+            if any(self._path_end(other) not in nearer for other in self._ahead(course, station)):
+                return self._without_passing
+        return self.roads
+
+    def _ahead(self, course: Course, station: Station) -> Iterator[Course]:
+        """Robots with an earlier place in a line, or all that have one."""
+        return takewhile(lambda other: other is not course, self.lines[station.id])
+
+    def _path_end(self, course: Course) -> int:
+        return course.legs[-1].to if course.legs else self._departure(course, course.goal).cell
+
+    def _keep_order(self, course: Course, run: Occupancy) -> None:
+        """Refuse a run that passes cells of a queue and would get ahead of a robot with an earlier place in its line.
+
+        Raises
+        ------
+        ReservedError
+            Then.
+        """
+        station = course.station
+        passing = self.roads.layout.passing_steps
+        for before, cell in pairwise(run.cells.tolist() if passing else ()):
+            if station is None or (before, cell) not in passing:
+                continue
+            slots = (station.cell, *station.cells.queue)
+            nearer = slots[: slots.index(cell)]
+            for other in self._ahead(course, station):
+                if self._departure(other, other.goal).cell not in nearer:
+                    raise ReservedError(cell, other.robot.id, self.run.warehouse.now, FOREVER)
 
     def stop(self, course: Course) -> None:
         """Take a robot's path from it: it stops where it stands or where its run ends, and plans anew.
