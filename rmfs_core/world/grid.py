@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container, Iterable
 from enum import IntEnum
 from functools import cached_property
 
@@ -82,29 +83,21 @@ class Layout:
         lane.setflags(write=False)
         return lane
 
-    @cached_property
-    def passing_steps(self) -> frozenset[tuple[int, int]]:
-        """(from, to) of the steps into a queue cell that pass others of its queue: shortcuts and second entrances."""
-        steps = set()
-        for own in self.stations:
-            behind = dict(zip((own.station, *own.queue), own.queue, strict=False))
-            for cell in (own.station, *own.queue[:-1]):
-                for heading in range(4):
-                    before = self.neighbour(cell, (heading + 2) % 4)
-                    if before is not None and before != behind[cell] and self.may_step(before, heading):
-                        steps.add((before, cell))
-        return frozenset(steps)
-
-    @cached_property
-    def without_passing(self) -> Layout:
-        """The same layout without `passing_steps`: every queue is driven through from end to end."""
-        if not self.passing_steps:
-            return self
-        moves = self.moves.copy()
-        for cell, to in self.passing_steps:
-            moves[cell] &= ~sum(1 << heading for heading in range(4) if self.neighbour(cell, heading) == to)
-        moves.setflags(write=False)
-        return Layout(self.width, self.height, self.kind, moves, self.stations)
+    def nearest(self, starts: Container[int], goals: Iterable[int]) -> tuple[int, int]:
+        """Which of some floor cells is fewest cells from a goal, over the floor, and that goal; one has to be there."""
+        leads_to = {goal: goal for goal in goals}
+        reached = list(leads_to)
+        for cell in reached:  # grows on the way
+            if cell in starts:
+                break
+            for heading in range(4):
+                before = self.neighbour(cell, (heading + 2) % 4)
+                if before is None or before in leads_to or self.kind[before] != CellKind.FLOOR:
+                    continue
+                if self.may_step(before, heading):
+                    leads_to[before] = leads_to[cell]
+                    reached.append(before)
+        return cell, leads_to[cell]
 
     def may_step(self, cell: int, heading: int) -> bool:
         """Whether a robot may step from a cell into its neighbour in a heading."""

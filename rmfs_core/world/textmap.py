@@ -14,9 +14,8 @@
 =========  ====================================================================================================
 
 Storage locations can be entered from and left to every cell beside them. A queue is entered at its far end, from the
-floor, and wherever an arm of a floor cell points at one of its cells; it is left through its station. Its cells are one
-chain, and every way between them leads ahead in it: so a robot on its way to its place in line passes cells behind that
-place only.
+floor, and wherever an arm of a floor cell points at it; it is left through its station. Its cells are one chain, and
+every way between them leads ahead: a robot on its way to its place in line passes cells behind that place only.
 """
 
 from __future__ import annotations
@@ -45,18 +44,8 @@ FLOOR_MOVES = {
     ".": _E | _N | _W | _S,
 }
 FLOOR_SIGN = {moves: sign for sign, moves in FLOOR_MOVES.items()}
-QUEUE_MOVES = {
-    "→": _E,
-    "↑": _N,
-    "←": _W,
-    "↓": _S,
-    "╚": _N | _E,
-    "╝": _N | _W,
-    "╔": _S | _E,
-    "╗": _S | _W,
-    "═": _E | _W,
-    "║": _N | _S,
-}
+QUEUE_MOVES = {"→": _E, "↑": _N, "←": _W, "↓": _S}
+QUEUE_MOVES |= {"╚": _N | _E, "╝": _N | _W, "╔": _S | _E, "╗": _S | _W, "═": _E | _W, "║": _N | _S}
 QUEUE_SIGN = {moves: sign for sign, moves in QUEUE_MOVES.items()}
 
 
@@ -124,18 +113,18 @@ class _MapReader:
 
     def _station(self, layout: Layout, station: int) -> StationCells:
         queue: list[int] = []
-        at = station
+        at, ahead = station, {station}
         while True:
-            beside = [cell for cell in self._beside(layout, at, CellKind.QUEUE) if cell not in queue]
-            feeding = [cell for cell in beside if self._feeds(layout, cell, at, {station, *queue})]
+            feeding = [cell for cell in self._beside(layout, at, CellKind.QUEUE) if cell not in ahead]
+            feeding = [cell for cell in feeding if self._feeds(layout, cell, at, ahead)]
             if len(feeding) > 1:
                 cells = " and ".join(where(cell, self.width) for cell in feeding)
-                mend = "give the direction of its cells with → ← ↑ ↓, all of them in one chain"
-                raise self._wrong(at, f"the queue branches to {cells}; {mend}")
+                raise self._wrong(at, f"the queue branches to {cells}; give the direction of its cells with → ← ↑ ↓")
             if not feeding:
                 break
             at = feeding[0]
             queue.append(at)
+            ahead.add(at)
         if not queue:
             raise self._wrong(
                 station, "the picking station has no queue; expected at least one queue cell (`q`) beside it"
@@ -165,22 +154,13 @@ class _MapReader:
                 used.add(cell)
         unused = [cell for cell in map(int, np.flatnonzero(layout.kind == CellKind.QUEUE)) if cell not in used]
         for cell in unused:
-            if len(ways := self._ways(layout, cell)) > 1:
-                raise self._wrong(cell, self._of_two_ways(ways, stations))
+            ways = self._ways(layout, cell)
+            if len(ways) > 1:
+                to = " and ".join("beyond the map" if way is None else where(way, self.width) for way in ways)
+                expected = "expected two cells of one queue, both nearer to its station"
+                raise self._wrong(cell, f"the queue cell leads to {to}; {expected}")
         if unused:
             raise self._wrong(unused[0], "the queue cell leads to no picking station")
-
-    def _of_two_ways(self, ways: list[int | None], stations: tuple[StationCells, ...]) -> str:
-        """Say what is wrong with a queue cell of two ways on that is in no chain."""
-        expected = "expected two ways on in one queue, each to a cell nearer to the station"
-        lanes = {i for way in ways for i, cells in enumerate(stations) if way in (cells.station, *cells.queue)}
-        for way in ways:
-            if way is None or self.kinds[way] not in (CellKind.QUEUE, CellKind.STATION):
-                at = "beyond the map" if way is None else f"to {where(way, self.width)}"
-                return f"the queue cell has a way {at}, where no queue is; {expected}"
-        if len(lanes) > 1:
-            return f"the queue cell has ways to the queues of two stations; {expected}"
-        return f"the queue cell has a way that does not lead ahead to its station; {expected}"
 
     def _moves(self, layout: Layout, cell: int, entries: set[int]) -> int:
         moves, kind = 0, self.kinds[cell]
@@ -200,9 +180,8 @@ class _MapReader:
             return FLOOR_MOVES[self.signs[beside]] != 1 << (heading + 2) % 4
         if target == CellKind.STORAGE:
             return bool(kind != CellKind.STATION)
-        return bool(
-            target == CellKind.QUEUE and kind == CellKind.FLOOR and (beside in entries or self.signs[cell] != ".")
-        )
+        drawn = beside in entries or self.signs[cell] != "."
+        return bool(target == CellKind.QUEUE and kind == CellKind.FLOOR and drawn)
 
     def _heading(self, layout: Layout, cell: int, following: int) -> int:
         return next(heading for heading in range(4) if layout.neighbour(cell, heading) == following)

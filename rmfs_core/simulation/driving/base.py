@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Generator
 from typing import Any
 
 import simpy
+from attrs import define, field
 
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.decisions import Leg, Path
@@ -13,10 +15,54 @@ from rmfs_core.events import RobotMoved
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import instance_of
 from rmfs_core.simulation.context import RunContext
-from rmfs_core.traffic import Traffic
+from rmfs_core.traffic import Occupancy, Query, Traffic
 from rmfs_core.warehouse import Robot, Station
 
 Process = Generator[simpy.Event, Any, None]
+
+
+@define(eq=False)
+class Course:
+    """What a robot drives.
+
+    Parameters
+    ----------
+    robot
+        The robot.
+    changed
+        Happens when the legs are replaced.
+    arrived
+        Happens when the robot is at rest in its goal.
+    goal
+        Cell in which its course shall end.
+    station
+        Station whose line it is in or on its way to.
+    legs
+        What is reserved and not yet begun.
+    under_way
+        The leg that it drives, with where and when that began and ends: (start, end of it) as queries.
+    since
+        Tick at which it came to rest, or was given a path.
+    joined
+        Whether it stands in the line.
+    reserved, arrives
+        What its path occupies, the leg under way included, and the tick at which it ends.
+    overtaken
+        How many robots have come between it and the head of the line since it took its place there.
+    """
+
+    robot: Robot
+    changed: simpy.Event
+    arrived: simpy.Event
+    goal: int
+    station: Station | None = None
+    legs: deque[Leg] = field(factory=deque)
+    under_way: tuple[Query, Query] | None = None
+    since: int = 0
+    joined: bool = False
+    reserved: Occupancy | None = None
+    arrives: int = 0
+    overtaken: int = 0
 
 
 class Driving:

@@ -35,10 +35,11 @@ S. Koenig, Lifelong multi-agent path finding for online pickup and delivery task
 
 from __future__ import annotations
 
+from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.decisions import Leg
 from rmfs_core.simulation.asking import ImpossibleError
-from rmfs_core.simulation.driving.base import Process
-from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
+from rmfs_core.simulation.driving.base import Course, Process
+from rmfs_core.simulation.driving.reserved import ReservedDriving
 from rmfs_core.traffic import FOREVER, Query, occupancy
 from rmfs_core.warehouse import Robot, Station
 
@@ -46,20 +47,13 @@ from rmfs_core.warehouse import Robot, Station
 class CompleteDriving(ReservedDriving):
     """For PP rules whose paths reach their goals, however far."""
 
-    def to_location(self, robot: Robot, cell: int) -> Process:
-        """Drive to a storage location; whoever rests there steps aside first."""
-        course = self.courses[robot.id]
-        self._clear(cell, robot)
-        self._send(course, cell)
-        self._move_up(self.leave_line(course))
-        while robot.cell != cell or course.legs:
-            yield course.arrived
-
     def to_station(self, robot: Robot, station: Station) -> Process:
         """Take the ticket behind the line, drive there, and move up until the robot stands in front of the picker."""
         course = self.courses[robot.id]
         line = self.lines[station.id]
         if course not in line:
+            while len(line) > len(station.cells.queue):  # with robots that began there, and leave
+                yield self.run.after(TICKS_PER_S)
             self._send(course, station.cells.slot(len(line)))
             self._move_up(self.leave_line(course))
             course.station, course.overtaken = station, 0
@@ -68,6 +62,11 @@ class CompleteDriving(ReservedDriving):
                 pass
         while robot.cell != station.cell:
             yield course.arrived
+
+    def set_out_for(self, course: Course, cell: int) -> None:
+        """Send a robot to a storage location that nobody else owns."""
+        self._send(course, cell)
+        self._move_up(self.leave_line(course))
 
     def _move_up(self, station: Station | None) -> None:
         """Give each robot in a line the cell behind the one ahead."""

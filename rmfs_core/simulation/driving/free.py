@@ -27,7 +27,10 @@ class FreeDriving(Driving):
         moved.succeed()
 
     def to_location(self, robot: Robot, cell: int) -> Process:
-        """Drive to a storage location."""
+        """Drive to a storage location, from a queue through its station."""
+        lane = int(self.run.warehouse.travel.layout.lane[robot.cell])
+        if lane >= 0:
+            yield from self._drive(robot, self.run.warehouse.stations[lane].cell)
         yield from self._drive(robot, cell)
 
     def to_station(self, robot: Robot, station: Station) -> Process:

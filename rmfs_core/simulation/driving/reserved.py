@@ -10,21 +10,18 @@ from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
-import simpy
-from attrs import define, field
 
 from rmfs_core.decisions import Leg
 from rmfs_core.errors import InputError
 from rmfs_core.events import QueueJoined
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.context import RunContext
-from rmfs_core.simulation.driving.base import Driving, Process
+from rmfs_core.simulation.driving.base import Course, Driving, Process
 from rmfs_core.traffic import (
     Occupancy,
     Query,
     Reservations,
     ReservedError,
-    Roads,
     TimedPath,
     Traffic,
     occupancy,
@@ -35,50 +32,6 @@ from rmfs_core.warehouse import Robot, Station
 
 FORGET_TICKS = 10_000
 """How often reservations of the past are removed from the table."""
-
-
-@define(eq=False)
-class Course:
-    """What a robot drives.
-
-    Parameters
-    ----------
-    robot
-        The robot.
-    changed
-        Happens when the legs are replaced.
-    arrived
-        Happens when the robot is at rest in its goal.
-    goal
-        Cell in which its course shall end.
-    station
-        Station whose line it is in or on its way to.
-    legs
-        What is reserved and not yet begun.
-    under_way
-        The leg that it drives, with where and when that began and ends: (start, end of it) as queries.
-    since
-        Tick at which it came to rest, or was given a path.
-    joined
-        Whether it stands in the line.
-    reserved, arrives
-        What its path occupies, the leg under way included, and the tick at which it ends.
-    overtaken
-        How many robots have come between it and the head of the line since it took its place there.
-    """
-
-    robot: Robot
-    changed: simpy.Event
-    arrived: simpy.Event
-    goal: int
-    station: Station | None = None
-    legs: deque[Leg] = field(factory=deque)
-    under_way: tuple[Query, Query] | None = None
-    since: int = 0
-    joined: bool = False
-    reserved: Occupancy | None = None
-    arrives: int = 0
-    overtaken: int = 0
 
 
 class ReservedDriving(Driving):
@@ -109,6 +62,8 @@ class ReservedDriving(Driving):
         self._locations = np.array(locations, dtype=np.int64)
         self._owner: dict[int, Course] = {course.goal: course for course in self.courses}
         self._forgotten = 0
+        if not {course.goal for course in self.courses}.issubset(locations):
+            run.env.process(self._make_way())  # before anyone else sets out
         for course in self.courses:
             self.table.hold(course.robot.id, course.robot.cell, 0)
             run.env.process(self._follow(course))
@@ -133,6 +88,10 @@ class ReservedDriving(Driving):
         """Give a robot a new goal."""
         raise NotImplementedError
 
+    def set_out_for(self, course: Course, cell: int) -> None:
+        """Send a robot to a storage location that nobody else owns."""
+        raise NotImplementedError
+
     def register(self, course: Course, leg: Leg) -> bool:  # noqa: ARG002
         """Take note that a robot begins a leg that it has reserved; return whether it does."""
         return True
@@ -152,10 +111,10 @@ class ReservedDriving(Driving):
         robot = self.run.warehouse.robots[query.robot]
         return self.path(robot, query.goal, Traffic(self.roads, self.table, query))
 
-    def _ask_if_possible(self, query: Query, roads: Roads | None = None) -> list[Leg] | None:
-        """Ask the PP rule for a path that need not exist, on other roads if some are given."""
+    def _ask_if_possible(self, query: Query) -> list[Leg] | None:
+        """Ask the PP rule for a path that need not exist."""
         robot = self.run.warehouse.robots[query.robot]
-        return self.path_if_possible(robot, query.goal, Traffic(roads or self.roads, self.table, query))
+        return self.path_if_possible(robot, query.goal, Traffic(self.roads, self.table, query))
 
     def _commit(self, course: Course, query: Query, legs: Sequence[Leg]) -> Occupancy:
         """Reserve a path in place of what the robot has not begun; return what it occupies."""
@@ -216,8 +175,44 @@ class ReservedDriving(Driving):
             if course.station is not None and not course.joined:
                 self._join(course.station)
 
+    # Robots that begin elsewhere than in storage locations
+
+    def _make_way(self) -> Process:
+        """Send robots that begin in queues on through the station, and those on the floor to storage locations.
+
+        On the floor the one with the fewest cells to go is next: no other stands in its way.
+        """
+        idle = {course.robot.cell: course for course in self.courses if course.robot.pod is None}
+        for station, line in zip(self.run.warehouse.stations, self.lines, strict=True):
+            for cell in (station.cell, *station.cells.queue):
+                if cell in idle:
+                    self._send(idle[cell], station.cells.slot(len(line)))
+                    idle[cell].station = station
+                    line.append(idle.pop(cell))
+        while strays := idle.keys() - set(self._locations.tolist()):
+            free = [location for location in self._locations.tolist() if location not in self._owner]
+            cell, location = self.roads.layout.nearest(strays, free)
+            self._send(idle.pop(cell), location)
+        yield from ()
+
+    def to_location(self, robot: Robot, cell: int) -> Process:
+        """Drive to a storage location; whoever rests there is sent away first."""
+        course = self.courses[robot.id]
+        while course.station is not None and robot.pod is None:
+            yield course.arrived  # it began in a queue
+        self._clear(cell, robot)
+        self.set_out_for(course, cell)
+        while robot.cell != cell or not self.rests(course):
+            yield course.arrived
+
+    def rests(self, course: Course) -> bool:
+        """Whether a robot stands and has nowhere to go yet."""
+        return course.under_way is None and not course.legs
+
     def _arrive(self, course: Course) -> None:
-        """Wake the process that waits for the robot."""
+        """Wake the process that waits for the robot; one that began in a queue goes on from the station at once."""
+        if course.station is not None and course.robot.pod is None and course.robot.cell == course.station.cell:
+            self.set_out_for(course, self._refuge(course))
         arrived, course.arrived = course.arrived, self.env.event()
         arrived.succeed()
 
@@ -227,7 +222,7 @@ class ReservedDriving(Driving):
         """Let those who stand in the lane join the line, in the order of their places."""
         lane = self.roads.layout.lane
         for course in self.lines[station.id]:
-            if course.station is station and not course.joined:
+            if course.station is station and not course.joined and course.robot.pod is not None:
                 robot = course.robot
                 if lane[robot.cell] != station.id:
                     break

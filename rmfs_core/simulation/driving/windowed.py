@@ -11,10 +11,10 @@ its last cell without end, since nobody knows yet that the next run will begin i
 a robot at rest has registered its cell. So a run is refused if it crosses a cell after another robot has come to a stop
 there, or comes to a stop in one that another has yet to cross, even if the reserved paths would let both pass. A robot
 that is refused loses its path and keeps its cell; whoever had reserved that cell loses its path as well, and stops
-where its own run ends. A run that passes cells of a queue, by a shortcut or a second entrance, is refused as well as
-long as it would get ahead of a robot that has an earlier place in the line: all of these have to stand nearer to the
-station than where it comes into the lane, or be on runs that end there. So robots stand in a lane in the order of their
-line, whatever ways led them there.
+where its own run ends. A run by a shortcut or a second entrance is refused as well as long as a robot that is ahead in
+the line would be behind it then: those ahead have to stand, or be on runs that end, nearer to the station. So robots
+stand in a lane in the order of their line. Where those ahead have no such paths yet, a robot is planned for to the far
+end of the queue; in the lane, it waits.
 
 The line at a station is in the order in which the reserved paths enter its queue; a robot that loses its path on the
 way there loses its place. A robot is planned for to the place behind those ahead of it, and leaves the line when it
@@ -30,32 +30,23 @@ fulfillment systems, arXiv:1706.09347.
 from __future__ import annotations
 
 from bisect import insort
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise, takewhile
 
 import numpy as np
-from attrs import define
+from attrs import define, evolve
+from numpy.typing import NDArray
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.decisions import Leg
 from rmfs_core.errors import StandstillError
 from rmfs_core.randomness import stream
 from rmfs_core.simulation.context import RunContext
-from rmfs_core.simulation.driving.base import Process
-from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
-from rmfs_core.traffic import (
-    FOREVER,
-    Occupancy,
-    Query,
-    Reservations,
-    ReservedError,
-    Roads,
-    occupancy,
-    roads_on,
-    timed_path,
-)
+from rmfs_core.simulation.driving.base import Course, Process
+from rmfs_core.simulation.driving.reserved import ReservedDriving
+from rmfs_core.traffic import Query, Reservations, ReservedError, occupancy, timed_path
 from rmfs_core.warehouse import Robot, Station
-from rmfs_core.world.travel import UNREACHABLE, travel_on
+from rmfs_core.world.travel import UNREACHABLE
 
 ROUND_TICKS = 1000
 RETRY_TICKS = 2000
@@ -97,8 +88,6 @@ class WindowedDriving(ReservedDriving):
         """The runs under way, or the cells that robots stand in; no two robots ever have a cell at once."""
         for course in self.courses:
             self.registered.hold(course.robot.id, course.robot.cell, 0)
-        travel = run.warehouse.travel
-        self._without_passing = roads_on(travel_on(travel.layout.without_passing, travel.motion))
         self.asking: dict[int, Course] = {}
         self._round_due = False
         self._last_round = -ROUND_TICKS
@@ -110,15 +99,6 @@ class WindowedDriving(ReservedDriving):
         self.registered.release(robot.id)
         self.registered.hold(robot.id, robot.cell, 0)
 
-    def to_location(self, robot: Robot, cell: int) -> Process:
-        """Drive to a storage location; whoever rests there is sent away first."""
-        course = self.courses[robot.id]
-        self.leave_station(course)
-        self._clear(cell, robot)
-        self._send(course, cell)
-        while robot.cell != cell or not self._rests(course):
-            yield course.arrived
-
     def to_station(self, robot: Robot, station: Station) -> Process:
         """Drive to the end of the line, and move up until the robot stands in front of the picker."""
         course = self.courses[robot.id]
@@ -129,6 +109,11 @@ class WindowedDriving(ReservedDriving):
             self._set_out(course)
         while robot.cell != station.cell:
             yield course.arrived
+
+    def set_out_for(self, course: Course, cell: int) -> None:
+        """Send a robot to a storage location that nobody else owns."""
+        self.leave_station(course)
+        self._send(course, cell)
 
     def _send(self, course: Course, goal: int) -> None:
         if goal != course.goal or course.robot.cell != goal:
@@ -189,12 +174,16 @@ class WindowedDriving(ReservedDriving):
         self.asking.pop(course.robot.id, None)  # whom another has stopped in this round has asked again
         query = self._departure(course, self._target(course))
         if query.cell == query.goal:
-            if self._rests(course):
+            if self.rests(course):
                 self._arrive(course)
             elif course.legs:  # it passes its goal, and could go on
                 self.stop(course)
             return
-        legs = self._ask_if_possible(query, self._roads_behind(course)) or []
+        legs = self._ask_if_possible(query) or []
+        if legs and course.station is not None:
+            cells = occupancy(self.roads, timed_path(self.roads, query, tuple(legs))).cells
+            if self._overtakes(course, cells, self._path_ends) is not None:
+                legs = self._ask_if_possible(evolve(query, goal=course.station.cells.queue[-1])) or []
         if all(leg.to == query.cell for leg in legs):
             legs = []
         if not legs or self._has_been_refused_for_long(course):
@@ -202,7 +191,7 @@ class WindowedDriving(ReservedDriving):
             legs = self._step_aside(course, query) or legs
         if legs:
             self._go(course, query, legs)
-        elif self._rests(course):  # where a path goes on it asks again at its end
+        elif self.rests(course):  # where a path goes on it asks again at its end
             self.env.process(self._ask_again(course))
 
     def _go(self, course: Course, query: Query, legs: list[Leg]) -> None:
@@ -219,7 +208,7 @@ class WindowedDriving(ReservedDriving):
     def let_move_up(self, station: Station) -> None:
         """Let those who rest in a line plan for the places that they have now."""
         for place, course in enumerate(self.lines[station.id]):
-            if self._rests(course):
+            if self.rests(course):
                 if course.robot.cell == station.cells.slot(place + 1):
                     self._start_clocks(course)
                 self._request(course)
@@ -233,10 +222,12 @@ class WindowedDriving(ReservedDriving):
         path = timed_path(self.roads, query, (Leg(leg.to),))
         occupied = occupancy(self.roads, path)
         try:
-            self._keep_order(course, occupied)
-            self.registered.commit(robot.id, occupied)
+            progress.refused = self._overtakes(course, occupied.cells, self._run_ends)
+            if progress.refused is None:
+                self.registered.commit(robot.id, occupied)
         except ReservedError as error:
             progress.refused = error.cell
+        if progress.refused is not None:
             self.stop(course)
             return False
         progress.moved, progress.refused = path.end_tick, None
@@ -246,41 +237,27 @@ class WindowedDriving(ReservedDriving):
             self.let_move_up(left)
         return True
 
-    def _roads_behind(self, course: Course) -> Roads:
-        """Roads without steps that pass others in a lane, while one ahead has no path to a place nearer to the station."""
-        station = course.station
-        if station is not None:
-            slots = (station.cell, *station.cells.queue)
-            nearer = slots[: slots.index(self._target(course))]
-            if any(self._path_end(other) not in nearer for other in self._ahead(course, station)):
-                return self._without_passing
-        return self.roads
+    def _overtakes(self, course: Course, cells: NDArray[np.int64], end: Callable[[Course], int]) -> int | None:
+        """Cell at which a robot would come into its lane, or pass others there, in front of one ahead in its line.
 
-    def _ahead(self, course: Course, station: Station) -> Iterator[Course]:
-        """Robots with an earlier place in a line, or all that have one."""
-        return takewhile(lambda other: other is not course, self.lines[station.id])
-
-    def _path_end(self, course: Course) -> int:
-        return course.legs[-1].to if course.legs else self._departure(course, course.goal).cell
-
-    def _keep_order(self, course: Course, run: Occupancy) -> None:
-        """Refuse a run that passes cells of a queue and would get ahead of a robot with an earlier place in its line.
-
-        Raises
-        ------
-        ReservedError
-            Then.
+        ``end`` says where those ahead end up: they have to be nearer to the station than that cell.
         """
         station = course.station
-        passing = self.roads.layout.passing_steps
-        for before, cell in pairwise(run.cells.tolist() if passing else ()):
-            if station is None or (before, cell) not in passing:
-                continue
-            slots = (station.cell, *station.cells.queue)
-            nearer = slots[: slots.index(cell)]
-            for other in self._ahead(course, station):
-                if self._departure(other, other.goal).cell not in nearer:
-                    raise ReservedError(cell, other.robot.id, self.run.warehouse.now, FOREVER)
+        if station is None:
+            return None
+        slots = (station.cell, *station.cells.queue)
+        for before, cell in pairwise(cells.tolist()):
+            if cell in slots[:-1] and slots[slots.index(cell) + 1] != before:
+                ahead = takewhile(lambda other: other is not course, self.lines[station.id])
+                if any(end(other) not in slots[: slots.index(cell)] for other in ahead):
+                    return int(cell)
+        return None
+
+    def _run_ends(self, course: Course) -> int:
+        return self._departure(course, course.goal).cell
+
+    def _path_ends(self, course: Course) -> int:
+        return course.legs[-1].to if course.legs else self._run_ends(course)
 
     def stop(self, course: Course) -> None:
         """Take a robot's path from it: it stops where it stands or where its run ends, and plans anew.
@@ -312,12 +289,9 @@ class WindowedDriving(ReservedDriving):
         if self.run.warehouse.now - self._progress_of[course.robot.id].set_out > self.standstill_ticks:
             raise StandstillError(self.who_waits_for_whom(course))
 
-    def _rests(self, course: Course) -> bool:
-        return course.under_way is None and not course.legs
-
     def _has_stood_long(self, course: Course) -> bool:
         now = self.run.warehouse.now
-        return self._rests(course) and now - self._progress_of[course.robot.id].moved >= PATIENCE_TICKS
+        return self.rests(course) and now - self._progress_of[course.robot.id].moved >= PATIENCE_TICKS
 
     def _has_been_refused_for_long(self, course: Course) -> bool:
         return self._progress_of[course.robot.id].refused is not None and self._has_stood_long(course)
@@ -336,7 +310,7 @@ class WindowedDriving(ReservedDriving):
 
     def _ask_again(self, course: Course) -> Process:
         yield self.run.after(RETRY_TICKS)
-        if self._rests(course):
+        if self.rests(course):
             self._request(course)
 
     def _steps(self, query: Query) -> Iterator[Leg]:
