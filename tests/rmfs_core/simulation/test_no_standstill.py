@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from attrs import evolve
 from hypothesis import HealthCheck, assume, given, settings
@@ -26,18 +27,25 @@ from rmfs_core.scenario.model import (
 )
 from rmfs_core.simulation.driving.reserved import ReservedDriving
 from rmfs_core.simulation.engine import Simulation
-from rmfs_core.world import Instance, Layout, block_map, check_layout, make_instance, parse_map
+from rmfs_core.simulation.setup import Opening, open_warehouse
+from rmfs_core.world import CellKind, Instance, Layout, block_map, check_layout, make_instance, parse_map
+from rmfs_core.world.textmap import FLOOR_MOVES, FLOOR_SIGN, QUEUE_MOVES, QUEUE_SIGN
 from rmfs_testing import validate_trace
 from rmfs_trace import TraceWriter
 
-ONE_WAY = "><^v└┘┌┐─│├┤┬┴"
+ONE_WAY = "".join(FLOOR_MOVES).replace(".", "")
 ANYTHING_GOES = {"deadline": None, "suppress_health_check": list(HealthCheck)}
 
 
 @st.composite
-def layouts(draw: st.DrawFn, queue_length: int) -> tuple[LayoutSection, Layout]:
-    """Block layouts with 1 to 8 stations; their aisles one-way, two-way, or some of either."""
-    stations = draw(st.integers(1, 8))
+def layouts(
+    draw: st.DrawFn, queue_length: int, queue: str = "plain", max_stations: int = 8
+) -> tuple[LayoutSection, Layout]:
+    """Block layouts with 1 to 8 stations; their aisles one-way, two-way, or some of either.
+
+    Where queues have shortcuts, they have some more than those of the block layout.
+    """
+    stations = draw(st.integers(1, max_stations))
     west = draw(st.integers(0, stations))
     section = LayoutSection(
         block_rows=2 * max(west, stations - west) + 1 + draw(st.integers(0, 2)),
@@ -46,6 +54,7 @@ def layouts(draw: st.DrawFn, queue_length: int) -> tuple[LayoutSection, Layout]:
         hall_width=draw(st.integers(1, 2)),
         stations_east=stations - west,
         stations_west=west,
+        queue=queue,
         pod_fill=draw(st.floats(0.05, 0.97)),
     )
     signs = block_map(section, queue_length)
@@ -55,6 +64,8 @@ def layouts(draw: st.DrawFn, queue_length: int) -> tuple[LayoutSection, Layout]:
     elif two_way == "some":
         chosen = draw(st.lists(st.integers(0, len(signs) - 1), max_size=len(signs) // 3))
         signs = "".join("." if i in chosen and sign in ONE_WAY else sign for i, sign in enumerate(signs))
+    if queue == "shortcut":
+        signs = draw(more_ways(signs))
     layout = parse_map(signs, "drawn")
     try:
         check_layout(layout, "drawn")
@@ -64,14 +75,38 @@ def layouts(draw: st.DrawFn, queue_length: int) -> tuple[LayoutSection, Layout]:
 
 
 @st.composite
-def attacks(draw: st.DrawFn, max_robots: int, pp: str = "sipp") -> tuple[Scenario, Instance, Layout]:
+def more_ways(draw: st.DrawFn, text: str) -> str:
+    """Add shortcuts and entrances to the queues of a map, wherever there may be one."""
+    layout = parse_map(text, "drawn")
+    signs = list(text.replace("\n", ""))
+    for own in layout.stations:
+        slots = (own.station, *own.queue)
+        for place, cell in enumerate(slots):
+            for heading in range(4):
+                before = layout.neighbour(cell, (heading + 2) % 4)
+                if before is None or draw(st.integers(0, 2)):
+                    continue
+                if before in slots[place + 2 :]:
+                    moves = QUEUE_MOVES[signs[before]] | 1 << heading
+                    signs[before] = QUEUE_SIGN.get(moves, signs[before])
+                elif cell != own.station:
+                    moves = FLOOR_MOVES.get(signs[before], 0) | 1 << heading
+                    signs[before] = FLOOR_SIGN[moves] if signs[before] in ONE_WAY else signs[before]
+    width = layout.width
+    return "\n".join("".join(signs[i : i + width]) for i in range(0, len(signs), width))
+
+
+@st.composite
+def attacks(
+    draw: st.DrawFn, max_robots: int, pp: str = "sipp", queue: str = "plain", max_stations: int = 8
+) -> tuple[Scenario, Instance, Layout]:
     """Any shipped rules but for PP, 1 to ``max_robots`` robots, more work than the stations have places for."""
 
     def choose(*names: str) -> RuleChoice:
         return RuleChoice(draw(st.sampled_from(names)))
 
     queue_length = draw(st.integers(1, 12))
-    section, layout = draw(layouts(queue_length))
+    section, layout = draw(layouts(queue_length, queue, max_stations))
     locations = len(layout.storage_locations)
     pods = draw(st.integers(2, max(2, min(40, int(0.97 * locations)))))
     assume(pods < locations)
@@ -166,3 +201,63 @@ def test_windows_end_in_order_or_with_the_reason(attack: tuple[Scenario, Instanc
 def test_fleets_as_large_as_the_storage(attack: tuple[Scenario, Instance, Layout]) -> None:
     """Up to 100 robots, or one fewer than storage locations: every run ends with every order complete."""
     completes(*attack)
+
+
+def completes_under_both(scenario: Scenario, instance: Instance, layout: Layout) -> None:
+    """Run to the end under `sipp` and under `whca-n`."""
+    for pp in ("sipp", "whca-n"):
+        completes(evolve(scenario, rules=evolve(scenario.rules, pp=RuleChoice(pp))), instance, layout)
+
+
+@given(attack=attacks(max_robots=8, queue="shortcut", max_stations=3))
+@settings(max_examples=12, **ANYTHING_GOES)
+def test_queues_with_shortcuts(attack: tuple[Scenario, Instance, Layout]) -> None:
+    """Whatever shortcuts and entrances queues have: every run ends with every order complete, under both planners."""
+    completes_under_both(*attack)
+
+
+@pytest.mark.slow
+@given(attack=attacks(max_robots=8, queue="shortcut", max_stations=3))
+@settings(max_examples=500, **ANYTHING_GOES)
+def test_many_queues_with_shortcuts(attack: tuple[Scenario, Instance, Layout]) -> None:
+    """The same in 500 worlds."""
+    completes_under_both(*attack)
+
+
+def completes_from_anywhere(attack: tuple[Scenario, Instance, Layout], seed: int, pp: str) -> None:
+    """Run to the end with robots that begin in cells drawn from all but the walls."""
+    scenario, instance, layout = attack
+    cells = np.random.default_rng(seed).permutation(np.flatnonzero(layout.kind != CellKind.WALL))
+
+    def opened(scenario: Scenario, instance: Instance, layout: Layout) -> Opening:
+        opening = open_warehouse(scenario, instance, layout)
+        for robot, cell in zip(opening.warehouse.robots, cells.tolist(), strict=False):
+            opening.warehouse.move(robot, cell, robot.id % 4)
+        return opening
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("rmfs_core.simulation.engine.open_warehouse", opened)
+        completes(evolve(scenario, rules=evolve(scenario.rules, pp=RuleChoice(pp))), instance, layout)
+
+
+@given(attack=attacks(max_robots=40, queue="shortcut", max_stations=3), seed=st.integers(0, 1000))
+@settings(max_examples=20, **ANYTHING_GOES)
+def test_robots_begin_anywhere(attack: tuple[Scenario, Instance, Layout], seed: int) -> None:
+    """Robots that begin on the floor, in queues and at stations get out of the way, and every order is completed."""
+    completes_from_anywhere(attack, seed, "sipp")
+
+
+@pytest.mark.slow
+@given(attack=attacks(max_robots=100), seed=st.integers(0, 1000))
+@settings(max_examples=150, **ANYTHING_GOES)
+def test_large_fleets_begin_anywhere(attack: tuple[Scenario, Instance, Layout], seed: int) -> None:
+    """The same with up to 100 robots, or one fewer than storage locations."""
+    completes_from_anywhere(attack, seed, "sipp")
+
+
+@given(attack=attacks(max_robots=6, queue="shortcut", max_stations=3), seed=st.integers(0, 1000))
+@settings(max_examples=12, **ANYTHING_GOES)
+def test_robots_begin_anywhere_under_other_planners(attack: tuple[Scenario, Instance, Layout], seed: int) -> None:
+    """The same in small fleets with windows, and without any traffic."""
+    for pp in ("whca-n", "free-flow"):
+        completes_from_anywhere(attack, seed, pp)
