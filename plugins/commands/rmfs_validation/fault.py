@@ -72,6 +72,7 @@ KINDS: dict[str, str] = {
     "queue-too-long": "a station has more pods in line than its queue holds",
     "joined-late": "a robot has waited in a queue and joined its line only when it was served",
     "queue-order": "a pod is served before one that came earlier",
+    "queue-passed": "a robot stands nearer to a station than its place in line is",
     "station-busy": "two pods are at one station",
     "not-bound": "a pod visits a station that it is not bound for, or not yet",
     "bound-twice": "a pod is sent to a station for which it is bound already",

@@ -50,6 +50,7 @@ def check_header(case: Case) -> None:
     _names(case)
     _numbers(case)
     _places(case)
+    _queues(case)
 
 
 def _names(case: Case) -> None:
@@ -85,6 +86,19 @@ def _numbers(case: Case) -> None:
     for what, (found, number) in expected.items():
         if number is not None and found != number:
             case.add("header", 0, f"there are {found} {what}; the scenario says {number}")
+
+
+def _queues(case: Case) -> None:
+    """Every way on from a queue cell leads to one that is nearer to the station, or to the station."""
+    for i, own in enumerate(case.layout.stations):
+        nearer = {own.station}
+        for cell in own.queue:
+            ways = [cell + case.step(heading) for heading in range(4) if case.moves[cell] >> heading & 1]
+            if not ways or not nearer.issuperset(ways):
+                case.add(
+                    "header", 0, f"the way on from {case.where(cell)} in the queue of {case.station(i)} leads back"
+                )
+            nearer.add(cell)
 
 
 def _places(case: Case) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rmfs_core.events import QueueJoined, TripDecided, VisitEnded, VisitStarted
+from rmfs_core.events import QueueJoined, RobotMoved, TripDecided, VisitEnded, VisitStarted
 from rmfs_validation.case import Case, Handlers
 from rmfs_validation.state import PodState, State, Visit
 
@@ -16,6 +16,7 @@ class LineCheck:
         self.visits = 0
         self.handlers: Handlers = {
             TripDecided: self.trip,
+            RobotMoved: self.moved,
             QueueJoined: self.joined,
             VisitStarted: self.started,
             VisitEnded: self.ended,
@@ -32,6 +33,18 @@ class LineCheck:
                 "where it is or is bound for already",
             )
         pod.bound.append((event.station, event.tick))
+
+    def moved(self, event: RobotMoved) -> None:
+        """Check that a robot keeps behind its place in line, by whatever way it came into the queue."""
+        case, i = self.case, self.case.lane[event.to]
+        if i < 0 or event.pod is None or not case.avoids_collisions:
+            return
+        line, cells = self.state.stations[i].line, case.layout.stations[i]
+        ahead = line.index(event.robot) if event.robot in line else len(line)
+        if (cells.station, *cells.queue).index(event.to) < ahead:
+            drives = f"{case.robot(event.robot)} drives to {case.where(event.to)} in the queue of {case.station(i)}"
+            kept = f"that place belongs to one of the {ahead} ahead of it in line"
+            case.add("queue-passed", event.tick, f"{drives}; {kept}")
 
     def joined(self, event: QueueJoined) -> None:
         """Check that a robot stands in the queue, and that the queue has room."""

@@ -30,7 +30,7 @@ fulfillment systems, arXiv:1706.09347.
 from __future__ import annotations
 
 from bisect import insort
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import pairwise, takewhile
 
 import numpy as np
@@ -182,7 +182,7 @@ class WindowedDriving(ReservedDriving):
         legs = self._ask_if_possible(query) or []
         if legs and course.station is not None:
             cells = occupancy(self.roads, timed_path(self.roads, query, tuple(legs))).cells
-            if self._overtakes(course, cells, self._path_ends) is not None:
+            if self._overtakes(course, cells, planned=True) is not None:
                 legs = self._ask_if_possible(evolve(query, goal=course.station.cells.queue[-1])) or []
         if all(leg.to == query.cell for leg in legs):
             legs = []
@@ -222,7 +222,7 @@ class WindowedDriving(ReservedDriving):
         path = timed_path(self.roads, query, (Leg(leg.to),))
         occupied = occupancy(self.roads, path)
         try:
-            progress.refused = self._overtakes(course, occupied.cells, self._run_ends)
+            progress.refused = self._overtakes(course, occupied.cells, planned=False)
             if progress.refused is None:
                 self.registered.commit(robot.id, occupied)
         except ReservedError as error:
@@ -237,11 +237,15 @@ class WindowedDriving(ReservedDriving):
             self.let_move_up(left)
         return True
 
-    def _overtakes(self, course: Course, cells: NDArray[np.int64], end: Callable[[Course], int]) -> int | None:
+    def _overtakes(self, course: Course, cells: NDArray[np.int64], *, planned: bool) -> int | None:
         """Cell at which a robot would come into its lane, or pass others there, in front of one ahead in its line.
 
-        ``end`` says where those ahead end up: they have to be nearer to the station than that cell.
+        Those ahead have to end up nearer to the station than that: with what is planned, or with their runs alone.
         """
+
+        def end(other: Course) -> int:
+            return other.legs[-1].to if planned and other.legs else self._departure(other, other.goal).cell
+
         station = course.station
         if station is None:
             return None
@@ -252,12 +256,6 @@ class WindowedDriving(ReservedDriving):
                 if any(end(other) not in slots[: slots.index(cell)] for other in ahead):
                     return int(cell)
         return None
-
-    def _run_ends(self, course: Course) -> int:
-        return self._departure(course, course.goal).cell
-
-    def _path_ends(self, course: Course) -> int:
-        return course.legs[-1].to if course.legs else self._run_ends(course)
 
     def stop(self, course: Course) -> None:
         """Take a robot's path from it: it stops where it stands or where its run ends, and plans anew.
