@@ -154,8 +154,7 @@ class _MapReader:
                 used.add(cell)
         unused = [cell for cell in map(int, np.flatnonzero(layout.kind == CellKind.QUEUE)) if cell not in used]
         for cell in unused:
-            ways = self._ways(layout, cell)
-            if len(ways) > 1:
+            if len(ways := self._ways(layout, cell)) > 1:
                 to = " and ".join("beyond the map" if way is None else where(way, self.width) for way in ways)
                 expected = "expected two cells of one queue, both nearer to its station"
                 raise self._wrong(cell, f"the queue cell leads to {to}; {expected}")
