@@ -125,10 +125,6 @@ class _MapReader:
             at = feeding[0]
             queue.append(at)
             ahead.add(at)
-        if not queue:
-            raise self._wrong(
-                station, "the picking station has no queue; expected at least one queue cell (`q`) beside it"
-            )
         return StationCells(station, tuple(queue))
 
     def _feeds(self, layout: Layout, cell: int, following: int, ahead: set[int]) -> bool:
@@ -158,6 +154,10 @@ class _MapReader:
                 to = " and ".join("beyond the map" if way is None else where(way, self.width) for way in ways)
                 expected = "expected two cells of one queue, both nearer to its station"
                 raise self._wrong(cell, f"the queue cell leads to {to}; {expected}")
+        for cells in stations:
+            if not cells.queue:
+                problem = "the picking station has no queue; expected at least one queue cell (`q`) beside it"
+                raise self._wrong(cells.station, problem)
         if unused:
             raise self._wrong(unused[0], "the queue cell leads to no picking station")
 

@@ -1,6 +1,7 @@
 """The block layout."""
 
 import pytest
+from attrs import evolve
 
 from rmfs_cli.map_drawing import draw_map
 from rmfs_core.errors import InputError
@@ -19,18 +20,28 @@ def test_the_papers_layout() -> None:
 
 def test_the_smallest_layout_looks_like_this() -> None:
     """One column of three blocks, one station: ring counter-clockwise, queue folded twice, exit towards the hall."""
-    section = LayoutSection(block_rows=3, block_columns=1, block_length=2, hall_width=1, stations_east=1)
+    section = LayoutSection(block_rows=3, block_columns=1, block_length=2, hall_width=1, stations_east=1, queue="plain")
     assert block_map(section, 6) == ("v<<<@@\nv##^@@\nv##^@@\n┌>>└→↓\nv##^↓←\nv##^→↓\nv<<┘<O\nv##^@@\nv##^@@\n>>>^@@\n")
 
 
+def test_queues_as_in_rawsim_o() -> None:
+    """A shortcut from the second lane's first cell into the third lane's last, and an entrance from the ring."""
+    section = LayoutSection(block_rows=3, block_columns=1, block_length=2, hall_width=1, queue="shortcut")
+    east = block_map(evolve(section, stations_east=1), 6)
+    assert east == "v<<<@@\nv##^@@\nv##^@@\n┌>>└→↓\nv##^↓╗\nv##└→↓\nv<<┘<O\nv##^@@\nv##^@@\n>>>^@@\n"
+    west = block_map(evolve(section, block_rows=4, stations_east=0, stations_west=1), 6)
+    assert "↓←┐<<┘\n╔↓v##^\n↓←┐##^\nO>┌>>^\n" in west
+
+
+@pytest.mark.parametrize("form", ["plain", "shortcut"])
 @pytest.mark.parametrize("rows", [3, 4, 5, 6, 9])
 @pytest.mark.parametrize("hall", [1, 2, 3, 5])
 @pytest.mark.parametrize("queue", [1, 2, 3, 12])
-def test_every_block_layout_is_fit_for_use(rows: int, hall: int, queue: int) -> None:
+def test_every_block_layout_is_fit_for_use(rows: int, hall: int, queue: int, form: str) -> None:
     """Whatever the numbers, everything can be reached, queues are long enough, and the drawing reads back the same."""
     fitting = (rows - 1) // 2
     section = LayoutSection(
-        block_rows=rows, block_columns=3, hall_width=hall, stations_east=fitting, stations_west=fitting
+        block_rows=rows, block_columns=3, hall_width=hall, stations_east=fitting, stations_west=fitting, queue=form
     )
     text = block_map(section, queue)
     layout = parse_map(text, "map")

@@ -2,6 +2,7 @@
 
 import pytest
 
+from rmfs_cli.map_drawing import draw_map
 from rmfs_core.errors import InputError
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST, check_layout, parse_map
 
@@ -45,6 +46,24 @@ def test_one_way_aisles_are_one_way() -> None:
         ("#..\n..O", "map, row 2, column 3: the picking station has no queue; expected at least one queue cell (`q`)"),
         ("#.qq\n.qqO", "the queue branches to row 1, column 4 and row 2, column 3; give the direction"),
         ("#..q\n.qO.\n....", "map, row 1, column 4: the queue cell leads to no picking station"),
+        (
+            "@#..\n.╔→O\n.@.@",
+            "map, row 2, column 2: the queue cell leads to row 2, column 3 and row 3, column 2; expected",
+        ),
+        (
+            "#...\n.→╚O",
+            "map, row 2, column 3: the queue cell leads to row 2, column 4 and row 1, column 3; expected two",
+        ),
+        (
+            ".→╚O",
+            "map, row 1, column 3: the queue cell leads to row 1, column 4 and beyond the map; expected two cells",
+        ),
+        ("#....\n.→╔→O\n..↓..\n..→→O", "map, row 2, column 3: the queue cell leads to row 2, column 4 and row 3, col"),
+        (
+            "#.....\n.╔→↓..\n.↓╔←..\n.→→→→O",
+            "map, row 2, column 2: the queue cell leads to row 2, column 3 and row 3, c",
+        ),
+        ("#╔→↓\n.→→→O", "map, row 2, column 4: the queue branches to row 1, column 4 and row 2, column 3; give"),
     ],
 )
 def test_wrong_maps_are_refused_with_the_cell(text: str, message: str) -> None:
@@ -52,6 +71,32 @@ def test_wrong_maps_are_refused_with_the_cell(text: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         parse_map(text, "map")
     assert message in str(caught.value)
+
+
+FOLDED = """
+#.......
+..→→→→↓.
+..↓←←╗←.
+.└→→→↓..
+.....O..
+........
+"""
+
+
+def test_a_queue_may_have_a_shortcut_and_a_second_entrance() -> None:
+    """The cells stay one chain; a way on past some of them, and the arm of a floor cell, lead ahead in it."""
+    layout = parse_map(FOLDED, "folded")
+    check_layout(layout, "folded")
+    (cells,) = layout.stations
+    assert [cell % 8 for cell in cells.queue] == [5, 4, 3, 2, 2, 3, 4, 5, 6, 6, 5, 4, 3, 2]
+    shortcut, entrance = cells.queue[7], cells.queue[3]
+    assert [h for h in range(4) if layout.may_step(shortcut, h)] == [WEST, SOUTH]
+    assert layout.neighbour(shortcut, SOUTH) == cells.queue[0]
+    assert layout.may_step(entrance - 1, EAST)
+    assert layout.may_step(entrance - 1, NORTH)
+    assert not layout.may_step(cells.queue[4] - 1, EAST)  # a cell that leads everywhere is no entrance
+    assert draw_map(layout) == draw_map(parse_map(draw_map(layout), "drawn"))
+    assert "╗" in draw_map(layout)
 
 
 def test_a_map_that_no_memory_has_room_for_is_refused() -> None:
