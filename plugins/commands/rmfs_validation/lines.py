@@ -41,10 +41,10 @@ class LineCheck:
             return
         line, cells = self.state.stations[i].line, case.layout.stations[i]
         ahead = line.index(event.robot) if event.robot in line else len(line)
-        if (cells.station, *cells.queue).index(event.to) < ahead:
+        place = (cells.station, *cells.queue).index(event.to)
+        if place < ahead:
             drives = f"{case.robot(event.robot)} drives to {case.where(event.to)} in the queue of {case.station(i)}"
-            kept = f"that place belongs to one of the {ahead} ahead of it in line"
-            case.add("queue-passed", event.tick, f"{drives}; {kept}")
+            case.add("queue-passed", event.tick, f"{drives}, place {place} there; robots ahead of it in line: {ahead}")
 
     def joined(self, event: QueueJoined) -> None:
         """Check that a robot stands in the queue, and that the queue has room."""

@@ -9,7 +9,7 @@ Endpoints are the storage locations, the queue cells and the stations. At any ti
 3. a robot's reservations are replaced all at once: the old endpoint is given up only with the new path away from it;
 4. the robots of a station's line (those that stand in it or have taken a ticket for it) own its first cells, the
    station first, in the order of the line and without gaps; a robot takes its ticket, the cell behind the last one,
-   when it has its pod and sets out, and may then overtake (below);
+   when it has its pod and sets out, and may then overtake (below). Every step in a lane leads ahead, shortcuts too;
 5. a robot that leaves a station sets out for a storage location that PR chose and nobody owns, or for a ticket;
 6. a robot with a pod crosses no storage location but its own start and goal. Aisles hold no endpoints, are strongly
    connected without them, and every storage location, queue entry and exit of a station touches them (the layout

@@ -67,3 +67,12 @@ def test_people_count_from_one() -> None:
     """Row and column from the north-west corner."""
     assert LAYOUT.where(0) == "row 1, column 1"
     assert LAYOUT.where(7) == where(7, 4) == "row 2, column 4"
+
+
+def test_the_nearest_of_some_floor_cells_to_a_goal() -> None:
+    """Fewest cells over the floor, one-way cells in their direction only; never through storage, queues or stations."""
+    layout = parse_map("#...>..#\n...qO...\n........", "row")
+    assert layout.nearest({2, 6}, [0, 7]) == (6, 7)
+    assert layout.nearest({2, 6}, [0]) == (2, 0)
+    assert layout.nearest({5}, [0]) == (5, 0)  # around the station
+    assert layout.nearest({5, 11, 16}, [0]) == (16, 0)  # a queue cell is none

@@ -1,13 +1,15 @@
 """Travel times and fastest paths."""
 
 import heapq
+from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rmfs_core.motion import Motion
-from rmfs_core.world import EAST, NORTH, WEST, CellKind, Layout, parse_map
+from rmfs_core.scenario.model import LayoutSection
+from rmfs_core.world import EAST, NORTH, WEST, CellKind, Layout, block_map, parse_map
 from rmfs_core.world.travel import UNREACHABLE, Travel
 from rmfs_testing import small_layout
 
@@ -61,6 +63,21 @@ def test_a_straight_run_costs_no_turn() -> None:
     travel = Travel(OPEN, Motion())
     assert travel.ticks(0, EAST, 7, loaded=False) == 6167
     assert travel.ticks(0, WEST, 7, loaded=False) == 6167 + 1250
+
+
+def test_the_way_to_a_station_is_the_shortest_through_its_queue() -> None:
+    """With RAWSim-O's queue 7 m from the aisle and 5 m from the ring in place of 13 m; to a place in line likewise."""
+
+    def metres(queue: str, row: int, place: int) -> int:
+        layout = parse_map(block_map(LayoutSection(queue=queue), 12), "map")
+        travel, cells = Travel(layout, Motion()), layout.stations[0]
+        start, goal = cells.queue[-1] - 1 + row * layout.width, cells.slot(place)
+        way = [start, *(leg.to for leg in travel.fastest_path(start, EAST, goal, loaded=True))]
+        return sum(layout.distance(cell, to) for cell, to in pairwise(way))
+
+    assert [metres("plain", 0, place) for place in (0, 1, 4, 8, 12)] == [13, 12, 9, 5, 1]
+    assert [metres("shortcut", 0, place) for place in (0, 1, 4, 8, 12)] == [7, 6, 9, 5, 1]
+    assert [metres("shortcut", 2, place) for place in (0, 1, 4)] == [5, 4, 1]
 
 
 def test_a_pod_is_not_carried_over_storage_locations() -> None:

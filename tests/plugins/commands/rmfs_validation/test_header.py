@@ -10,7 +10,7 @@ from attrs import evolve
 from damage import Damage, assert_found, told
 from rmfs_core.errors import InputError
 from rmfs_core.motion import Motion
-from rmfs_core.world import OrderData, PodData, StationCells
+from rmfs_core.world import WEST, OrderData, PodData, StationCells
 from rmfs_trace.reader import Trace
 from rmfs_validation.header import check_readable
 
@@ -96,6 +96,13 @@ def slower(trace: Trace) -> Trace:
     return evolve(trace, scenario={**trace.scenario, "robots": {"count": 1, "top_speed_m_per_s": 1.0}})
 
 
+def queue_back(trace: Trace) -> Trace:
+    """Let the queue cell be left to the west, too."""
+    moves = trace.layout.moves.copy()
+    moves[trace.layout.stations[0].queue[0]] |= 1 << WEST
+    return evolve(trace, layout=evolve(trace.layout, moves=moves))
+
+
 def two_loads(trace: Trace) -> Trace:
     """Let both pods start on one robot, and nothing happen."""
     pods = tuple({**pod, "robot": 0} for pod in trace.pods)
@@ -115,6 +122,7 @@ def two_loads(trace: Trace) -> Trace:
             "no-storage-location: an empty pod stands at row 6, column 4 from the start",
         ),
         (lambda t: evolve(t, blocked=(26,)), "location-taken: pod P1 and an empty pod both stand at row 4, column 3"),
+        (queue_back, "header: the way on from row 5, column 7 in the queue of station 1 leads back"),
         (two_loads, "header: robot 1 carries pod P0 and pod P1"),
     ],
 )

@@ -210,6 +210,25 @@ def test_a_pod_that_can_still_serve_stays(day: Trace) -> None:
     assert "left-early: pod P0 leaves station 1, where SKU jam is still wanted" in told(early)
 
 
+def test_a_robot_keeps_behind_its_place_in_line(new_script: Any) -> None:
+    """By a shortcut or another entrance, too: what lies ahead of its place is for those ahead of it."""
+    yard = ".........\n.....v...\n..qqqqqO.\n..##.##..\n........."
+    script = new_script(yard, robots=[(4, 2), (4, 5)], pods=[(3, 2), (3, 5)])
+    for robot, way in ((0, [(4, 1), (2, 1), (2, 2)]), (1, [(4, 8), (0, 8), (0, 5), (2, 5)])):
+        script.drive(robot, 3, script.cells[robot] % 9)
+        script.fetch(robot, robot)
+        script.drive(robot, 4, script.cells[robot] % 9)
+        for row, column in way:
+            script.drive(robot, row, column)
+        script.events.append(QueueJoined(script.now[robot], robot, robot, 0))
+    assert not [fault for fault in told(script.trace()) if fault.startswith("queue-passed")]
+    script.drive(1, 2, 7)
+    assert [fault for fault in told(script.trace()) if fault.startswith("queue-passed")] == [
+        "queue-passed: robot 2 drives to row 3, column 8 in the queue of station 1, "
+        "place 0 there; robots ahead of it in line: 1"
+    ]
+
+
 def test_who_waits_in_a_queue_is_in_its_line(new_script: Any) -> None:
     """A robot that stood still in the queue has joined before it is served, unless another one has lost its place."""
     script = new_script("........\n...@....\n..##.##.\n.....qqO\n........", robots=[(4, 3)], pods=[(2, 3)])

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+import rmfs_core
 from corridor import CORRIDOR, INSTANCE, inline
 from rmfs_core.errors import InputError, RuleError
 from rmfs_core.events import (
@@ -90,3 +91,17 @@ def test_one_location_is_left_for_who_steps_aside(tiny_run: Callable[..., Any], 
     count = len(layout.storage_locations)
     with pytest.raises(InputError, match=rf"robots.count: found {count} robots and {count} storage locations"):
         tiny_run(INSTANCE, capacity=3, robots=count, queue_length=1, layout=layout, pp=pp)
+
+
+@pytest.mark.parametrize("pp", ["sipp", "whca-n", "free-flow"])
+def test_who_finds_nobody_in_line_takes_the_shortcut(pp: str) -> None:
+    """A robot by itself drives 6 m less a visit, and from the ring 8 m, whoever plans its paths."""
+
+    def visits_and_metres(queue: str) -> tuple[float, float]:
+        settings = [f"rules.pp={pp}", f"layout.queue={queue}", "robots.count=1", "stations.queue_length=12"]
+        metrics = rmfs_core.run("examples/small", overrides=settings).metrics
+        return metrics["pod_station_visits"], metrics["loaded_distance_m"]
+
+    (visits, plain), (same, short) = visits_and_metres("plain"), visits_and_metres("shortcut")
+    assert visits == same
+    assert 6 * visits <= plain - short <= 8 * visits

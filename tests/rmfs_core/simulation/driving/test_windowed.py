@@ -21,6 +21,7 @@ from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
 from rmfs_core.simulation.driving.windowed import WindowedDriving
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.traffic import FOREVER, Occupancy, Query, Roads, occupancy, timed_path
+from rmfs_core.world import NORTH, parse_map
 from rmfs_testing import small_instance
 
 
@@ -238,3 +239,41 @@ def test_a_long_wait_in_line_is_no_standstill() -> None:
     settings = ["rules.pp=whca-n", "instance.orders=30", "robots.count=5", "layout.stations_east=1"]
     settings += ["stations.pick_s=600.0", "stations.handle_s=600.0", "run.standstill_s=900.0"]
     assert rmfs_core.run("paper-250", overrides=settings).status == "complete"
+
+
+SHORTCUT = parse_map("..........\n.v........\n.→→→→→↓...\n.↓←←←←╗...\n.→→→→→→O..\n.##.##....\n..........", "shortcut")
+
+
+def test_nobody_gets_ahead_of_those_ahead_in_line(tiny_run: Callable[..., Any]) -> None:
+    """A run over a shortcut is refused until those ahead in line are nearer to the station than where it leads to."""
+    simulation = tiny_run(INSTANCE, robots=2, queue_length=3, layout=SHORTCUT, pp="whca-n").simulation
+    driving, station = simulation.driving, simulation.warehouse.stations[0]
+    first, second = driving.courses
+    slots = (station.cell, *station.cells.queue)
+
+    def stand(course: Course, cell: int) -> None:
+        simulation.warehouse.move(course.robot, cell, 3)
+        course.station = station
+        driving.registered.release(course.robot.id)
+        driving.registered.hold(course.robot.id, cell, 0)
+
+    driving.lines[0] = [first, second]
+    stand(second, SHORTCUT.neighbour(slots[1], NORTH))
+    for place in (2, 7, 16):
+        stand(first, slots[place])
+        assert not driving.register(second, Leg(slots[1]))
+    stand(first, station.cell)
+    assert driving.register(second, Leg(slots[1]))
+
+
+def test_without_that_order_robots_stand_in_each_others_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Under `whca-n` RAWSim-O's queues work; they would not if robots could get ahead of those ahead in line."""
+
+    def status() -> str:
+        settings = ["rules.pp=whca-n", "layout.queue=shortcut", "run.standstill_s=300.0", "instance.orders=100"]
+        return rmfs_core.run("paper-250", overrides=settings).status
+
+    assert status() == "complete"
+    monkeypatch.setattr(WindowedDriving, "_overtakes", lambda *_, **__: None)
+    with pytest.raises(StandstillError, match="waits for row"):
+        status()
