@@ -182,7 +182,7 @@ class WindowedDriving(ReservedDriving):
         legs = self._ask_if_possible(query) or []
         if legs and course.station is not None:
             cells = occupancy(self.roads, timed_path(self.roads, query, tuple(legs))).cells
-            if self._overtakes(course, cells, planned=True) is not None:
+            if self.gets_ahead(course, cells, planned=True) is not None:
                 legs = self._ask_if_possible(evolve(query, goal=course.station.cells.queue[-1])) or []
         if all(leg.to == query.cell for leg in legs):
             legs = []
@@ -222,7 +222,7 @@ class WindowedDriving(ReservedDriving):
         path = timed_path(self.roads, query, (Leg(leg.to),))
         occupied = occupancy(self.roads, path)
         try:
-            progress.refused = self._overtakes(course, occupied.cells, planned=False)
+            progress.refused = self.gets_ahead(course, occupied.cells, planned=False)
             if progress.refused is None:
                 self.registered.commit(robot.id, occupied)
         except ReservedError as error:
@@ -237,7 +237,7 @@ class WindowedDriving(ReservedDriving):
             self.let_move_up(left)
         return True
 
-    def _overtakes(self, course: Course, cells: NDArray[np.int64], *, planned: bool) -> int | None:
+    def gets_ahead(self, course: Course, cells: NDArray[np.int64], *, planned: bool) -> int | None:
         """Cell at which a robot would come into its lane, or pass others there, in front of one ahead in its line.
 
         Those ahead have to end up nearer to the station than that: with what is planned, or with their runs alone.

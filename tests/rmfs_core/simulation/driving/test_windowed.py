@@ -274,6 +274,6 @@ def test_without_that_order_robots_stand_in_each_others_way(monkeypatch: pytest.
         return rmfs_core.run("paper-250", overrides=settings).status
 
     assert status() == "complete"
-    monkeypatch.setattr(WindowedDriving, "_overtakes", lambda *_, **__: None)
+    monkeypatch.setattr(WindowedDriving, "gets_ahead", lambda *_, **__: None)
     with pytest.raises(StandstillError, match="waits for row"):
         status()
