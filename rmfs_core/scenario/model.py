@@ -49,8 +49,8 @@ class Arrivals:
         check=OneOf("start", "poisson", "day", "refill"),
     )
     orders_per_hour: float | None = key("Mean arrival rate of `poisson`", None, unit="1/h", check=within(0.001, 1e6))
-    backlog: int | None = key("Orders that `refill` keeps waiting", None, check=at_least(1, MOST_ORDERS))
     profile: tuple[float, ...] | str | None = key("Weights of the hours from midnight on, or a CSV hour,weight", None)
+    backlog: int | None = key("Orders that `refill` keeps waiting", None, check=at_least(1, MOST_ORDERS))
 
     def __attrs_post_init__(self) -> None:
         if (self.process == "poisson") != (self.orders_per_hour is not None):

@@ -187,7 +187,7 @@ class Simulation:
         picker_free = start + to_ticks(self.scenario.stations.handle_s)
         self._picker_free[station.id] = picker_free
         yield self.context.after(to_ticks(self.scenario.stations.pick_s))
-        self.warehouse.fulfil(request, pod)
+        self.warehouse.fulfil(request, pod, handled=False)
         self._tell(ItemPicked(self.now, start, picker_free, visit, station.id, pod.id, request.order.id, request.sku))
         if self.scenario.stations.release == "handled":
             self._until(picker_free).callbacks.append(lambda _: self._release(request))

@@ -78,7 +78,7 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
         given = read_robots(Path(scenario.folder) / name)
         robot_places = _cells(given, layout, {*CellKind} - {CellKind.WALL}, "a cell of the layout, no wall,")
         if len(robot_places) < scenario.robots.count:
-            raise InputError("robots.count", f"found {scenario.robots.count}; {name} has {len(robot_places)} robots")
+            raise InputError("robots.count", f"found {scenario.robots.count}; {name} places {len(robot_places)}")
     robots = [Robot(i, robot_places[i], NORTH) for i in range(scenario.robots.count)]
     travel = travel_on(layout, motion_of(scenario.robots))
     travel.load_searches()

@@ -302,13 +302,15 @@ class Warehouse:
             for station in released._itinerary:
                 self.promise_items(released, self.stations[station])
 
-    def fulfil(self, request: Request, pod: Pod) -> None:
-        """Pick the item of a request from a pod that stands at its station."""
+    def fulfil(self, request: Request, pod: Pod, *, handled: bool = True) -> None:
+        """Pick the item of a request from a pod that stands at its station; ``handled``: and give its place back."""
         self.secure(request, pod)
         _withdraw(request)
         if pod._contents[request.sku] < UNLIMITED:
             pod._contents[request.sku] -= 1
         self.close(request)
+        if handled:
+            self.release(request)
 
     def close(self, request: Request) -> None:
         """Take the request of a picked item off the books; its place is kept until `release`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from attrs import frozen
+from attrs import field, frozen
 
 
 @frozen
@@ -51,7 +51,7 @@ class PodData:
 
     name: str
     contents: tuple[tuple[int, int | None], ...]
-    place: tuple[int, int, str] | None = None
+    place: tuple[int, int, str] | None = field(default=None, eq=lambda place: place and place[:2])
 
 
 @frozen

@@ -65,7 +65,7 @@ def test_no_way_to_serve_is_faster() -> None:
     for _ in range(60):
         spacing = rng.randint(1, 12)
         servers = Servers(
-            np.sort(array(*(rng.choice((0, 0, 7, 15)) for _ in range(2)))), spacing, rng.randint(1, spacing)
+            np.sort(array(*(rng.choice((0, 0, 7, 15)) for _ in range(2)))), spacing, rng.randint(1, spacing + 6)
         )
         items = [rng.randint(1, 2) for _ in range(rng.randint(1, 3))]
         arrivals = [rng.choice((0, 0, 5, 20, 40)) for _ in items]
