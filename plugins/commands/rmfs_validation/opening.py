@@ -92,8 +92,8 @@ def _compare_places(case: Case, scenario: Scenario) -> None:
     standing = max(int(scenario.layout.pod_fill * len(locations)), number)
     placed_pods = [pod.place for pod in trace.instance.pods if pod.place is not None]
     if placed_pods:
-        cells = [(row - 1) * case.layout.width + column - 1 for row, column, _ in placed_pods]
-        pods = cells + [cell for cell in pods if cell not in set(cells)]
+        given = [(row - 1) * case.layout.width + column - 1 for row, column, _ in placed_pods]
+        pods = given + [cell for cell in pods if cell not in set(given)]
     if scenario.robots.file is not None:  # which is not here
         robots = [robot["cell"] for robot in trace.robots]
     expected_robots = [{"cell": cell, "heading": NORTH} for cell in robots[: scenario.robots.count]]
