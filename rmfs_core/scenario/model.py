@@ -200,8 +200,7 @@ class StationsSection:
     )
 
     release: str = key(
-        "When an order is complete and its place free: its last item is `picked` (after `pick_s`) or `handled` "
-        "(after `handle_s`, as in RAWSim-O)",
+        "An order is complete, and its place free, when its last item is `picked` or, as in RAWSim-O, `handled`",
         "picked",
         check=OneOf("picked", "handled"),
     )

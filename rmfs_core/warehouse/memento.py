@@ -245,8 +245,7 @@ def _keep_requests(warehouse: Warehouse, station: Station, given: StationMemento
         _check(wanted.id not in kept, f"found the id {wanted.id} twice; expected each once", *path)
         kept[wanted.id] = Request(wanted.id, same.pop(0).part, wanted.sku)
     held = next(iter(assigned.get(given.in_hand, ())), None) if given.in_hand else None
-    problem = "names no item that was assigned to this station and picked"
-    _check(held is not None or given.in_hand is None, problem, "stations", station.id, "in_hand")
+    _check(held is not None or given.in_hand is None, "names no item picked here", "stations", station.id, "in_hand")
     for request in (request for picked in assigned.values() for request in picked):
         warehouse.close(request)
         if request is not held:

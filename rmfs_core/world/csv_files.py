@@ -162,8 +162,7 @@ def _read_pods(file: Path, wrong: Wrong) -> dict[str, tuple[Place | None, dict[s
         place = _place(row, file, line) if any(column in row for column in PLACE_COLUMNS) else None
         (first, contents), sku = pods.setdefault(row["pod"], (place, {})), row["sku"]
         if place and first and place[:2] != first[:2]:
-            problem = f"found row {place[0]}, column {place[1]}; the pod stands where {first[2]} says"
-            raise InputError(place[2], problem)
+            raise InputError(place[2], f"found row {place[0]}, column {place[1]}; the pod stands where {first[2]} says")
         held = contents.get(sku, 0)
         if items != 0 or sku in contents:
             contents[sku] = None if held is None or items is None else held + items

@@ -115,7 +115,7 @@ def test_what_is_in_hand_keeps_its_place() -> None:
     again = restore(told, world.travel)
     assert (again.stations[0].load, again.orders[0].unpicked_items, again.orders[0].complete) == (1, 0, False)
     wrong = evolve(told, stations=(evolve(told.stations[0], in_hand=(1, 1)),))
-    with pytest.raises(ContradictionError, match=r"stations\.0\.in_hand: names no item that was assigned to this"):
+    with pytest.raises(ContradictionError, match=r"stations\.0\.in_hand: names no item picked here"):
         restore(wrong, world.travel)
 
 
