@@ -43,7 +43,7 @@ class Delays:
         self._orders = run.instance.orders
         self.columns = (*COLUMNS, HANDLING) if run.scenario.stations.release == "handled" else COLUMNS
         """Columns besides order and turnover_s."""
-        self._arrival: dict[int, int] = {}
+        self._arrival = {i: order.arrival_tick for i, order in enumerate(self._orders)}  # until it arrives otherwise
         self._first: dict[int, int] = {}
         self._last: dict[int, int] = {}
         self._way = [(0, 0, 0)] * len(run.instance.pods)  # of each pod: set out, joined the queue, at the station
