@@ -144,7 +144,7 @@ class VisitEnded(Event):
 
 @frozen
 class OrderCompleted(Event):
-    """The last item of an order was picked."""
+    """The last item of an order was picked, or handled, as ``stations.release`` says."""
 
     order: int
 

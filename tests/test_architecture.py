@@ -18,7 +18,7 @@ RULES = ROOT / "plugins" / "rules"
 COMMANDS = ROOT / "plugins" / "commands"
 PUBLIC = ROOT / "docs" / "reference" / "api.md"
 
-MOST_LINES, MOST_FILES, MOST_FOLDERS = 10_243, 75, 8
+MOST_LINES, MOST_FILES, MOST_FOLDERS = 10_359, 75, 8
 """The kernel's budget. A capability may raise it by at most 300 lines, with its reason in the changelog."""
 
 NAMES_A_PLUGIN = {
@@ -42,6 +42,7 @@ TESTS_OF_SEVERAL = {
     "tests/plugins/commands/rmfs_testing/test_needs.py": "a rule that needs something, through all tools",
     "tests/plugins/commands/rmfs_testing/test_shipped_rules.py": "every shipped rule against what all promise",
     "tests/plugins/commands/rmfs_validation/test_mutations.py": "traces corrupted in every way, in all checks",
+    "tests/plugins/commands/rmfs_validation/test_release.py": "places kept and backlogs refilled, in picks and orders",
     "tests/plugins/rules/rmfs_mip/test_examples.py": "the paper's worked examples, in all models",
     "tests/plugins/rules/rmfs_mip/test_finite_stock.py": "finite stock in all folders of the package",
     "tests/plugins/rules/rmfs_mip/test_folders.py": "which folder of the package imports which",

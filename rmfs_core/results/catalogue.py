@@ -41,9 +41,9 @@ class Metric:
 
 METRICS: dict[str, tuple[Metric, ...]] = {
     "Orders": (
-        Metric("orders_completed", "Orders completed", "", 0, "Orders whose last item was picked."),
+        Metric("orders_completed", "Orders completed", "", 0, "Orders whose last item was picked (or handled)."),
         Metric("orders_total", "Orders in all", "", 0, "Orders of the instance."),
-        Metric("turnover_s", "Turn-over time", "s", 1, "Arrival to last pick, mean over completed orders."),
+        Metric("turnover_s", "Turn-over time", "s", 1, "Arrival to completion, mean over completed orders."),
         Metric(
             "turnover_backlog_s", "  in the backlog", "s", 1, "Arrival until all parts are assigned, mean of those."
         ),

@@ -15,6 +15,7 @@ from rmfs_core.events import (
     DecisionMade,
     Event,
     ItemPicked,
+    OrderArrived,
     OrderAssigned,
     OrderCompleted,
     RobotMoved,
@@ -100,6 +101,8 @@ class Metrics:
                 self._note_split_orders()
             case VisitStarted():
                 self.visits += 1
+            case OrderArrived():
+                self.orders[event.order].arrival_tick = event.tick
             case OrderAssigned():
                 self._assigned(event)
             case OrderCompleted():

@@ -10,6 +10,7 @@ from rmfs_core.events import (
     DecisionMade,
     Event,
     ItemPicked,
+    OrderArrived,
     OrderAssigned,
     OrderCompleted,
     VisitEnded,
@@ -77,9 +78,10 @@ class Tables:
     def __init__(self) -> None:
         self.begin(Instance((), (), ()))
 
-    def begin(self, instance: Instance) -> None:
-        """Start afresh for an instance."""
+    def begin(self, instance: Instance, *, refilled: bool = False) -> None:
+        """Start afresh for an instance; ``refilled``: its orders do not know beforehand when they arrive."""
         self.instance = instance
+        self._arrived = {} if refilled else {i: order.arrival_tick for i, order in enumerate(instance.orders)}
         self.visits: list[Row] = []
         self.periods: list[Row] = []
         self._parts: dict[int, dict[tuple[int, int], None]] = {}
@@ -89,12 +91,14 @@ class Tables:
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
         """Start afresh."""
-        self.begin(run.instance)
+        self.begin(run.instance, refilled=run.scenario.instance.arrivals.backlog is not None)
 
     @hookimpl
     def on_event(self, event: Event) -> None:
         """Add to the rows."""
         match event:
+            case OrderArrived():
+                self._arrived[event.order] = event.tick
             case OrderAssigned():
                 self._parts.setdefault(event.order, {})[event.station, event.period] = None
                 if event.complete:
@@ -150,27 +154,27 @@ class Tables:
     def _order(self, i: int, dated: bool) -> Row:
         order = self.instance.orders[i]
         parts = self._parts.get(i, {})
-        assigned, completed = self._assigned.get(i), self._completed.get(i)
+        arrived, assigned, completed = self._arrived.get(i), self._assigned.get(i), self._completed.get(i)
         late = None if order.due_tick is None else _seconds(completed, order.due_tick)
         due = {"due_s": _seconds(order.due_tick), "priority": order.priority, "lateness_s": late}
         return {
             "order": order.name,
-            "arrival_s": to_seconds(order.arrival_tick),
+            "arrival_s": _seconds(arrived),
             "items": order.items,
             "lines": len(order.lines),
             "parts": len(parts),
             "stations": " ".join(str(s + 1) for s in dict.fromkeys(station for station, _ in parts)),
             "assigned_s": _seconds(assigned),
             "completed_s": _seconds(completed),
-            "turnover_s": _seconds(completed, order.arrival_tick),
-            "turnover_backlog_s": _seconds(assigned, order.arrival_tick),
-            "turnover_station_s": None if assigned is None else _seconds(completed, assigned),
+            "turnover_s": _seconds(completed, arrived),
+            "turnover_backlog_s": _seconds(assigned, arrived),
+            "turnover_station_s": _seconds(completed, assigned),
             **(due if dated else {}),
         }
 
 
-def _seconds(tick: int | None, since: int = 0) -> float | None:
-    return None if tick is None else to_seconds(tick - since)
+def _seconds(tick: int | None, since: int | None = 0) -> float | None:
+    return None if tick is None or since is None else to_seconds(tick - since)
 
 
 def finite(value: float | None) -> float | None:

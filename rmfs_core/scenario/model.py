@@ -43,17 +43,21 @@ class Arrivals:
 
     process: str = key(
         "`start`: every order is there at t = 0. `poisson`: exponential times between arrivals. `day`: times drawn "
-        "independently within 24 hours. (Orders from a file arrive at the times the file gives.)",
+        "independently within 24 hours. `refill`: the next order arrives whenever fewer than `backlog` are waiting. "
+        "(Orders from a file arrive at the times the file gives; with `refill`, in their order.)",
         "start",
-        check=OneOf("start", "poisson", "day"),
+        check=OneOf("start", "poisson", "day", "refill"),
     )
     orders_per_hour: float | None = key("Mean arrival rate of `poisson`", None, unit="1/h", check=within(0.001, 1e6))
     profile: tuple[float, ...] | str | None = key("Weights of the hours from midnight on, or a CSV hour,weight", None)
+    backlog: int | None = key("Orders that `refill` keeps waiting", None, check=at_least(1, MOST_ORDERS))
 
     def __attrs_post_init__(self) -> None:
         if (self.process == "poisson") != (self.orders_per_hour is not None):
             raise ValueError('expected `orders_per_hour` with process "poisson", and only there')
-        if self.profile is not None and self.process == "start":
+        if (self.process == "refill") != (self.backlog is not None):
+            raise ValueError('expected `backlog` with process "refill", and only there')
+        if self.profile is not None and self.process in ("start", "refill"):
             raise ValueError('expected `profile` with process "poisson" or "day", and only there')
         hours = self.profile if isinstance(self.profile, tuple) else (1,) * 24
         if len(hours) != 24 or min(hours) < 0 or max(hours) > 1e9 or not any(hours):
@@ -105,7 +109,7 @@ class InstanceSection:
         "Items of each SKU on a pod; left out: unlimited, the paper's assumption", None, check=at_least(1, MOST_ITEMS)
     )
     orders_file: str | None = key("CSV with columns order,arrival_s,sku,quantity[,due_s,priority] for orders", None)
-    pods_file: str | None = key("CSV with columns pod,sku,quantity (empty: unlimited) instead of generated pods", None)
+    pods_file: str | None = key("CSV with columns pod,sku,quantity (empty: unlimited)[,row,column] for pods", None)
     arrivals: Arrivals = key("When generated orders arrive", factory=Arrivals)
     pods_at_stations: Mapping[str, tuple[str, ...]] = key(
         "Pods that stand at a station when the run starts: station name to pod names, in the order of the queue",
@@ -115,6 +119,8 @@ class InstanceSection:
     def __attrs_post_init__(self) -> None:
         if (self.orders_file is None) != (self.pods_file is None):
             raise ValueError("expected `orders_file` and `pods_file` together, or neither")
+        if self.due is not None and self.arrivals.backlog is not None:
+            raise ValueError('expected no `due` with arrivals of process "refill", whose times nobody knows beforehand')
         valid = self.lines is None or (any(self.lines[: self.skus]) and min(self.lines) >= 0 and max(self.lines) <= 1e9)
         if not valid:
             raise ValueError(f"expected `lines` with weights from 0 to 1e9, not all 0 up to {self.skus} lines (`skus`)")
@@ -160,6 +166,7 @@ class RobotsSection:
     """The robots and how they move."""
 
     count: int = key("Number of robots", 8, check=at_least(1, MOST_PODS))
+    file: str | None = key("CSV with columns robot,row,column: where robots 1, 2, ... stand at t = 0", None)
     acceleration_m_per_s2: float = key("Acceleration and deceleration", 1.0, unit="m/s^2", check=MOVING)
     top_speed_m_per_s: float = key("Top speed", 1.5, unit="m/s", check=MOVING)
     full_turn_s: float = key("Time of a full turn on the spot", 2.5, unit="s", check=DURATION)
@@ -196,6 +203,12 @@ class StationsSection:
         13.0,
         unit="s",
         check=DURATION,
+    )
+
+    release: str = key(
+        "An order is complete, and its place free, when its last item is `picked` or, as in RAWSim-O, `handled`",
+        "picked",
+        check=OneOf("picked", "handled"),
     )
 
     def __attrs_post_init__(self) -> None:
@@ -263,7 +276,7 @@ DRAWN = frozenset(("block_rows", "block_columns", "block_length", "hall_width", 
 def replaced_keys(section: object) -> tuple[str, frozenset[str]]:
     """Return the key of a section that names a file, and the keys that have no meaning beside it."""
     if isinstance(section, InstanceSection) and section.orders_file is not None:
-        return "orders_file", GENERATED
+        return "orders_file", GENERATED - ({"arrivals"} if section.arrivals.backlog is not None else set())
     if isinstance(section, LayoutSection) and section.map_file is not None:
         return "map_file", DRAWN
     return "", frozenset()

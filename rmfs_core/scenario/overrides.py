@@ -23,6 +23,7 @@ DATA_FILES: Mapping[tuple[str, ...], frozenset[str]] = {
     ("instance", "pods_file"): GENERATED,
     ("instance", "arrivals", "profile"): frozenset(),
     ("layout", "map_file"): DRAWN,
+    ("robots", "file"): frozenset(),
 }
 """Path of the key of every file with data that a scenario may name, and the keys that it takes the place of."""
 
@@ -88,7 +89,9 @@ def apply_overrides(data: dict[str, Any], overrides: Sequence[Override]) -> dict
     for override in overrides:
         section = data.get(override.path[0])
         if override.path in DATA_FILES and override.value is not None and isinstance(section, dict):
-            rest = {key: value for key, value in section.items() if key not in DATA_FILES[override.path]}
+            arrivals = section.get("arrivals")
+            kept = {"arrivals"} if isinstance(arrivals, dict) and "backlog" in arrivals else set()
+            rest = {key: value for key, value in section.items() if key not in DATA_FILES[override.path] - kept}
             data = {**data, override.path[0]: rest}
     for override in overrides:
         data = _applied(data, override, override.path)

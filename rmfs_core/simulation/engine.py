@@ -30,7 +30,7 @@ from rmfs_core.simulation.driving.base import Process
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.simulation.setup import open_warehouse, unmet_needs
 from rmfs_core.traffic import roads_on
-from rmfs_core.warehouse import Pod, Request, Robot, Station
+from rmfs_core.warehouse import Order, Pod, Request, Robot, Station
 from rmfs_core.wording import one_line
 from rmfs_core.world import Instance, Layout
 
@@ -63,7 +63,7 @@ class Simulation:
                 raise problem
         opening = open_warehouse(scenario, instance, layout)
         self.context = RunContext(scenario, rules, opening.warehouse)  # what the two that follow work on, too
-        self.decisions = Decisions(self.context, self._start_task)
+        self.decisions = Decisions(self.context, self._start_task, self._refill)
         self.driving = WAYS[rules.pp.traits.reserves](self.context)
         for rule in rules.deciding:  # what they have compiled is loaded now, so that no decision's time has it in
             try:
@@ -81,6 +81,7 @@ class Simulation:
         self._picker_free = [0 for _ in self.warehouse.stations]
         self._waiting_for_place: list[list[simpy.Event]] = [[] for _ in self.warehouse.stations]
         self._visits = self._completed = 0
+        self._coming = [*reversed(self.warehouse.orders)] if scenario.instance.arrivals.backlog is not None else []
         self.status = "partial"
 
     @property
@@ -123,16 +124,16 @@ class Simulation:
     # Processes
 
     def _arrivals(self) -> Process:
-        """Orders join the backlog at their times; a round runs at the start in any case."""
-        orders = sorted(self.warehouse.orders, key=lambda order: (order.arrival_tick, order.id))
+        """Orders join the backlog, at their times or as there is room; a round runs at the start in any case."""
+        orders = [] if self._coming else sorted(self.warehouse.orders, key=lambda order: (order.arrival_tick, order.id))
+        self._refill()
         if not orders or orders[0].arrival_tick > 0:
             self.decisions.round()
         for tick, arriving in groupby(orders, key=lambda order: order.arrival_tick):
             if tick > self.now:
                 yield self._until(tick)
             for order in arriving:
-                self.warehouse.order_arrives(order)
-                self._tell(OrderArrived(tick=tick, order=order.id))
+                self._arrive(order)
             self.decisions.round()
 
     def _transport(self, robot: Robot, pod: Pod) -> Process:
@@ -186,12 +187,20 @@ class Simulation:
         picker_free = start + to_ticks(self.scenario.stations.handle_s)
         self._picker_free[station.id] = picker_free
         yield self.context.after(to_ticks(self.scenario.stations.pick_s))
-        self.warehouse.fulfil(request, pod)
-        order = request.order
-        self._tell(ItemPicked(self.now, start, picker_free, visit, station.id, pod.id, order.id, request.sku))
-        if order.unpicked_items == 0:
+        self.warehouse.fulfil(request, pod, handled=False)
+        self._tell(ItemPicked(self.now, start, picker_free, visit, station.id, pod.id, request.order.id, request.sku))
+        if self.scenario.stations.release == "handled":
+            self._until(picker_free).callbacks.append(lambda _: self._release(request))
+            self.decisions.round()
+        else:
+            self._release(request)
+
+    def _release(self, request: Request) -> None:
+        """Give back the place of an item that is done; its pod may be gone."""
+        self.warehouse.release(request)
+        if request.order.complete:
             self._completed += 1
-            self._tell(OrderCompleted(tick=self.now, order=order.id))
+            self._tell(OrderCompleted(tick=self.now, order=request.order.id))
         self.decisions.round()
 
     def _store(self, robot: Robot, pod: Pod) -> Process:
@@ -203,6 +212,16 @@ class Simulation:
         self.decisions.round()
 
     # Between the processes
+
+    def _arrive(self, order: Order) -> None:
+        self.warehouse.order_arrives(order, self.now)
+        self._tell(OrderArrived(tick=self.now, order=order.id))
+
+    def _refill(self) -> None:
+        """Let the next orders arrive where the backlog is to be kept filled."""
+        wanted = self.scenario.instance.arrivals.backlog or 0
+        for _ in range(min(wanted - len(self.warehouse.backlog), len(self._coming))):
+            self._arrive(self._coming.pop())
 
     def _start_task(self, robot: Robot, pod: Pod) -> None:
         self.env.process(self._transport(robot, pod))
@@ -259,7 +278,7 @@ class Simulation:
     def _standstill(self) -> str:
         deciding = (self.rules.poa_pps, self.rules.poa, self.rules.pps, self.rules.ta)
         asked = ", ".join(rule.describe() for rule in deciding if rule is not None)
-        left = [order for order in self.warehouse.orders if order.unpicked_items]
+        left = [order for order in self.warehouse.orders if not order.complete]
         waiting = len(self.warehouse.backlog)
         uncovered = sum(len(station.uncovered_requests) for station in self.warehouse.stations)
         return (

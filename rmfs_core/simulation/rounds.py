@@ -26,13 +26,14 @@ class Decisions:
     ----------
     run
         The run.
-    start_task
-        Sets a robot off to fetch a pod.
+    start_task, refill
+        Set a robot off to fetch a pod, and let orders arrive in place of those that were assigned.
     """
 
-    def __init__(self, run: RunContext, start_task: Callable[[Robot, Pod], None]) -> None:
+    def __init__(self, run: RunContext, start_task: Callable[[Robot, Pod], None], refill: Callable[[], None]) -> None:
         self._run = run
         self._start_task = start_task
+        self._refill = refill
         self._pending: list[Event] = []
         self.warehouse, self.rules, self.asker = run.warehouse, run.rules, run.asker
         assigning = run.rules.poa_pps or run.rules.poa
@@ -52,6 +53,7 @@ class Decisions:
         while self.warehouse.fits_smallest(single_line=self.assigning.traits.splits_over_time):
             if not self._assign_orders():
                 break
+            self._refill()
         if self.rules.pps is not None:
             self._select_pods(self.rules.pps)
         self._assign_tasks()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from pathlib import Path
 
 from attrs import frozen
 
@@ -12,7 +13,8 @@ from rmfs_core.randomness import stream
 from rmfs_core.rules import BoundRule
 from rmfs_core.scenario.model import RobotsSection, Scenario
 from rmfs_core.warehouse import Robot, Station, Warehouse
-from rmfs_core.world import NORTH, Instance, Layout
+from rmfs_core.world import NORTH, CellKind, Instance, Layout
+from rmfs_core.world.csv_files import Place, read_robots
 from rmfs_core.world.instance_making import oversize_orders
 from rmfs_core.world.travel import travel_on
 
@@ -46,9 +48,9 @@ def motion_of(robots: RobotsSection) -> Motion:
 def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Opening:
     """Place pods and robots.
 
-    Pods stand at random storage locations (stream ``pod places``); besides the pods with contents there are empty ones
-    until ``layout.pod_fill`` is reached, which only stand in the way. Robots start under random storage locations
-    (stream ``robot places``), but for those that hold the pods which are at a station already.
+    Where no file says otherwise, pods stand at random storage locations (stream ``pod places``), and robots start under
+    such (stream ``robot places``), but for those that hold the pods which are at a station already. Besides the pods
+    with contents there are empty ones until ``layout.pod_fill`` is reached, which only stand in the way.
 
     Raises
     ------
@@ -65,15 +67,34 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
             f"found {scenario.robots.count} robots; the layout has {len(locations)} storage locations to park them",
         )
     standing = max(int(scenario.layout.pod_fill * len(locations)), n_pods)
-    places = [locations[i] for i in stream(scenario.seed, "pod places").permutation(len(locations))]
+    given = [pod.place for pod in instance.pods if pod.place is not None]
+    places = _cells(given, layout, {CellKind.STORAGE}, "a storage location")
+    drawn = [locations[i] for i in stream(scenario.seed, "pod places").permutation(len(locations))]
+    places += [location for location in drawn if location not in set(places)] if places else drawn
     at_stations = _pods_at_stations(scenario, instance, layout)
     stations = _stations(scenario, layout)
     robot_places = [locations[i] for i in stream(scenario.seed, "robot places").permutation(len(locations))]
+    if (name := scenario.robots.file) is not None:
+        given = read_robots(Path(scenario.folder) / name)
+        robot_places = _cells(given, layout, {*CellKind} - {CellKind.WALL}, "a cell of the layout, no wall,")
+        if len(robot_places) < scenario.robots.count:
+            raise InputError("robots.count", f"found {scenario.robots.count}; {name} places {len(robot_places)}")
     robots = [Robot(i, robot_places[i], NORTH) for i in range(scenario.robots.count)]
     travel = travel_on(layout, motion_of(scenario.robots))
     travel.load_searches()
     warehouse = Warehouse(instance, travel, stations, robots, places[:n_pods], places[n_pods:standing])
     return Opening(warehouse, at_stations)
+
+
+def _cells(places: Iterable[Place], layout: Layout, kinds: set[CellKind], expected: str) -> list[int]:
+    """Return the cells that lines of a file name."""
+    found: dict[int, None] = {}
+    for row, column, line in places:
+        cell = (row - 1) * layout.width + column - 1
+        if row > layout.height or column > layout.width or layout.kind[cell] not in kinds or cell in found:
+            raise InputError(line, f"found row {row}, column {column}; expected {expected} that no line before names")
+        found[cell] = None
+    return list(found)
 
 
 def _stations(scenario: Scenario, layout: Layout) -> list[Station]:

@@ -75,7 +75,7 @@ class PodMemento:
 
 @frozen
 class StationMemento:
-    """A station: its requests, oldest first; the pods inbound, as their trips were decided; those in its line."""
+    """A station: requests, oldest first; inbound pods, as trips were decided; its line; order and SKU in hand."""
 
     name: str
     capacity: int
@@ -85,6 +85,7 @@ class StationMemento:
     inbound: tuple[int, ...]
     line: tuple[int, ...]
     queue_room: int
+    in_hand: tuple[int, int] | None = None
 
     @classmethod
     def of(cls, station: Station) -> StationMemento:
@@ -94,7 +95,8 @@ class StationMemento:
         )
         inbound = tuple(pod.id for pod in station.inbound_pods)
         kind = station.name, station.capacity, station.counts_orders, station.queue_length
-        return cls(*kind, requests, inbound, station.pods_in_line, station.queue_room)
+        in_hand = None if (r := station._in_hand) is None else (r.order.id, r.sku)
+        return cls(*kind, requests, inbound, station.pods_in_line, station.queue_room, in_hand)
 
 
 @frozen
@@ -242,9 +244,13 @@ def _keep_requests(warehouse: Warehouse, station: Station, given: StationMemento
             raise ContradictionError(f"{more} than `lines` and `parts` of the order assign to this station", *path, i)
         _check(wanted.id not in kept, f"found the id {wanted.id} twice; expected each once", *path)
         kept[wanted.id] = Request(wanted.id, same.pop(0).part, wanted.sku)
-    for picked in assigned.values():
-        for request in picked:
-            warehouse.close(request)
+    held = next(iter(assigned.get(given.in_hand, ())), None) if given.in_hand else None
+    _check(held is not None or given.in_hand is None, "names no item picked here", "stations", station.id, "in_hand")
+    for request in (request for picked in assigned.values() for request in picked):
+        warehouse.close(request)
+        if request is not held:
+            warehouse.release(request)
+    station._in_hand = held
     problem = f"found {given.capacity}; expected at least {station.load}, what is assigned and not picked"
     alone = len({request.order for request in kept.values()}) == 1  # as one larger than any station is
     _check(alone or given.capacity >= station.load, problem, "stations", station.id, "capacity")

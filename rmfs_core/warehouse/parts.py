@@ -50,6 +50,7 @@ class Order(ReadOnly):
     """A pick order in the backlog or at stations."""
 
     __slots__ = (
+        "_left",
         "_now",
         "_open",
         "_open_size",
@@ -79,7 +80,7 @@ class Order(ReadOnly):
         self.items = data.items
         self._open: dict[int, OrderLine] = {line.sku: line for line in self.lines}
         self._open_size = self.items
-        self._unpicked = self.items
+        self._unpicked = self._left = self.items
         self._parts: list[Part] = []
 
     @property
@@ -103,6 +104,11 @@ class Order(ReadOnly):
         return self._unpicked
 
     @property
+    def complete(self) -> bool:
+        """Whether its last item is done: picked, or handled, as ``stations.release`` says."""
+        return not self._left
+
+    @property
     def split(self) -> bool:
         """Whether it is known to be split: parts at several stations or of several periods, or lines left to assign."""
         return len(self._parts) > 1 or bool(self._parts and self._open)
@@ -117,8 +123,8 @@ class Order(ReadOnly):
         return next((part for part in self._parts if part.station == station and part.period == period), None)
 
     def has_place_at(self, station: int) -> bool:
-        """Whether a part of it is at a station that still has items to pick there."""
-        return any(part.station == station and part.unpicked_items for part in self._parts)
+        """Whether a part of it takes up capacity at a station."""
+        return any(part.station == station and part._left for part in self._parts)
 
     @property
     def stations(self) -> tuple[int, ...]:
@@ -182,9 +188,9 @@ class FreeItems:
 
 
 class Part(ReadOnly):
-    """What one period assigned of an order to a station; it takes up capacity until its last item is picked."""
+    """What one period assigned of an order to a station: it has a place there until its last item is done."""
 
-    __slots__ = ("_items", "_skus", "_unpicked", "order", "period", "station")
+    __slots__ = ("_items", "_left", "_skus", "_unpicked", "order", "period", "station")
 
     def __init__(self, order: Order, station: int, period: int) -> None:
         self.order = order
@@ -192,7 +198,7 @@ class Part(ReadOnly):
         self.period = period
         self._skus: list[int] = []
         self._items = 0
-        self._unpicked = 0
+        self._unpicked = self._left = 0
 
     @property
     def skus(self) -> tuple[int, ...]:
@@ -305,6 +311,7 @@ class Station(ReadOnly):
     __slots__ = (
         "_by_sku",
         "_claims",
+        "_in_hand",
         "_inbound",
         "_line",
         "_load",
@@ -338,6 +345,7 @@ class Station(ReadOnly):
         self._inbound: dict[int, Pod] = {}
         self._line: list[Robot] = []
         self._claims = 0
+        self._in_hand: Request | None = None
 
     @property
     def cell(self) -> int:
@@ -346,7 +354,7 @@ class Station(ReadOnly):
 
     @property
     def load(self) -> int:
-        """Capacity in use: items of the parts that still have unpicked items here, or their orders (order capacity)."""
+        """Capacity in use: items of the parts that have a place here, or their orders (order capacity)."""
         return self._load
 
     @property

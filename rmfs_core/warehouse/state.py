@@ -14,6 +14,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from rmfs_core.clock import to_seconds
 from rmfs_core.warehouse.parts import UNLIMITED, BacklogLines, FreeItems, Order, Part, Pod, Request, Robot, Station
 from rmfs_core.world import Instance
 from rmfs_core.world.travel import Travel
@@ -164,8 +165,11 @@ class Warehouse:
         """Set the clock."""
         self.now = tick
 
-    def order_arrives(self, order: Order) -> None:
-        """Put an order into the backlog."""
+    def order_arrives(self, order: Order, tick: int | None = None) -> None:
+        """Put an order into the backlog; ``tick``: when, where the order did not know it."""
+        if tick is not None:
+            object.__setattr__(order, "arrival_tick", tick)
+            object.__setattr__(order, "arrival_s", to_seconds(tick))
         self.arrived[order.id] = order
         self._backlog[order.id] = order
         self._lines.add(order)
@@ -202,6 +206,7 @@ class Warehouse:
         part._skus += skus
         part._items += items
         part._unpicked += items
+        part._left += items
         self.split_orders_open += order.split - was_split
         for line in lines:
             for _ in range(line.quantity):
@@ -297,28 +302,37 @@ class Warehouse:
             for station in released._itinerary:
                 self.promise_items(released, self.stations[station])
 
-    def fulfil(self, request: Request, pod: Pod) -> None:
-        """Pick the item of a request from a pod that stands at its station."""
+    def fulfil(self, request: Request, pod: Pod, *, handled: bool = True) -> None:
+        """Pick the item of a request from a pod that stands at its station; ``handled``: and give its place back."""
         self.secure(request, pod)
         _withdraw(request)
         if pod._contents[request.sku] < UNLIMITED:
             pod._contents[request.sku] -= 1
         self.close(request)
+        if handled:
+            self.release(request)
 
     def close(self, request: Request) -> None:
-        """Take the request of a picked item off the books."""
+        """Take the request of a picked item off the books; its place is kept until `release`."""
         station = self.stations[request.station]
         del station._requests[request.id]
         del station._by_sku[request.sku][request.id]
         if not station._by_sku[request.sku]:
             del station._by_sku[request.sku]
         self.open_demand[request.sku] -= 1
-        order, part = request.order, request.part
-        order._unpicked -= 1
-        part._unpicked -= 1
-        if part._unpicked == 0:
+        request.order._unpicked -= 1
+        request.part._unpicked -= 1
+        station._in_hand = request
+
+    def release(self, request: Request) -> None:
+        """Give back the place of a picked item; its part shares one until the last of its items is done."""
+        station, order, part = self.stations[request.station], request.order, request.part
+        station._in_hand = None
+        order._left -= 1
+        part._left -= 1
+        if part._left == 0:
             station._load -= int(not order.has_place_at(station.id)) if station.counts_orders else part._items
-        if order._unpicked == 0 and order.split:
+        if order.complete and order.split:
             self.split_orders_open -= 1
 
     # Promises

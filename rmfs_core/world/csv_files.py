@@ -23,14 +23,16 @@ if TYPE_CHECKING:
 
 ORDER_COLUMNS = ("order", "arrival_s", "sku", "quantity")
 POD_COLUMNS = ("pod", "sku", "quantity")
+PLACE_COLUMNS = ("row", "column")  # which pods may have besides
 DUE_COLUMNS = ("due_s", "priority")  # which orders may have besides
 _DATES = {"arrival_s": "arrival", "due_s": "due"}  # these may stand in place of others, with ISO 8601 for seconds
-_NAMES = ("order", "pod", "sku")
+_NAMES = ("order", "pod", "robot", "sku")
 _SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}  # that are taken for commas elsewhere
 _WARNED = {""}
 _DAY = 86_400 * TICKS_PER_S
 _TEN_YEARS = 3_653 * _DAY  # what comes later has a wrong year, or counts from 1970
 
+Place = tuple[int, int, str]  # as in PodData
 Wrong = Callable[[InputError], None]
 """What is called with a mistake; when it returns, the row is left out."""
 
@@ -57,14 +59,15 @@ def read_instance(orders_file: Path, pods_file: Path, start: str | None = None, 
         and ``due_s`` are times as ISO 8601. Other columns are ignored, and named on standard error; rows of one order
         need not be adjacent; a SKU that comes twice in an order is one line of both quantities.
     pods_file
-        CSV with the columns ``pod,sku,quantity``. An empty quantity is an unlimited number of items.
+        CSV with the columns ``pod,sku,quantity``, and perhaps ``row`` and ``column`` of the storage location in which
+        the pod stands at time 0. An empty quantity is an unlimited number of items.
     start
         Time 0 as ISO 8601; None: midnight before the earliest of the times that are dates.
     wrong
         Called with each mistake: an `InputError` with file, line and column. It raises the first unless told otherwise.
     """
     orders, pods = _read_orders(orders_file, start, wrong), _read_pods(pods_file, wrong)
-    names = {sku for _, lines in orders for sku in lines} | {sku for pod in pods.values() for sku in pod}
+    names = {sku for _, lines in orders for sku in lines} | {sku for _, pod in pods.values() for sku in pod}
     skus = tuple(sorted(names, key=_natural))
     id_of = {sku: i for i, sku in enumerate(skus)}
     return Instance(
@@ -74,8 +77,8 @@ def read_instance(orders_file: Path, pods_file: Path, start: str | None = None, 
             for order, lines in orders
         ),
         pods=tuple(
-            PodData(name, tuple((id_of[sku], quantity) for sku, quantity in contents.items()))
-            for name, contents in pods.items()
+            PodData(name, tuple((id_of[sku], quantity) for sku, quantity in contents.items()), place)
+            for name, (place, contents) in pods.items()
         ),
     )
 
@@ -136,18 +139,35 @@ def _read_orders(file: Path, start: str | None, wrong: Wrong) -> list[tuple[Orde
     return sorted(found, key=lambda order: order[0].arrival_tick)
 
 
-def _read_pods(file: Path, wrong: Wrong) -> dict[str, dict[str, int | None]]:
-    pods: dict[str, dict[str, int | None]] = {}
+def read_robots(file: Path) -> list[Place]:
+    """Read where robots stand at time 0 from a CSV with the columns ``robot,row,column``; they are called 1, 2, ..."""
+    rows = list(_rows(file, ("robot", *PLACE_COLUMNS)))
+    for number, (line, row) in enumerate(rows, 1):
+        if row["robot"] != str(number):
+            raise InputError(f"{file}, line {line}, robot", f'expected {number}, found "{row["robot"]}"')
+    return [_place(row, file, line) for line, row in rows]
+
+
+def _place(row: dict[str, str], file: Path, line: int) -> Place:
+    at, along = (_quantity(row.get(name, ""), file, line, "a whole number >= 1", 1, name) for name in PLACE_COLUMNS)
+    return at, along, f"{file}, line {line}"
+
+
+def _read_pods(file: Path, wrong: Wrong) -> dict[str, tuple[Place | None, dict[str, int | None]]]:
+    pods: dict[str, tuple[Place | None, dict[str, int | None]]] = {}
 
     def add(line: int, row: dict[str, str]) -> None:
         expected = "a whole number >= 0, or nothing for an unlimited number"
         items = _quantity(row["quantity"], file, line, expected, least=0) if row["quantity"] else None
-        contents, sku = pods.setdefault(row["pod"], {}), row["sku"]
+        place = _place(row, file, line) if any(column in row for column in PLACE_COLUMNS) else None
+        (first, contents), sku = pods.setdefault(row["pod"], (place, {})), row["sku"]
+        if place and first and place[:2] != first[:2]:
+            raise InputError(place[2], f"found row {place[0]}, column {place[1]}; the pod stands where {first[2]} says")
         held = contents.get(sku, 0)
         if items != 0 or sku in contents:
             contents[sku] = None if held is None or items is None else held + items
 
-    _each_row(_rows(file, POD_COLUMNS, (), wrong), add, wrong)
+    _each_row(_rows(file, POD_COLUMNS, PLACE_COLUMNS, wrong), add, wrong)
     return pods
 
 
@@ -224,10 +244,10 @@ def _priority(text: str, place: str) -> int:
     raise InputError(place, f'expected a whole number >= 0, or nothing for 0, found "{text}"')
 
 
-def _quantity(text: str, file: Path, line: int, expected: str, least: int = 1) -> int:
+def _quantity(text: str, file: Path, line: int, expected: str, least: int = 1, column: str = "quantity") -> int:
     if _WHOLE.fullmatch(text) and (quantity := int(text)) >= least:
         return quantity
-    raise InputError(f"{file}, line {line}, quantity", f'expected {expected}, found "{text}"')
+    raise InputError(f"{file}, line {line}, {column}", f'expected {expected}, found "{text}"')
 
 
 def _natural(name: str) -> tuple[list[tuple[int, int, str]], str]:

@@ -159,7 +159,7 @@ def _bring_together(
 def _draw_arrivals(section: InstanceSection, orders: int, rng: Generator) -> list[int]:
     """Return the tick at which each order arrives, ascending."""
     arrivals = section.arrivals
-    if arrivals.process == "start":
+    if arrivals.process in ("start", "refill"):
         return [0] * orders
     if arrivals.orders_per_hour is None:
         times = np.sort(rng.random(orders)) * _DAY_S

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from attrs import frozen
+from attrs import field, frozen
 
 
 @frozen
@@ -45,10 +45,13 @@ class PodData:
         What people call it.
     contents
         (SKU id, number of items or None for unlimited) of each SKU on the pod; a SKU occurs once.
+    place
+        Row and column, counted from 1, of where it stands at time 0, and what messages call this; None: anywhere.
     """
 
     name: str
     contents: tuple[tuple[int, int | None], ...]
+    place: tuple[int, int, str] | None = field(default=None, eq=lambda place: place and place[:2])
 
 
 @frozen

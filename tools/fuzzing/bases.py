@@ -39,7 +39,14 @@ RICH: dict[str, Any] = {
         "arrivals": {"process": "poisson", "orders_per_hour": 360, "profile": [1] * 24},
         "pods_at_stations": {},
     },
-    "stations": {"item_capacity": [5], "oversize": "alone", "queue_length": 4, "pick_s": 7, "handle_s": 13},
+    "stations": {
+        "item_capacity": [5],
+        "oversize": "alone",
+        "queue_length": 4,
+        "pick_s": 7,
+        "handle_s": 13,
+        "release": "handled",
+    },
     "rules": {
         "poa": {"rule": "common-lines", "max_wait_s": 60},
         "pps": {"rule": "completes"},
@@ -51,7 +58,15 @@ RICH: dict[str, Any] = {
     },
     "run": {"until_s": 900, "warmup_s": 60, "standstill_s": 900},
 }
-FILES = {**TINY, "instance": {"orders_file": "orders.csv", "pods_file": "pods.csv"}}
+FILES: dict[str, Any] = {
+    **TINY,
+    "instance": {
+        "orders_file": "orders.csv",
+        "pods_file": "pods.csv",
+        "arrivals": {"process": "refill", "backlog": 2},
+    },
+    "robots": {"count": 2, "file": "places.csv"},
+}
 MAPPED = {**TINY, "layout": {"map_file": "hall.txt"}}
 EXPERIMENT: dict[str, Any] = {
     "description": "Tiny",
@@ -120,7 +135,9 @@ def _made(folder: Path, compiled: bool) -> Bases:
     _call("generate", "rich.toml", "--out", "made")
     for name in ("orders.csv", "pods.csv"):
         (folder / name).write_bytes((folder / "made" / name).read_bytes())
-    (folder / "hall.txt").write_text(_call("scenario", "map", "tiny.toml"), encoding="utf-8")
+    hall = _call("scenario", "map", "tiny.toml")
+    (folder / "hall.txt").write_text(hall, encoding="utf-8")
+    _place(folder, hall.splitlines())
     _call("run", "tiny.toml", "--out", "run", "--quiet", "--trace", "--record-decisions")
     for number in range(1, 6):  # one state of each kind
         told = json.loads(_call("explain", "run", "--decision", str(number), "--state", "state.json", "--json"))
@@ -141,6 +158,16 @@ def _made(folder: Path, compiled: bool) -> Bases:
     files = {file.relative_to(folder).as_posix(): file.read_bytes() for file in sorted(kept)}
     unpacked = {name: gzip.decompress(data) if name.endswith(".gz") else data for name, data in files.items()}
     return Bases(unpacked, tuple(json.loads(_call("rules", "--json"))), tuple(_keys(RICH)))
+
+
+def _place(folder: Path, rows: list[str]) -> None:
+    """Say in the files of pods and of robots where they stand: in the first storage locations, in their order."""
+    cells = [f"{i},{j}" for i, row in enumerate(rows, 1) for j, sign in enumerate(row, 1) if sign == "#"]
+    header, *pods = (folder / "pods.csv").read_text(encoding="utf-8").splitlines()
+    names = list(dict.fromkeys(row.partition(",")[0] for row in pods))
+    placed = [f"{row},{cells[names.index(row.partition(',')[0])]}" for row in pods]
+    (folder / "pods.csv").write_text("\n".join([f"{header},row,column", *placed, ""]), encoding="utf-8")
+    (folder / "places.csv").write_text(f"robot,row,column\n1,{cells[0]}\n2,{cells[1]}\n", encoding="utf-8")
 
 
 def _keys(tree: Mapping[str, Any], above: str = "") -> list[tuple[str, Any]]:

@@ -79,7 +79,7 @@ class Draft:
         name = self.random.choice(SCENARIOS)
         self.need(name)
         if name == "files.toml":
-            self.need("orders.csv", "pods.csv")
+            self.need("orders.csv", "pods.csv", "places.csv")
         if name == "mapped.toml":
             self.need("hall.txt")
         return name
@@ -180,9 +180,9 @@ def of_set(draft: Draft) -> None:
 
 
 def of_orders(draft: Draft) -> None:
-    """orders.csv and pods.csv of a scenario."""
-    draft.need("files.toml", "orders.csv", "pods.csv")
-    draft.change(draft.random.choice(("orders.csv", "orders.csv", "pods.csv")), mutate_table)
+    """orders.csv, pods.csv and places.csv of a scenario."""
+    draft.need("files.toml", "orders.csv", "pods.csv", "places.csv")
+    draft.change(draft.random.choice(("orders.csv", "orders.csv", "pods.csv", "places.csv")), mutate_table)
     draft.with_scenario("files.toml")
 
 

@@ -123,6 +123,7 @@ def _of_pods(scenario: Scenario, instance: Instance, start: _Start) -> Iterator[
     """Yield the bounds on visits and distances, which are about the pods that are needed."""
     orders, robots = len(instance.orders), scenario.robots.count
     begun = [order.arrival_tick for order in instance.orders] + [0] * any(start.carried)
+    begun += [0] * (scenario.instance.arrivals.backlog is not None)
     if min(begun, default=0) < to_ticks(scenario.run.warmup_s or 0):
         for metric in BOUNDED[:5]:
             yield Bound(metric, None, "none: what happens before run.warmup_s does not count, and something may")
@@ -159,10 +160,14 @@ def _of_times(scenario: Scenario, instance: Instance, start: _Start) -> Iterator
         return
     items = np.array([order.items for order in instance.orders], dtype=np.int64)
     arrivals = np.array([order.arrival_tick for order in instance.orders], dtype=np.int64)
+    if refilled := scenario.instance.arrivals.backlog is not None:
+        arrivals[:] = 0  # or later
     servers = _servers(scenario, start.opens(int(arrivals.min())))
     counted = arrivals >= to_ticks(scenario.run.warmup_s or 0)
     turnover, p95, least = None, None, "none: no order arrives after run.warmup_s"
-    if counted.any():
+    if refilled:
+        least = "none: when orders arrive, with instance.arrivals.process = refill, depends on the rules"
+    elif counted.any():
         done = np.maximum(*(one.completions(items[counted], arrivals[counted]) for one in servers))
         since = np.sort(arrivals[counted])
         turnover = int((done - since).sum()) / (len(done) * TICKS_PER_S)
@@ -173,12 +178,16 @@ def _of_times(scenario: Scenario, instance: Instance, start: _Start) -> Iterator
     yield Bound("turnover_p95_s", p95, least)
     order = np.argsort(arrivals, kind="stable")
     later = np.cumsum(items[order][::-1])[::-1]  # items of all orders that arrive then or later
-    last = max(int(one.last_pick(later, arrivals[order]).max()) for one in servers)
+    last = max(int(one.last_done(later, arrivals[order]).max()) for one in servers)
     yield Bound("makespan_s", to_seconds(last), "pickers and robots always at work since some order's arrival")
 
 
 def _servers(scenario: Scenario, opens: NDArray[np.int64]) -> tuple[Servers, Servers]:
-    """Return pickers, and robots that hold a pod as long as an item is picked from it."""
+    """Return pickers, and robots that hold a pod as long as an item is picked from it.
+
+    To both an item is done when it is picked, or handled where orders are complete only then.
+    """
     pick, handle = to_ticks(scenario.stations.pick_s), to_ticks(scenario.stations.handle_s)
+    done = handle if scenario.stations.release == "handled" else pick
     robots = np.full(scenario.robots.count, opens[0])
-    return Servers(opens, handle, pick), Servers(robots, pick, pick)
+    return Servers(opens, handle, done), Servers(robots, pick, done)

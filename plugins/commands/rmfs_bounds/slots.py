@@ -1,7 +1,7 @@
 """When orders can be complete at the earliest, from what pickers and robots can do in a time.
 
 Who serves items does so one after the other: the starts of two of them are at least ``spacing`` apart, and an item is
-picked ``pick`` after its start. All times are ticks.
+done, which is picked or handled, ``lasts`` after its start. All times are ticks.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ class Servers:
     ----------
     opens
         Tick from which on each can start. Ascending, shape (servers,).
-    spacing, pick
-        Ticks between two starts, and from a start until the item is picked; ``spacing`` is no less.
+    spacing, lasts
+        Ticks between two starts, and from a start until the item is done.
     """
 
     opens: Ticks
     spacing: int
-    pick: int
+    lasts: int
 
-    def last_pick(self, items: Ticks, released: Ticks | int) -> Ticks:
-        """Tick at which so many items can be picked, all servers at work from ``released`` on. Shape of ``items``.
+    def last_done(self, items: Ticks, released: Ticks | int) -> Ticks:
+        """Tick at which so many items can be done, all servers at work from ``released`` on. Shape of ``items``.
 
         The smallest start before which, itself included, there are as many starts as items: a search in halves.
         """
@@ -45,19 +45,19 @@ class Servers:
             enough = starts >= items
             high = np.where(enough, middle, high)
             low = np.where(enough, low, middle + 1)
-        return low + self.pick
+        return low + self.lasts
 
     def completions(self, items: Ticks, arrivals: Ticks) -> Ticks:
         """Ticks before which no first, second, ... order can be complete, whatever is served when. Ascending."""
-        alone = np.sort(self.last_pick(items, arrivals))
-        shortest_first = self.last_pick(np.cumsum(np.sort(items)), int(arrivals.min()))
+        alone = np.sort(self.last_done(items, arrivals))
+        shortest_first = self.last_done(np.cumsum(np.sort(items)), int(arrivals.min()))
         return np.maximum(np.maximum(alone, shortest_first), self._preemptive(items, arrivals))
 
     def _preemptive(self, items: Ticks, arrivals: Ticks) -> Ticks:
         """Completions by one server as fast as all, who always serves the order with the least left."""
         work = self._work_until(arrivals)
         done = shortest_remaining_first(work, items * self.spacing)
-        return self._tick_of(done) - (self.spacing - self.pick)
+        return self._tick_of(done) - (self.spacing - self.lasts)
 
     def _work_until(self, ticks: Ticks) -> Ticks:
         """Ticks of work that all together can have done."""

@@ -302,7 +302,7 @@ def _starving(scenario: Scenario, instance: Instance, rules: RuleSet) -> list[st
 def _mended_opening(scenario: Scenario, path: KeyPath, layout: Layout) -> Scenario:
     """Return the scenario with something that fits the layout in the place of what does not."""
     if path[0] == "robots":
-        return evolve(scenario, robots=evolve(scenario.robots, count=len(layout.storage_locations)))
+        return evolve(scenario, robots=evolve(scenario.robots, count=len(layout.storage_locations), file=None))
     if path[0] == "stations":
         return evolve(scenario, stations=evolve(scenario.stations, item_capacity=1, order_capacity=None))
     left = {station: names for station, names in scenario.instance.pods_at_stations.items() if station not in path[2:3]}

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.world import Instance, OrderData
-from rmfs_core.world.csv_files import DUE_COLUMNS, ORDER_COLUMNS, POD_COLUMNS
+from rmfs_core.world.csv_files import DUE_COLUMNS, ORDER_COLUMNS, PLACE_COLUMNS, POD_COLUMNS
 
 
 def orders_csv(instance: Instance) -> str:
@@ -30,10 +30,11 @@ def _due(order: OrderData) -> tuple[str, int]:
 
 def pods_csv(instance: Instance) -> str:
     """Return the pods as CSV text, a row for each SKU on a pod; no quantity where it is unlimited."""
+    placed = any(pod.place is not None for pod in instance.pods)
     return _csv(
-        POD_COLUMNS,
+        (*POD_COLUMNS, *(PLACE_COLUMNS if placed else ())),
         (
-            (pod.name, instance.skus[sku], "" if quantity is None else quantity)
+            (pod.name, instance.skus[sku], "" if quantity is None else quantity, *(pod.place or ())[:2])
             for pod in instance.pods
             for sku, quantity in pod.contents
         ),

@@ -57,7 +57,7 @@ def _with_files(scenario: Scenario, *, allow_inline: bool) -> tuple[Scenario, di
     """Return the scenario for another folder, on CSV files, and the other files it needs there by name."""
     from attrs import evolve
 
-    from rmfs_core.scenario import InstanceSection
+    from rmfs_core.scenario import Arrivals, InstanceSection
 
     old = Path(scenario.folder)
     copied: dict[str, bytes] = {}
@@ -66,14 +66,20 @@ def _with_files(scenario: Scenario, *, allow_inline: bool) -> tuple[Scenario, di
         name = Path(layout.map_file).name
         copied[name] = _read(old / layout.map_file)
         layout = evolve(layout, map_file=name)
+    robots = scenario.robots
+    if robots.file is not None:
+        copied["robots.csv"] = _read(old / robots.file)
+        robots = evolve(robots, file="robots.csv")
+    arrivals = scenario.instance.arrivals
     instance = InstanceSection(
         orders_file="orders.csv",
         pods_file="pods.csv",
         pods_at_stations=scenario.instance.pods_at_stations,
         start=scenario.instance.start,
+        arrivals=Arrivals() if arrivals.backlog is None else arrivals,
     )
     rules = _with_rule_files(scenario.rules, old, copied, allow_inline)
-    return evolve(scenario, instance=instance, layout=layout, rules=rules), copied
+    return evolve(scenario, instance=instance, layout=layout, robots=robots, rules=rules), copied
 
 
 def _with_rule_files(rules: RulesSection, old: Path, copied: dict[str, bytes], allow_inline: bool) -> RulesSection:

@@ -7,6 +7,7 @@ from typing import Any
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
     ItemPicked,
+    OrderArrived,
     OrderAssigned,
     OrderCompleted,
     PodLifted,
@@ -25,6 +26,9 @@ follows is that of the pod that its last item is picked from, on the way of that
 out with the pod for the station, ``driving_s`` until it joins the queue, ``queueing_s`` until it stands at the station,
 and ``station_s`` until the pick is done. What of these came before the last assignment counts as nothing."""
 
+HANDLING = "handling_s"
+"""Further column where ``stations.release`` is ``"handled"``: from the last pick until its item is handled."""
+
 
 class Delays:
     """Follows the orders and the pods on their way.
@@ -37,13 +41,17 @@ class Delays:
 
     def __init__(self, run: RunInfo) -> None:
         self._orders = run.instance.orders
+        self.columns = (*COLUMNS, HANDLING) if run.scenario.stations.release == "handled" else COLUMNS
+        """Columns besides order and turnover_s."""
+        self._arrival = {i: order.arrival_tick for i, order in enumerate(self._orders)}  # until it arrives otherwise
         self._first: dict[int, int] = {}
         self._last: dict[int, int] = {}
         self._way = [(0, 0, 0)] * len(run.instance.pods)  # of each pod: set out, joined the queue, at the station
-        self._served: dict[int, tuple[int, int, int]] = {}
+        self._served: dict[int, tuple[int, int, int, int]] = {}
         self.times: dict[int, tuple[int, ...]] = {}
         """Of each completed order, the ticks that the columns have in seconds."""
         self.handlers: Handlers = {
+            OrderArrived: self._arrived,
             OrderAssigned: self._assigned,
             PodLifted: self._set_out,
             QueueJoined: self._joined,
@@ -52,6 +60,9 @@ class Delays:
             VisitEnded: self._ended,
             OrderCompleted: self._completed,
         }
+
+    def _arrived(self, event: OrderArrived) -> None:
+        self._arrival[event.order] = event.tick
 
     def _assigned(self, event: OrderAssigned) -> None:
         self._first.setdefault(event.order, event.tick)
@@ -70,12 +81,11 @@ class Delays:
         self._way[event.pod] = (*self._way[event.pod][:2], event.tick)
 
     def _picked(self, event: ItemPicked) -> None:
-        self._served[event.order] = self._way[event.pod]
+        self._served[event.order] = (*self._way[event.pod], event.tick)
 
     def _completed(self, event: OrderCompleted) -> None:
-        arrival = self._orders[event.order].arrival_tick
-        first, last = self._first[event.order], self._last[event.order]
-        ends = [first, last, *(max(tick, last) for tick in self._served[event.order]), event.tick]
+        arrival, first, last = (known[event.order] for known in (self._arrival, self._first, self._last))
+        ends = [first, last, *(max(tick, last) for tick in self._served[event.order]), event.tick][: len(self.columns)]
         self.times[event.order] = tuple(end - begin for begin, end in zip([arrival, *ends], ends, strict=False))
 
     def rows(self) -> list[dict[str, Any]]:
@@ -84,5 +94,8 @@ class Delays:
         for i, order in enumerate(self._orders):
             times = self.times.get(i)
             row = {"order": order.name, "turnover_s": None if times is None else to_seconds(sum(times))}
-            found.append(row | dict(zip(COLUMNS, map(to_seconds, times) if times else [None] * 6, strict=True)))
+            seconds = (
+                dict.fromkeys(self.columns) if times is None else zip(self.columns, map(to_seconds, times), strict=True)
+            )
+            found.append(row | dict(seconds))
         return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from rmfs_core.clock import TICKS_PER_S
-from rmfs_core.events import OrderAssigned, OrderCompleted, VisitStarted
+from rmfs_core.events import OrderArrived, OrderAssigned, OrderCompleted, VisitStarted
 from rmfs_core.info import RunInfo
 from rmfs_details.catalogue import on_time
 from rmfs_details.spans import Handlers, Number, percentile, ratio
@@ -25,14 +25,20 @@ class Measures:
     def __init__(self, run: RunInfo, begin: int) -> None:
         self._orders = run.instance.orders
         self._begin = begin
+        known = run.scenario.instance.arrivals.backlog is None
+        self._arrived = {i: order.arrival_tick for i, order in enumerate(self._orders)} if known else {}
         self._assigned: dict[int, int] = {}
         self._completed: dict[int, int] = {}
         self.visits = 0
         self.handlers: Handlers = {
+            OrderArrived: self._note_arrived,
             OrderAssigned: self._note_assigned,
             OrderCompleted: self._note_completed,
             VisitStarted: self._note_visit,
         }
+
+    def _note_arrived(self, event: OrderArrived) -> None:
+        self._arrived[event.order] = event.tick
 
     def _note_assigned(self, event: OrderAssigned) -> None:
         self._assigned[event.order] = event.tick
@@ -48,8 +54,8 @@ class Measures:
         counted = {order: tick for order, tick in self._completed.items() if tick >= self._begin}
         items = sum(self._orders[order].items for order in counted)
         lines = sum(len(self._orders[order].lines) for order in counted)
-        timed = {i: tick for i, tick in counted.items() if self._orders[i].arrival_tick >= self._begin}
-        arrived = {order: self._orders[order].arrival_tick for order in timed}
+        timed = {i: tick for i, tick in counted.items() if self._arrived[i] >= self._begin}
+        arrived = self._arrived
         times = {
             "turnover": [tick - arrived[order] for order, tick in timed.items()],
             "turnover_backlog": [self._assigned[order] - arrived[order] for order in timed],
@@ -70,7 +76,7 @@ class Measures:
         late: Counter[int] = Counter()
         tardiness = []
         for i, order in enumerate(self._orders):
-            if order.due_tick is None or order.arrival_tick < self._begin:
+            if order.due_tick is None or self._arrived.get(i, -1) < self._begin:
                 continue
             done = self._completed.get(i)
             if done is not None:

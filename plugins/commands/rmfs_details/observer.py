@@ -10,7 +10,7 @@ from rmfs_core.events import Event
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.results.files import to_csv, write_text
 from rmfs_details.catalogue import MEASURES
-from rmfs_details.delays import COLUMNS, Delays
+from rmfs_details.delays import Delays
 from rmfs_details.hours import Hours
 from rmfs_details.measures import Measures
 from rmfs_details.robots import Robots
@@ -53,7 +53,7 @@ class Details:
         self._end = max(tick, self._begin)
         if self._out is None:
             return
-        write_text(self._out / DELAYS, to_csv(("order", "turnover_s", *COLUMNS), self._delays.rows()))
+        write_text(self._out / DELAYS, to_csv(("order", "turnover_s", *self._delays.columns), self._delays.rows()))
         for name, rows in (
             (HOURS, self._hours.rows(tick)),
             (STATIONS, self._stations.rows(self._begin, self._end)),

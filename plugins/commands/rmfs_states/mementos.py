@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rmfs_core.clock import to_ticks
+from rmfs_core.scenario.source import KeyPath
 from rmfs_core.warehouse.memento import (
     Memento,
     OrderMemento,
@@ -16,7 +17,7 @@ from rmfs_core.warehouse.memento import (
 )
 from rmfs_core.world import NORTH, Layout, OrderData, PodData
 from rmfs_states.names import Names
-from rmfs_states.state import OrderState, PartState, State
+from rmfs_states.state import InHandState, OrderState, PartState, RequestState, State
 
 QUEUE_LENGTH = 12
 """Pods that can wait at a station that does not say how many: the paper's number."""
@@ -99,8 +100,11 @@ def _orders(state: State, names: Names) -> tuple[OrderMemento, ...]:
 def _requested(state: State, names: Names) -> Requested:
     found: Requested = {}
     for station, given in state.stations.items():
-        for i, request in enumerate(given.requests):
-            path = ("stations", station, "requests", i)
+        wanted: dict[KeyPath, RequestState | InHandState] = {("requests", i): r for i, r in enumerate(given.requests)}
+        if given.in_hand is not None:
+            wanted["in_hand",] = given.in_hand
+        for within, request in wanted.items():
+            path = ("stations", station, *within)
             names.order(request.order, *path, "order")
             names.sku(request.sku, *path, "sku")
             found.setdefault(request.order, {}).setdefault(station, []).append(request.sku)
@@ -145,6 +149,7 @@ def _stations(state: State, names: Names, layout: Layout, numbered: int) -> tupl
             inbound=tuple(names.pod(pod, *path, "inbound", at) for at, pod in enumerate(inbound)),
             line=tuple(names.pod(pod, *path, "line") for pod in given.line),
             queue_room=queue_length + 1 - len(given.line) if given.queue_room is None else given.queue_room,
+            in_hand=None if (held := given.in_hand) is None else (names.orders[held.order], names.skus[held.sku]),
         )
         stations.append(station)
     return tuple(stations)

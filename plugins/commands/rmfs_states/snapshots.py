@@ -53,7 +53,7 @@ class Snapshots:
         self._last: dict[str, tuple[object, dict[str, Any]]] = {}
         self.state: dict[str, Any] = {
             "format": FORMAT,
-            "version": VERSIONS[run.instance.dated],
+            "version": VERSIONS[run.instance.dated or run.scenario.stations.release == "handled"],
             "time_s": view.now_s,
             "skus": list(run.instance.skus),
             "layout": {"map": draw_map(run.layout).splitlines()},
@@ -150,6 +150,9 @@ class Snapshots:
             "line": [self._pods[pod] for pod in station.line],
             "queue_room": station.queue_room,
         }
+        if station.in_hand is not None:
+            order, sku = station.in_hand
+            written["in_hand"] = {"order": self._orders[order], "sku": self._skus[sku]}
         self._last[station.name] = station, written
         return written
 

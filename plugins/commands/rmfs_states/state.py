@@ -1,6 +1,6 @@
 """The format of decision states, version 2: every key with its meaning, unit and default.
 
-Version 1, which is read too, has no due times and priorities; a state without any is written as version 1.
+Version 1, which is read too, has no due times, priorities and items in hand; a state without is written as version 1.
 
 Orders, pods, stations, robots and SKUs are called by their names; the order in which a state lists them is the order
 of their ids, by which rules break ties. What a warehouse management system does not know it leaves out.
@@ -111,6 +111,14 @@ class RequestState:
 
 
 @frozen
+class InHandState:
+    """An item that is picked and still to be handled."""
+
+    order: str = key("Order it is for")
+    sku: str = key("SKU")
+
+
+@frozen
 class StationState:
     """A picking station."""
 
@@ -124,6 +132,10 @@ class StationState:
         check=_number(1),
     )
     requests: tuple[RequestState, ...] = key("Items to pick there, the oldest first", ())
+    in_hand: InHandState | None = key(
+        "Item that is picked and whose order has its place until it is handled (`stations.release`); left out: none",
+        None,
+    )
     inbound: tuple[str, ...] | None = key(
         "Pods at the station or bound for it, as their trips were decided; left out: the pods of `line`", None
     )
@@ -243,6 +255,8 @@ class State:
     def __attrs_post_init__(self) -> None:
         if self.version == VERSIONS[0] and any(o.due_s is not None or o.priority for o in self.orders.values()):
             raise ValueError("found `due_s` or `priority` in a state of version 1; expected version 2 with them")
+        if self.version == VERSIONS[0] and any(s.in_hand is not None for s in self.stations.values()):
+            raise ValueError("found `in_hand` in a state of version 1; expected version 2 with it")
 
 
 def state_schema() -> dict[str, Any]:

@@ -110,7 +110,7 @@ def open_lines(content: Content, order: str) -> dict[str, int]:
 def free_capacity(content: Content, station: str) -> int:
     """Return what a station has room for: items, or orders with order capacity."""
     given = content["stations"][station]
-    parts = {(r["order"], _part_of(content, station, r)): r["order"] for r in given["requests"]}
+    parts = {(r["order"], _part_of(content, station, r)): r["order"] for r in _kept(given)}
     if "order_capacity" in given:
         return int(given["order_capacity"] - len({order for order, _ in parts}))
     items = 0
@@ -118,6 +118,11 @@ def free_capacity(content: Content, station: str) -> int:
         lines = content["orders"][order]["lines"]
         items += sum(lines[sku] for sku in content["orders"][order]["parts"][part]["skus"])
     return max(int(given["item_capacity"] - items), 0)
+
+
+def _kept(station: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return what takes up room at a station: its requests, and the item that is picked and not yet handled."""
+    return [*station["requests"], *([station["in_hand"]] if "in_hand" in station else [])]
 
 
 def _part_of(content: Content, station: str, request: Mapping[str, Any]) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -217,6 +217,13 @@ def _layout(table: Mapping[str, Any]) -> Layout:
     return Layout(width, height, cells(table["kind"]), cells(table["moves"]), stations)
 
 
+def _place(given: Sequence[int] | None) -> tuple[int, int, str] | None:
+    if given is None:
+        return None
+    row, column = given
+    return row, column, "the header"
+
+
 def _instance(first: Mapping[str, Any]) -> Instance:
     orders = tuple(
         OrderData(
@@ -228,5 +235,8 @@ def _instance(first: Mapping[str, Any]) -> Instance:
         )
         for order in first["orders"]
     )
-    pods = tuple(PodData(pod["name"], tuple((sku, number) for sku, number in pod["contents"])) for pod in first["pods"])
+    pods = tuple(
+        PodData(pod["name"], tuple((sku, number) for sku, number in pod["contents"]), _place(pod.get("place")))
+        for pod in first["pods"]
+    )
     return Instance(tuple(first["skus"]), orders, pods)

@@ -21,7 +21,8 @@ First line, the header::
     skus              names
     orders            name, arrival (tick), lines: [SKU, quantity] each; due (tick) and priority where it has one
     pods              name, contents: [SKU, items or null for unlimited] each, cell, robot that carries it or null,
-                      bound_for: stations it is at or bound for from the start
+                      bound_for: stations it is at or bound for from the start; place: [row, column], from 1, of the
+                      storage location in which it stands at first, where the file of pods says so
     robots            cell, heading
     stations          name, capacity, counts_orders (capacity in orders instead of items)
     blocked           storage locations that hold an empty pod for the whole run
@@ -139,6 +140,7 @@ def header(run: RunInfo) -> dict[str, Any]:
                 "cell": pod.cell,
                 "robot": pod.robot,
                 "bound_for": pod.bound_for,
+                **({} if data.place is None else {"place": data.place[:2]}),
             }
             for pod, data in zip(warehouse.pods, instance.pods, strict=True)
         ],

@@ -58,6 +58,7 @@ class Case:
             stations = trace.scenario["stations"]
             self.pick_ticks = to_ticks(stations["pick_s"])
             self.handle_ticks = to_ticks(stations["handle_s"])
+            self.keeps_places = stations.get("release", "picked") == "handled"
             self.queue_length = int(stations["queue_length"])
         except KeyError as error:
             raise InputError("header of the trace", f"the scenario lacks {error} among its stations") from error

@@ -18,22 +18,24 @@ from rmfs_core.events import (
     VisitStarted,
 )
 from rmfs_trace.reader import Trace
-from rmfs_validation.tables import FOR_ROOM, STATES, Row, measured_from, waiting_ticks
+from rmfs_validation.tables import FOR_ROOM, STATES, Row, arrivals_of, measured_from, waiting_ticks
 
 PARTS = ("backlog_s", "other_parts_s", "fetch_s", "driving_s", "queueing_s", "station_s")
+HANDLED = (*PARTS, "handling_s")
+"""Where orders are complete only when their last item is handled."""
 
 
 def recompute_details(trace: Trace) -> dict[str, float | None]:
     """Every metric of `rmfs_details` by name."""
     begin = measured_from(trace)
-    orders = trace.instance.orders
+    orders, arrivals = trace.instance.orders, arrivals_of(trace)
     done = {event.order: event.tick for event in trace.events if isinstance(event, OrderCompleted)}
     assigned = {event.order: event.tick for event in trace.events if isinstance(event, OrderAssigned)}
     after = [order for order in done if done[order] >= begin]
-    timed = [order for order in after if orders[order].arrival_tick >= begin]
+    timed = [order for order in after if arrivals.get(order, done[order]) >= begin]
     times = {
-        "turnover": [done[i] - orders[i].arrival_tick for i in timed],
-        "turnover_backlog": [assigned.get(i, done[i]) - orders[i].arrival_tick for i in timed],
+        "turnover": [done[i] - arrivals.get(i, done[i]) for i in timed],
+        "turnover_backlog": [assigned.get(i, done[i]) - arrivals.get(i, done[i]) for i in timed],
         "turnover_station": [done[i] - assigned.get(i, done[i]) for i in timed],
     }
     visits = sum(isinstance(event, VisitStarted) and event.tick >= begin for event in trace.events)
@@ -57,7 +59,8 @@ def _lateness(trace: Trace, begin: int, done: dict[int, int]) -> dict[str, float
     due = {i: order.due_tick for i, order in enumerate(trace.instance.orders) if order.due_tick is not None}
     if not due:
         return {}
-    counted = {i: tick for i, tick in due.items() if trace.instance.orders[i].arrival_tick >= begin}
+    arrivals = arrivals_of(trace)
+    counted = {i: tick for i, tick in due.items() if arrivals.get(i, -1) >= begin}
     known = [i for i, tick in counted.items() if i in done or tick < max(trace.tick, begin)]
     late = {i for i in known if i not in done or done[i] > due[i]}
     tardiness = [max(0, done[i] - due[i]) for i in known if i in done]
@@ -81,7 +84,9 @@ def delays_of(trace: Trace) -> list[Row]:
     """Return the rows of delays.csv: what the turn-over time of each order went to."""
     steps: dict[int, list[tuple[int, int, str]]] = defaultdict(list)  # pod -> place in the trace, tick, kind
     assigned: dict[int, list[int]] = defaultdict(list)
-    last_pick: dict[int, tuple[int, int]] = {}
+    last_pick: dict[int, tuple[int, int, int]] = {}
+    columns = HANDLED if trace.scenario.get("stations", {}).get("release") == "handled" else PARTS
+    arrivals = arrivals_of(trace)
     found: list[Row] = []
     for place, event in enumerate(trace.events):
         match event:
@@ -90,20 +95,21 @@ def delays_of(trace: Trace) -> list[Row]:
             case OrderAssigned():
                 assigned[event.order].append(event.tick)
             case ItemPicked():
-                last_pick[event.order] = (place, event.pod)
+                last_pick[event.order] = (place, event.pod, event.tick)
     done = {event.order: event.tick for event in trace.events if isinstance(event, OrderCompleted)}
     for i, order in enumerate(trace.instance.orders):
-        if i not in done or i not in last_pick or not assigned[i]:
-            found.append({"order": order.name, **dict.fromkeys(("turnover_s", *PARTS))})
+        if i not in done or i not in last_pick or i not in arrivals or not assigned[i]:
+            found.append({"order": order.name, **dict.fromkeys(("turnover_s", *columns))})
             continue
-        place, pod = last_pick[i]
+        place, pod, picked = last_pick[i]
         at = []
         for kinds in (("VisitStarted",), ("QueueJoined",), ("PodLifted", "VisitEnded")):
             place, tick = next(((p, t) for p, t, kind in reversed(steps[pod]) if p < place and kind in kinds), (-1, 0))
             at.append(tick)
-        bounds = [order.arrival_tick, assigned[i][0], assigned[i][-1]]
-        bounds += [max(tick, assigned[i][-1]) for tick in reversed(at)] + [done[i]]
+        bounds = [arrivals[i], assigned[i][0], assigned[i][-1]]
+        bounds += [max(tick, assigned[i][-1]) for tick in reversed(at)]
+        bounds += [done[i]] if columns is PARTS else [picked, done[i]]
         parts = [(later - earlier) / TICKS_PER_S for earlier, later in pairwise(bounds)]
-        whole = (done[i] - order.arrival_tick) / TICKS_PER_S
-        found.append({"order": order.name, "turnover_s": whole, **dict(zip(PARTS, parts, strict=True))})
+        whole = (done[i] - arrivals[i]) / TICKS_PER_S
+        found.append({"order": order.name, "turnover_s": whole, **dict(zip(columns, parts, strict=True))})
     return found

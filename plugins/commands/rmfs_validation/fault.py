@@ -100,7 +100,7 @@ KINDS: dict[str, str] = {
     "complete-flag": "an order is said to be fully assigned and is not, or the other way round",
     "capacity-exceeded": "a station has more assigned than its capacity",
     "completed-early": "an order is complete with items left",
-    "completed-late": "an order is complete at another time than its last pick",
+    "completed-late": "an order is complete at another time than its last pick, or when that is handled",
     "completed-twice": "an order is completed again",
     "order-left": "the run is complete and an order is not",
     "status": "all orders are complete and the run is not",

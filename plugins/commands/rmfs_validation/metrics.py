@@ -11,7 +11,7 @@ from rmfs_core.events import DecisionMade, Event, ItemPicked, OrderAssigned, Ord
 from rmfs_trace.reader import Trace
 from rmfs_validation.case import Case
 from rmfs_validation.details import recompute_details
-from rmfs_validation.tables import measured_from
+from rmfs_validation.tables import arrivals_of, measured_from
 
 Value = float | None
 
@@ -45,7 +45,7 @@ def recompute(trace: Trace) -> dict[str, Value]:
     visits = sum(isinstance(event, VisitStarted) for event in counted)
     decisions = [event for event in counted if isinstance(event, DecisionMade)]
     done = {event.order: event.tick for event in trace.events if isinstance(event, OrderCompleted)}
-    orders = trace.instance.orders
+    orders, arrivals = trace.instance.orders, arrivals_of(trace)
     end = trace.tick if len(done) < len(orders) else max(done.values(), default=0)
     busy = sum(max(0, min(pick.picker_free_tick, end) - max(pick.start_tick, begin)) for pick in picks)
     after = {order: tick for order, tick in done.items() if tick >= begin}
@@ -53,7 +53,7 @@ def recompute(trace: Trace) -> dict[str, Value]:
     hours = measured / TICKS_PER_S / 3600
     return {
         **_distances(trace, counted, len(after)),
-        **_turnover(trace, {order: tick for order, tick in after.items() if orders[order].arrival_tick >= begin}),
+        **_turnover(trace, {order: tick for order, tick in after.items() if arrivals.get(order, tick) >= begin}),
         "orders_completed": len(after),
         "orders_total": len(orders),
         "picks": picked,
@@ -91,8 +91,8 @@ def _distances(trace: Trace, counted: Sequence[Event], done: int) -> dict[str, V
 def _turnover(trace: Trace, done: Mapping[int, int]) -> dict[str, Value]:
     """Means over the completed orders: arrival, assignment of the last line, completion."""
     assigned = {event.order: event.tick for event in trace.events if isinstance(event, OrderAssigned)}
-    arrival = [order.arrival_tick for order in trace.instance.orders]
-    waited = sum(assigned.get(order, tick) - arrival[order] for order, tick in done.items())
+    arrival = arrivals_of(trace)
+    waited = sum(assigned.get(order, tick) - arrival.get(order, tick) for order, tick in done.items())
     served = sum(tick - assigned.get(order, tick) for order, tick in done.items())
     whole = len(done) * TICKS_PER_S
     return {

@@ -90,6 +90,12 @@ def _compare_places(case: Case, scenario: Scenario) -> None:
     )
     number = len(trace.instance.pods)
     standing = max(int(scenario.layout.pod_fill * len(locations)), number)
+    placed_pods = [pod.place for pod in trace.instance.pods if pod.place is not None]
+    if placed_pods:
+        given = [(row - 1) * case.layout.width + column - 1 for row, column, _ in placed_pods]
+        pods = given + [cell for cell in pods if cell not in set(given)]
+    if scenario.robots.file is not None:  # which is not here
+        robots = [robot["cell"] for robot in trace.robots]
     expected_robots = [{"cell": cell, "heading": NORTH} for cell in robots[: scenario.robots.count]]
     expected_pods: list[Mapping[str, Any]] = [{"cell": cell, "robot": None, "bound_for": []} for cell in pods[:number]]
     ids = {pod.name: i for i, pod in enumerate(trace.instance.pods)}

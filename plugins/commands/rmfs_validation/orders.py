@@ -9,6 +9,7 @@ from rmfs_core.roles import Role
 from rmfs_core.wording import listed
 from rmfs_validation.case import Case, Handlers, name_of, seconds
 from rmfs_validation.state import OrderState, State
+from rmfs_validation.tables import refilled
 
 TOLERANCE = 1e-6
 """Of solvers, as a share of the objective."""
@@ -17,21 +18,27 @@ DECISIONS = (Role.POA, Role.PPS, Role.POA_PPS)
 
 
 class OrderCheck:
-    """Each order arrives, is assigned line by line, and is complete exactly with its last pick."""
+    """Each order arrives, is assigned line by line, and is complete exactly with its last item."""
 
     def __init__(self, case: Case, state: State) -> None:
         self.case = case
         self.state = state
+        self.refilled = refilled(case.trace)
+        self.done = "handled" if case.keeps_places else "picked"
+        self.come = self.waiting = self.closed = 0  # orders so far, those in the backlog, and those closed since then
         self.handlers: Handlers = {
             OrderArrived: self.arrived,
             OrderAssigned: self.assigned,
+            DecisionMade: self.decided,
             OrderCompleted: self.completed,
         }
 
     def arrived(self, event: OrderArrived) -> None:
         """Check that an order arrives when it should."""
         order, due = self.state.orders[event.order], self.case.trace.instance.orders[event.order].arrival_tick
-        if order.arrived or event.tick != due:
+        if self.refilled is not None:
+            self._refill(event)
+        elif order.arrived or event.tick != due:
             again = " again" if order.arrived else ""
             self.case.add(
                 "arrival",
@@ -39,6 +46,24 @@ class OrderCheck:
                 f"{self.case.order(event.order)} arrives{again}; expected once, at {seconds(due)}",
             )
         order.arrived = True
+
+    def _refill(self, event: OrderArrived) -> None:
+        """Check that an order is the next one, and that there is room for it in a backlog that is kept filled."""
+        name = f"{self.case.order(event.order)} arrives"
+        if event.order != self.come:
+            self.case.add("arrival", event.tick, f"{name} as number {self.come + 1}; expected the orders as they stand")
+        elif self.waiting >= (self.refilled or 0):
+            self.case.add("arrival", event.tick, f"{name}, but {self.waiting} are in the backlog; that is enough")
+        self.come += 1
+        self.waiting += 1
+
+    def decided(self, event: DecisionMade) -> None:
+        """Check that a backlog that is kept filled was filled when a rule was asked."""
+        wanted = min(self.refilled or 0, len(self.state.orders) - self.come + self.waiting + self.closed)
+        if self.refilled is not None and self.waiting + self.closed < wanted:
+            there = f"{self.waiting + self.closed} orders are in the backlog when {event.decides.label} is decided"
+            self.case.add("arrival", event.tick, f"{there}; expected {wanted}")
+        self.closed = 0
 
     def assigned(self, event: OrderAssigned) -> None:
         """Check the lines that are assigned, and note their part."""
@@ -51,6 +76,9 @@ class OrderCheck:
                 why = "has been assigned before" if sku in order.unpicked else "is no line of it"
                 case.add("line-assigned", event.tick, f"{assigns} with {case.sku(sku)}, which {why}")
         lines = {sku: order.unassigned.pop(sku) for sku in event.skus if sku in order.unassigned}
+        closes = bool(lines) and not order.unassigned
+        self.waiting -= closes
+        self.closed += closes
         items = sum(lines.values())
         if event.items != items:
             case.add("items", event.tick, f"{assigns} with {items} items, but {event.items} are reported")
@@ -90,18 +118,20 @@ class OrderCheck:
         return not refused and not order.unassigned and load == items > max(sizes)
 
     def completed(self, event: OrderCompleted) -> None:
-        """Check that nothing is left of an order, and that its last item was picked just now."""
+        """Check that nothing is left of an order, and that its last item was picked (or handled) just now."""
         order, name = self.state.orders[event.order], self.case.order(event.order)
-        left = sum(order.unpicked.values())
+        left = sum(order.unpicked.values()) + order.in_hand
         if order.completed:
             self.case.add("completed-twice", event.tick, f"{name} is complete again")
         elif left:
-            self.case.add("completed-early", event.tick, f"{name} is complete, but {left} of its items are not picked")
-        elif event.tick != order.last_pick_tick:
+            self.case.add(
+                "completed-early", event.tick, f"{name} is complete, but {left} of its items are not {self.done}"
+            )
+        elif event.tick != order.last_tick:
             self.case.add(
                 "completed-late",
                 event.tick,
-                f"{name} is complete, but its last item was picked at {seconds(order.last_pick_tick)}",
+                f"{name} is complete, but its last item was {self.done} at {seconds(order.last_tick)}",
             )
         order.completed = True
 
@@ -109,12 +139,12 @@ class OrderCheck:
         """Check that a complete run left nothing, and that what was picked was told to be complete."""
         tick, status = self.case.trace.tick, self.case.trace.status
         for i, order in enumerate(self.state.orders):
-            left = sum(order.unpicked.values())
+            left = sum(order.unpicked.values()) + order.in_hand
             if not order.completed and (status == "complete" or (status == "partial" and not left)):
                 self.case.add(
                     "order-left",
                     tick,
-                    f"{self.case.order(i)} is not complete at the end ({left} of its items are not picked)",
+                    f"{self.case.order(i)} is not complete at the end ({left} of its items are not {self.done})",
                 )
         if status == "partial" and self.state.orders and all(order.completed for order in self.state.orders):
             self.case.add("status", tick, "every order is complete, but the status of the run is partial")

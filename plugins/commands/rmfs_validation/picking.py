@@ -88,14 +88,32 @@ class PickCheck:
         return False
 
     def _fulfil(self, event: ItemPicked) -> None:
-        """Note that an item is picked; the last one of a part frees the capacity of the whole part."""
+        """Note that an item is picked, and perhaps still to be handled."""
         order = self.state.orders[event.order]
-        part = order.part_of[event.sku]
-        station = self.state.stations[part[0]]
         order.unpicked[event.sku] -= 1
-        order.last_pick_tick = event.tick
+        self.state.stations[order.part_of[event.sku][0]].open[event.sku] -= 1
+        if self.case.keeps_places:
+            order.in_hand += 1
+            handled = event.start_tick + self.case.handle_ticks
+            self.state.stations[event.station].in_hand.append((event.order, event.sku, handled))
+        else:
+            self._release(event.order, event.sku, event.tick)
+
+    def until(self, tick: int) -> None:
+        """Note what is handled by then: at the latest when a place is needed that it gives back."""
+        for station in self.state.stations:
+            while station.in_hand and station.in_hand[0][2] <= tick:
+                order, sku, done = station.in_hand.pop(0)
+                self.state.orders[order].in_hand -= 1
+                self._release(order, sku, done)
+
+    def _release(self, number: int, sku: int, tick: int) -> None:
+        """Take an item off its part; the last one frees the capacity of the whole part."""
+        order = self.state.orders[number]
+        part = order.part_of[sku]
+        station = self.state.stations[part[0]]
+        order.last_tick = tick
         order.left[part] -= 1
-        station.open[event.sku] -= 1
         if order.left[part] == 0:
             size = order.size.pop(part)
             joined = [other for other in order.size if other[0] == part[0]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import DecisionMade, ItemPicked, OrderAssigned, OrderCompleted, VisitEnded, VisitStarted
 from rmfs_trace.reader import Trace
-from rmfs_validation.tables import Row
+from rmfs_validation.tables import Row, arrivals_of
 
 
 def orders_of(trace: Trace) -> list[Row]:
@@ -19,21 +19,23 @@ def orders_of(trace: Trace) -> list[Row]:
                 assigned[event.order] = event.tick
     done = {event.order: event.tick for event in trace.events if isinstance(event, OrderCompleted)}
     dated = any(order.due_tick is not None or order.priority for order in trace.instance.orders)
+    arrivals = arrivals_of(trace)
     rows: list[Row] = []
     for i, order in enumerate(trace.instance.orders):
+        arrival = arrivals.get(i)
         stations = dict.fromkeys(station for station, _ in parts.get(i, {}))
         rows.append(
             {
                 "order": order.name,
-                "arrival_s": to_seconds(order.arrival_tick),
+                "arrival_s": _between(0, arrival),
                 "items": sum(quantity for _, quantity in order.lines),
                 "lines": len(order.lines),
                 "parts": len(parts.get(i, {})),
                 "stations": " ".join(str(station + 1) for station in stations),
                 "assigned_s": _between(0, assigned.get(i)),
                 "completed_s": _between(0, done.get(i)),
-                "turnover_s": _between(order.arrival_tick, done.get(i)),
-                "turnover_backlog_s": _between(order.arrival_tick, assigned.get(i)),
+                "turnover_s": _between(arrival, done.get(i)),
+                "turnover_backlog_s": _between(arrival, assigned.get(i)),
                 "turnover_station_s": _between(assigned.get(i), done.get(i)),
             }
         )

@@ -60,20 +60,26 @@ class Visit:
 
 @define
 class StationState:
-    """A station: robots in line, the visit under way, the picker, open requests by SKU, capacity in use."""
+    """A station: robots in line, the visit under way, the picker, open requests by SKU, capacity in use.
+
+    ``in_hand`` are the items (order, SKU, tick at which they are handled) whose orders have their places until then.
+    """
 
     line: list[int] = Factory(list)
     visit: Visit | None = None
     picker_free_tick: int = 0
     open: Counter[int] = Factory(Counter)
     load: int = 0
+    in_hand: list[tuple[int, int, int]] = Factory(list)
 
 
 @define
 class OrderState:
     """An order: what is left of it to assign and to pick, and the part that each SKU belongs to.
 
-    A part is what one period assigns to a station: (station, period), with the items left to pick and its size.
+    A part is what one period assigns to a station: (station, period), with the items left to pick (or to handle) and
+    its size. ``in_hand`` are its items that are picked and still to be handled; ``last_tick`` is when the last one was
+    picked (or handled).
     """
 
     unassigned: dict[int, int]
@@ -82,7 +88,8 @@ class OrderState:
     left: Counter[tuple[int, int]] = Factory(Counter)
     size: Counter[tuple[int, int]] = Factory(Counter)
     arrived: bool = False
-    last_pick_tick: int = 0
+    in_hand: int = 0
+    last_tick: int = 0
     completed: bool = False
 
 

@@ -36,6 +36,19 @@ def measured_from(trace: Trace) -> int:
     return to_ticks(trace.scenario.get("run", {}).get("warmup_s") or 0)
 
 
+def refilled(trace: Trace) -> int | None:
+    """Return how many orders are kept in the backlog, as long as there are any; None where they come at their times."""
+    backlog = trace.scenario.get("instance", {}).get("arrivals", {}).get("backlog")
+    return None if backlog is None else int(backlog)
+
+
+def arrivals_of(trace: Trace) -> dict[int, int]:
+    """Return when each order arrives; not those that are kept for later when the run ends."""
+    if refilled(trace) is None:
+        return {i: order.arrival_tick for i, order in enumerate(trace.instance.orders)}
+    return {event.order: event.tick for event in trace.events if isinstance(event, OrderArrived)}
+
+
 def hours_of(trace: Trace) -> list[Row]:
     """Return the rows of hours.csv."""
     counted: Counter[tuple[int, str]] = Counter()

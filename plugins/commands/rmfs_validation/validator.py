@@ -61,13 +61,14 @@ def faults_of(
         check_opening(case)
     state = State(trace)
     lines, orders, pods = LineCheck(case, state), OrderCheck(case, state), PodCheck(case, state)
+    picks = PickCheck(case, state)
     # The way is checked while a robot is still where its run starts, the decision before its parts take up capacity.
     checks = (
         WayCheck(case, state),
         MotionCheck(case, state),
         pods,
         lines,
-        PickCheck(case, state),
+        picks,
         DecisionCheck(case),
         orders,
     )
@@ -75,7 +76,7 @@ def faults_of(
     for check in checks:
         for kind, handler in check.handlers.items():
             handlers[kind].append(handler)
-    whole = _follow(case, handlers)
+    whole = _follow(case, handlers, picks)
     lines.at_end()
     orders.at_end()
     pods.at_end()
@@ -89,7 +90,7 @@ def faults_of(
     return sorted(case.faults, key=lambda fault: fault.tick)
 
 
-def _follow(case: Case, handlers: Mapping[type[Event], list[Callable[[Any], None]]]) -> bool:
+def _follow(case: Case, handlers: Mapping[type[Event], list[Callable[[Any], None]]], picks: PickCheck) -> bool:
     """Hand each event to its checks; return whether all of them name only what exists."""
     limits = _limits(case.trace)
     now, whole = 0, True
@@ -106,6 +107,7 @@ def _follow(case: Case, handlers: Mapping[type[Event], list[Callable[[Any], None
                 f"{type(event).__name__} at {seconds(event.tick)} stands below an event of {seconds(now)}",
             )
         now = max(now, event.tick)
+        picks.until(now)
         for handle in handlers[type(event)]:
             handle(event)
     if case.trace.tick < now:

@@ -107,6 +107,8 @@ def test_keys_that_a_file_takes_the_place_of() -> None:
     assert attrs.fields_dict(InstanceSection).keys() >= GENERATED
     assert attrs.fields_dict(LayoutSection).keys() >= DRAWN
     assert replaced_keys(InstanceSection(orders_file="o", pods_file="p")) == ("orders_file", GENERATED)
+    refilled = InstanceSection(orders_file="o", pods_file="p", arrivals=Arrivals("refill", backlog=3))
+    assert replaced_keys(refilled) == ("orders_file", GENERATED - {"arrivals"})
     assert replaced_keys(LayoutSection(map_file="m")) == ("map_file", DRAWN)
     for section in (InstanceSection(), LayoutSection(), RunSection()):
         assert replaced_keys(section) == ("", frozenset())

@@ -199,6 +199,14 @@ def test_sections_that_the_file_lacks_are_made() -> None:
     assert load_scenario("examples/small", ["run.until_s=100"]).run.until_s == 100.0
 
 
+def test_a_file_of_orders_leaves_a_refilled_backlog_alone() -> None:
+    """It says how many orders wait, not what they are; other arrivals are those of generated orders."""
+    files = ["instance.orders_file=o.csv", "instance.pods_file=p.csv"]
+    refilled = load_scenario("parity/rawsim-o", files).instance
+    assert (refilled.orders_file, refilled.arrivals.backlog) == (str(Path("o.csv").resolve()), 200)
+    assert load_scenario("examples/poisson", files).instance.arrivals.process == "start"
+
+
 def keys_of_files(section: type, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
     """Yield the paths of the keys that say of themselves that they name a file."""
     for field in attrs.fields(section):

@@ -19,7 +19,8 @@ BAD_FILES = [
     # a key that resembles none: all are listed
     (
         "[instance.arrivals]\nx = 1\n" + RULES,
-        ", line 2, instance.arrivals.x: unknown key; expected one of `orders_per_hour`, `process`, `profile`",
+        ", line 2, instance.arrivals.x: unknown key; "
+        "expected one of `backlog`, `orders_per_hour`, `process`, `profile`",
     ),
     # a text is no number
     (
@@ -63,6 +64,26 @@ BAD_FILES = [
     (
         '[instance]\narrivals = { process = "poisson" }\n' + RULES,
         ', line 2, instance.arrivals: expected `orders_per_hour` with process "poisson", and only there',
+    ),
+    (
+        '[instance]\narrivals = { process = "refill" }\n' + RULES,
+        ', line 2, instance.arrivals: expected `backlog` with process "refill", and only there',
+    ),
+    (
+        "[instance]\narrivals = { backlog = 9 }\n" + RULES,
+        ', line 2, instance.arrivals: expected `backlog` with process "refill", and only there',
+    ),
+    (
+        '[instance]\ndue = { allowance_s = 9 }\narrivals = { process = "refill", backlog = 9 }\n' + RULES,
+        ', line 1, instance: expected no `due` with arrivals of process "refill", whose times nobody knows beforehand',
+    ),
+    (
+        '[instance]\norders_file = "o"\npods_file = "p"\narrivals = { process = "day" }\n' + RULES,
+        ", line 4, instance.arrivals: has no meaning beside `instance.orders_file`; leave one of them out",
+    ),
+    (
+        '[stations]\nrelease = "handle"\n' + RULES,
+        ', line 2, stations.release: found "handle" (did you mean `handled`?)',
     ),
     (
         '[instance]\norders_file = "o.csv"\n' + RULES,

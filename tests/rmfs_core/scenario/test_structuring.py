@@ -123,7 +123,7 @@ def test_what_a_section_holds_is_known() -> None:
     assert section_class(Scenario, "seed") is None
     assert section_class(InstanceSection, "pods_at_stations") is None
     assert {"folder", "source"}.isdisjoint(fields_of(Scenario))
-    assert list(fields_of(Arrivals)) == ["process", "orders_per_hour", "profile"]
+    assert list(fields_of(Arrivals)) == ["process", "orders_per_hour", "profile", "backlog"]
 
 
 STRICT = strict_converter()

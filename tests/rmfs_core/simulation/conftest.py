@@ -79,6 +79,7 @@ def tiny_run(tmp_path: Path) -> Callable[..., TinyRun]:
         run: RunSection | None = None,
         at_stations: dict[str, tuple[str, ...]] | None = None,
         seed: int = 1,
+        change: Callable[[Scenario], Scenario] = lambda scenario: scenario,
         **rules: Any,
     ) -> TinyRun:
         chosen = SEQUENTIAL | rules
@@ -98,6 +99,7 @@ def tiny_run(tmp_path: Path) -> Callable[..., TinyRun]:
             run=run or RunSection(),
             folder=str(tmp_path),
         )
+        scenario = change(scenario)
         loaded = RuleSet.load(scenario.rules, scenario.folder)
         recorder = Recorder()
         loaded.register_observer(recorder)

@@ -5,6 +5,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from attrs import evolve
 
 from rmfs_core.errors import InputError, StandstillError
 from rmfs_core.events import (
@@ -18,7 +19,7 @@ from rmfs_core.events import (
     VisitEnded,
     VisitStarted,
 )
-from rmfs_core.scenario.model import RunSection
+from rmfs_core.scenario.model import Arrivals, RunSection, Scenario
 from rmfs_testing import small_instance
 
 Prepare = Callable[..., "TinyRun"]  # type: ignore[name-defined]  # noqa: F821
@@ -48,6 +49,51 @@ def test_the_picker_needs_thirteen_seconds_an_item(tiny_run: Prepare) -> None:
     assert [pick.tick - pick.start_tick for pick in picks] == [7000] * 3
     assert run.recorder.of(VisitEnded)[0].picks == 3
     assert run.recorder.of(OrderCompleted)[0].tick == picks[-1].tick
+
+
+def release_when_handled(scenario: Scenario) -> Scenario:
+    """Return a scenario in which places are given back when items are handled."""
+    return evolve(scenario, stations=evolve(scenario.stations, release="handled"))
+
+
+def test_places_may_be_given_back_when_items_are_handled(tiny_run: Prepare) -> None:
+    """An order is complete after 13 s in place of 7, and the next one is assigned only then; the pod leaves after 7."""
+    instance = small_instance({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]})
+    run = tiny_run(instance, capacity=1, change=release_when_handled)
+    run.simulation.run()
+    first, second = run.recorder.of(ItemPicked)
+    assert [event.tick for event in run.recorder.of(OrderCompleted)] == [
+        first.picker_free_tick,
+        second.picker_free_tick,
+    ]
+    assert run.recorder.of(VisitEnded)[0].tick == first.tick == first.picker_free_tick - 6000
+    assert run.recorder.of(OrderAssigned)[1].tick == first.picker_free_tick
+    assert run.simulation.now == second.picker_free_tick
+    assert run.simulation.status == "complete"
+
+
+def test_with_two_items_only_the_last_one_counts(tiny_run: Prepare) -> None:
+    """The part of an order keeps its places until the last of its items is handled."""
+    instance = small_instance({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]})
+    run = tiny_run(instance, capacity=2, change=release_when_handled)
+    run.simulation.run()
+    assert run.recorder.of(OrderAssigned)[1].tick == run.recorder.of(ItemPicked)[1].picker_free_tick
+
+
+def test_orders_arrive_as_there_is_room_in_the_backlog(tiny_run: Prepare) -> None:
+    """Two wait at all times: the third comes when the first is assigned, and so on; their turn-over begins then."""
+
+    def refill(scenario: Scenario) -> Scenario:
+        return evolve(scenario, instance=evolve(scenario.instance, arrivals=Arrivals("refill", backlog=2)))
+
+    orders = {str(i): ["a"] for i in range(1, 6)}
+    run = tiny_run(small_instance(orders, {"p": ["a"]}), capacity=1, change=refill)
+    run.simulation.run()
+    arrived, assigned = run.recorder.of(OrderArrived), run.recorder.of(OrderAssigned)
+    assert [event.order for event in arrived] == [0, 1, 2, 3, 4]
+    assert [event.tick for event in arrived] == [0, 0, *(event.tick for event in assigned[:3])]
+    assert [order.arrival_tick for order in run.warehouse.orders] == [event.tick for event in arrived]
+    assert run.warehouse.orders[4].arrival_s == assigned[2].time_s
 
 
 def test_the_next_pod_moves_up_while_the_picker_still_handles_the_last_item(tiny_run: Prepare) -> None:

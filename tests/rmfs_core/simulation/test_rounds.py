@@ -43,7 +43,7 @@ def decisions(run: RunContext) -> tuple[Decisions, list[Any], list[tuple[Robot, 
     events: list[Any] = []
     run.tell = events.append
     started: list[tuple[Robot, Pod]] = []
-    return Decisions(run, lambda robot, pod: started.append((robot, pod))), events, started
+    return Decisions(run, lambda robot, pod: started.append((robot, pod)), lambda: None), events, started
 
 
 def hooks(rule: Any) -> list[str]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from attrs import evolve
 
 from bad_rules import write_rule
 from rmfs_core.errors import InputError
@@ -70,6 +71,44 @@ def test_pods_and_robots_get_places_of_their_own() -> None:
     assert set(robots) <= set(locations)
     assert robots != list(world.homes)  # where they stand has nothing to do with where the first pods do
     assert [pod.location for pod in world.pods] == list(world.homes)
+
+
+def placed(*places: tuple[int, int]) -> Instance:
+    """Return the instance with pods that a file gives places, rows and columns from 1."""
+    pods = zip(PODS.pods, places, strict=True)
+    return evolve(PODS, pods=tuple(evolve(pod, place=(*at, f"line {at}")) for pod, at in pods))
+
+
+def test_pods_and_robots_stand_where_files_say(tmp_path: Path) -> None:
+    """Pods in storage locations; robots, the first `count` of them, anywhere but in walls; empty pods beside them."""
+    layout = small_layout(2)
+    cells = layout.storage_locations[3:6]
+    at = [(cell // layout.width + 1, cell % layout.width + 1) for cell in cells]
+    (tmp_path / "robots.csv").write_text("robot,row,column\n" + "".join(f"{i},2,{i}\n" for i in range(1, 6)))
+    given = evolve(scenario(robots=RobotsSection(count=3, file="robots.csv")), folder=str(tmp_path))
+    world = open_warehouse(given, placed(*at), layout).warehouse
+    assert world.homes == cells
+    assert len({*world.homes, *world.blocked}) == len(layout.storage_locations) // 2
+    assert [robot.cell for robot in world.robots] == [layout.width, layout.width + 1, layout.width + 2]
+
+
+def test_places_that_nothing_can_stand_in_are_refused(tmp_path: Path) -> None:
+    """No storage location, one that another pod has, one beyond the layout; too few robots, and two in a cell."""
+    layout = small_layout(2)
+    first = layout.storage_locations[0]
+    good, floor = (first // layout.width + 1, first % layout.width + 1), (1, 1)
+    expected = "; expected a storage location that no line before names"
+    assert refusal(scenario(), placed(good, floor, good)) == f"line (1, 1): found row 1, column 1{expected}"
+    assert refusal(scenario(), placed(good, good, floor)).endswith(expected)
+    assert refusal(scenario(), placed((1, layout.width + good[1]), good, floor)).endswith(expected)
+    file = tmp_path / "robots.csv"
+    file.write_text("robot,row,column\n1,2,1\n2,2,1\n")
+    given = evolve(scenario(robots=RobotsSection(count=2, file="robots.csv")), folder=str(tmp_path))
+    assert refusal(given) == (
+        f"{file}, line 3: found row 2, column 1; expected a cell of the layout, no wall, that no line before names"
+    )
+    file.write_text("robot,row,column\n1,2,1\n")
+    assert refusal(given) == "robots.count: found 2; robots.csv places 1"
 
 
 def test_more_pods_with_contents_than_the_share_all_stand_there() -> None:

@@ -55,6 +55,15 @@ class GoesBack:
     [
         ("instance.items_per_sku=20", "stations.order_capacity=2"),
         ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time", "stations.item_capacity=6"),
+        ("stations.release=handled", "stations.order_capacity=2"),
+        (
+            "stations.release=handled",
+            "rules.poa=",
+            "rules.pps=",
+            "rules.poa_pps=split-over-time",
+            "stations.item_capacity=6",
+        ),
+        ('instance.arrivals={process="refill", backlog=4}', "stations.release=handled"),
     ],
 )
 def test_a_run_can_be_taken_down_and_restored_at_every_decision(settings: tuple[str, ...]) -> None:
@@ -92,6 +101,22 @@ def test_a_restored_warehouse_is_another_one() -> None:
         if warehouse is again:
             assert Memento.of(WarehouseView(world), SKUS) == before
     assert Memento.of(WarehouseView(again), SKUS) == Memento.of(WarehouseView(world), SKUS)
+
+
+def test_what_is_in_hand_keeps_its_place() -> None:
+    """An item that is picked and not yet handled; another one that was not picked here cannot be in hand."""
+    world = small_world({"1": {"a": 1}, "2": {"b": 1}}, {"p": ["a"]}, capacities=[2])
+    station = world.stations[0]
+    world.assign(world.orders[0], station, [0])
+    world.place_at_station(world.robots[0], world.pods[0], station)
+    world.fulfil(station.open_requests[0], world.pods[0], handled=False)
+    told = Memento.of(WarehouseView(world), SKUS)
+    assert told.stations[0].in_hand == (0, 0)
+    again = restore(told, world.travel)
+    assert (again.stations[0].load, again.orders[0].unpicked_items, again.orders[0].complete) == (1, 0, False)
+    wrong = evolve(told, stations=(evolve(told.stations[0], in_hand=(1, 1)),))
+    with pytest.raises(ContradictionError, match=r"stations\.0\.in_hand: names no item picked here"):
+        restore(wrong, world.travel)
 
 
 def test_promises_that_are_not_told_are_made() -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from rmfs_core.errors import InputError
 from rmfs_core.world import Instance, OrderData, PodData, read_instance
+from rmfs_core.world.csv_files import read_robots
 
 ORDERS = "order,arrival_s,sku,quantity\n"
 PODS = "pod,sku,quantity\n"
@@ -95,13 +96,22 @@ def test_a_mistake_in_the_orders_is_one_sentence(orders: str, message: str, tmp_
             ', line 2, quantity: expected a whole number >= 0, or nothing for an unlimited number, found "-3"',
         ),
         (PODS + "1,,3\n", ", line 2, sku: expected a name, found nothing"),
+        (
+            "pod,sku,quantity,row,column\n1,a,3,2,x\n",
+            ', line 2, column: expected a whole number >= 1, found "x"',
+        ),
+        ("pod,sku,quantity,row\n1,a,3,2\n", ', line 2, column: expected a whole number >= 1, found ""'),
+        (
+            "pod,sku,quantity,row,column\n1,a,3,2,5\n2,a,3,2,6\n1,b,3,2,6\n",
+            ", line 4: found row 2, column 6; the pod stands where {file}, line 2 says",
+        ),
     ],
 )
 def test_a_mistake_in_the_pods_is_one_sentence(pods: str, message: str, tmp_path: Path) -> None:
     """The same for the pods file."""
     with pytest.raises(InputError) as caught:
         read(tmp_path, pods=pods)
-    assert str(caught.value) == f"{tmp_path / 'pods.csv'}{message}"
+    assert str(caught.value) == f"{tmp_path / 'pods.csv'}{message.format(file=tmp_path / 'pods.csv')}"
 
 
 def test_orders_are_sorted_by_arrival(tmp_path: Path) -> None:
@@ -203,6 +213,35 @@ def test_offsets_from_utc(tmp_path: Path) -> None:
     rows = DATED + "1,2024-03-01T00:30+02:00,a,1,2024-02-29T23:30Z\n"
     order = read(tmp_path, rows).orders[0]
     assert (order.arrival_tick, order.due_tick) == (1_800_000, 5_400_000)
+
+
+def test_pods_may_have_places(tmp_path: Path) -> None:
+    """Row and column, and the line that says so first."""
+    (tmp_path / "orders.csv").write_text(ORDERS + "1,0,a,1\n")
+    file = tmp_path / "pods.csv"
+    file.write_text("row,column,pod,sku,quantity\n3,4,p,a,\n1,2,q,a,7\n3,4,p,b,\n")
+    pods = read_instance(tmp_path / "orders.csv", file).pods
+    assert [pod.place for pod in pods] == [(3, 4, f"{file}, line 2"), (1, 2, f"{file}, line 3")]
+
+
+BAD_ROBOTS = [
+    (
+        "robot,row\n",
+        ", line 1: expected a header with the columns robot,row,column, found `robot,row` without `column`",
+    ),
+    ("robot,row,column\n1,0,2\n", ', line 2, row: expected a whole number >= 1, found "0"'),
+    ("robot,row,column\n1,1,2\n2,1,\n", ', line 3, column: expected a whole number >= 1, found ""'),
+    ("robot,row,column\n1,1,2\n3,1,1\n", ', line 3, robot: expected 2, found "3"'),
+]
+
+
+@pytest.mark.parametrize(("robots", "message"), BAD_ROBOTS)
+def test_a_mistake_in_the_robots_is_one_sentence(robots: str, message: str, tmp_path: Path) -> None:
+    """File, line and column, what was found, and what would be right."""
+    (tmp_path / "robots.csv").write_text(robots)
+    with pytest.raises(InputError) as caught:
+        read_robots(tmp_path / "robots.csv")
+    assert str(caught.value) == f"{tmp_path / 'robots.csv'}{message}"
 
 
 def test_no_stock_is_no_stock(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from attrs import evolve
 from rmfs_bounds import BOUNDED, bounds_of, find_bounds
 from rmfs_core import Scenario, run
 from rmfs_core.scenario import scenario_from_dict
-from rmfs_core.scenario.model import InstanceSection, RobotsSection, RuleChoice, RulesSection, RunSection
+from rmfs_core.scenario.model import Arrivals, InstanceSection, RobotsSection, RuleChoice, RulesSection, RunSection
 from rmfs_core.world import Instance, parse_map
 from rmfs_testing import small_instance
 
@@ -107,6 +107,23 @@ def test_what_is_before_the_warm_up_counts_for_nothing() -> None:
     assert values(warm, TWO_ORDERS)["turnover_s"] is None
 
 
+def test_orders_end_when_their_items_are_handled() -> None:
+    """Where that is when places are given back: what is left to handle after a pick, 6 s, is not taken off."""
+    handled = evolve(ONE_ROBOT, stations=evolve(ONE_ROBOT.stations, release="handled"))
+    picked, later = values(ONE_ROBOT, TWO_ORDERS), values(handled, TWO_ORDERS)
+    for metric in ("turnover_s", "turnover_p95_s", "makespan_s"):
+        assert later[metric] == pytest.approx((picked[metric] or 0) + 6)
+
+
+def test_a_refilled_backlog_bounds_no_turn_over() -> None:
+    """Orders may come when they are assigned; all else holds, as if all were there at the start."""
+    arrivals = Arrivals("refill", backlog=1)
+    refilled = evolve(ONE_ROBOT, instance=evolve(ONE_ROBOT.instance, arrivals=arrivals))
+    found, before = values(refilled, TWO_ORDERS), values(ONE_ROBOT, TWO_ORDERS)
+    assert (found["turnover_s"], found["turnover_p95_s"]) == (None, None)
+    assert found["makespan_s"] == before["makespan_s"]
+
+
 def test_without_orders() -> None:
     """Nothing need be done, and there is nothing to divide by."""
     found = values(ONE_ROBOT, small_instance({}, {"p": ["a"]}))
@@ -135,6 +152,8 @@ def random_world(rng: random.Random, rules: dict[str, str]) -> Scenario:
         instance |= {"items_per_sku": 20}
     if rng.random() < 0.4:
         instance["arrivals"] = {"process": "poisson", "orders_per_hour": rng.choice((60, 300, 1500))}
+    elif rng.random() < 0.2:
+        instance["arrivals"] = {"process": "refill", "backlog": rng.randint(1, 6)}
     if rng.random() < 0.3:
         instance["pods_at_stations"] = {"1": ["1"], str(stations): ["1", "2"] if stations == 1 else ["2"]}
     robots = {"count": rng.randint(2, 5)}
@@ -145,7 +164,12 @@ def random_world(rng: random.Random, rules: dict[str, str]) -> Scenario:
             "instance": instance,
             "layout": {"block_rows": 5, "block_columns": 2, "stations_east": stations, "hall_width": 2},
             "robots": robots | quick if rng.random() < 0.3 else robots,
-            "stations": {"queue_length": 2, "handle_s": handle_s, "pick_s": rng.choice((handle_s, 1.0))},
+            "stations": {
+                "queue_length": 2,
+                "handle_s": handle_s,
+                "pick_s": rng.choice((handle_s, 1.0)),
+                "release": rng.choice(("picked", "handled")),
+            },
             "rules": {**rules, "pp": "free-flow"},
             "run": {"warmup_s": 60.0} if rng.random() < 0.2 else {},
         },

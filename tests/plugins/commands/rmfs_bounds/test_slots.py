@@ -27,7 +27,7 @@ def all_ways(servers: Servers, items: list[int], arrivals: list[int]) -> Iterato
                 yield from serve(
                     (*left[:order], left[order] - 1, *left[order + 1 :]),
                     (*free[:server], start + servers.spacing, *free[server + 1 :]),
-                    (*done[:order], max(done[order], start + servers.pick), *done[order + 1 :]),
+                    (*done[:order], max(done[order], start + servers.lasts), *done[order + 1 :]),
                 )
 
     yield from serve(tuple(items), tuple(int(tick) for tick in servers.opens), (0,) * len(items))
@@ -36,9 +36,9 @@ def all_ways(servers: Servers, items: list[int], arrivals: list[int]) -> Iterato
 def test_the_last_of_many_items() -> None:
     """Two who start at 0 and 5, an item every 10, picked after 4: starts 0, 5, 10, 15, 20; from 12 on 12, 12, 22."""
     two = Servers(array(0, 5), 10, 4)
-    assert two.last_pick(array(1, 2, 3, 4, 5), 0).tolist() == [4, 9, 14, 19, 24]
-    assert two.last_pick(array(1, 2, 3), array(12, 12, 12)).tolist() == [16, 16, 26]
-    assert two.last_pick(array(2), array(3)).tolist() == [9]
+    assert two.last_done(array(1, 2, 3, 4, 5), 0).tolist() == [4, 9, 14, 19, 24]
+    assert two.last_done(array(1, 2, 3), array(12, 12, 12)).tolist() == [16, 16, 26]
+    assert two.last_done(array(2), array(3)).tolist() == [9]
 
 
 def test_the_shortest_goes_first() -> None:
@@ -65,14 +65,14 @@ def test_no_way_to_serve_is_faster() -> None:
     for _ in range(60):
         spacing = rng.randint(1, 12)
         servers = Servers(
-            np.sort(array(*(rng.choice((0, 0, 7, 15)) for _ in range(2)))), spacing, rng.randint(1, spacing)
+            np.sort(array(*(rng.choice((0, 0, 7, 15)) for _ in range(2)))), spacing, rng.randint(1, spacing + 6)
         )
         items = [rng.randint(1, 2) for _ in range(rng.randint(1, 3))]
         arrivals = [rng.choice((0, 0, 5, 20, 40)) for _ in items]
         bound = servers.completions(array(*items), array(*arrivals))
         ways = np.array(list(all_ways(servers, items, arrivals)))
         assert (ways.min(axis=0) >= bound).all()
-        together = servers.last_pick(array(sum(items)), min(arrivals))[0]
+        together = servers.last_done(array(sum(items)), min(arrivals))[0]
         assert ways[:, -1].min() >= together
         reached += bool((ways.min(axis=0) == bound).all())
     assert reached > 30

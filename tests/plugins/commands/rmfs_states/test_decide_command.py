@@ -61,6 +61,10 @@ def test_due_times(decide: Any) -> None:
     code, _, err = decide("--rule", "first-come", version=1, orders=orders)
     assert code == 2
     assert "found `due_s` or `priority` in a state of version 1; expected version 2 with them" in err
+    stations = {"1": {"item_capacity": 3, "requests": [], "in_hand": {"order": "1", "sku": "a"}}}
+    code, _, err = decide("--rule", "first-come", version=1, stations=stations)
+    assert code == 2
+    assert "found `in_hand` in a state of version 1; expected version 2 with it" in err
 
 
 def test_seed(decide: Any) -> None:

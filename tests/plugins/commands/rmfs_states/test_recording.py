@@ -14,6 +14,7 @@ from rmfs_core import InputError, RuleError
 from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice
 from rmfs_states import decide, read_recording
+from rmfs_states.rebuilding import open_state
 from rmfs_states.recording import RECORDING_FILE as DECISIONS_FILE
 
 SETTINGS = ("instance.orders=6", "rules.pp=free-flow")
@@ -144,6 +145,22 @@ def test_a_rule_that_the_scenario_does_not_name(recorded_file: Path) -> None:
     change(recorded_file, 1, {"decides": "POA+PPS"})
     with pytest.raises(InputError, match=r"has no rule for POA\+PPS"):
         recording.choice_of(next(iter(recording)))
+
+
+def test_what_is_in_hand_is_recorded(tmp_path: Path) -> None:
+    """States are of version 2 where places are kept until items are handled; the rule sees the same room again."""
+    settings = (*SETTINGS, "stations.release=handled")
+    rmfs_core.run("examples/small", overrides=settings, out=tmp_path, record=["decisions"])
+    states = [recorded.state() for recorded in read_recording(tmp_path)]
+    assert {state.version for state in states} == {2}
+    held = [(state, name) for state in states for name, station in state.stations.items() if station.in_hand]
+    assert held
+    for state, name in held:
+        opened = open_state(state)
+        station = opened.warehouse.stations[list(state.stations).index(name)]
+        in_hand = state.stations[name].in_hand
+        assert in_hand is not None
+        assert opened.warehouse.orders[opened.names.orders[in_hand.order]].has_place_at(station.id)
 
 
 def test_due_times_are_recorded(tmp_path: Path) -> None:

@@ -37,6 +37,8 @@ RULE_SETS = {
     "split-among-stations": (*JOINT, "rules.poa_pps=split-among-stations"),
     "split-over-time": (*JOINT, "rules.poa_pps=split-over-time", "rules.pr=random"),
     "order capacity, split-over-time": (*JOINT, "rules.poa_pps=split-over-time", "stations.order_capacity=2"),
+    "places that are kept until items are handled": ("stations.release=handled", "stations.order_capacity=2"),
+    "a backlog that is refilled": ('instance.arrivals={process="refill", backlog=4}', "stations.release=handled"),
     "orders larger than any station": ("stations.item_capacity=3",),
     "orders larger than any station, integrated": (*JOINT, "rules.poa_pps=integrated", "stations.item_capacity=3"),
     "packing capacity": (*JOINT, 'rules.poa_pps={rule="split-over-time",packing_capacity=2}'),

@@ -75,6 +75,8 @@ def test_joint_rules(joint: str, pp: str, tmp_path: Path) -> None:
         ("robots.acceleration_m_per_s2=0.7", "robots.top_speed_m_per_s=2.3", "robots.full_turn_s=3.1"),
         ("stations.pick_s=5", "stations.handle_s=5", "robots.lift_s=0"),
         ("layout.pod_fill=1", "layout.stations_west=1"),
+        ("stations.release=handled", "stations.order_capacity=2"),
+        ("stations.release=handled", "instance.arrivals={process='refill', backlog=6}", "run.until_s=333"),
     ],
 )
 def test_settings(settings: tuple[str, ...], pp: str, tmp_path: Path) -> None:

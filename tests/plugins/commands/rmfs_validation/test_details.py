@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,7 @@ import pytest
 import rmfs_core
 from rmfs_trace import read_trace
 from rmfs_validation import validate_trace
-from rmfs_validation.details import PARTS, delays_of, recompute_details
+from rmfs_validation.details import HANDLED, PARTS, delays_of, recompute_details
 
 LATE = (
     "instance.orders=12",
@@ -34,6 +35,22 @@ def test_a_run_says_what_its_trace_amounts_to(recorded: Path) -> None:
     assert found["late_orders"]
     measured = rmfs_core.run("examples/small", overrides=LATE).metrics
     assert {name: measured[name] for name in found} == pytest.approx(found)
+
+
+def test_handling_has_its_part_of_an_orders_time(tmp_path: Path) -> None:
+    """Six seconds, where orders are complete only then; the times add up, whenever orders came into the backlog."""
+    settings = ("stations.release=handled", 'instance.arrivals={process="refill", backlog=5}', "run.until_s=400")
+    rmfs_core.run("examples/small", overrides=settings, out=tmp_path, record=["trace"])
+    assert not validate_trace(tmp_path)
+    rows = list(csv.DictReader((tmp_path / "delays.csv").read_text(encoding="utf-8").splitlines()))
+    done = [row for row in rows if row["turnover_s"]]
+    assert 5 < len(done) < len(rows)
+    for row in done:
+        assert float(row["handling_s"]) == 6
+        assert sum(float(row[part]) for part in HANDLED) == pytest.approx(float(row["turnover_s"]), abs=1e-9)
+    orders = list(csv.DictReader((tmp_path / "orders.csv").read_text(encoding="utf-8").splitlines()))
+    assert {row["arrival_s"] for row in orders} >= {"0.0", ""}
+    assert len({row["arrival_s"] for row in orders}) > 5
 
 
 def test_an_orders_times_add_up(recorded: Path) -> None:
