@@ -149,7 +149,7 @@ class LayoutSection:
     queue: str = key(
         "Way through a station's queue: `plain` (all its cells, one after the other), or `shortcut` (as in RAWSim-O: a "
         "shortcut past its two last folds, and a second entrance at its third lane)",
-        "plain",
+        "shortcut",
         check=OneOf("plain", "shortcut"),
     )
     map_file: str | None = key("Text map to use instead of the block layout", None)
@@ -204,10 +204,9 @@ class StationsSection:
         unit="s",
         check=DURATION,
     )
-
     release: str = key(
         "An order is complete, and its place free, when its last item is `picked` or, as in RAWSim-O, `handled`",
-        "picked",
+        "handled",
         check=OneOf("picked", "handled"),
     )
 
