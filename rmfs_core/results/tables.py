@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import sys
+from array import array
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from rmfs_core.clock import to_seconds
@@ -72,6 +75,23 @@ PERIOD_COLUMNS: dict[str, type] = {
 wall-clock time and the only column that differs from run to run."""
 
 
+class _Rows:
+    """Rows kept as columns, numbers as bare ones (None is NaN): a run of days has very many."""
+
+    def __init__(self, types: Mapping[str, type]) -> None:
+        self.types, codes = types, {int: "q", float: "d", bool: "b"}
+        self.columns: dict[str, Any] = {name: array(codes[t]) if t in codes else [] for name, t in types.items()}
+
+    def add(self, *values: Any) -> None:
+        for column, value in zip(self.columns.values(), values, strict=True):
+            column.append(math.nan if value is None else sys.intern(value) if isinstance(value, str) else value)
+
+    def rows(self) -> list[Row]:
+        shown = [(name, finite if kind is float else kind) for name, kind in self.types.items()]
+        rows = zip(*self.columns.values(), strict=True)
+        return [{name: show(value) for (name, show), value in zip(shown, row, strict=True)} for row in rows]
+
+
 class Tables:
     """Observer that collects the rows."""
 
@@ -82,8 +102,7 @@ class Tables:
         """Start afresh for an instance; ``refilled``: its orders do not know beforehand when they arrive."""
         self.instance = instance
         self._arrived = {} if refilled else {i: order.arrival_tick for i, order in enumerate(instance.orders)}
-        self.visits: list[Row] = []
-        self.periods: list[Row] = []
+        self._visits, self._periods = _Rows(VISIT_COLUMNS), _Rows(PERIOD_COLUMNS)
         self._parts: dict[int, dict[tuple[int, int], None]] = {}
         self._assigned: dict[int, int] = {}
         self._completed: dict[int, int] = {}
@@ -108,42 +127,41 @@ class Tables:
             case VisitStarted():
                 self._visit_started(event)
             case ItemPicked():
-                self.visits[event.visit - 1]["picks"] += 1
+                self._visits.columns["picks"][event.visit - 1] += 1
             case VisitEnded():
-                self.visits[event.visit - 1]["end_s"] = event.time_s
+                self._visits.columns["end_s"][event.visit - 1] = event.time_s
             case DecisionMade():
                 self._decided(event)
 
     def _visit_started(self, event: VisitStarted) -> None:
-        self.visits.append(
-            {
-                "visit": event.visit,
-                "pod": self.instance.pods[event.pod].name,
-                "station": str(event.station + 1),
-                "robot": str(event.robot + 1),
-                "start_s": event.time_s,
-                "end_s": None,
-                "picks": 0,
-            }
-        )
+        pod, station, robot = self.instance.pods[event.pod].name, str(event.station + 1), str(event.robot + 1)
+        self._visits.add(event.visit, pod, station, robot, event.time_s, None, 0)
 
     def _decided(self, event: DecisionMade) -> None:
-        self.periods.append(
-            {
-                "period": event.period,
-                "time_s": event.time_s,
-                "decides": event.decides.label,
-                "rule": event.rule,
-                "backlog": event.backlog,
-                "assignments": event.assignments,
-                "trips": event.trips,
-                "status": event.status,
-                "objective": finite(event.objective),
-                "bound": finite(event.bound),
-                "stopped_early": bool(event.stopped_early),
-                "seconds": event.wall_s,
-            }
+        self._periods.add(
+            event.period,
+            event.time_s,
+            event.decides.label,
+            event.rule,
+            event.backlog,
+            event.assignments,
+            event.trips,
+            event.status,
+            finite(event.objective),
+            finite(event.bound),
+            bool(event.stopped_early),
+            event.wall_s,
         )
+
+    @property
+    def visits(self) -> list[Row]:
+        """Rows of visits.csv."""
+        return self._visits.rows()
+
+    @property
+    def periods(self) -> list[Row]:
+        """Rows of periods.csv."""
+        return self._periods.rows()
 
     @property
     def orders(self) -> list[Row]:

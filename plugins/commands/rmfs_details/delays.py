@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from typing import Any
 
 from rmfs_core.clock import to_seconds
@@ -48,7 +49,7 @@ class Delays:
         self._last: dict[int, int] = {}
         self._way = [(0, 0, 0)] * len(run.instance.pods)  # of each pod: set out, joined the queue, at the station
         self._served: dict[int, tuple[int, int, int, int]] = {}
-        self.times: dict[int, tuple[int, ...]] = {}
+        self.times: dict[int, array[int]] = {}
         """Of each completed order, the ticks that the columns have in seconds."""
         self.handlers: Handlers = {
             OrderArrived: self._arrived,
@@ -84,9 +85,10 @@ class Delays:
         self._served[event.order] = (*self._way[event.pod], event.tick)
 
     def _completed(self, event: OrderCompleted) -> None:
-        arrival, first, last = (known[event.order] for known in (self._arrival, self._first, self._last))
-        ends = [first, last, *(max(tick, last) for tick in self._served[event.order]), event.tick][: len(self.columns)]
-        self.times[event.order] = tuple(end - begin for begin, end in zip([arrival, *ends], ends, strict=False))
+        arrival, first, last = (known.pop(event.order) for known in (self._arrival, self._first, self._last))
+        served = (max(tick, last) for tick in self._served.pop(event.order))
+        ends = [first, last, *served, event.tick][: len(self.columns)]
+        self.times[event.order] = array("q", (end - begin for begin, end in zip([arrival, *ends], ends, strict=False)))
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each order; no times where it is not complete."""

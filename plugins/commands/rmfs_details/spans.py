@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -69,20 +70,21 @@ class Count:
 
     def __init__(self) -> None:
         self.number = 0
-        self.steps: list[tuple[int, int]] = [(0, 0)]
+        self._ticks, self._numbers = array("q", [0]), array("q", [0])  # a run of days has very many
 
     def add(self, tick: int, change: int) -> None:
         """Change the number at a time."""
         self.number += change
-        if self.steps[-1][0] == tick:
-            self.steps[-1] = (tick, self.number)
+        if self._ticks[-1] == tick:
+            self._numbers[-1] = self.number
         else:
-            self.steps.append((tick, self.number))
+            self._ticks.append(tick)
+            self._numbers.append(self.number)
 
     def _spans(self, begin: int, end: int) -> list[tuple[int, int, int]]:
         """Return begin, end and number of each time with one number."""
-        ends = [*(tick for tick, _ in self.steps[1:]), end]
-        found = ((max(a, begin), min(b, end), number) for (a, number), b in zip(self.steps, ends, strict=True))
+        ends, steps = [*self._ticks[1:], end], zip(self._ticks, self._numbers, strict=True)
+        found = ((max(a, begin), min(b, end), number) for (a, number), b in zip(steps, ends, strict=True))
         return [(a, b, number) for a, b, number in found if a < b]
 
     def above_zero(self, begin: int, end: int) -> list[Span]:

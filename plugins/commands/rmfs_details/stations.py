@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+from array import array
 from typing import Any
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import ItemPicked, OrderArrived, OrderAssigned, QueueJoined, VisitStarted
 from rmfs_core.info import RunInfo
-from rmfs_details.spans import Count, Handlers, Span, length, merged, overlap, within
+from rmfs_details.spans import Count, Handlers, length, merged, overlap, within
 
 
 class _Station:
     """What is known of a station: its visits and picks, when its picker was busy, its open requests, its queue."""
 
     def __init__(self) -> None:
-        self.visits: list[int] = []
-        self.picks: list[int] = []
-        self.busy: list[Span] = []
+        self.visits, self.picks = array("q"), array("q")
+        self.busy = array("q"), array("q")  # begins and ends
         self.requests = Count()
         self.queue = Count()
 
@@ -58,7 +58,8 @@ class Stations:
         station = self._stations[event.station]
         station.requests.add(event.tick, -1)
         station.picks.append(event.tick)
-        station.busy.append((event.start_tick, event.picker_free_tick))
+        for times, tick in zip(station.busy, (event.start_tick, event.picker_free_tick), strict=True):
+            times.append(tick)
 
     def rows(self, begin: int, end: int) -> list[dict[str, Any]]:
         """Return a row for each station, of what there was between two times.
@@ -70,7 +71,7 @@ class Stations:
         orders_wait = self._backlog.above_zero(begin, end)
         found = []
         for name, station in zip(self._names, self._stations, strict=True):
-            busy = merged(within(station.busy, begin, end))
+            busy = merged(within(zip(*station.busy, strict=True), begin, end))
             wanted = station.requests.above_zero(begin, end)
             either = merged([*busy, *wanted])
             times = {
