@@ -13,7 +13,7 @@ there, or comes to a stop in one that another has yet to cross, even if the rese
 that is refused loses its path and keeps its cell; whoever had reserved that cell loses its path as well, and stops
 where its own run ends. A run by a shortcut or a second entrance is refused as well as long as a robot that is ahead in
 the line would be behind it then: those ahead have to stand, or be on runs that end, nearer to the station. So robots
-stand in a lane in the order of their line. Where those ahead have no such paths yet, a robot is planned for to the far
+stand in a lane in the order of their line; who joins it later has no place ahead of one that has come so. Where those ahead have no such paths yet, a robot is planned for to the far
 end of the queue; in the lane, it waits.
 
 The line at a station is in the order in which the reserved paths enter its queue; a robot that loses its path on the
@@ -69,6 +69,8 @@ class Progress:
         Station that it stands in front of until it begins a run away.
     refused
         Cell that it was refused a run for since it moved last; None when it was not.
+    passes
+        Whether it came into its lane by a shortcut or a second entrance: nobody gets a place ahead of it any more.
     """
 
     set_out: int = 0
@@ -76,6 +78,7 @@ class Progress:
     entry: int = -1
     leaves: Station | None = None
     refused: int | None = None
+    passes: bool = False
 
 
 class WindowedDriving(ReservedDriving):
@@ -106,6 +109,7 @@ class WindowedDriving(ReservedDriving):
             self.leave_station(course)
             self._disown(course)
             course.station, course.goal = station, station.cell
+            self._progress_of[robot.id].passes = False
             self._set_out(course)
         while robot.cell != station.cell:
             yield course.arrived
@@ -202,7 +206,8 @@ class WindowedDriving(ReservedDriving):
         if station is not None and course not in self.lines[station.id]:
             enters = path.since[np.isin(path.cells, station.cells.queue)]
             if len(enters):
-                progress.entry = int(enters[0])
+                passing = (self._progress_of[other.robot.id] for other in self.lines[station.id])
+                progress.entry = max([int(enters[0]), *(other.entry for other in passing if other.passes)])
                 insort(self.lines[station.id], course, key=lambda other: self._progress_of[other.robot.id].entry)
 
     def let_move_up(self, station: Station) -> None:
@@ -231,6 +236,7 @@ class WindowedDriving(ReservedDriving):
             self.stop(course)
             return False
         progress.moved, progress.refused = path.end_tick, None
+        progress.passes |= next(self._ways_past(course, occupied.cells), None) is not None
         left, progress.leaves = progress.leaves, None
         if left is not None:
             self.lines[left.id].remove(course)
@@ -246,16 +252,19 @@ class WindowedDriving(ReservedDriving):
         def end(other: Course) -> int:
             return other.legs[-1].to if planned and other.legs else self._departure(other, other.goal).cell
 
-        station = course.station
-        if station is None:
-            return None
-        slots = (station.cell, *station.cells.queue)
-        for before, cell in pairwise(cells.tolist()):
-            if cell in slots[:-1] and slots[slots.index(cell) + 1] != before:
-                ahead = takewhile(lambda other: other is not course, self.lines[station.id])
-                if any(end(other) not in slots[: slots.index(cell)] for other in ahead):
-                    return int(cell)
+        for station, slots, cell in self._ways_past(course, cells):
+            ahead = takewhile(lambda other: other is not course, self.lines[station.id])
+            if any(end(other) not in slots[: slots.index(cell)] for other in ahead):
+                return int(cell)
         return None
+
+    def _ways_past(self, course: Course, cells: NDArray[np.int64]) -> Iterator[tuple[Station, tuple[int, ...], int]]:
+        """Yield cells of its lane that a robot enters by a shortcut or second entrance, with station and slots."""
+        if (station := course.station) is not None:
+            slots = (station.cell, *station.cells.queue)
+            for before, cell in pairwise(cells.tolist()):
+                if cell in slots[:-1] and slots[slots.index(cell) + 1] != before:
+                    yield station, slots, cell
 
     def stop(self, course: Course) -> None:
         """Take a robot's path from it: it stops where it stands or where its run ends, and plans anew.
