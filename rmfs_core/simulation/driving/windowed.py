@@ -13,8 +13,8 @@ there, or comes to a stop in one that another has yet to cross, even if the rese
 that is refused loses its path and keeps its cell; whoever had reserved that cell loses its path as well, and stops
 where its own run ends. A run by a shortcut or a second entrance is refused as well as long as a robot that is ahead in
 the line would be behind it then: those ahead have to stand, or be on runs that end, nearer to the station. So robots
-stand in a lane in the order of their line; who joins it later has no place ahead of one that has come so. Where those ahead have no such paths yet, a robot is planned for to the far
-end of the queue; in the lane, it waits.
+stand in a lane in the order of their line; who joins it later has no place ahead of one that has come so. Where those
+ahead have no such paths yet, a robot is planned for to the far end of the queue; in the lane, it waits.
 
 The line at a station is in the order in which the reserved paths enter its queue; a robot that loses its path on the
 way there loses its place. A robot is planned for to the place behind those ahead of it, and leaves the line when it
