@@ -32,6 +32,7 @@ NO_TEST_OF_ITS_OWN = {
     "rmfs_core/info.py": "declares what observers are handed, and does nothing",
     "plugins/commands/rmfs_experiments/watching.py": "declares what watchers are told, and does nothing",
     "plugins/commands/rmfs_experiments/workers.py": "declares what workers are; each kind has its own test",
+    "plugins/rules/rmfs_pod_index/period.py": "declares what a period consists of, and does nothing",
 }
 """Code files without a test file, with the reason."""
 

@@ -1,137 +1,16 @@
-"""What a period of pod-index consists of, and, compiled, what its lines are worth and which pod is best."""
+"""What the lines of a period are worth, and which pod is best; compiled."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Bools = NDArray[np.bool_]
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from rmfs_pod_index.period import FOUND, NONE, PACKING_ROOM
 
-NONE = -1
 CLOSE = 1e-9
 """Relative difference up to which two indices count as equal: sums of the same numbers in another order may differ."""
 TINY = 1e-12
 """What sums of gains that are zero may come out as."""
-
-
-class Shelves(NamedTuple):
-    """Which pods have which SKUs; it never changes in a run.
-
-    Parameters
-    ----------
-    first, sku
-        Where the entries of pod p begin (those of the next one begin where they end), and the SKU id of each.
-    pod
-        Pod id of each entry.
-    first_with, by_sku
-        Where in ``by_sku`` the entries of SKU i begin.
-    """
-
-    first: Ints
-    sku: Ints
-    pod: Ints
-    first_with: Ints
-    by_sku: Ints
-
-
-class Weights(NamedTuple):
-    """Parameters of the rule, as its class explains them."""
-
-    handle_s: float
-    cost_s: float
-    finish: float
-    visit_s: float
-    stay: float
-    elsewhere: float
-    most_pods: int
-    urge_ticks: int
-    packing: bool
-
-
-class Period(NamedTuple):
-    """A period under construction: what there is to take and to send, and what was so far.
-
-    Parameters
-    ----------
-    order, sku, quantity
-        Of each open line of the backlog, oldest order first: its order's position, SKU id and items.
-    age
-        Of each order: ticks since it came, and what a line counts besides; empty where no pod waits for that.
-    factor
-        Of each order: how many times a line of it is worth more; empty where all are equal.
-    by_sku, first, wanted
-        The lines sorted by SKU; where those of SKU i begin; the SKUs that have any, ascending.
-    share
-        Of each SKU: seconds of a visit that a line of it has to bear.
-    left
-        Of each order: seconds of its lines that are left; below 0 where not needed yet.
-    power
-        Of each order: what the seconds of a line are divided by for its worth.
-    untaken
-        Of each line: whether it may be taken.
-    items
-        Of each entry of the shelves: free items.
-    movable
-        Of each pod: whether it may be sent.
-    last
-        Of each pod: the station where it goes last, whose its free items are; NONE for none.
-    available
-        Items of each SKU that the pods of each station have free, shape (stations, SKUs).
-    room, inbound, counts_orders, open
-        Of each station: free places, pods at or bound for it, what its places are for, whether it may go on.
-    placed
-        Of each station that counts orders: which orders have a place there, shape (stations, orders).
-    split, single, before, parts
-        Of each order, where packing stations are full at some number of split orders: whether it is split; has one open
-        line; was split before; at how many stations this period has parts of it.
-    turn
-        Stations in the order of the turn.
-    takes, sends, found
-        (line, station) taken and (pod, station) sent so far; pods that are equally good.
-    numbers
-        Numbers: takes, sends, found, place in the turn, length of the turn, line or NONE, whether a station is at work,
-        room at the packing stations, orders of which all lines are taken.
-    """
-
-    order: Ints
-    sku: Ints
-    quantity: Ints
-    age: Ints
-    factor: Floats
-    by_sku: Ints
-    first: Ints
-    wanted: Ints
-    share: Floats
-    left: Floats
-    power: Floats
-    untaken: Bools
-    items: Ints
-    movable: Bools
-    last: Ints
-    available: Ints
-    room: Ints
-    inbound: Ints
-    counts_orders: Bools
-    open: Bools
-    placed: Bools
-    split: Bools
-    single: Bools
-    before: Bools
-    parts: Ints
-    turn: Ints
-    takes: Ints
-    sends: Ints
-    found: Ints
-    numbers: Ints
-
-
-TAKES, SENDS, FOUND, AT, LENGTH, LINE, AT_WORK, PACKING_ROOM, COMPLETED = range(9)
-"""Where in ``Period.numbers`` each number is."""
 
 
 @njit(cache=True)
@@ -150,18 +29,24 @@ def sorted_by_sku(sku, n_skus):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def wanted_skus(first):  # type: ignore[no-untyped-def]
-    """Return the SKUs that have lines, ascending."""
-    return np.flatnonzero(first[1:] > first[:-1])
+def grouped(order, order_id, sku, quantity, n_skus):  # type: ignore[no-untyped-def]
+    """Return ids and open items of the orders of lines; the lines by SKU, where those of each begin, which have any."""
+    ids = np.empty(order[-1] + 1 if len(order) else 0, np.int64)
+    open_items = np.zeros(len(ids), np.int64)
+    for line in range(len(order)):
+        ids[order[line]] = order_id[line]
+        open_items[order[line]] += quantity[line]
+    by_sku, first = sorted_by_sku(sku, n_skus)
+    return ids, open_items, by_sku, first, np.flatnonzero(first[1:] > first[:-1])
 
 
 @njit(cache=True)
 def unknown(ids, arrival):  # type: ignore[no-untyped-def]
-    """Return the ids of which nothing is known, each once where they stand side by side."""
+    """Return the ids of which nothing is known."""
     found = np.empty(len(ids), np.int64)
     number = 0
     for i in ids:
-        if (i >= len(arrival) or arrival[i] < 0) and (number == 0 or found[number - 1] != i):
+        if i >= len(arrival) or arrival[i] < 0:
             found[number] = i
             number += 1
     return found[:number]
@@ -175,23 +60,26 @@ def bring(available, pod, station, sign, shelves, items):  # type: ignore[no-unt
 
 
 @njit(cache=True)
-def brought_so_far(pods, last, n_stations, shelves, items):  # type: ignore[no-untyped-def]
-    """Return the items of each SKU that pods have free, at the stations where they go last: each counts once."""
-    available = np.zeros((n_stations, len(shelves.first_with) - 1), np.int64)
+def brought_so_far(available, before, pods, last, shelves, items):  # type: ignore[no-untyped-def]
+    """Set the items of each SKU that pods have free, at the stations where they go last: each counts once.
+
+    ``before`` are the pods that ``available`` has items of.
+    """
+    for pod in before:
+        for entry in range(shelves.first[pod], shelves.first[pod + 1]):
+            available[:, shelves.sku[entry]] = 0
     for pod in pods:
         bring(available, pod, last[pod], 1, shelves, items)
-    return available
 
 
 @njit(cache=True)
-def visit_shares(first, wanted, available, shelves, items, cost_s):  # type: ignore[no-untyped-def]
-    """Seconds of a visit for each line of a SKU that no pod at or bound for a station has."""
+def share_visits(share, first, wanted, available, shelves, items, cost_s):  # type: ignore[no-untyped-def]
+    """Work out seconds of a visit for each line of a SKU that no pod at or bound for a station has, 0 before."""
     number = np.zeros(len(shelves.first) - 1, np.int64)
     for sku in wanted:
         for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
             if items[shelves.by_sku[k]] > 0:
                 number[shelves.pod[shelves.by_sku[k]]] += first[sku + 1] - first[sku]
-    share = np.zeros(len(first) - 1)
     for sku in wanted:
         here = False
         for station in range(len(available)):
@@ -202,45 +90,6 @@ def visit_shares(first, wanted, available, shelves, items, cost_s):  # type: ign
                 most = max(most, number[shelves.pod[shelves.by_sku[k]]])
         if not here and most > 0:
             share[sku] = cost_s / most
-    return share
-
-
-@njit(cache=True)
-def urges(lines, n_pods, shelves, items, urge_ticks):  # type: ignore[no-untyped-def]
-    """Return the ages of the untaken lines that each pod has items for, added up, and the number of these lines.
-
-    Of sums that are large enough, one is as good as another.
-    """
-    order, age, untaken, by_sku, first, wanted = lines
-    total, number = np.zeros(n_pods, np.int64), np.zeros(n_pods, np.int64)
-    for sku in wanted:
-        ages, n = 0, 0
-        for k in range(first[sku], first[sku + 1]):
-            if untaken[by_sku[k]]:
-                ages += age[order[by_sku[k]]]
-                n += 1
-                if ages >= urge_ticks:
-                    break
-        for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
-            entry = shelves.by_sku[k]
-            if items[entry] > 0:
-                total[shelves.pod[entry]] += ages
-                number[shelves.pod[entry]] += n
-    return total, number
-
-
-@njit(cache=True)
-def next_urgent(lines, n_pods, shelves, items, urge_ticks):  # type: ignore[no-untyped-def]
-    """Ticks until the ages of the lines of the next pod add up to so many, NONE for never; and whether one's do now."""
-    total, number = urges(lines, n_pods, shelves, items, urge_ticks)
-    soonest, urgent_now = NONE, False
-    for pod in range(n_pods):
-        urgent_now = urgent_now or total[pod] >= urge_ticks
-        if number[pod] and total[pod] < urge_ticks:
-            ticks = -((total[pod] - urge_ticks) // number[pod])
-            if soonest == NONE or ticks < soonest:
-                soonest = ticks
-    return soonest, urgent_now
 
 
 @njit(cache=True)
@@ -281,6 +130,7 @@ def best_covered(p, station, more_than, weights):  # type: ignore[no-untyped-def
     # Each name for what a period has is given outside of the loops: to look it up takes longer than what they do
     order, sku_of, quantity, share, untaken = p.order, p.sku, p.quantity, p.share, p.untaken
     left, power, factor, by_sku, first, here = p.left, p.power, p.factor, p.by_sku, p.first, p.available[station]
+    open_items, least = p.open_items, p.least
     plain = not (weights.packing or p.counts_orders[station])
     room, best, most = p.room[station], NONE, 0.0
     for sku in p.wanted:
@@ -291,22 +141,17 @@ def best_covered(p, station, more_than, weights):  # type: ignore[no-untyped-def
                 if not untaken[line] or q <= more_than[sku] or q > here[sku]:
                     continue
                 if q <= room if plain else fits(p, line, station, weights.packing):
-                    if left[order[line]] < 0:
+                    seconds, whose = weights.handle_s * q + share[sku], order[line]
+                    if left[whose] < 0:
+                        # What it could be worth at most takes no power to know
+                        at_most = (1 + CLOSE) * seconds / least[open_items[whose]]
+                        if (at_most * factor[whose] if len(factor) else at_most) < most:
+                            continue
                         look_at(line, order, sku_of, quantity, share, untaken, factor, left, power, weights)
-                    w = (weights.handle_s * q + share[sku]) / power[order[line]]
+                    w = seconds / power[whose]
                     if best == NONE or w > most or (w == most and line < best):
                         best, most = line, w
     return best, most
-
-
-@njit(cache=True)
-def urgent(p, shelves, weights):  # type: ignore[no-untyped-def]
-    """Which pods are wanted enough to be sent now: all of them where no station has anything to do."""
-    if not (p.numbers[AT_WORK] and weights.urge_ticks):
-        return p.movable
-    lines = (p.order, p.age, p.untaken, p.by_sku, p.first, p.wanted)
-    total, _ = urges(lines, len(p.movable), shelves, p.items, weights.urge_ticks)
-    return p.movable & (total >= weights.urge_ticks)
 
 
 @njit(cache=True)
@@ -320,7 +165,7 @@ def best_pods(p, station, bound, pods, shelves, weights):  # type: ignore[no-unt
     contents) a step.
     """
     p.numbers[FOUND] = 0
-    w, q, start, end = wanted_there(p, station, weights)
+    w, q, start, end = wanted_there(p, station, bound * weights.handle_s * (1 - 2 * CLOSE), weights)
     index, better = bound, NONE
     while True:
         values = gains(p, station, index * weights.handle_s, w, q, start, end, pods, shelves)
@@ -342,12 +187,15 @@ def best_pods(p, station, bound, pods, shelves, weights):  # type: ignore[no-unt
 
 
 @njit(cache=True)
-def wanted_there(p, station, weights):  # type: ignore[no-untyped-def]
-    """Return worth and items of the lines that a station does not cover, by SKU, and where those of each SKU are."""
+def wanted_there(p, station, rate, weights):  # type: ignore[no-untyped-def]
+    """Return worth and items of the lines that a station does not cover, by SKU, and where those of each SKU are.
+
+    Of lines that may be worth more than a rate.
+    """
     order, sku_of, quantity, share, untaken = p.order, p.sku, p.quantity, p.share, p.untaken
     left, power, factor, by_sku, first, available = p.left, p.power, p.factor, p.by_sku, p.first, p.available
     plain = not (weights.packing or p.counts_orders[station])
-    room, number = p.room[station], 0
+    open_items, least, room, number = p.open_items, p.least, p.room[station], 0
     w, q = np.empty(len(order)), np.empty(len(order), np.int64)
     start, end = np.zeros(len(share), np.int64), np.zeros(len(share), np.int64)
     for sku in p.wanted:
@@ -362,9 +210,13 @@ def wanted_there(p, station, weights):  # type: ignore[no-untyped-def]
             if not untaken[line] or items <= here:
                 continue
             if items <= room if plain else fits(p, line, station, weights.packing):
-                if left[order[line]] < 0:
+                seconds, whose = weights.handle_s * items + share[sku], order[line]
+                if left[whose] < 0:
+                    at_most = (1 + CLOSE) * seconds / least[open_items[whose]]
+                    if (at_most * factor[whose] if len(factor) else at_most) <= rate * items:
+                        continue
                     look_at(line, order, sku_of, quantity, share, untaken, factor, left, power, weights)
-                w[number] = (weights.handle_s * items + share[sku]) / power[order[line]]
+                w[number] = seconds / power[whose]
                 if items <= other:
                     w[number] *= weights.elsewhere
                 q[number] = items

@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
 
-from rmfs_pod_index.compiled import (
-    AT,
+from rmfs_pod_index.compiled import best_covered, best_pods, bring, brought_so_far, fits, look_at, share_visits
+from rmfs_pod_index.period import (
     AT_WORK,
     COMPLETED,
     FOUND,
     LENGTH,
-    LINE,
     NONE,
     PACKING_ROOM,
     SENDS,
     TAKES,
-    best_covered,
-    best_pods,
-    bring,
-    fits,
-    look_at,
-    urgent,
+    URGES,
 )
-
-DONE, TIE, GATHER = 0, 1, 2
-"""How `advance` ends: all is decided; several pods are as good; a line needs several pods."""
+from rmfs_pod_index.urging import change_urges, urgent
 
 
 @njit(cache=True)
@@ -41,7 +34,7 @@ def send(p, pod, station, shelves):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def take(p, line, station, weights):  # type: ignore[no-untyped-def]
+def take(p, line, station, shelves, weights):  # type: ignore[no-untyped-def]
     """Assign a line."""
     order, quantity = p.order[line], p.quantity[line]
     if weights.packing:
@@ -54,12 +47,16 @@ def take(p, line, station, weights):  # type: ignore[no-untyped-def]
     p.numbers[TAKES] += 1
     p.numbers[AT_WORK] = 1
     if p.counts_orders[station]:
-        if not p.placed[station, order]:
-            p.room[station] -= 1
-            p.placed[station, order] = True
+        places = int(not p.placed[station, order])
+        p.placed[station, order] = True
     else:
-        p.room[station] -= quantity
+        places = quantity
+    p.room[station] -= places
+    p.load[station] += places
     p.untaken[line] = False
+    p.open_items[order] -= quantity
+    if p.numbers[URGES]:
+        change_urges(p, p.sku[line], shelves, weights)
     p.available[station, p.sku[line]] -= quantity
     look_at(line, p.order, p.sku, p.quantity, p.share, p.untaken, p.factor, p.left, p.power, weights)
     rest = p.left[order] > 0
@@ -71,74 +68,80 @@ def take(p, line, station, weights):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def scattered(p, station, pods, shelves, packing):  # type: ignore[no-untyped-def]
-    """Find the pods of the oldest line that wants several items, which they have together; return it, NONE for none."""
+def find_nearest(p, station, ticks, cells):  # type: ignore[no-untyped-def]
+    """Of the pods found, keep the one that is soonest at a station."""
+    best = p.found[0]
+    for pod in p.found[1 : p.numbers[FOUND]]:
+        if ticks[station, cells[pod]] < ticks[station, cells[best]]:
+            best = pod
+    p.found[0], p.numbers[FOUND] = best, 1
+
+
+@njit(cache=True)
+def find_scattered(p, station, pods, ticks, cells, shelves, packing):  # type: ignore[no-untyped-def]
+    """Find pods for the oldest line that wants several items, which pods have together: those with the most first."""
     quantity, sku, here = p.quantity, p.sku, p.available[station]
     for line in range(len(quantity)):
         missing = quantity[line] - here[sku[line]]
         if quantity[line] > 1 and missing > 0 and fits(p, line, station, packing):
-            for k in range(shelves.first_with[p.sku[line]], shelves.first_with[p.sku[line] + 1]):
+            held = np.zeros(len(pods), np.int64)
+            for k in range(shelves.first_with[sku[line]], shelves.first_with[sku[line] + 1]):
                 entry = shelves.by_sku[k]
                 if pods[shelves.pod[entry]]:
-                    missing -= max(p.items[entry], 0)
-            if missing <= 0:
-                for k in range(shelves.first_with[p.sku[line]], shelves.first_with[p.sku[line] + 1]):
-                    entry = shelves.by_sku[k]
-                    if pods[shelves.pod[entry]] and p.items[entry] > 0:
-                        p.found[p.numbers[FOUND]] = shelves.pod[entry]
-                        p.numbers[FOUND] += 1
-                return line
-    return NONE
+                    held[shelves.pod[entry]] = max(p.items[entry], 0)
+            if held.sum() >= missing:
+                while missing > 0:
+                    order = np.argsort(ticks[station, cells], kind="mergesort")
+                    most = order[np.argmax(held[order])]
+                    p.found[p.numbers[FOUND]] = most
+                    p.numbers[FOUND] += 1
+                    missing -= held[most]
+                    held[most] = 0
+                return
 
 
 @njit(cache=True)
-def advance(p, shelves, weights, nothing):  # type: ignore[no-untyped-def]
-    """Let stations take their turns, fewest pods first, until all are through or somebody has to choose a pod.
+def decide(p, before, bound, nothing, ticks, cells, shelves, weights):  # type: ignore[no-untyped-def]
+    """Let stations take their turns, fewest pods first, until all are through.
 
-    ``nothing`` is 0 for each SKU. Where it ends with `TIE` or `GATHER`, the station's turn goes on with `bring_pods`.
+    Parameters
+    ----------
+    p
+        The period, in which ``available`` has items of the pods ``before``, and ``share`` is 0, as ``nothing`` is for
+        each SKU.
+    bound
+        Pods at or bound for stations.
+    ticks, cells
+        Driving times to each station from each cell, shape (stations, cells); cell of each pod that may be sent.
     """
-    while True:
-        while p.numbers[AT] < p.numbers[LENGTH]:
-            station = p.turn[p.numbers[AT]]
+    brought_so_far(p.available, before, bound, p.last, shelves, p.items)
+    share_visits(p.share, p.first, p.wanted, p.available, shelves, p.items, weights.cost_s)
+    while begin_turn(p):
+        for at in range(p.numbers[LENGTH]):
+            station = p.turn[at]
             line, most = best_covered(p, station, nothing, weights)
             if p.inbound[station] < weights.most_pods:
-                bound = 0.0
-                if line != NONE:
-                    bound = weights.stay * most / (weights.handle_s * p.quantity[line])
-                pods = urgent(p, shelves, weights)
-                best_pods(p, station, bound, pods, shelves, weights)
-                if p.numbers[FOUND] > 1:
-                    return TIE
-                if p.numbers[FOUND] == 1:
-                    bring_pods(p, shelves, weights)
-                    continue
-                if line == NONE:
-                    p.numbers[LINE] = scattered(p, station, pods, shelves, weights.packing)
-                    if p.numbers[LINE] != NONE:
-                        return GATHER
-            end_turn(p, station, line, weights)
-        if not begin_turn(p):
-            return DONE
+                bring_pods(p, station, line, most, ticks, cells, shelves, weights)
+                if p.numbers[FOUND]:
+                    there = p.available[station].copy()
+                    for k in range(p.numbers[FOUND]):
+                        send(p, p.found[k], station, shelves)
+                    line, _ = best_covered(p, station, there, weights)
+            if line != NONE:
+                take(p, line, station, shelves, weights)
+            p.open[station] = line != NONE and (p.room[station] > 0 or p.counts_orders[station])
 
 
 @njit(cache=True)
-def bring_pods(p, shelves, weights):  # type: ignore[no-untyped-def]
-    """Send the pods found to the station whose turn it is, which takes the best line that they bring."""
-    station = p.turn[p.numbers[AT]]
-    before = p.available[station].copy()
-    for k in range(p.numbers[FOUND]):
-        send(p, p.found[k], station, shelves)
-    line, _ = best_covered(p, station, before, weights)
-    end_turn(p, station, line, weights)
-
-
-@njit(cache=True)
-def end_turn(p, station, line, weights):  # type: ignore[no-untyped-def]
-    """Take a line, or leave the station's places free."""
-    if line != NONE:
-        take(p, line, station, weights)
-    p.open[station] = line != NONE and (p.room[station] > 0 or p.counts_orders[station])
-    p.numbers[AT] += 1
+def bring_pods(p, station, line, most, ticks, cells, shelves, weights):  # type: ignore[no-untyped-def]
+    """Find the pods that are sent to a station instead of taking its best covered line, if that is better."""
+    bound = 0.0 if line == NONE else weights.stay * most / (weights.handle_s * p.quantity[line])
+    pods = urgent(p, station, shelves, weights)
+    best_pods(p, station, bound, pods, shelves, weights)
+    if p.numbers[FOUND] > 1:
+        find_nearest(p, station, ticks, cells)
+    if p.numbers[FOUND] == 0 and line == NONE:
+        find_scattered(p, station, pods, ticks, cells, shelves, weights.packing)
 
 
 @njit(cache=True)
@@ -153,5 +156,5 @@ def begin_turn(p):  # type: ignore[no-untyped-def]
                 at -= 1
             p.turn[at] = station
             number += 1
-    p.numbers[AT], p.numbers[LENGTH] = 0, number
+    p.numbers[LENGTH] = number
     return number > 0

@@ -11,23 +11,18 @@ from hypothesis import strategies as st
 
 from rmfs_core.warehouse.parts import UNLIMITED
 from rmfs_pod_index.compiled import (
-    FOUND,
-    NONE,
-    Period,
-    Shelves,
-    Weights,
     best_covered,
     best_pods,
     brought_so_far,
-    next_urgent,
+    grouped,
+    share_visits,
     sorted_by_sku,
     unknown,
-    visit_shares,
-    wanted_skus,
 )
+from rmfs_pod_index.period import FOUND, NONE, Period, Shelves, Weights
 
 HANDLE_S, VISIT_S, N_SKUS = 10.0, 100.0, 4
-WEIGHTS = Weights(HANDLE_S, 0.0, 1.0, VISIT_S, 1.0, 0.5, 2, 0, packing=False)
+WEIGHTS = Weights(HANDLE_S, 0.0, 1.0, VISIT_S, 1.0, 0.5, 2, 0, 16.0, packing=False)
 
 
 def shown(values: list[int]) -> np.ndarray:
@@ -44,6 +39,11 @@ def shelves_of(pods: list[dict[int, int]]) -> tuple[Shelves, np.ndarray]:
     first = np.cumsum([0, *(len(pod) for pod in pods)])
     by_sku, first_with = sorted_by_sku(sku, N_SKUS)
     return Shelves(first, sku, shown([i for i, pod in enumerate(pods) for _ in pod]), first_with, by_sku), items
+
+
+def wanted_skus(first: np.ndarray) -> np.ndarray:
+    """The SKUs that have lines."""
+    return np.flatnonzero(np.diff(first))
 
 
 def period_of(
@@ -65,12 +65,17 @@ def period_of(
     period = Period(
         order=shown(list(range(len(rows)))), sku=sku, quantity=quantity, age=np.zeros(0, np.int64), factor=np.zeros(0),
         by_sku=by_sku, first=first, wanted=wanted_skus(first), share=np.zeros(N_SKUS), left=np.ones(len(rows)),
-        power=HANDLE_S * quantity / np.array(worth), untaken=untaken, items=items,
-        movable=np.ones(len(pods), np.bool_), last=np.full(len(pods), NONE), available=here,
-        room=np.full(stations, room), inbound=np.zeros(stations, np.int64), counts_orders=~free, open=free,
+        power=HANDLE_S * quantity / np.array(worth), open_items=quantity.copy(),
+        least=HANDLE_S * np.arange(1.0 + max(quantity)),
+        untaken=untaken, items=items,
+        movable=np.ones(len(pods), np.bool_), last=np.full(len(pods), NONE),
+        ages=np.zeros(N_SKUS, np.int64),
+        urge=np.zeros(len(pods), np.int64), available=here, room=np.full(stations, room),
+        load=np.zeros(stations, np.int64), capacity=np.full(stations, room),
+        inbound=np.zeros(stations, np.int64), counts_orders=~free, open=free,
         placed=np.zeros((0, 0), np.bool_), split=none, single=none, before=none, parts=np.zeros(0, np.int64),
         turn=np.zeros(stations, np.int64), takes=np.empty((len(rows), 2), np.int64),
-        sends=np.empty((len(pods), 2), np.int64), found=np.empty(len(pods), np.int64), numbers=np.zeros(9, np.int64),
+        sends=np.empty((len(pods), 2), np.int64), found=np.empty(len(pods), np.int64), numbers=np.zeros(8, np.int64),
     )  # fmt: skip
     return period, shelves
 
@@ -86,15 +91,17 @@ def test_a_line_whose_sku_is_at_no_station_bears_its_share_of_a_visit() -> None:
     shelves, items = shelves_of([{0: UNLIMITED, 1: UNLIMITED}, {0: UNLIMITED}, {2: 0}])
     _, first = sorted_by_sku(shown([0, 1, 1, 2]), N_SKUS)
     available = np.array([[5, 0, 0, 0], [0, 0, 0, 0]])
-    share = visit_shares(first, wanted_skus(first), available, shelves, items, 300.0)
+    share = np.zeros(N_SKUS)
+    share_visits(share, first, wanted_skus(first), available, shelves, items, 300.0)
     assert share.tolist() == [0.0, 100.0, 0.0, 0.0]
 
 
 def test_free_items_count_where_a_pod_goes_last() -> None:
-    """Pod 1 goes to the second station, pod 0 stays where it is stored."""
-    shelves, items = shelves_of([{0: 3}, {0: 2, 2: 1}])
-    found = brought_so_far(np.array([1]), np.array([NONE, 1]), 2, shelves, items)
-    assert found.tolist() == [[0, 0, 0, 0], [2, 0, 1, 0]]
+    """Pod 1 goes to the second station, pod 0, which was at the first, is stored."""
+    shelves, items = shelves_of([{0: 3, 1: 1}, {0: 2, 2: 1}])
+    available = np.array([[3, 1, 0, 0], [0, 0, 0, 0]])
+    brought_so_far(available, np.array([0]), np.array([1]), np.array([NONE, 1]), shelves, items)
+    assert available.tolist() == [[0, 0, 0, 0], [2, 0, 1, 0]]
 
 
 def test_the_best_covered_line_has_the_largest_worth_and_is_the_oldest_of_equals() -> None:
@@ -104,7 +111,7 @@ def test_the_best_covered_line_has_the_largest_worth_and_is_the_oldest_of_equals
 
     def covered(here: list[int], **more: object) -> int:
         period, _ = period_of(rows, worth, [{3: 1}], available=[here], **more)  # type: ignore[arg-type]
-        return best_covered(period, 0, nothing, WEIGHTS)[0]
+        return int(best_covered(period, 0, nothing, WEIGHTS)[0])
 
     assert covered([1, 1, 1, 0]) == 1
     assert covered([1, 1, 1, 0], taken=(1,)) == 2
@@ -155,23 +162,40 @@ def test_the_best_pods_are_those_of_the_best_sets_of_lines(data: st.DataObject) 
     assert found == [i for i, one in enumerate(ratios) if one > 0 and one == pytest.approx(max(ratios), rel=1e-6)]
 
 
-def test_the_next_pod_is_urgent_when_the_ages_of_its_lines_add_up() -> None:
-    """Pod 0 has lines of 30 and 40 ticks, pod 1 the second alone; taken lines and pods that ran out do not count."""
-    shelves, items = shelves_of([{0: 1, 1: 1}, {1: 1}, {0: 0, 2: 9}])
-    by_sku, first = sorted_by_sku(shown([0, 1, 2]), N_SKUS)
-    lines = (
-        shown([0, 1, 2]),
-        np.array([30, 40, 500]),
-        np.array([True, True, False]),
-        by_sku,
-        first,
-        wanted_skus(first),
+@given(data=st.data())
+def test_lines_that_cannot_be_best_are_left_out_without_a_difference(data: st.DataObject) -> None:
+    """The best covered line and the best pods are those that all lines together would give."""
+    orders = data.draw(st.lists(st.lists(st.integers(0, 3), min_size=1, max_size=4, unique=True), min_size=1))
+    order = shown([i for i, skus in enumerate(orders) for _ in skus])
+    sku = [one for skus in orders for one in skus]
+    rows = [(one, data.draw(st.integers(1, 2))) for one in sku]
+    pods = data.draw(st.lists(st.dictionaries(st.integers(0, 3), st.just(9), min_size=1), min_size=1, max_size=4))
+    here = data.draw(st.lists(st.integers(0, 2), min_size=4, max_size=4))
+    factor = np.array(
+        data.draw(st.one_of(st.just([]), st.lists(st.floats(0.5, 3), min_size=len(orders), max_size=len(orders))))
     )
-    assert next_urgent(lines, 3, shelves, items, 70) == (30, True)
-    assert next_urgent(lines, 3, shelves, items, 71) == (1, False)
-    assert next_urgent(lines, 3, shelves, items, 100) == (15, False)
+    weights = WEIGHTS._replace(finish=data.draw(st.sampled_from([0.0, 0.85, 1.2])))
+    share = np.array([0.0 if n else 50.0 for n in here])
+
+    def decided(least_of: float) -> tuple[int, list[int], list[int]]:
+        period, shelves = period_of(rows, [1.0] * len(rows), pods, available=[here])
+        period = period._replace(order=order, left=np.full(len(orders), -1.0), factor=factor, share=share)
+        period.open_items[: len(orders)] = np.bincount(order, weights=period.quantity)
+        least = least_of * (HANDLE_S * np.arange(1.0, 20)) ** weights.finish
+        period = period._replace(least=np.append(least_of, least))
+        line, most = best_covered(period, 0, np.zeros(N_SKUS, np.int64), weights)
+        bound = most / HANDLE_S
+        return line, best(period, shelves, bound, weights), best(period, shelves, 0.0, weights)
+
+    assert decided(1.0) == decided(1e-100)
+
+
+def test_lines_by_order_and_by_sku() -> None:
+    """Two orders, of which the second has two lines."""
+    found = grouped(shown([0, 1, 1]), shown([7, 9, 9]), shown([2, 2, 0]), shown([1, 3, 1]), N_SKUS)
+    assert [one.tolist() for one in found] == [[7, 9], [1, 4], [2, 0, 1], [0, 1, 1, 3, 3], [0, 2]]
 
 
 def test_orders_that_nothing_is_known_of() -> None:
-    """Each once, though each of its lines names it; whether the list is too short or has no entry yet."""
-    assert unknown(shown([0, 0, 1, 1, 5]), np.array([7, NONE])).tolist() == [1, 5]
+    """Whether the list is too short or has no entry yet."""
+    assert unknown(shown([0, 1, 5]), np.array([7, NONE])).tolist() == [1, 5]

@@ -2,37 +2,56 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import wraps
 from typing import Any
 
 import pytest
+from attrs import evolve
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from rmfs_core import run
-from rmfs_pod_index.known import Known
+from rmfs_pod_index import PodIndex
 
-RULES = ("rules.poa=", "rules.pps=", "rules.poa_pps=pod-index", "rules.pp=free-flow")
+RULES = ("rules.poa=", "rules.pps=", "rules.poa_pps=pod-index", "rules.pp=free-flow", "instance.orders=25")
+
+WORLDS = {
+    "never run out": (),
+    "finite stock": ("instance.items_per_sku=20",),
+    "order capacity": ("instance.items_per_sku=20", "stations.order_capacity=3"),
+    "due times": ("instance.due.allowance_s=900",),
+    "few places": ("stations.item_capacity=3",),
+}
 
 
-@pytest.mark.parametrize(
-    "settings",
-    [
-        (),
-        ("instance.items_per_sku=20",),
-        ("instance.items_per_sku=20", "stations.order_capacity=3"),
-        ("instance.due.allowance_s=900", "instance.arrivals.orders_per_hour=120"),
-    ],
-    ids=["never run out", "finite stock", "order capacity", "due times"],
+def forgetful(hook: Callable[..., Any]) -> Callable[..., Any]:
+    """A hook that is called on a rule of its own each time, which has no memory and scores everything anew."""
+
+    @wraps(hook)
+    def called(rule: PodIndex, *arguments: Any) -> Any:
+        return hook(evolve(rule), *arguments)
+
+    return called
+
+
+@pytest.mark.parametrize("world", WORLDS)
+@settings(max_examples=4, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    seed=st.integers(1, 10_000),
+    rate=st.sampled_from([60, 400, 100_000]),
+    urge_s=st.sampled_from([0, 30, 300]),
+    most_pods=st.integers(1, 3),
 )
-def test_what_is_skipped_would_have_decided_nothing(settings: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Asked in full each time, the rule decides as it does with the calls left out that can bring nothing."""
-    asked, skipped = Known.nothing_to_do, []
-
-    def noted(known: Known, *arguments: Any) -> bool:
-        skipped.append(asked(known, *arguments))
-        return skipped[-1]
-
-    monkeypatch.setattr(Known, "nothing_to_do", noted)
-    quick = run("examples/poisson", overrides=[*RULES, *settings])
-    monkeypatch.setattr(Known, "nothing_to_do", lambda *_: False)
-    full = run("examples/poisson", overrides=[*RULES, *settings])
-    assert any(skipped)
+def test_memory_makes_no_difference(
+    world: str, seed: int, rate: int, urge_s: int, most_pods: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever is left out, kept, or brought up to date: a rule that scores everything anew decides the same."""
+    parameters = (f"rules.poa_pps.urge_s={urge_s}", f"rules.poa_pps.most_pods={most_pods}")
+    overrides = [*RULES, *parameters, f"instance.arrivals.orders_per_hour={rate}", *WORLDS[world]]
+    quick = run("examples/poisson", seed=seed, overrides=overrides)
+    with monkeypatch.context() as patch:
+        for name in ("assign_orders_and_pods", "wake_at"):
+            patch.setattr(PodIndex, name, forgetful(getattr(PodIndex, name)))
+        full = run("examples/poisson", seed=seed, overrides=overrides)
     assert (quick.orders, quick.visits) == (full.orders, full.visits)

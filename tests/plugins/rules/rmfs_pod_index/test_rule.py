@@ -11,7 +11,7 @@ from attrs import evolve
 
 from rmfs_core import run
 from rmfs_core.warehouse import Warehouse, WarehouseView
-from rmfs_pod_index import PodIndex, compiled, turns
+from rmfs_pod_index import PodIndex, compiled, turns, urging
 from rmfs_rule_helpers import ticks_to_station
 from rmfs_testing import check_rule, small_instance, small_world
 
@@ -37,7 +37,9 @@ def test_it_conforms() -> None:
 
 def test_nothing_is_compiled_once_a_run_has_begun() -> None:
     """What is prepared is what decisions call."""
-    searches = [called for called in {**vars(compiled), **vars(turns)}.values() if hasattr(called, "signatures")]
+    searches = [
+        called for called in {**vars(compiled), **vars(turns), **vars(urging)}.values() if hasattr(called, "signatures")
+    ]
     PodIndex().prepare(None)  # type: ignore[arg-type]
     before = [len(search.signatures) for search in searches]
     run("examples/small", overrides=["rules.poa_pps=pod-index"])
@@ -93,31 +95,50 @@ def test_the_nearest_of_equal_pods_is_sent() -> None:
     assert decide(world)[1] == [(str(nearest), 0)]
 
 
+def waiting(capacities: list[int]) -> Warehouse:
+    """Two orders, the second of which comes a second later, and a pod for each."""
+    wanted: tuple[Any, Any] = {"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}
+    plain, instance = small_world(*wanted, capacities=capacities), small_instance(*wanted)
+    orders = (instance.orders[0], evolve(instance.orders[1], arrival_tick=1000))
+    world = Warehouse(evolve(instance, orders=orders), plain.travel, plain.stations, plain.robots, plain.homes)
+    for order in world.orders:
+        world.order_arrives(order)
+    world.now = 1000
+    return world
+
+
 def test_pods_wait_until_it_pays(put_at_station: Put) -> None:
-    """While a station is at work, a pod for one line that just came is not sent; at 190 s it is."""
+    """While a station has one item to pick, a pod for one line that came at 1 s is not sent; at 191 s it is."""
 
     def trips(now_s: float) -> list[tuple[str, int]]:
-        world = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[2])
+        world = waiting([2])
         put_at_station(world, 0, 0)
         world.assign(world.orders[0], world.stations[0], [0])
         world.now = round(1000 * now_s)
-        assert PodIndex().wake_at(WarehouseView(world)) == (190.0 if now_s < 190 else None)
-        return decide(world, urge_s=200.0, base_s=10.0)[1]
+        assert PodIndex(urge_s=100, full=3).wake_at(WarehouseView(world)) == (191.0 if now_s < 191 else None)
+        return decide(world, urge_s=100.0, base_s=10.0, full=3.0)[1]
 
-    assert trips(0.5) == []
-    assert trips(189.999) == []
-    assert trips(190.0) == [("q", 0)]
+    assert trips(1.5) == []
+    assert trips(190.999) == []
+    assert trips(191.0) == [("q", 0)]
+
+
+def test_no_pod_waits_before_orders_come(put_at_station: Put) -> None:
+    """All were there at the start: nothing says that there will be more to bring."""
+    world = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[2])
+    put_at_station(world, 0, 0)
+    world.assign(world.orders[0], world.stations[0], [0])
+    assert PodIndex().wake_at(WarehouseView(world)) is None
+    assert decide(world)[1] == [("q", 0)]
 
 
 def test_it_wakes_up_only_where_a_pod_could_be_sent_then(put_at_station: Put) -> None:
     """Not with nothing at work, for then no pod waits, nor with enough pods there, nor where it never waits."""
-    orders, pods = {"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}
-    view = WarehouseView(small_world(orders, pods, capacities=[2]))
-    assert PodIndex().wake_at(view) is None
-    world = small_world(orders, pods, capacities=[2])
+    assert PodIndex().wake_at(WarehouseView(waiting([2]))) is None
+    world = waiting([2])
     put_at_station(world, 0, 0)
     world.assign(world.orders[0], world.stations[0], [0])
-    assert PodIndex().wake_at(WarehouseView(world)) == 190.0
+    assert PodIndex(urge_s=100, full=3).wake_at(WarehouseView(world)) == 191.0
     assert PodIndex(urge_s=0).wake_at(WarehouseView(world)) is None
     assert PodIndex(most_pods=1).wake_at(WarehouseView(world)) is None
 
@@ -128,6 +149,7 @@ def test_a_pod_is_sent_when_it_is_urgent_and_not_when_something_happens(tmp_path
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,a,9\nq,b,9\n", encoding="utf-8")
     files = [f"instance.{kind}_file={tmp_path / kind}.csv" for kind in ("orders", "pods")]
     slow = ["stations.pick_s=1000", "stations.handle_s=1000", "rules.pp=free-flow", "rules.poa_pps=pod-index"]
+    slow.append("rules.poa_pps.urge_s=200")
     _, second = run("examples/from-csv", overrides=[*files, *slow]).orders
     assert second["turnover_backlog_s"] == 190.0
 
