@@ -33,6 +33,8 @@ def file_name_from(name: str, there: str | Path, folder: str | Path) -> str:
     In the scenario's folder it is named as a scenario file would, any other by its absolute path, so that what is
     stored of the scenario leads to it from everywhere.
     """
+    if "\0" in name:  # no file can have it, which is said where it is read
+        return Path(name).as_posix()
     path, home = (Path(there) / name).resolve(), Path(folder).resolve()
     return path.relative_to(home).as_posix() if path.is_relative_to(home) else str(path)
 

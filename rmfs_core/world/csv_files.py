@@ -28,7 +28,7 @@ DUE_COLUMNS = ("due_s", "priority")  # which orders may have besides
 _DATES = {"arrival_s": "arrival", "due_s": "due"}  # these may stand in place of others, with ISO 8601 for seconds
 _NAMES = ("order", "pod", "robot", "sku")
 _SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}  # that are taken for commas elsewhere
-_WARNED = {""}
+_WARNED, _MOST_OF_A_LINE = {""}, 1_000_000  # a device may have no line's end
 _DAY = 86_400 * TICKS_PER_S
 _TEN_YEARS = 3_653 * _DAY  # what comes later has a wrong year, or counts from 1970
 
@@ -186,7 +186,7 @@ def _rows(file: Path, columns: Sequence[str], optional: Sequence[str] = (), wron
     """Yield the line number and the fields, without spaces around them, of every row, in the order of the columns."""
     try:
         with file.open(encoding="utf-8-sig", newline="") as stream:
-            reader = csv.reader(stream, strict=True)
+            reader = csv.reader(iter(lambda: stream.readline(_MOST_OF_A_LINE), ""), strict=True)
             try:
                 header = [name.strip() for name in next(reader, [])]
                 places = {name: header.index(name) for name in _chosen(file, header, columns, optional)}
@@ -195,10 +195,10 @@ def _rows(file: Path, columns: Sequence[str], optional: Sequence[str] = (), wron
                 wrong(InputError(f"{file}, line {reader.line_num}", f"this is no valid CSV: {error}"))
             except InputError as error:  # in the header: without it no row can be read
                 wrong(error)
-    except OSError as error:
-        wrong(InputError(str(file), f"cannot be read: {error.strerror}"))
     except UnicodeDecodeError as error:
         wrong(InputError(str(file), f"expected UTF-8 text, found the byte 0x{error.object[error.start]:02x}"))
+    except (OSError, ValueError) as error:  # ValueError: of a name that no file can have
+        wrong(InputError(str(file), f"cannot be read: {getattr(error, 'strerror', error)}"))
 
 
 def _fields(file: Path, reader: CsvReader, places: dict[str, int], number: int, wrong: Wrong) -> Iterator[Row]:
