@@ -29,7 +29,6 @@ from rmfs_core.scenario.checks import (
 from rmfs_core.scenario.source import Source
 
 MOST_ORDERS, MOST_PODS, MOST_CELLS, MOST_ITEMS, MOST_GIGABYTES = 2_000_000, 100_000, 1_000_000, 1_000_000_000, 8
-MOST_HOURS, MOST_RULES = 1_000_000, 50
 """Of what a scenario asks for; the memory of orders, lines and what is on pods is estimated for all together."""
 
 
@@ -127,8 +126,8 @@ class InstanceSection:
             raise ValueError(f"expected `lines` with weights from 0 to 1e9, not all 0 up to {self.skus} lines (`skus`)")
         if self.orders_file is None and self.skus_per_pod > self.skus:
             raise ValueError(f"expected skus_per_pod <= skus, found {self.skus_per_pod} > {self.skus}")
-        if (hours := self.orders / (self.arrivals.orders_per_hour or 1e9)) > MOST_HOURS:  # each is a row of hours.csv
-            raise ValueError(f"expected orders that arrive within {MOST_HOURS:,} hours, found about {hours:,.0f}")
+        if (hours := self.orders / (self.arrivals.orders_per_hour or 1e9)) > 1e6:  # each is a row of hours.csv
+            raise ValueError(f"expected orders that arrive within 1,000,000 hours, found about {hours:,.0f}")
         weights = self.lines[: self.skus] if self.lines else (0, 1, 1)  # the geometric orders have 2.5 lines on average
         lines = self.orders * sum(n * weight for n, weight in enumerate(weights, 1)) / sum(weights)
         gigabytes = (2500 * self.orders + 300 * lines + 250 * self.pods * self.skus_per_pod) / 1e9
@@ -245,8 +244,8 @@ class RulesSection:
         if self.poa_pps is None and (self.poa is None or self.pps is None):
             alone = f", found `{'pps' if self.poa is None else 'poa'}` alone" if self.poa or self.pps else ""
             raise ValueError(f"expected `poa` and `pps`, or `poa_pps`{alone}")
-        if (most := max(len(self.filters), len(self.observers))) > MOST_RULES:
-            raise ValueError(f"expected at most {MOST_RULES} `filters` and as many `observers`, found {most:,}")
+        if (most := max(len(self.filters), len(self.observers))) > 50:
+            raise ValueError(f"expected at most 50 `filters` and as many `observers`, found {most:,}")
 
 
 @frozen

@@ -124,7 +124,7 @@ def _check_replaced(scenario: Scenario, data: Mapping[str, Any]) -> None:
 
 def _check_rule_names(scenario: Scenario) -> None:
     """Raise KeyProblem for a rule that is not installed, or whose file does not exist."""
-    names = entrypoints.offers(entrypoints.RULES)  # looked up once: it takes its time
+    names = entrypoints.offers(entrypoints.RULES)
     for path, choice in rule_choices(scenario.rules):
         try:
             check_rule_name(choice.rule, Path(scenario.folder), names)

@@ -99,3 +99,11 @@ def test_rules_that_are_not_there_are_refused(tmp_path: Path, name: str, message
     with pytest.raises(KeyProblem) as caught:
         check_rule_name(name, tmp_path, offers(RULES))
     assert str(caught.value) == message.format(folder=tmp_path)
+
+
+@pytest.mark.parametrize("name", ["./a\0b.py:A", "/x/a\0b.py:A"])
+def test_a_name_that_no_file_can_have_is_kept(tmp_path: Path, name: str) -> None:
+    """Whoever looks for the file says that there is none."""
+    assert rule_name_from(name, tmp_path, tmp_path / "home") == name
+    with pytest.raises(KeyProblem, match="there is no file"):
+        check_rule_name(name, tmp_path, ())
