@@ -102,8 +102,8 @@ def _load_file(path: str, name: str, place: str) -> types.ModuleType:
     """Run a file as a module under a name of its own, without leaving compiled files in the scenario's folder."""
     try:
         source = Path(path).read_bytes()
-    except OSError as error:
-        raise InputError(place, f'rule "{name}": cannot read {path}: {error.strerror}') from error
+    except (OSError, ValueError) as error:  # ValueError: of a name that no file can have
+        raise InputError(place, f'rule "{name}": cannot read {path}: {getattr(error, "strerror", error)}') from error
     digest = hashlib.sha256(str(Path(path).resolve()).encode()).hexdigest()[:12]
     module = types.ModuleType(f"rmfs_inline_{Path(path).stem}_{digest}")
     module.__file__ = path

@@ -67,7 +67,7 @@ def _all_positive(value: int | tuple[int, ...]) -> bool:
     return bool(values) and all(1 <= number <= 1_000_000_000 for number in values)
 
 
-POSITIVE = Check("a number > 0", lambda value: bool(value > 0), {"exclusiveMinimum": 0})
+POSITIVE = Check("a number > 0 up to 1e10", lambda value: 0 < value <= 1e10, {"exclusiveMinimum": 0, "maximum": 1e10})
 # Bounds of what robots and pickers do: nothing is quicker than a tick of 1 ms, no drive too long to count in ticks.
 DURATION = within(0.001, 3600)
 MAYBE_NO_TIME = within(0, 3600)

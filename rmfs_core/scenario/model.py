@@ -84,7 +84,7 @@ class SkuDemand:
 
     exponent: float = key("The n-th SKU has the weight 1/(n + shift)^exponent", check=within(0, 2))
     shift: float = key("The larger, the less apart are the first SKUs", 0.0, check=within(0, 1e6))
-    groups: int | None = key("Groups of SKUs that are bought together; left out: none", None, check=at_least(1))
+    groups: int | None = key("Groups of SKUs bought together; left out: none", None, check=at_least(1, MOST_ORDERS))
     together: float = key("Share of lines drawn from the group of a line before it", 0.5, check=within(0, 1))
 
 
@@ -99,7 +99,7 @@ class InstanceSection:
     max_lines: int = key(
         "Longest order to generate: order lengths are geometric, truncated to 1..min(|I|, max_lines)",
         15,
-        check=at_least(1),
+        check=at_least(1, MOST_ORDERS),
     )
     lines: tuple[float, ...] | None = key("Weights of orders of 1, 2, ... lines, in place of the geometric ones", None)
     demand: SkuDemand | None = key("Demand of SKUs, in place of the geometric one", None)
@@ -126,6 +126,8 @@ class InstanceSection:
             raise ValueError(f"expected `lines` with weights from 0 to 1e9, not all 0 up to {self.skus} lines (`skus`)")
         if self.orders_file is None and self.skus_per_pod > self.skus:
             raise ValueError(f"expected skus_per_pod <= skus, found {self.skus_per_pod} > {self.skus}")
+        if (hours := self.orders / (self.arrivals.orders_per_hour or 1e9)) > 1e6:  # each is a row of hours.csv
+            raise ValueError(f"expected orders that arrive within 1,000,000 hours, found about {hours:,.0f}")
         weights = self.lines[: self.skus] if self.lines else (0, 1, 1)  # the geometric orders have 2.5 lines on average
         lines = self.orders * sum(n * weight for n, weight in enumerate(weights, 1)) / sum(weights)
         gigabytes = (2500 * self.orders + 300 * lines + 250 * self.pods * self.skus_per_pod) / 1e9
@@ -242,6 +244,8 @@ class RulesSection:
         if self.poa_pps is None and (self.poa is None or self.pps is None):
             alone = f", found `{'pps' if self.poa is None else 'poa'}` alone" if self.poa or self.pps else ""
             raise ValueError(f"expected `poa` and `pps`, or `poa_pps`{alone}")
+        if (most := max(len(self.filters), len(self.observers))) > 50:
+            raise ValueError(f"expected at most 50 `filters` and as many `observers`, found {most:,}")
 
 
 @frozen

@@ -12,6 +12,7 @@ from typing import Any
 
 from attrs import evolve, frozen
 
+from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import Scenario, replaced_keys
 from rmfs_core.scenario.overrides import anchored, apply_overrides, parse_override
@@ -123,9 +124,10 @@ def _check_replaced(scenario: Scenario, data: Mapping[str, Any]) -> None:
 
 def _check_rule_names(scenario: Scenario) -> None:
     """Raise KeyProblem for a rule that is not installed, or whose file does not exist."""
+    names = entrypoints.offers(entrypoints.RULES)
     for path, choice in rule_choices(scenario.rules):
         try:
-            check_rule_name(choice.rule, Path(scenario.folder))
+            check_rule_name(choice.rule, Path(scenario.folder), names)
         except KeyProblem as problem:
             raise KeyProblem(problem.problem, ("rules", *path)) from None
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import os.path
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
-from rmfs_core import entrypoints
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.scenario.source import KeyPath
 from rmfs_core.scenario.structuring import KeyProblem, fields_of
@@ -34,6 +33,8 @@ def file_name_from(name: str, there: str | Path, folder: str | Path) -> str:
     In the scenario's folder it is named as a scenario file would, any other by its absolute path, so that what is
     stored of the scenario leads to it from everywhere.
     """
+    if "\0" in name:  # no file can have it, which is said where it is read
+        return Path(name).as_posix()
     path, home = (Path(there) / name).resolve(), Path(folder).resolve()
     return path.relative_to(home).as_posix() if path.is_relative_to(home) else str(path)
 
@@ -55,10 +56,9 @@ def inline_parts(name: str) -> tuple[str, str]:
     return file, class_name
 
 
-def check_rule_name(name: str, folder: Path) -> None:
-    """Raise KeyProblem unless ``name`` is an installed rule, or ``./file.py:Class`` of a file in ``folder``."""
+def check_rule_name(name: str, folder: Path, names: Collection[str]) -> None:
+    """Raise KeyProblem unless a rule is among those installed, or ``./file.py:Class`` of a file in ``folder``."""
     if not is_inline(name):
-        names = entrypoints.offers(entrypoints.RULES).keys()
         if name not in names:
             raise KeyProblem(f'there is no rule "{name}"{nearest(name, names)}')
         return

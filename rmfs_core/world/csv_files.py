@@ -28,7 +28,7 @@ DUE_COLUMNS = ("due_s", "priority")  # which orders may have besides
 _DATES = {"arrival_s": "arrival", "due_s": "due"}  # these may stand in place of others, with ISO 8601 for seconds
 _NAMES = ("order", "pod", "robot", "sku")
 _SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}  # that are taken for commas elsewhere
-_WARNED = {""}
+_WARNED, _MOST_OF_A_LINE = {""}, 1_000_000  # signs: a device may have no line's end
 _DAY = 86_400 * TICKS_PER_S
 _TEN_YEARS = 3_653 * _DAY  # what comes later has a wrong year, or counts from 1970
 
@@ -36,7 +36,7 @@ Place = tuple[int, int, str]  # as in PodData
 Wrong = Callable[[InputError], None]
 """What is called with a mistake; when it returns, the row is left out."""
 
-_WHOLE = re.compile(r"[0-9]{1,15}")
+_WHOLE = re.compile(r"[0-9]{1,10}")  # sums of them over a file fit into 64 bits
 _NUMBER = re.compile(r"[0-9]{1,12}(\.[0-9]*)?([eE][+-]?[0-9]{1,2})?|\.[0-9]+")
 
 
@@ -186,7 +186,7 @@ def _rows(file: Path, columns: Sequence[str], optional: Sequence[str] = (), wron
     """Yield the line number and the fields, without spaces around them, of every row, in the order of the columns."""
     try:
         with file.open(encoding="utf-8-sig", newline="") as stream:
-            reader = csv.reader(stream, strict=True)
+            reader = csv.reader(iter(lambda: stream.readline(_MOST_OF_A_LINE), ""), strict=True)
             try:
                 header = [name.strip() for name in next(reader, [])]
                 places = {name: header.index(name) for name in _chosen(file, header, columns, optional)}
@@ -195,10 +195,10 @@ def _rows(file: Path, columns: Sequence[str], optional: Sequence[str] = (), wron
                 wrong(InputError(f"{file}, line {reader.line_num}", f"this is no valid CSV: {error}"))
             except InputError as error:  # in the header: without it no row can be read
                 wrong(error)
-    except OSError as error:
-        wrong(InputError(str(file), f"cannot be read: {error.strerror}"))
     except UnicodeDecodeError as error:
         wrong(InputError(str(file), f"expected UTF-8 text, found the byte 0x{error.object[error.start]:02x}"))
+    except (OSError, ValueError) as error:  # ValueError: of a name that no file can have
+        wrong(InputError(str(file), f"cannot be read: {getattr(error, 'strerror', error)}"))
 
 
 def _fields(file: Path, reader: CsvReader, places: dict[str, int], number: int, wrong: Wrong) -> Iterator[Row]:
@@ -241,13 +241,14 @@ def _tick(text: str, place: str) -> int:
 def _priority(text: str, place: str) -> int:
     if _WHOLE.fullmatch(text):
         return int(text)
-    raise InputError(place, f'expected a whole number >= 0, or nothing for 0, found "{text}"')
+    raise InputError(place, f'expected a whole number of at most ten digits, or nothing for 0, found "{text}"')
 
 
 def _quantity(text: str, file: Path, line: int, expected: str, least: int = 1, column: str = "quantity") -> int:
     if _WHOLE.fullmatch(text) and (quantity := int(text)) >= least:
         return quantity
-    raise InputError(f"{file}, line {line}, {column}", f'expected {expected}, found "{text}"')
+    digits = ", of at most ten digits" * (len(text) > 10)
+    raise InputError(f"{file}, line {line}, {column}", f'expected {expected}{digits}, found "{text}"')
 
 
 def _natural(name: str) -> tuple[list[tuple[int, int, str]], str]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.model import LayoutSection, Scenario
+from rmfs_core.scenario.model import MOST_CELLS, LayoutSection, Scenario
 from rmfs_core.world.block import block_map
 from rmfs_core.world.grid import CellKind, Layout
 from rmfs_core.world.textmap import parse_map
@@ -29,11 +29,12 @@ def make_layout(scenario: Scenario) -> Layout:
         return _block_layout(section, scenario.stations.queue_length)
     path = Path(scenario.folder) / section.map_file
     try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise InputError("layout.map_file", f"{path} cannot be read: {error.strerror}") from error
+        with path.open(encoding="utf-8") as stream:
+            text = stream.read(20 * MOST_CELLS)  # a device may have no end; `parse_map` refuses what is too large
     except UnicodeDecodeError as error:
         raise InputError(str(path), f"cannot read the map: {error}") from error
+    except (OSError, ValueError) as error:  # ValueError: of a name that no file can have
+        raise InputError("layout.map_file", f"{path} cannot be read: {getattr(error, 'strerror', error)}") from error
     return _map_layout(text, str(path), scenario.stations.queue_length)
 
 

@@ -31,8 +31,8 @@ from rmfs_core.world import Instance, Layout, make_layout
 from rmfs_core.world.instance_making import instance_problems, oversize_orders, unchecked_instance
 
 ROLES = {role.key: role for role in Role}
-MOST_IN_FILES = 20
-"""Mistakes in CSV files that are named."""
+MOST_IN_SCENARIO, MOST_IN_FILES = 50, 20
+"""Mistakes in a scenario, and in its CSV files, that are named."""
 
 
 @define
@@ -140,6 +140,9 @@ class _Check:
                 if not (len(path) == 1 and path[0] in self.doubtful):
                     new = self._add(self.given.source.place_of(path), problem.problem)
                     if not new:
+                        return None
+                    if len(self.found.problems) >= MOST_IN_SCENARIO:
+                        self._add(self.given.source.name, f"is checked no farther after {MOST_IN_SCENARIO} mistakes")
                         return None
                 self.given = evolve(self.given, data=self._mended(dict(self.given.data), path, problem.problem))
 

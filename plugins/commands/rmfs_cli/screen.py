@@ -19,14 +19,17 @@ ROOM_FOR_WORDS = 36
 
 
 def output_console(*, quiet: bool = False) -> Console:
-    """Return where a command prints: as wide as the terminal, or `PIPE_WIDTH` columns; no line ends in blanks."""
+    """Return where a command prints: as wide as the terminal, or `PIPE_WIDTH` columns; no line ends in blanks.
+
+    Nothing that is printed is markup: names of users stand in nearly every table.
+    """
     from rich.console import Console
 
     from rmfs_cli.trimming import WithoutTrailingBlanks
 
-    console = Console(highlight=False, quiet=quiet)
+    console = Console(highlight=False, markup=False, quiet=quiet)
     if not (console.is_terminal or os.environ.get("COLUMNS")):  # rich would ask the terminal of another stream
-        console = Console(highlight=False, quiet=quiet, width=PIPE_WIDTH)
+        console = Console(highlight=False, markup=False, quiet=quiet, width=PIPE_WIDTH)
     console.push_render_hook(WithoutTrailingBlanks())
     return console
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,8 @@ ONE_RULE = tuple(f"rules.{role.key}" for role in Role if not role.many)
 """Scenario keys that name one rule: a list of them makes several rule sets."""
 MOST_SEEDS = 100_000
 """A typing error must not fill the memory with runs."""
+LARGEST = 2**63 - 1
+"""The largest whole number that a column of runs.parquet can have."""
 
 
 def shipped_experiments() -> dict[str, Path]:
@@ -153,10 +155,18 @@ def _seeds(value: Any) -> tuple[int, ...]:
             raise KeyProblem(f"{expected}, found {shown(value)}", ("seeds",))
         if count > MOST_SEEDS:
             raise KeyProblem(f"expected at most {MOST_SEEDS:,} seeds, found {count:,}", ("seeds",))
-        return tuple(range(first, first + count))
-    if not isinstance(value, list) or not all(type(seed) is int and seed >= 0 for seed in value):
+        value = range(first, first + count)
+    if not isinstance(value, list | range) or not all(type(seed) is int and seed >= 0 for seed in value):
         raise KeyProblem(f"{expected}, found {shown(value)}", ("seeds",))
+    _check_storable(value, ("seeds",))
     return tuple(value)
+
+
+def _check_storable(values: Iterable[Any], path: KeyPath) -> None:
+    """Raise KeyProblem for a whole number that no column of the table of runs can have."""
+    for value in values:
+        if isinstance(value, int) and not -LARGEST <= value <= LARGEST:
+            raise KeyProblem(f"expected whole numbers up to {LARGEST}, found {shown(value)}", path)
 
 
 def _fronts(value: Any) -> tuple[tuple[str, str], ...]:
@@ -205,6 +215,7 @@ def _axes(table: Mapping[str, Any]) -> Iterator[Axis]:
         for dotted, values in changes_of({key: value}).items():
             if not isinstance(values, list):
                 raise KeyProblem(f"expected a list of values, found {shown(values)}", ("axes", key))
+            _check_storable(values, ("axes", key))
             yield Axis(dotted, tuple(_point(dotted, entry) for entry in values))
 
 
@@ -231,6 +242,7 @@ def _group(name: str, value: Any) -> Axis:
         label = keys.pop("label", None)
         if not isinstance(label, str | int | float) or label == "":
             raise KeyProblem(f"expected a `label` in each table, found none in {shown(entry)}", path)
+        _check_storable([label], path)
         try:
             points.append(AxisPoint(f"{name}={label}", label, changes_of(keys)))
         except KeyProblem as problem:

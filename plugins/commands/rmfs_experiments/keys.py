@@ -53,7 +53,10 @@ def run_key(scenario: Scenario, versions: Mapping[str, str], sources: Mapping[st
 
 
 def _digest(file: Path, place: str | None = None) -> str:
+    if file.is_char_device() or file.is_fifo():
+        raise InputError(place or str(file), f"found {file}, a device; expected a file, which each run can read anew")
     try:
         return f"sha256:{hashlib.sha256(file.read_bytes()).hexdigest()}"
-    except OSError as error:
-        raise InputError(place or str(file), f"cannot read {file}: {error.strerror or error}") from error
+    except (OSError, ValueError) as error:  # ValueError: of a name that no file can have
+        problem = f"cannot read {file}: {getattr(error, 'strerror', None) or error}"
+        raise InputError(place or str(file), problem) from error

@@ -20,6 +20,8 @@ from rmfs_core.world import EAST, NORTH, SOUTH, WEST, CellKind, Layout, parse_ma
 FREE, BLOCKED = ".GS", "@OTW"
 MOST = 1_000_000
 """Cells that a map may be wide or high."""
+MOST_SIGNS = 100_000_000
+"""Signs that are read of a file; a device may have no end."""
 
 
 @frozen
@@ -129,7 +131,11 @@ def _number(text: str, place: str, expected: str, least: int = 0) -> int:
 def read_text(path: str | Path) -> str:
     """Return a file's text; raise `InputError` when it cannot be read."""
     try:
-        return Path(path).read_text(encoding="utf-8")
+        with Path(path).open(encoding="utf-8") as stream:
+            text = stream.read(MOST_SIGNS + 1)
     except (OSError, UnicodeDecodeError) as error:
         reason = (error.strerror or str(error)) if isinstance(error, OSError) else "it is no UTF-8 text"
         raise InputError(str(path), f"cannot be read: {reason}") from error
+    if len(text) > MOST_SIGNS:
+        raise InputError(str(path), f"found more than {MOST_SIGNS:,} signs; expected at most that many")
+    return text

@@ -95,6 +95,8 @@ class Recording:
             for key in ("change", "decision", "report"):
                 if not isinstance(line.get(key), Mapping) and (key == "change" or line.get(key) is not None):
                     raise InputError(f"{place}, {key}", f"expected a JSON object, found {shown_short(line[key])}")
+            if not isinstance(line["rule"], str):
+                raise InputError(f"{place}, rule", f"expected a rule's name, found {shown_short(line['rule'])}")
             try:
                 content = patched(content, line["change"])
                 decides = Role.labelled(line["decides"])

@@ -14,6 +14,9 @@ from rmfs_core.scenario.writing import plain
 from rmfs_core.wording import listed
 from rmfs_states.state import FORMAT, VERSIONS, State
 
+MOST_SIGNS = 200_000_000
+"""Signs that are read of a file; a device may have no end."""
+
 
 def read_state(path: str | Path) -> State:
     """Read a state from a JSON file.
@@ -76,11 +79,14 @@ def read_json(path: Path) -> Any:
         When it cannot be read, is no JSON, or has a key twice.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        with path.open(encoding="utf-8-sig") as stream:
+            text = stream.read(MOST_SIGNS + 1)
     except OSError as error:
         raise InputError(str(path), f"cannot be read: {error.strerror or error}") from error
     except UnicodeDecodeError as error:
         raise InputError(str(path), f"expected UTF-8 text: {error}") from error
+    if len(text) > MOST_SIGNS:
+        raise InputError(str(path), f"found more than {MOST_SIGNS:,} signs; expected at most that many")
     try:
         return json.loads(text, object_pairs_hook=_object)
     except json.JSONDecodeError as error:

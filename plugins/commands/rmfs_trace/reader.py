@@ -22,6 +22,8 @@ from rmfs_trace.writer import EVENTS, FORMAT, NOT_TRACED, VERSION
 
 TICK_S = 1 / TICKS_PER_S
 STATUSES = ("complete", "partial", "failed")
+MOST = 10**15
+"""The largest whole number of an event: ticks of 31,000 years, and sums of them still fit into 64 bits."""
 
 
 @frozen(eq=False)
@@ -130,7 +132,7 @@ def read_trace(path: str | Path) -> Trace:
 
 
 def _is_int(value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
+    return isinstance(value, int) and not isinstance(value, bool) and abs(value) <= MOST
 
 
 def _is_number(value: object) -> bool:
@@ -165,7 +167,10 @@ def _event(place: str, line: dict[str, Any]) -> Event:
         raise InputError(place, f"{name} has the fields {', '.join(line)}; expected {', '.join(fields)}")
     for key, kind in fields.items():
         if not _CHECKS[kind](line[key]):
-            raise InputError(place, f"{key} of {name} is {shown_short(line[key])}; expected {kind}")
+            values = line[key] if isinstance(line[key], list) else [line[key]]
+            large = "int" in kind and any(type(one) is int and abs(one) > MOST for one in values)
+            expected = f"{kind} up to {MOST:,}" if large else kind
+            raise InputError(place, f"{key} of {name} is {shown_short(line[key])}; expected {expected}")
         if isinstance(line[key], list):
             line[key] = tuple(line[key])
         elif kind == "Role":
@@ -175,11 +180,10 @@ def _event(place: str, line: dict[str, Any]) -> Event:
 
 def _end(place: str, line: Mapping[str, Any]) -> tuple[int, str]:
     tick, status = line.get("tick"), line.get("status")
-    if not isinstance(tick, int) or status not in STATUSES:
-        raise InputError(
-            place, f"found the end {shown_short(line)}; expected a tick and a status of {', '.join(STATUSES)}"
-        )
-    return tick, str(status)
+    if not _is_int(tick) or tick < 0 or status not in STATUSES:
+        expected = f"a tick from 0 to {MOST:,} and a status of {', '.join(STATUSES)}"
+        raise InputError(place, f"found the end {shown_short(line)}; expected {expected}")
+    return int(tick), str(status)
 
 
 def _trace(path: str, first: Mapping[str, Any]) -> Trace:

@@ -74,10 +74,10 @@ def check_trace(path: str | Path, *, collisions: bool | None = None) -> Report:
         file = file / TRACE_FILE
     trace = read_trace(file)
     result = _read_result(file.parent / RESULT_FILE)
-    if collisions is None:
-        collisions = avoids_collisions(trace)
     tables = None if result is None else file.parent
     try:
+        if collisions is None:
+            collisions = avoids_collisions(trace)
         faults = faults_of(trace, result, collisions=collisions, tables=tables)
     except (TypeError, KeyError, IndexError, AttributeError, ValueError, ArithmeticError) as error:
         problem = "what it says does not fit together, so that it cannot be checked; expected what rmfs has recorded"

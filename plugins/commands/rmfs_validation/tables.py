@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -49,8 +49,8 @@ def arrivals_of(trace: Trace) -> dict[int, int]:
     return {event.order: event.tick for event in trace.events if isinstance(event, OrderArrived)}
 
 
-def hours_of(trace: Trace) -> list[Row]:
-    """Return the rows of hours.csv."""
+def hours_of(trace: Trace) -> Iterator[Row]:
+    """Yield the rows of hours.csv, which a trace of few events may have any number of."""
     counted: Counter[tuple[int, str]] = Counter()
     last = max(trace.tick - 1, 0) // HOUR
     for event in trace.events:
@@ -72,13 +72,11 @@ def hours_of(trace: Trace) -> list[Row]:
                 continue
         counted[hour, what] += number
         last = max(last, hour)
-    rows: list[Row] = []
     backlog = 0
     for hour in range(last + 1):
         backlog += counted[hour, "orders_in"] - counted[hour, "left"]
         numbers = {what: counted[hour, what] for what in ("orders_in", "orders_out", "picks", "visits", "distance_m")}
-        rows.append({"hour": hour, "start_s": hour * 3600, **numbers, "backlog": backlog})
-    return rows
+        yield {"hour": hour, "start_s": hour * 3600, **numbers, "backlog": backlog}
 
 
 def stations_of(trace: Trace) -> list[Row]:

@@ -162,3 +162,11 @@ def test_a_module_that_makes_names_up(refusal: Refusal, tmp_path: Path) -> None:
     """What is not there is not asked for."""
     (tmp_path / "mine.py").write_text("def __getattr__(name):\n    raise RuntimeError(name)\n", encoding="utf-8")
     assert refusal(tmp_path, poa=RuleChoice("./mine.py:Mine")).endswith("mine.py has no class `Mine`")
+
+
+def test_a_file_that_cannot_be_read_is_named(folder: Path) -> None:
+    """One that is not there, and one under a name that no file can have."""
+    for name, reason in (("./none.py:A", "No such file or directory"), ("./a\0b.py:A", "embedded null byte")):
+        rules = RulesSection(poa=RuleChoice(name), pps=RuleChoice("demand"))
+        with pytest.raises(InputError, match=f"cannot read .*: {reason}$"):
+            RuleSet.load(rules, str(folder))

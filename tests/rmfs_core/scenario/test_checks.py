@@ -40,7 +40,8 @@ def refusal(check: Any, value: object) -> str | None:
         (at_least(1), 1, 0, "expected a whole number >= 1, found 0"),
         (within(0.5, 2), 2, 2.5, "expected a number from 0.5 to 2, found 2.5"),
         (within(0.5, 2), 0.5, 0.4, "expected a number from 0.5 to 2, found 0.4"),
-        (POSITIVE, 1e-9, 0, "expected a number > 0, found 0"),
+        (POSITIVE, 1e-9, 0, "expected a number > 0 up to 1e10, found 0"),
+        (POSITIVE, 1e10, 1.7e308, "expected a number > 0 up to 1e10, found 1.7e+308"),
         (DURATION, 0.001, 0, "expected a number from 0.001 to 3600, found 0"),  # a tick at least
         (MAYBE_NO_TIME, 0, -0.1, "expected a number from 0 to 3600, found -0.1"),
         (MOVING, 1000, 1001, "expected a number from 0.001 to 1000, found 1001"),

@@ -135,6 +135,8 @@ def test_another_seed_is_another_scenario_and_another_folder_is_not() -> None:
         ("instance.items_per_sku=10000000000000000000", "expected a whole number from 1 to 1,000,000,000"),
         ("stations.queue_length=1000000000", "expected a whole number from 1 to 10,000"),
         ("layout.hall_width=1000000000000000000", "expected a whole number from 1 to 100,000"),
+        ("instance.max_lines=10000000000000000000", "expected a whole number from 1 to 2,000,000"),
+        ("instance.demand={exponent=1, groups=10000000000000000000}", "expected a whole number from 1 to 2,000,000"),
     ],
 )
 def test_what_no_memory_has_room_for_is_refused_at_once(setting: str, problem: str) -> None:
@@ -161,3 +163,20 @@ def test_many_lines_of_many_orders_are_refused() -> None:
         load_scenario("examples/small", [*long, "instance.orders=2000000"])
     with pytest.raises(InputError, match="as `profile`, not all 0"):
         load_scenario("examples/poisson", [f"instance.arrivals.profile=[{'0,' * 23}1e308]"])
+
+
+def test_orders_that_arrive_over_centuries_are_refused() -> None:
+    """Every hour from time 0 on is a row of hours.csv."""
+    slow = "instance.arrivals.orders_per_hour=0.001"
+    assert load_scenario("examples/poisson", [slow, "instance.orders=1000"]).instance.orders == 1000
+    with pytest.raises(InputError, match="expected orders that arrive within 1,000,000 hours, found about 1,001,000"):
+        load_scenario("examples/poisson", [slow, "instance.orders=1001"])
+
+
+@pytest.mark.parametrize("key", ["filters", "observers"])
+def test_more_rules_than_anybody_wants_are_refused(key: str) -> None:
+    """Each is looked up and loaded on its own, which takes its time; fifty are no mistake."""
+    rule = '"most-covered",'
+    assert len(getattr(load_scenario("examples/small", [f"rules.{key}=[{50 * rule}]"]).rules, key)) == 50
+    with pytest.raises(InputError, match="expected at most 50 `filters` and as many `observers`, found 51"):
+        load_scenario("examples/small", [f"rules.{key}=[{51 * rule}]"])

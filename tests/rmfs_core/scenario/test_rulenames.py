@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from rmfs_core.entrypoints import RULES, offers
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.scenario.rulenames import check_rule_name, inline_parts, is_inline, rule_choices, rule_name_from
 from rmfs_core.scenario.structuring import KeyProblem
@@ -81,7 +82,7 @@ def test_rules_that_are_there_are_accepted(tmp_path: Path, install: Install) -> 
     install("acme", {"mine": "acme_missing:Mine"})
     (tmp_path / "a.py").write_text("raise SystemExit", encoding="utf-8")
     for name in ("demand", "mine", "./a.py:A", "a.py:A", f"{tmp_path}/a.py:Whatever"):
-        check_rule_name(name, tmp_path)
+        check_rule_name(name, tmp_path, offers(RULES))
 
 
 @pytest.mark.parametrize(
@@ -96,5 +97,13 @@ def test_rules_that_are_there_are_accepted(tmp_path: Path, install: Install) -> 
 def test_rules_that_are_not_there_are_refused(tmp_path: Path, name: str, message: str) -> None:
     """With the nearest name, or where the file was looked for."""
     with pytest.raises(KeyProblem) as caught:
-        check_rule_name(name, tmp_path)
+        check_rule_name(name, tmp_path, offers(RULES))
     assert str(caught.value) == message.format(folder=tmp_path)
+
+
+@pytest.mark.parametrize("name", ["./a\0b.py:A", "/x/a\0b.py:A"])
+def test_a_name_that_no_file_can_have_is_kept(tmp_path: Path, name: str) -> None:
+    """Whoever looks for the file says that there is none."""
+    assert rule_name_from(name, tmp_path, tmp_path / "home") == name
+    with pytest.raises(KeyProblem, match="there is no file"):
+        check_rule_name(name, tmp_path, ())

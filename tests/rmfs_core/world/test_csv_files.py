@@ -36,6 +36,10 @@ BAD_ORDERS = [
     (ORDERS + "1,0,a,1.5\n", ', line 2, quantity: expected a whole number >= 1, found "1.5"'),
     (ORDERS + "1,0,a,\n", ', line 2, quantity: expected a whole number >= 1, found ""'),
     (ORDERS + "1,0,a,1_0\n", ', line 2, quantity: expected a whole number >= 1, found "1_0"'),
+    (
+        ORDERS + "1,0,a,10000000000\n",
+        ', line 2, quantity: expected a whole number >= 1, of at most ten digits, found "10000000000"',
+    ),
     # times
     (ORDERS + "1,-1,a,1\n", ', line 2, arrival_s: expected a number of seconds >= 0, found "-1"'),
     (ORDERS + "1,nan,a,1\n", ', line 2, arrival_s: expected a number of seconds >= 0, found "nan"'),
@@ -46,7 +50,13 @@ BAD_ORDERS = [
     ),
     # due times and priorities
     (DUE + "1,0,a,1,soon,\n", ', line 2, due_s: expected a number of seconds >= 0, found "soon"'),
-    (DUE + "1,0,a,1,,-1\n", ', line 2, priority: expected a whole number >= 0, or nothing for 0, found "-1"'),
+    *(
+        (
+            DUE + f"1,0,a,1,,{priority}\n",
+            f', line 2, priority: expected a whole number of at most ten digits, or nothing for 0, found "{priority}"',
+        )
+        for priority in ("-1", "10000000000")
+    ),
     (DUE + "1,0,a,1,9,\n1,0,b,1,8,\n", ", line 3, due_s: expected 9 as in the first row of order 1, found 8"),
     (DUE + "1,0,a,1,9,\n1,0,b,1,,\n", ", line 3, due_s: expected 9 as in the first row of order 1, found nothing"),
     (
@@ -260,3 +270,12 @@ def test_another_encoding_is_refused(tmp_path: Path) -> None:
     (tmp_path / "orders.csv").write_bytes(ORDERS.encode() + b"1,0,gr\xfcn,1\n")
     with pytest.raises(InputError, match=r"orders\.csv: expected UTF-8 text, found the byte 0xfc$"):
         read_instance(tmp_path / "orders.csv", tmp_path / "pods.csv")
+
+
+def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
+    """A device whose line never ends, and a name with a sign that no name has."""
+    (tmp_path / "pods.csv").write_text("pod,sku,quantity\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"^/dev/zero, line 1: this is no valid CSV: field larger than field limit"):
+        read_instance(Path("/dev/zero"), tmp_path / "pods.csv")
+    with pytest.raises(InputError, match=r"cannot be read: embedded null byte$"):
+        read_instance(tmp_path / "a\0b", tmp_path / "pods.csv")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from attrs import evolve
 
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import load_scenario
@@ -112,3 +113,18 @@ def test_a_map_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     (tmp_path / "map.txt").unlink()
     with pytest.raises(InputError, match=r"map\.txt cannot be read: No such file"):
         make_layout(load_scenario(file))
+
+
+def test_a_map_under_a_name_that_no_file_can_have_is_named(tmp_path: Path) -> None:
+    """With the key, as one that is not there."""
+    scenario = load_scenario(scenario_with_map(tmp_path, MAP))
+    named = evolve(scenario, layout=evolve(scenario.layout, map_file="a\0b"))
+    with pytest.raises(InputError, match=r"^layout\.map_file: .* cannot be read: embedded null byte$"):
+        make_layout(named)
+
+
+def test_a_map_without_end_is_read_in_part(tmp_path: Path) -> None:
+    """A device that goes on for ever is refused for its size."""
+    scenario = load_scenario(scenario_with_map(tmp_path, MAP))
+    with pytest.raises(InputError, match=r"^/dev/zero: found 1 rows of up to \d+ cells; expected 4,000,000 in all"):
+        make_layout(evolve(scenario, layout=evolve(scenario.layout, map_file="/dev/zero")))

@@ -114,10 +114,10 @@ def write_parquet(result: ExperimentResult, path: Path) -> None:
 
 
 def _array(pyarrow: Any, name: str, values: list[object]) -> Any:
-    """Return a column; texts where the values are of several kinds, as an axis's may be."""
+    """Return a column; texts where the values are of several kinds, as an axis's may be, or larger than 64 bits."""
     if all(value is None for value in values):
         return pyarrow.array(values, pyarrow.string() if name in LABELS else pyarrow.float64())
     try:
         return pyarrow.array(values)
-    except (pyarrow.ArrowInvalid, pyarrow.ArrowTypeError):
+    except (pyarrow.ArrowInvalid, pyarrow.ArrowTypeError, OverflowError):
         return pyarrow.array([None if value is None else str(value) for value in values])

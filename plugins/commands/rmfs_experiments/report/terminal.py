@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
@@ -71,7 +70,7 @@ def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: b
     others = [one for name in shown for one in comparison.of(name, metric) if one.rule_set != comparison.baseline]
     relative = any(one.relative.mean is not None for one in others)
     absolute = wide or not relative
-    table = new_table(escape(numbers.title(shown_as)))
+    table = new_table(numbers.title(shown_as))
     table.add_column("Rule set")
     columns = (["Difference", "p (Holm)"] if absolute else []) + (["Relative", "p (Holm)"] if relative else [])
     bounded = comparison.bounded(metric)
@@ -101,7 +100,7 @@ def _front(comparison: Comparison, first: str, second: str, shown: tuple[str, ..
     table = new_table("None beats these in both")
     table.add_column("Rule set")
     for name in names:
-        table.add_column(escape(name), justify="right")
+        table.add_column(name, justify="right")
     for instances in shown:
         if len(shown) > 1:
             table.add_row(Text(instances, "cyan"))

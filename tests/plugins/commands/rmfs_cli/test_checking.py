@@ -222,3 +222,10 @@ def test_who_waits_for_room_for_items_is_noted(scenario: str, overrides: list[st
     """Where stations count items and the rule that assigns whole orders lets large ones wait for ever."""
     notes = check_scenario(scenario, overrides, None, allow_inline=False).notes
     assert [("`max_wait_s` of pod-match" in note) for note in notes] == [True] * noted
+
+
+def test_after_many_mistakes_it_is_enough() -> None:
+    """Each is found by another look at the whole; that there may be more is said."""
+    found = check_scenario("paper-250", [f"rules.observers=[{2000 * '0,'}]"], None, allow_inline=False).problems
+    assert len(found) == 51
+    assert found[-1]["problem"] == "is checked no farther after 50 mistakes"

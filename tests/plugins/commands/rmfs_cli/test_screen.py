@@ -98,3 +98,13 @@ def test_json_of_objects(capsys: pytest.CaptureFixture[str]) -> None:
 
     print_json({"things": [Thing("a", (1.5, float("inf")))], "none": None})
     assert json.loads(capsys.readouterr().out) == {"things": [{"name": "a", "parts": [1.5, "inf"]}], "none": None}
+
+
+def test_names_in_tables_are_no_markup(capsys: pytest.CaptureFixture[str]) -> None:
+    """A rule or a station may be called as markup is written."""
+    table = new_table("[/a]")
+    table.add_column("Rule [b]")
+    table.add_row("[/mine]")
+    output_console().print(table)
+    printed = capsys.readouterr().out
+    assert all(name in printed for name in ("[/a]", "Rule [b]", "[/mine]"))

@@ -120,6 +120,8 @@ def test_the_quick_part_is_two_seeds_and_the_first_value_of_each_axis(experiment
         ("seeds = [1, 2]", "seeds = { first = 1, count = 0 }", "{ first = 1, count = 10 }"),
         ("seeds = [1, 2]", "seeds = { count = 1000000000 }", "at most 100,000 seeds, found 1,000,000,000"),
         ("seeds = [1, 2]", "seeds = 3", "{ first = 1, count = 10 }, found 3"),
+        ("seeds = [1, 2]", "seeds = [1, 9223372036854775808]", "whole numbers up to 9223372036854775807, found 92"),
+        ("seeds = [1, 2]", "seeds = { first = 9223372036854775807, count = 2 }", "found 9223372036854775808"),
         ('baseline = "pod-match"', "", "baseline: this part is missing"),
         ('baseline = "pod-match"', 'baseline = "pod-mtach"', 'no rule set "pod-mtach" (did you mean `pod-match`?)'),
         ('name = "first-come"', 'name = "pod-match"', "rule_sets: pod-match is there twice"),

@@ -106,3 +106,20 @@ def test_a_missing_file_is_named(scenario: Scenario) -> None:
     (Path(scenario.folder) / "orders.csv").unlink()
     with pytest.raises(InputError, match=r"instance.orders_file: cannot read .*orders.csv"):
         run_key(scenario, VERSIONS, SOURCES)
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("/dev/zero", "found /dev/zero, a device; expected a file, which each run can read anew"),
+        ("a\0b", "a\0b: embedded null byte"),
+        ("none.txt", "none.txt: No such file or directory"),
+    ],
+)
+def test_what_no_run_can_read_has_no_key(scenario: Scenario, name: str, problem: str) -> None:
+    """With the key of the scenario that names it."""
+    named = evolve(scenario, layout=evolve(scenario.layout, map_file=name))
+    with pytest.raises(InputError) as caught:
+        run_key(named, VERSIONS, SOURCES)
+    assert caught.value.place == "layout.map_file"
+    assert caught.value.problem.endswith(problem)

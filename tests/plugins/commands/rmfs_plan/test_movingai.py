@@ -10,7 +10,7 @@ import pytest
 from rmfs_cli.map_drawing import draw_map
 from rmfs_core.errors import InputError
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST, CellKind
-from rmfs_plan import Trip, read_map, read_trips
+from rmfs_plan import Trip, movingai, read_map, read_trips
 from rmfs_plan.movingai import open_layout
 from rmfs_testing import small_layout
 
@@ -133,3 +133,10 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     (tmp_path / "latin.map").write_bytes(b"type \xff")
     with pytest.raises(InputError, match="cannot be read: it is no UTF-8 text"):
         read_map(tmp_path / "latin.map")
+
+
+def test_a_file_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A device is read as far as a file may go, and no farther."""
+    monkeypatch.setattr(movingai, "MOST_SIGNS", 1000)
+    with pytest.raises(InputError, match=r"^/dev/zero: found more than 1,000 signs; expected at most that many"):
+        read_map("/dev/zero")

@@ -91,6 +91,7 @@ def test_a_header_that_is_none_is_refused(
         ),
         (lambda line: line | {"change": 5}, "change: expected a JSON object, found 5"),
         (lambda line: line | {"decision": "POA"}, "decision: expected a JSON object, found 'POA'"),
+        (lambda line: line | {"rule": ["demand"]}, "line 4, rule: expected a rule's name, found ['demand']"),
         (lambda line: line | {"report": [1]}, "report: expected a JSON object, found [1]"),
         (lambda line: 5, "expected a JSON object, found int"),
     ],

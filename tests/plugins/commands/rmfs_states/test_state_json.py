@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from rmfs_core import InputError
 from rmfs_core.results.files import to_json
-from rmfs_states import State, read_state, state_from_dict, state_schema, state_to_dict
+from rmfs_states import State, read_state, state_from_dict, state_json, state_schema, state_to_dict
 from rmfs_states.state import (
     AskState,
     LayoutState,
@@ -200,3 +200,10 @@ def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     """A missing file is one sentence."""
     with pytest.raises(InputError, match="cannot be read"):
         read_state(tmp_path / "nowhere.json")
+
+
+def test_a_file_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A device is read as far as a file may go, and no farther."""
+    monkeypatch.setattr(state_json, "MOST_SIGNS", 1000)
+    with pytest.raises(InputError, match=r"^/dev/zero: found more than 1,000 signs; expected at most that many"):
+        read_state("/dev/zero")

@@ -126,6 +126,15 @@ def test_a_broken_trace_is_an_input_error(
         ),
         ('{"e":"order_arrived","tick":0,"order":null}', "order of order_arrived is None; expected int"),
         (
+            '{"e":"order_arrived","tick":1000000000000001,"order":0}',
+            "tick of order_arrived is 1000000000000001; expected int up to 1,000,000,000,000,000",
+        ),
+        (
+            '{"e":"end","tick":9223372036854775808,"status":"complete"}',
+            "found the end {'e': 'end', 'tick': 9223372036854775808, 'status': 'complete'}; expected a tick from 0 to "
+            "1,000,000,000,000,000 and a status of complete, partial, failed",
+        ),
+        (
             '{"e":"visit_ended","tick":1,"visit":1,"pod":0,"station":0,"picks":1,"next_station":"north"}',
             "next_station of visit_ended is 'north'; expected int | None",
         ),

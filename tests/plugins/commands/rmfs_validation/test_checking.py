@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 from collections.abc import Iterator, Sequence
 from itertools import product
@@ -146,4 +147,15 @@ def test_a_folder_without_a_trace_is_refused(copied: Path) -> None:
     """The sentence says how to record one."""
     (copied / "trace.jsonl.gz").unlink()
     with pytest.raises(InputError, match=r"run: has no trace.jsonl.gz; `rmfs run --trace` records one$"):
+        check_trace(copied)
+
+
+@pytest.mark.parametrize("scenario", [[], {"rules": "[/x]"}])
+def test_a_header_that_does_not_fit_together_is_refused(copied: Path, scenario: object) -> None:
+    """Also where it is asked first, whether the path planner avoids collisions."""
+    trace = copied / "trace.jsonl.gz"
+    header, *lines = gzip.decompress(trace.read_bytes()).decode().splitlines(keepends=True)
+    changed = json.dumps({**json.loads(header), "scenario": scenario}) + "\n"
+    trace.write_bytes(gzip.compress("".join([changed, *lines]).encode()))
+    with pytest.raises(InputError, match="what it says does not fit together"):
         check_trace(copied)

@@ -15,7 +15,7 @@ from rmfs_validation.tables import hours_of, robots_of, stations_of, waiting_tic
 
 def test_the_day_by_hours(day: Trace) -> None:
     """One order, three picks, one visit, and 14 m to drive."""
-    assert hours_of(day) == [
+    assert [*hours_of(day)] == [
         {"hour": 0, "start_s": 0, "orders_in": 1, "orders_out": 1, "picks": 3, "visits": 1, "distance_m": 14}
         | {"backlog": 0}
     ]

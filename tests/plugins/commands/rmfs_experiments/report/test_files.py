@@ -46,7 +46,7 @@ def test_an_observers_metric_is_called_what_it_likes(
     one = evolve(result, rows=rows, experiment=experiment, measures=measures)
     comparison = one.comparison()
     write_report(one, comparison, tmp_path)
-    print_comparison(Console(width=120), one, comparison)
+    print_comparison(Console(width=120, markup=False), one, comparison)  # as `output_console` has it
     assert label in capsys.readouterr().out
     plots = {path.name for path in (tmp_path / "plots").glob("*.svg")}
     assert plots == {"differences.svg", "metrics.differences.svg", "pile_on.svg"}

@@ -39,6 +39,14 @@ def test_axis_values_of_several_kinds_are_texts(result: ExperimentResult, tmp_pa
     assert list(pandas.read_parquet(tmp_path / "runs.parquet")["mixed"].iloc[:2]) == ["1", "start"]
 
 
+def test_numbers_that_no_column_has_are_texts(result: ExperimentResult, tmp_path: Path) -> None:
+    """An observer may measure a whole number of more than 64 bits."""
+    for row in result.rows:
+        row["huge"] = 2**64
+    write_parquet(result, tmp_path / "runs.parquet")
+    assert set(pandas.read_parquet(tmp_path / "runs.parquet")["huge"]) == {"18446744073709551616"}
+
+
 def test_the_summary_has_every_comparison(result: ExperimentResult) -> None:
     """summary.csv has a row for each instance set, metric and rule set, with how many runs failed."""
     rows = list(csv.DictReader(summary_csv(result.comparison()).splitlines()))
