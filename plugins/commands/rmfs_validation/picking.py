@@ -112,7 +112,7 @@ class PickCheck:
         order = self.state.orders[number]
         part = order.part_of[sku]
         station = self.state.stations[part[0]]
-        order.last_tick = tick
+        order.last_tick = max(order.last_tick, tick)  # stations are settled one after the other
         order.left[part] -= 1
         if order.left[part] == 0:
             size = order.size.pop(part)
