@@ -180,10 +180,10 @@ def _event(place: str, line: dict[str, Any]) -> Event:
 
 def _end(place: str, line: Mapping[str, Any]) -> tuple[int, str]:
     tick, status = line.get("tick"), line.get("status")
-    if not _is_int(tick) or tick < 0 or status not in STATUSES:
+    if not isinstance(tick, int) or not _is_int(tick) or tick < 0 or status not in STATUSES:
         expected = f"a tick from 0 to {MOST:,} and a status of {', '.join(STATUSES)}"
         raise InputError(place, f"found the end {shown_short(line)}; expected {expected}")
-    return int(tick), str(status)
+    return tick, str(status)
 
 
 def _trace(path: str, first: Mapping[str, Any]) -> Trace:
