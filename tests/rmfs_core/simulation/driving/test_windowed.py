@@ -116,18 +116,18 @@ def overlapping(moves: list[RobotMoved], roads: Roads) -> int:
 def test_a_run_across_a_stop_is_refused(monkeypatch: pytest.MonkeyPatch, robots: int) -> None:
     """With `whca-n` no run begins that overlaps another's or its stop, whatever is reserved; without that, some do."""
 
-    def overlapping_runs() -> int:
+    def overlapping_runs(queue: str) -> int:
         observer = Moves()
         settings = ["rules.pp=whca-n", f"robots.count={robots}", "instance.orders=60", "stations.pick_s=1.0"]
-        settings.append("run.until_s=10_000.0")
+        settings += ["run.until_s=10_000.0", f"layout.queue={queue}"]
         result = rmfs_core.run("paper-250", overrides=settings, observers=[observer])
         assert result.status == "complete"
         return overlapping(observer.moves, paper_roads())
 
-    assert overlapping_runs() == 0
+    assert overlapping_runs("plain") == overlapping_runs("shortcut") == 0
     monkeypatch.setattr(WindowedDriving, "register", ReservedDriving.register)
     monkeypatch.setattr(WindowedDriving, "leave_station", leaves_at_once)
-    assert overlapping_runs() > 0
+    assert overlapping_runs("plain") > 0  # with shortcuts, such runs would stand still
 
 
 def leaves_at_once(driving: WindowedDriving, course: Course) -> None:
