@@ -277,3 +277,10 @@ def test_without_that_order_robots_stand_in_each_others_way(monkeypatch: pytest.
     monkeypatch.setattr(WindowedDriving, "gets_ahead", lambda *_, **__: None)
     with pytest.raises(StandstillError, match="waits for row"):
         status()
+
+
+@pytest.mark.slow
+def test_nobody_joins_a_line_ahead_of_one_who_came_into_the_lane_past_it() -> None:
+    """At 1,624 s a robot enters by the second entrance while another, still on its way to the first, would be ahead."""
+    settings = ["instance.orders=150", "instance.pods=50", "run.standstill_s=200.0", "run.until_s=2500.0"]
+    assert rmfs_core.run("paper-250-integrated", overrides=settings).status == "complete"
