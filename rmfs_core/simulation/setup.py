@@ -70,7 +70,7 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
     given = [pod.place for pod in instance.pods if pod.place is not None]
     places = _cells(given, layout, {CellKind.STORAGE}, "a storage location")
     drawn = [locations[i] for i in stream(scenario.seed, "pod places").permutation(len(locations))]
-    places += [location for location in drawn if location not in set(places)] if places else drawn
+    places = list(dict.fromkeys([*places, *drawn]))
     at_stations = _pods_at_stations(scenario, instance, layout)
     stations = _stations(scenario, layout)
     robot_places = [locations[i] for i in stream(scenario.seed, "robot places").permutation(len(locations))]
