@@ -252,7 +252,7 @@ def _keep_requests(warehouse: Warehouse, station: Station, given: StationMemento
             warehouse.release(request)
     station._in_hand = held
     problem = f"found {given.capacity}; expected at least {station.load}, what is assigned and not picked"
-    alone = len({request.order for request in kept.values()}) == 1  # as one larger than any station is
+    alone = len({request.order for request in (*kept.values(), held) if request}) == 1  # one larger than any station
     _check(alone or given.capacity >= station.load, problem, "stations", station.id, "capacity")
     station._requests, station._by_sku = kept, {}
     for request in kept.values():

@@ -11,7 +11,15 @@ from attrs import evolve
 from rmfs_bounds import BOUNDED, bounds_of, find_bounds
 from rmfs_core import Scenario, run
 from rmfs_core.scenario import scenario_from_dict
-from rmfs_core.scenario.model import Arrivals, InstanceSection, RobotsSection, RuleChoice, RulesSection, RunSection
+from rmfs_core.scenario.model import (
+    Arrivals,
+    InstanceSection,
+    RobotsSection,
+    RuleChoice,
+    RulesSection,
+    RunSection,
+    StationsSection,
+)
 from rmfs_core.world import Instance, parse_map
 from rmfs_testing import small_instance
 
@@ -19,7 +27,9 @@ LANE = parse_map("#.....qO\n#..@@...", "lane")
 """Two storage locations, 7 and 8 m from the station: 6.167 and 8.167 s with a pod. 9 m back."""
 
 ONE_ROBOT = Scenario(
-    rules=RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand")), robots=RobotsSection(count=1)
+    rules=RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand")),
+    robots=RobotsSection(count=1),
+    stations=StationsSection(release="picked"),
 )
 TWO_ORDERS = small_instance({"1": ["a"], "2": {"b": 2}}, {"p": ["a"], "q": ["b"]})
 

@@ -28,7 +28,7 @@ def completed(*words: str) -> list[str]:
 
 def test_commands() -> None:
     """The commands of the group, and those below one."""
-    assert completed("r") == ["reproduce", "rules", "run"]
+    assert completed("r") == ["replay", "reproduce", "rules", "run"]
     assert completed("scenario", "") == ["check", "list", "map", "schema", "show"]
 
 
@@ -56,6 +56,7 @@ def test_keys_and_values_of_overrides() -> None:
     """Keys of a scenario; after a key of the rules, the rules."""
     assert completed("run", "x", "--set", "rob") == [
         "robots.count=",
+        "robots.file=",
         "robots.acceleration_m_per_s2=",
         "robots.top_speed_m_per_s=",
         "robots.full_turn_s=",

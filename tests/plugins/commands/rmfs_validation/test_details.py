@@ -17,6 +17,7 @@ LATE = (
     'instance.arrivals={process = "poisson", orders_per_hour = 400}',
     "instance.due={allowance_s = 10}",
     "run.warmup_s=30",
+    "stations.release=picked",
 )
 
 

@@ -90,7 +90,7 @@ def test_what_cannot_have_happened_is_found(handled: Trace, damage: Callable[[Tr
 
 def test_a_place_that_is_still_kept_is_not_taken(tmp_path: Path) -> None:
     """A run that gave places back at the pick had more orders at a station than one that does later."""
-    settings = ("stations.order_capacity=1", "rules.pp=free-flow")
+    settings = ("stations.order_capacity=1", "stations.release=picked", "rules.pp=free-flow")
     rmfs_core.run("examples/small", overrides=settings, out=tmp_path, record=["trace"])
     trace = with_release(read_trace(tmp_path / "trace.jsonl.gz"), "handled")
     assert "capacity-exceeded" in {fault.kind for fault in faults_of(trace)}
