@@ -48,12 +48,13 @@ class Snapshots:
         self._pods = [pod.name for pod in view.pods]
         self._stations = [station.name for station in view.stations]
         self._orders: dict[int, str] = {}
+        self._dated = False
         self._told_of_orders: dict[int, None] = {}
         self._told_of_pods: set[int] = set()
         self._last: dict[str, tuple[object, dict[str, Any]]] = {}
         self.state: dict[str, Any] = {
             "format": FORMAT,
-            "version": VERSIONS[run.instance.dated or run.scenario.stations.release == "handled"],
+            "version": VERSIONS[0],
             "time_s": view.now_s,
             "skus": list(run.instance.skus),
             "layout": {"map": draw_map(run.layout).splitlines()},
@@ -87,9 +88,13 @@ class Snapshots:
             What belongs to this call of a rule: ``ask``, and perhaps ``backlog`` and ``random``.
         """
         view = self._view
+        orders = [OrderMemento.of(view.order(order)) for order in self._told_of_orders]
+        self._dated |= any(order.data.due_tick is not None or order.data.priority for order in orders)
+        stations = {station.name: self._station(StationMemento.of(station)) for station in view.stations}
         whole = {
+            "version": VERSIONS[self._dated or any("in_hand" in station for station in stations.values())],
             "time_s": view.now_s,
-            "stations": {station.name: self._station(StationMemento.of(station)) for station in view.stations},
+            "stations": stations,
             "robots": {robot.name: self._robot(RobotMemento.of(robot)) for robot in view.robots},
             "waiting": [pod.name for pod in view.waiting_pods],
             "reserved": list(view.reserved_locations),
@@ -100,7 +105,6 @@ class Snapshots:
             self.state.pop(key, None)
         self.state.update(whole)
         pods = [view.pods[pod] for pod in sorted(self._told_of_pods)]
-        orders = [OrderMemento.of(view.order(order)) for order in self._told_of_orders]
         for section, changed in (
             ("pods", {pod.name: self._pod(PodMemento.of(pod, view.home(pod))) for pod in pods}),
             ("orders", {order.data.name: self._order(order) for order in orders}),

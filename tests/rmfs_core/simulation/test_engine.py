@@ -25,8 +25,8 @@ from rmfs_testing import small_instance
 Prepare = Callable[..., "TinyRun"]  # type: ignore[name-defined]  # noqa: F821
 
 
-def test_one_item_takes_fetching_lifting_carrying_and_picking(tiny_run: Prepare) -> None:
-    """One robot, pod, item: the run is the empty drive, 2.2 s of lifting, the loaded drive and 7 s of picking."""
+def test_one_item_takes_fetching_lifting_carrying_and_handling(tiny_run: Prepare) -> None:
+    """One robot, pod, item: the run is the empty drive, 2.2 s of lifting, the loaded drive and 13 s of handling."""
     run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}))
     warehouse = run.warehouse
     travel, robot, pod = warehouse.travel, warehouse.robots[0], warehouse.pods[0]
@@ -35,31 +35,34 @@ def test_one_item_takes_fetching_lifting_carrying_and_picking(tiny_run: Prepare)
     run.simulation.run()
     heading = next(e.heading for e in reversed(run.recorder.of(RobotMoved)) if e.pod is None) if fetch else 1
     carry = travel.ticks(pod.robot is not None and warehouse.homes[0], heading, station, loaded=True)
-    assert run.simulation.now == fetch + 2200 + carry + 7000
+    assert run.simulation.now == fetch + 2200 + carry + 13000
     assert run.simulation.status == "complete"
 
 
-def test_the_picker_needs_thirteen_seconds_an_item(tiny_run: Prepare) -> None:
+def release_when(at: str) -> Callable[[Scenario], Scenario]:
+    """Return what makes a scenario one in which places are given back when items are picked, or handled."""
+    return lambda scenario: evolve(scenario, stations=evolve(scenario.stations, release=at))
+
+
+@pytest.mark.parametrize(("release", "later"), [("picked", 0), ("handled", 6000)])
+def test_the_picker_needs_thirteen_seconds_an_item(tiny_run: Prepare, release: str, later: int) -> None:
     """Three items from one pod: picks begin 13 s apart, each done after 7 s; the pod leaves with the last one."""
-    run = tiny_run(small_instance({"1": ["a", "b", "c"]}, {"p": ["a", "b", "c"]}))
+    instance = small_instance({"1": ["a", "b", "c"]}, {"p": ["a", "b", "c"]})
+    run = tiny_run(instance, change=release_when(release))
     run.simulation.run()
     picks = run.recorder.of(ItemPicked)
     starts = [pick.start_tick for pick in picks]
     assert [b - a for a, b in pairwise(starts)] == [13000, 13000]
     assert [pick.tick - pick.start_tick for pick in picks] == [7000] * 3
     assert run.recorder.of(VisitEnded)[0].picks == 3
-    assert run.recorder.of(OrderCompleted)[0].tick == picks[-1].tick
-
-
-def release_when_handled(scenario: Scenario) -> Scenario:
-    """Return a scenario in which places are given back when items are handled."""
-    return evolve(scenario, stations=evolve(scenario.stations, release="handled"))
+    assert run.recorder.of(VisitEnded)[0].tick == picks[-1].tick
+    assert run.recorder.of(OrderCompleted)[0].tick == picks[-1].tick + later
 
 
 def test_places_may_be_given_back_when_items_are_handled(tiny_run: Prepare) -> None:
     """An order is complete after 13 s in place of 7, and the next one is assigned only then; the pod leaves after 7."""
     instance = small_instance({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]})
-    run = tiny_run(instance, capacity=1, change=release_when_handled)
+    run = tiny_run(instance, capacity=1, change=release_when("handled"))
     run.simulation.run()
     first, second = run.recorder.of(ItemPicked)
     assert [event.tick for event in run.recorder.of(OrderCompleted)] == [
@@ -75,7 +78,7 @@ def test_places_may_be_given_back_when_items_are_handled(tiny_run: Prepare) -> N
 def test_with_two_items_only_the_last_one_counts(tiny_run: Prepare) -> None:
     """The part of an order keeps its places until the last of its items is handled."""
     instance = small_instance({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]})
-    run = tiny_run(instance, capacity=2, change=release_when_handled)
+    run = tiny_run(instance, capacity=2, change=release_when("handled"))
     run.simulation.run()
     assert run.recorder.of(OrderAssigned)[1].tick == run.recorder.of(ItemPicked)[1].picker_free_tick
 

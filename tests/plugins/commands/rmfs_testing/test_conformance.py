@@ -222,7 +222,7 @@ ONE, MANY, LARGE = "one station", "several stations", "an order as large as the 
         (NoSuchStation(), "impossible decision", ONE, "named station 1, which does not exist"),
         (WrongType(), "impossible decision", ONE, "expected Path"),
         (Divides(), "exception", ONE, "ZeroDivisionError"),
-        (BreakingObserver(), "exception", ONE, f"raised KeyError: 2 ({__file__}, line "),
+        (BreakingObserver(), "exception", ONE, f"raised KeyError: 0 ({__file__}, line "),
         (GlobalRandom(), "nondeterminism", ONE, "RobotMoved"),
         (CountsOutside(), "nondeterminism", MANY, "RobotMoved"),
         (GoesThroughASet(), "nondeterminism", ONE, "OrderAssigned"),

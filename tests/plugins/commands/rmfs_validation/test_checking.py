@@ -93,7 +93,7 @@ def test_shipped_scenarios(name: str, tmp_path: Path) -> None:
     rmfs_core.run(name, overrides=("rules.pp=free-flow",), out=tmp_path, record=["trace"])
     report = check_trace(tmp_path)
     assert report.faults == []
-    assert report.events > 100
+    assert report.events > 80
     assert report.metrics_checked
     assert not report.collisions_checked
 

@@ -11,6 +11,7 @@ from attrs import evolve
 from damage import Damage, assert_found, change, drop
 from rmfs_core.events import PodLifted, RobotMoved
 from rmfs_core.motion import Motion
+from rmfs_core.world import NORTH, SOUTH
 from rmfs_trace.reader import Trace
 from rmfs_validation import faults_of
 
@@ -203,7 +204,9 @@ DAMAGES: list[tuple[str, Damage, str]] = [
     ("two robots exchanged", swap_robots, "teleport"),
     (
         "a run to beside its end",
-        change(RobotMoved, lambda t, e: {"to": e.to + (1 if e.heading % 2 else t.layout.width)}, where=long_first),
+        change(
+            RobotMoved, lambda t, e: {"to": e.to + 1}, where=lambda e: long_first(e) and e.heading in (NORTH, SOUTH)
+        ),
         "not-straight",
     ),
     (

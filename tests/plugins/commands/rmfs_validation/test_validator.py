@@ -42,7 +42,7 @@ def ends_early(trace: Trace) -> Trace:
 
 DAMAGES: list[tuple[str, Damage, str]] = [
     ("a run to the edge of the world", change(RobotMoved, lambda t, e: {"to": 10**6}), "unknown-id"),
-    ("events out of order", change(OrderCompleted, lambda t, e: {"tick": e.tick - 1}), "time-order"),
+    ("events out of order", change(VisitEnded, lambda t, e: {"tick": e.tick - 1}), "time-order"),
     ("a run's end before its last event", ends_early, "time-order"),
     ("a complete run that goes on", lambda trace: evolve(trace, tick=trace.tick + 1), "end"),
 ]
