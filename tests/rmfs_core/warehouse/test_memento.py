@@ -119,6 +119,21 @@ def test_what_is_in_hand_keeps_its_place() -> None:
         restore(wrong, world.travel)
 
 
+def test_the_last_item_of_a_too_large_order_in_hand() -> None:
+    """The order keeps more places than its station has until the item is handled; two orders never do."""
+    world = small_world({"1": {"a": 1, "b": 1}, "2": {"b": 1}}, {"p": ["a", "b"]}, capacities=[1])
+    station, pod = world.stations[0], world.pods[0]
+    world.assign(world.orders[0], station, [0, 1])
+    world.place_at_station(world.robots[0], pod, station)
+    for request in station.open_requests:
+        world.fulfil(request, pod, handled=request.sku == 0)
+    told = Memento.of(WarehouseView(world), SKUS)
+    assert restore(told, world.travel).stations[0].load == 2
+    world.assign(world.orders[1], station, [1])
+    with pytest.raises(ContradictionError, match=r"stations\.0\.capacity: found 1; expected at least 3"):
+        restore(Memento.of(WarehouseView(world), SKUS), world.travel)
+
+
 def test_promises_that_are_not_told_are_made() -> None:
     """A request without a pod is covered by the first inbound one that has an item to spare."""
     world = at_work()

@@ -204,7 +204,7 @@ class Waker:
         return self.wakes(warehouse)
 
 
-ONE, MANY, LARGE = "one station", "several stations", "an order as large as the largest station"
+ONE, FINITE, LARGE = "one station", "finite stock", "an order as large as the largest station"
 
 
 @pytest.mark.parametrize(
@@ -224,9 +224,9 @@ ONE, MANY, LARGE = "one station", "several stations", "an order as large as the 
         (Divides(), "exception", ONE, "ZeroDivisionError"),
         (BreakingObserver(), "exception", ONE, f"raised KeyError: 0 ({__file__}, line "),
         (GlobalRandom(), "nondeterminism", ONE, "RobotMoved"),
-        (CountsOutside(), "nondeterminism", MANY, "RobotMoved"),
+        (CountsOutside(), "nondeterminism", FINITE, "RobotMoved"),
         (GoesThroughASet(), "nondeterminism", ONE, "OrderAssigned"),
-        (Remembers(), "state kept", MANY, "RobotMoved"),
+        (Remembers(), "state kept", FINITE, "RobotMoved"),
         (EmptiesPods(), "mutation of the view", ONE, "choose_storage_location changed contents of pod "),
         (NamesRobots(), "mutation of the view", ONE, "on_event changed name of robot 1! (id 0) at 0.000 s"),
         (ReservesItself(), "mutation of the view", ONE, "plan_path changed the reservations at 0.000 s"),
