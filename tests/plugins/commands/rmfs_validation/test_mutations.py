@@ -77,8 +77,8 @@ LEGITIMATE = {
         "a robot that waits for its run and one that rests before it stand in the same cell for the same time",
     ),
     "picks in another order": Legitimate(
-        frozenset({WINDOWS, FILES}),
-        "which of two open requests a pod serves first is for the simulation to choose, if neither completes an order",
+        frozenset({WINDOWS, PARTIAL}),
+        "which of two open requests a pod serves first is for the simulation to choose, if no order ends otherwise by it",
     ),
     "a sku more on a pod": Legitimate(
         frozenset({FILES}), "what pods hold comes from a file, and it is enough for all picks either way"
