@@ -78,7 +78,7 @@ LEGITIMATE = {
     ),
     "picks in another order": Legitimate(
         frozenset({WINDOWS, PARTIAL}),
-        "which of two open requests a pod serves first is for the simulation to choose, if no order ends otherwise by it",
+        "which of two open requests a pod serves first is for the simulation to choose, if no order ends otherwise",
     ),
     "a sku more on a pod": Legitimate(
         frozenset({FILES}), "what pods hold comes from a file, and it is enough for all picks either way"
