@@ -10,9 +10,10 @@ from rmfs_validation.state import PodState, State, Visit
 class LineCheck:
     """Pods come to a station because a trip was decided, wait in line, and are served in the order of arrival."""
 
-    def __init__(self, case: Case, state: State) -> None:
+    def __init__(self, case: Case, state: State, *, collisions: bool) -> None:
         self.case = case
         self.state = state
+        self.collisions = collisions
         self.visits = 0
         self.handlers: Handlers = {
             TripDecided: self.trip,
@@ -37,7 +38,7 @@ class LineCheck:
     def moved(self, event: RobotMoved) -> None:
         """Check that a robot keeps behind its place in line, by whatever way it came into the queue."""
         case, i = self.case, self.case.lane[event.to]
-        if i < 0 or event.pod is None or not case.avoids_collisions:
+        if i < 0 or event.pod is None or not self.collisions:
             return
         line, cells = self.state.stations[i].line, case.layout.stations[i]
         ahead = line.index(event.robot) if event.robot in line else len(line)

@@ -45,7 +45,8 @@ def faults_of(
     result
         Content of result.json; its metrics are compared with those of the trace when given.
     collisions
-        Whether no two robots may hold a cell at once. None: unless the scenario's PP rule ignores other robots.
+        Whether no two robots may hold a cell at once, or pass in a queue. None: unless the scenario's PP rule ignores
+        other robots.
     tables
         The run's folder; the tables there are compared when given.
 
@@ -60,7 +61,9 @@ def faults_of(
     if made_alike(trace, result):
         check_opening(case)
     state = State(trace)
-    lines, orders, pods = LineCheck(case, state), OrderCheck(case, state), PodCheck(case, state)
+    if collisions is None:
+        collisions = case.avoids_collisions
+    lines, orders, pods = LineCheck(case, state, collisions=collisions), OrderCheck(case, state), PodCheck(case, state)
     picks = PickCheck(case, state)
     # The way is checked while a robot is still where its run starts, the decision before its parts take up capacity.
     checks = (
@@ -81,7 +84,7 @@ def faults_of(
     orders.at_end()
     pods.at_end()
     if whole:
-        if collisions or (collisions is None and case.avoids_collisions):
+        if collisions:
             find_collisions(case, state)
         if result is not None:
             compare(case, result)

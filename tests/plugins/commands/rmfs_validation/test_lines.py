@@ -25,6 +25,7 @@ from damage import (
 )
 from rmfs_core.events import QueueJoined, RobotMoved, TripDecided, VisitEnded, VisitStarted
 from rmfs_trace.reader import Trace
+from rmfs_validation import faults_of
 
 TRIP, PPS, JOIN, VISIT, LEAVE = 3, 4, 10, 12, 17
 """Places of events in `day`."""
@@ -227,6 +228,7 @@ def test_a_robot_keeps_behind_its_place_in_line(new_script: Any) -> None:
         "queue-passed: robot 2 drives to row 3, column 8 in the queue of station 1, "
         "place 0 there; robots ahead of it in line: 1"
     ]
+    assert faults_of(script.trace(), collisions=False) == []  # robots pass through each other, in queues, too
 
 
 def test_who_waits_in_a_queue_is_in_its_line(new_script: Any) -> None:
