@@ -51,10 +51,10 @@ def test_quick(tmp_path: Path) -> None:
     """One seed of the set of 50 orders: all runs complete, every plot of the part is there."""
     done = reproduce("--quick", "--out", str(tmp_path))
     assert done.exit_code == 0, done.output
-    assert parquet.read_table(tmp_path / "runs-instances.parquet").num_rows == 32
+    assert parquet.read_table(tmp_path / "runs-instances.parquet").num_rows == 40
     report = tmp_path / "report.md"
     assert [line[4] for line in lines_of(report, "50 orders, integrated")[:2]] == ["8", "8"]
-    assert "37 different runs, of which 0 failed; solves that a time limit stopped: 0." in report.read_text(
+    assert "45 different runs, of which 0 failed; solves that a time limit stopped: 0." in report.read_text(
         encoding="utf-8"
     )
     for name in ("relative-to-sequential", "turnover", "computing-time", "distributions"):
