@@ -45,6 +45,11 @@ class Watch:
             self.note()
         self._completed += type(event).__name__ == "OrderCompleted"
 
+    @hookimpl
+    def run_ended(self) -> None:
+        """Note what there is at the end, before the results are made of it."""
+        self.note()
+
     def note(self) -> None:
         """Note what there is now."""
         gc.collect()
@@ -67,12 +72,12 @@ def soak(planner: str, orders: int, per_hour: float) -> None:
         f"rules.pp={planner}",
     ]
     result = run("paper-poisson", overrides=overrides, observers=[watch])
-    watch.note()
     cpu_s = time.process_time() - started
     days = result.metrics["makespan_s"] / DAY_S
     print(f"  {result.status} after {days:.1f} days, {days * DAY_S / cpu_s:,.0f} simulated s per CPU s", flush=True)
     (before, first), (after, last) = watch.days[min(SETTLED, len(watch.days)) - 1], watch.days[-1]
     growth_kb = 1000 * (after - before) / max(last - first, 1)
+    print(f"  {resident_mb():.0f} MB with the results", flush=True)
     print(f"  {growth_kb:.2f} kB an order since day {SETTLED}; at most {MOST_KB_PER_ORDER} are allowed", flush=True)
     sys.exit(result.status != "complete" or growth_kb > MOST_KB_PER_ORDER)
 
