@@ -21,7 +21,7 @@ from rmfs_core.events import Event, RobotMoved
 from rmfs_core.motion import Motion
 from rmfs_core.results.tables import finite
 from rmfs_core.roles import Role
-from rmfs_trace import Trace
+from rmfs_trace import KnownIds, Trace
 from rmfs_trace.writer import EVENTS, NOT_TRACED
 
 KINDS = {kind: name for name, kind in EVENTS.items() if kind is not RobotMoved}
@@ -137,7 +137,7 @@ class ColumnsBuilder:
         self._order = array("b")
         self._last: dict[str, int] = {}
         self._codes = {kind: code for code, kind in enumerate(KINDS)}
-        self._limits = limits(start)
+        self._ids = KnownIds(start)
         self._columns: dict[str, dict[str, Any]] = {}
         for kind, name in KINDS.items():
             fields = [one.name for one in attrs.fields(kind) if one.name not in NOT_TRACED]
@@ -153,11 +153,8 @@ class ColumnsBuilder:
         InputError
             When it names what the header does not have.
         """
-        for name, most in self._limits[type(event)]:
-            value = getattr(event, name)
-            for one in value if isinstance(value, tuple) else (value,):
-                if one is not None and not 0 <= one < most:
-                    raise InputError("the trace", f"{type(event).__name__} names {name} {one}, which does not exist")
+        if (unknown := self._ids.unknown(event)) is not None:
+            raise InputError("the trace", f"{type(event).__name__} names {unknown}, which does not exist")
         if isinstance(event, RobotMoved):
             self._legs[event.robot].add(event, self._start.motion)
             return
@@ -190,22 +187,3 @@ class ColumnsBuilder:
     def columns(self) -> Columns:
         """Return what was added."""
         return Columns(self._legs, self._columns, self._order, self._texts)
-
-
-def limits(start: Trace) -> dict[type[Event], list[tuple[str, int]]]:
-    """Return the fields of each kind of event that are ids, and how many of these there are."""
-    counts = {
-        "robot": len(start.robots),
-        "pod": len(start.pods),
-        "station": len(start.stations),
-        "next_station": len(start.stations),
-        "order": len(start.instance.orders),
-        "sku": len(start.instance.skus),
-        "skus": len(start.instance.skus),
-        "heading": 4,
-        **dict.fromkeys(("origin", "to", "cell"), len(start.layout.kind)),
-    }
-    return {
-        kind: [(one.name, counts[one.name]) for one in attrs.fields(kind) if one.name in counts]
-        for kind in EVENTS.values()
-    }

@@ -58,7 +58,8 @@ def replay(
     from rmfs_core.errors import InputError
     from rmfs_core.results.files import write_text
     from rmfs_replay.page import page
-    from rmfs_replay.reading import read_replay, sound
+    from rmfs_replay.reading import read_replay
+    from rmfs_trace import fitting
 
     if frames is not None and video is not None:
         raise InputError("--video", "found with --frames; expected one of them")
@@ -75,7 +76,7 @@ def replay(
         raise InputError(option, "found without --frames or --video; expected it with one of them")
     replays = [read_replay(one) for one in (folder, other) if one is not None]
     beside = folder if folder.is_dir() else folder.parent
-    with sound(folder):
+    with fitting(folder, "shown"):
         if frames is not None:
             target = out or beside / PICTURES
             _frames(replays, target, frames, _span(replays, begin_s, end_s))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +10,11 @@ from attrs import frozen
 
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
-from rmfs_core.wording import one_line, shown_short
+from rmfs_core.wording import shown_short
 from rmfs_replay.columns import Columns, ColumnsBuilder
 from rmfs_replay.recorded import recorded_decisions
-from rmfs_trace import FILE, Trace, TraceStream
+from rmfs_trace import Trace, TraceStream, fitting, trace_file
+from rmfs_validation.checking import read_result
 from rmfs_validation.header import check_readable
 
 
@@ -61,14 +60,10 @@ def read_replay(path: str | Path) -> Replay:
     InputError
         When there is no trace, or one that is damaged, cut off, or of another run than what lies beside it.
     """
-    file = Path(path)
-    if file.is_dir():
-        if not (file / FILE).exists():
-            raise InputError(str(file), f"has no {FILE}; `rmfs run --trace` records one")
-        file = file / FILE
+    file = trace_file(path)
     stream = TraceStream(file)
     metrics = _metrics(file, stream.start)
-    with sound(file):
+    with fitting(file, "shown"):
         check_readable(stream.start)
         builder = ColumnsBuilder(stream.start)
         for event in stream:
@@ -78,27 +73,11 @@ def read_replay(path: str | Path) -> Replay:
     return Replay(name, stream.start, stream.tick, stream.status, builder.columns(), metrics, decisions)
 
 
-@contextmanager
-def sound(file: Path) -> Iterator[None]:
-    """Say in a sentence that a trace cannot be shown which nothing has recorded."""
-    try:
-        yield
-    except (TypeError, KeyError, IndexError, AttributeError, ValueError, ArithmeticError) as error:
-        problem = "what it says does not fit together, so that it cannot be shown; expected what rmfs has recorded"
-        raise InputError(str(file), f"{problem} ({one_line(error)})") from error
-
-
 def _metrics(file: Path, start: Trace) -> Mapping[str, Any]:
     """Return the metrics of the result beside a trace; none where there is no result."""
     result = file.parent / RESULT_FILE
-    if not result.exists():
+    if (content := read_result(result)) is None:
         return {}
-    try:
-        content = json.loads(result.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError(str(result), f"cannot be read as JSON: {error}") from error
-    if not isinstance(content, Mapping) or not isinstance(content.get("metrics"), Mapping):
-        raise InputError(str(result), "expected a result that rmfs has written, with the key `metrics`")
     found, told = content.get("scenario"), start.scenario
     if different := _difference(found, told, ""):
         raise InputError(str(result), f"is of another run than {file.name}: {different}; expected what one run wrote")

@@ -1,4 +1,4 @@
-from .reader import Trace, TraceStream, read_trace
+from .reader import KnownIds, Trace, TraceStream, fitting, read_trace, trace_file
 from .writer import FILE, TraceWriter
 
-__all__ = ["FILE", "Trace", "TraceStream", "TraceWriter", "read_trace"]
+__all__ = ["FILE", "KnownIds", "Trace", "TraceStream", "TraceWriter", "fitting", "read_trace", "trace_file"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,10 @@ from rmfs_core.errors import InputError
 from rmfs_core.events import Event
 from rmfs_core.motion import Motion
 from rmfs_core.roles import Role
-from rmfs_core.wording import shown_short
+from rmfs_core.wording import one_line, shown_short
 from rmfs_core.world import Instance, Layout, OrderData, PodData, StationCells
 from rmfs_trace.json_lines import read_json_lines
-from rmfs_trace.writer import EVENTS, FORMAT, NOT_TRACED, VERSION
+from rmfs_trace.writer import EVENTS, FILE, FORMAT, NOT_TRACED, VERSION
 
 TICK_S = 1 / TICKS_PER_S
 STATUSES = ("complete", "partial", "failed")
@@ -129,6 +130,62 @@ def read_trace(path: str | Path) -> Trace:
     stream = TraceStream(path)
     events = tuple(stream)
     return attrs.evolve(stream.start, events=events, tick=stream.tick, status=stream.status)
+
+
+def trace_file(path: str | Path) -> Path:
+    """Return the trace file of a run's folder, or the file that is given; raise `InputError` where there is none."""
+    file = Path(path)
+    if not file.is_dir():
+        return file
+    if not (file / FILE).exists():
+        raise InputError(str(file), f"has no {FILE}; `rmfs run --trace` records one")
+    return file / FILE
+
+
+@contextmanager
+def fitting(file: Path, done: str) -> Iterator[None]:
+    """Say in a sentence that a trace that nothing has recorded cannot be ``done`` ("checked", "shown")."""
+    try:
+        yield
+    except (TypeError, KeyError, IndexError, AttributeError, ValueError, ArithmeticError) as error:
+        problem = f"what it says does not fit together, so that it cannot be {done}; expected what rmfs has recorded"
+        raise InputError(str(file), f"{problem} ({one_line(error)})") from error
+
+
+class KnownIds:
+    """Which ids there are in a trace.
+
+    Parameters
+    ----------
+    trace
+        Its header is enough.
+    """
+
+    def __init__(self, trace: Trace) -> None:
+        counts = {
+            "robot": len(trace.robots),
+            "pod": len(trace.pods),
+            "station": len(trace.stations),
+            "next_station": len(trace.stations),
+            "order": len(trace.instance.orders),
+            "sku": len(trace.instance.skus),
+            "skus": len(trace.instance.skus),
+            "heading": 4,
+            **dict.fromkeys(("origin", "to", "cell"), len(trace.layout.kind)),
+        }
+        self._of_kind = {
+            kind: [(one.name, counts[one.name]) for one in attrs.fields(kind) if one.name in counts]
+            for kind in EVENTS.values()
+        }
+
+    def unknown(self, event: Event) -> str | None:
+        """Return the first id in an event that is none, and of what: ``"pod 2"``."""
+        for name, count in self._of_kind[type(event)]:
+            value = getattr(event, name)
+            for i in value if isinstance(value, tuple) else (value,):
+                if i is not None and not 0 <= i < count:
+                    return f"{name} {i}"
+        return None
 
 
 def _is_int(value: object) -> bool:

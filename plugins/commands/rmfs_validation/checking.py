@@ -11,9 +11,7 @@ from attrs import frozen
 
 from rmfs_core.errors import InputError
 from rmfs_core.results import RESULT_FILE
-from rmfs_core.wording import one_line
-from rmfs_trace.reader import read_trace
-from rmfs_trace.writer import FILE as TRACE_FILE
+from rmfs_trace.reader import fitting, read_trace, trace_file
 from rmfs_validation.case import avoids_collisions
 from rmfs_validation.fault import Fault
 from rmfs_validation.opening import made_alike
@@ -67,25 +65,18 @@ def check_trace(path: str | Path, *, collisions: bool | None = None) -> Report:
 
     ``collisions``: whether no two robots may hold a cell at once; None: unless the PP rule is ``free-flow``.
     """
-    file = Path(path)
-    if file.is_dir():
-        if not (file / TRACE_FILE).exists():
-            raise InputError(str(file), f"has no {TRACE_FILE}; `rmfs run --trace` records one")
-        file = file / TRACE_FILE
+    file = trace_file(path)
     trace = read_trace(file)
-    result = _read_result(file.parent / RESULT_FILE)
+    result = read_result(file.parent / RESULT_FILE)
     tables = None if result is None else file.parent
-    try:
+    with fitting(file, "checked"):
         if collisions is None:
             collisions = avoids_collisions(trace)
         faults = faults_of(trace, result, collisions=collisions, tables=tables)
-    except (TypeError, KeyError, IndexError, AttributeError, ValueError, ArithmeticError) as error:
-        problem = "what it says does not fit together, so that it cannot be checked; expected what rmfs has recorded"
-        raise InputError(str(file), f"{problem} ({one_line(error)})") from error
     return Report(faults, len(trace.events), collisions, result is not None, made_alike(trace, result))
 
 
-def _read_result(file: Path) -> Mapping[str, Any] | None:
+def read_result(file: Path) -> Mapping[str, Any] | None:
     """Return the content of result.json; None when there is none."""
     if not file.exists():
         return None

@@ -6,11 +6,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-import attrs
-
 from rmfs_core.clock import to_ticks
 from rmfs_core.events import Event
-from rmfs_trace.reader import Trace
+from rmfs_trace.reader import KnownIds, Trace
 from rmfs_trace.writer import EVENTS
 from rmfs_validation.case import Case, seconds
 from rmfs_validation.collisions import find_collisions
@@ -25,8 +23,6 @@ from rmfs_validation.orders import DecisionCheck, OrderCheck
 from rmfs_validation.picking import PickCheck
 from rmfs_validation.pods import PodCheck
 from rmfs_validation.state import State
-
-CELLS = ("origin", "to", "cell")
 
 
 def faults_of(
@@ -95,10 +91,10 @@ def faults_of(
 
 def _follow(case: Case, handlers: Mapping[type[Event], list[Callable[[Any], None]]], picks: PickCheck) -> bool:
     """Hand each event to its checks; return whether all of them name only what exists."""
-    limits = _limits(case.trace)
+    ids = KnownIds(case.trace)
     now, whole = 0, True
     for event in case.trace.events:
-        unknown = _unknown(event, limits)
+        unknown = ids.unknown(event)
         if unknown is not None:
             case.add("unknown-id", event.tick, f"{type(event).__name__} names {unknown}, which does not exist")
             whole = False
@@ -127,32 +123,3 @@ def _check_end(case: Case, last: int) -> None:
         case.add("end", tick, f"{ends}; run.until_s is {until}")
     elif case.trace.status == "complete" and case.trace.instance.orders and tick > last:
         case.add("end", tick, f"{ends}, complete, but nothing has happened since {seconds(last)}")
-
-
-def _limits(trace: Trace) -> dict[type[Event], list[tuple[str, int]]]:
-    """For each kind of event its fields that are ids, and how many there are."""
-    counts = {
-        "robot": len(trace.robots),
-        "pod": len(trace.pods),
-        "station": len(trace.stations),
-        "next_station": len(trace.stations),
-        "order": len(trace.instance.orders),
-        "sku": len(trace.instance.skus),
-        "skus": len(trace.instance.skus),
-        "heading": 4,
-        **dict.fromkeys(CELLS, len(trace.layout.kind)),
-    }
-    return {
-        kind: [(field.name, counts[field.name]) for field in attrs.fields(kind) if field.name in counts]
-        for kind in EVENTS.values()
-    }
-
-
-def _unknown(event: Event, limits: Mapping[type[Event], list[tuple[str, int]]]) -> str | None:
-    """Return the first id in an event that is none."""
-    for name, count in limits[type(event)]:
-        value = getattr(event, name)
-        for i in value if isinstance(value, tuple) else (value,):
-            if i is not None and not 0 <= i < count:
-                return f"{name} {i}"
-    return None
