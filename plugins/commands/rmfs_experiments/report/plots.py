@@ -180,7 +180,7 @@ def _scale(metric: str) -> float:
 
 
 def _fronts(comparison: Comparison, first: str, second: str) -> Figure:
-    """Every rule set's means in two metrics, a panel for each instance set; those that none beats in both are named."""
+    """Means of all rule sets in two metrics, a panel for each instance set; whom none beats in both has a number."""
     sets = _shown_sets(comparison)
     columns = min(2, len(sets))
     lines = -(-len(sets) // columns)
@@ -201,8 +201,11 @@ def _front(panel: Axes, comparison: Comparison, instances: str, first: str, seco
     front = comparison.front(instances, first, second)
     xs, ys = [across * (a.mean or 0) for a, _ in front], [up * (b.mean or 0) for _, b in front]
     panel.plot(xs, ys, "o-", color=COLOURS[0], markersize=4, linewidth=1, drawstyle="steps-post")
-    for x, y, (one, _) in zip(xs, ys, front, strict=True):
-        panel.annotate(plain(one.rule_set), (x, y), (4, 4), textcoords="offset points", size=7)
+    for number, (x, y, (one, _)) in enumerate(zip(xs, ys, front, strict=True), 1):
+        panel.annotate(str(number), (x, y), (3, 3), textcoords="offset points", size=7)
+        panel.plot([], [], " ", label=plain(f"{number} {one.rule_set}"))  # names beside the points would overlap
+    if front:
+        panel.legend(fontsize=7, handlelength=0, handletextpad=0)
     for one, other in shown[:1]:
         for bound, line, scale in ((one.bound, panel.axvline, across), (other.bound, panel.axhline, up)):
             if bound is not None:
