@@ -23,6 +23,9 @@ long: $(VENV)/installed-dev
 	$(BIN)/python tools/coverage_study.py
 	$(BIN)/python tools/fuzz.py --seed 2 --cases 20000
 	$(BIN)/python tools/soak.py
+	$(BIN)/python -m pytest tests/benchmarks/test_multi_day.py --benchmark-enable
+	$(BIN)/python tools/pages.py --long docs/how-to/train-a-policy.md
+	$(BIN)/python tools/load.py
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .
@@ -52,7 +55,6 @@ $(VENV)/installed-docs: pyproject.toml $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet -e ".[docs]"
 	touch $@ $(VENV)/installed
 
-# A folder that is moved with its __pycache__ takes numba's caches along, which name its old modules and fail.
 clean:
 	rm -rf $(VENV) build dist docs/_build docs/reference/_generated .pytest_cache .mypy_cache .ruff_cache \
 	  .import_linter_cache

@@ -14,7 +14,7 @@ author = "The rmfs authors"
 version = release = version_of("rmfs")
 
 extensions = [
-    "myst_parser",  # pages in Markdown
+    "myst_nb",  # pages in Markdown, and the notebook, which it executes
     "sphinx.ext.autodoc",  # the API from the docstrings
     "sphinx.ext.napoleon",  # which are numpydoc
     "sphinx.ext.mathjax",
@@ -23,6 +23,11 @@ extensions = [
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 suppress_warnings = ["myst.strikethrough"]
+nb_execution_mode = "force"  # the notebook is kept without its outputs
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_show_tb = True
+nb_execution_timeout = 120
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
@@ -33,7 +38,7 @@ python_use_unqualified_type_names = True
 html_theme = "furo"
 html_title = f"rmfs {version}"
 html_static_path = ["_static"]
-exclude_patterns = ["_build", "reference/_generated"]
+exclude_patterns = ["_build", "paper/league", "reference/_generated"]
 highlight_language = "default"  # Python where it is Python
 default_role = "code"  # `name` in a docstring
 toc_object_entries_show_parents = "hide"

@@ -1,4 +1,4 @@
-"""The parts of the reference that are made from the code: scenario keys, rules, metrics.
+"""The parts of the reference that are made from the code: scenario keys, rules, metrics, features.
 
 Each function returns Markdown. `conf.py` writes them into `reference/_generated` before Sphinx reads the pages, which
 include them; tests hold them to be complete.
@@ -19,7 +19,8 @@ from rmfs_core.results.catalogue import METRICS, TIMING, Metric
 from rmfs_core.roles import Role
 from rmfs_core.rules.traits import NEEDS
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario
-from rmfs_details.catalogue import DETAILS, LATENESS, on_time
+from rmfs_details.catalogue import DETAILS, LATENESS, OPENING, REPLENISHMENT, UNBUSY, on_time
+from rmfs_gym import FEATURES
 
 
 def scenario_keys() -> str:
@@ -98,7 +99,13 @@ def _given(parameter: Parameter) -> str:
 def metrics() -> str:
     """Return the metrics and timing figures of result.json: a table for each group."""
     parts = []
-    details = {"Percentiles and waiting": DETAILS, "Due times": (*LATENESS, on_time("N"))}
+    details = {
+        "Percentiles, waiting and energy": DETAILS,
+        "Opening hours": OPENING,
+        "Due times": (*LATENESS, on_time("N")),
+        "Replenishment": REPLENISHMENT,
+        "Robots without a task": UNBUSY,
+    }
     for group, ours in {**METRICS, **details, "Wall clock (under `timing`)": TIMING}.items():
         rows = [(f"`{m.name}`", m.label.strip(), _unit(m), m.meaning) for m in ours]
         parts += [f"## {group}", "", *_table(("name", "on the screen", "unit", "meaning"), rows), ""]
@@ -116,6 +123,15 @@ def needs() -> str:
     return "\n".join(_table(("need", "the rule needs"), rows))
 
 
+def features() -> str:
+    """Return what a learner sees of each candidate: a table for each decision."""
+    parts = []
+    for role, ours in FEATURES.items():
+        rows = [(f"`{f.name}`", f.text, "" if f.half is None else f"x / (x + {f.half:g})") for f in ours]
+        parts += [f"### {role.label}", "", *_table(("feature", "x", "shown as"), rows), ""]
+    return "\n".join(parts)
+
+
 def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
     cells = [[str(cell).replace("|", r"\|").replace("\n", " ") for cell in row] for row in rows]
     return [f"| {' | '.join(head)} |", f"|{'---|' * len(head)}", *(f"| {' | '.join(row)} |" for row in cells)]
@@ -124,7 +140,7 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
 def write(folder: Path) -> None:
     """Write every part to a file of its own."""
     folder.mkdir(exist_ok=True)
-    for part in (scenario_keys, rules, metrics, needs):
+    for part in (scenario_keys, rules, metrics, needs, features):
         file = folder / f"{part.__name__.replace('_', '-')}.md"
         text = part() + "\n"
         if not file.is_file() or file.read_text(encoding="utf-8") != text:

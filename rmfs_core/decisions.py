@@ -78,11 +78,61 @@ class JointDecision:
 
 
 @frozen
+class BundleAssignment:
+    """ROA: a bundle is to be stored at a replenishment station (ids)."""
+
+    bundle: int
+    station: int
+
+
+@frozen
+class StoreBundle:
+    """RPS: a bundle is to be stored on a pod (ids), which visits the bundle's station for it."""
+
+    bundle: int
+    pod: int
+
+
+@frozen
+class BundleDecision:
+    """ROA and RPS decided together."""
+
+    assignments: tuple[BundleAssignment, ...] = field(default=(), converter=_as_tuple)
+    stores: tuple[StoreBundle, ...] = field(default=(), converter=_as_tuple)
+    report: SolveReport | None = None
+
+
+@frozen
 class TaskAssignment:
     """TA: an idle robot is to fetch a waiting pod (ids) and carry it along all stations it is bound for."""
 
     robot: int
     pod: int
+
+
+@frozen
+class RobotMove:
+    """A robot without a task is to drive to a cell, without a pod, and rest there (ids).
+
+    Parameters
+    ----------
+    robot, cell
+        Which robot, and where it goes: one of ``warehouse.free_rest_cells``.
+    charge
+        At a charger: it takes no task until its battery is so full, a share up to 1. None: full enough for one.
+    """
+
+    robot: int
+    cell: int
+    charge: float | None = field(default=None, validator=_a_number)
+
+
+@frozen
+class PodMove:
+    """A stored pod is to be carried to a free storage location (a cell) by an idle robot, without a visit (ids)."""
+
+    pod: int
+    cell: int
 
 
 @frozen

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from importlib.metadata import EntryPoint, entry_points
+import os
+import sys
+from contextlib import suppress
+from functools import lru_cache
+from importlib.metadata import Distribution, EntryPoint, entry_points
 
 from rmfs_core.errors import InputError
 from rmfs_core.wording import listed, one_line
@@ -15,7 +19,12 @@ OBSERVERS = "rmfs.observers"
 
 def origin(entry: EntryPoint) -> tuple[str, str]:
     """Return name and version of the distribution that offers an entry point."""
-    return (entry.dist.name, entry.dist.version) if entry.dist is not None else ("unknown distribution", "?")
+    return ("unknown distribution", "?") if entry.dist is None else _origin(entry.dist)
+
+
+@lru_cache(maxsize=64)
+def _origin(distribution: Distribution) -> tuple[str, str]:  # read from files, each time anew
+    return distribution.name, distribution.version
 
 
 def describe(kind: str, name: str, distribution: str, version: str) -> str:
@@ -25,6 +34,15 @@ def describe(kind: str, name: str, distribution: str, version: str) -> str:
 
 def offers(group: str) -> dict[str, tuple[EntryPoint, ...]]:
     """Return a group's entry points by name; several where distributions clash, each as ``DISTRIBUTION:NAME``, too."""
+    stamps = []  # change where something is installed; until then the distributions' files are read once
+    for place in sys.path:
+        with suppress(OSError):
+            stamps.append((place, os.stat(place or ".").st_mtime_ns))  # noqa: PTH116 (a text that may be empty)
+    return dict(_offers(group, tuple(stamps)))
+
+
+@lru_cache(maxsize=16)
+def _offers(group: str, _stamps: tuple[tuple[str, int], ...]) -> dict[str, tuple[EntryPoint, ...]]:
     found: dict[str, list[EntryPoint]] = {}
     for entry in sorted(entry_points(group=group), key=lambda entry: entry.name):
         found.setdefault(entry.name, []).append(entry)

@@ -150,19 +150,104 @@ class OrderCompleted(Event):
 
 
 @frozen
+class BundleArrived(Event):
+    """A bundle, items of one SKU that are to be stored on one pod, waits to be assigned. Ids count up from 0."""
+
+    bundle: int
+    name: str
+    sku: int
+    items: int
+
+
+@frozen
+class BundleAssigned(Event):
+    """A bundle is to be stored at a replenishment station."""
+
+    bundle: int
+    station: int
+
+
+@frozen
+class BundleBound(Event):
+    """A bundle is to be stored on a pod, whose space it has from now on; the pod is bound for the bundle's station."""
+
+    bundle: int
+    pod: int
+
+
+@frozen
+class BundleStored(Event):
+    """A bundle was stored on a pod, its items included in the pod's contents; that began at ``start_tick``."""
+
+    start_tick: int
+    visit: int
+    station: int
+    pod: int
+    bundle: int
+    sku: int
+    items: int
+
+
+@frozen
+class StationOpened(Event):
+    """A station takes orders from now on. Stations are open when a run starts, until the first events say otherwise."""
+
+    station: int
+
+
+@frozen
+class StationClosed(Event):
+    """A station takes no new orders from now on; it finishes those that it has."""
+
+    station: int
+
+
+@frozen
+class RobotsOnDuty(Event):
+    """Robots 1 to ``number`` take tasks from now on, the others none. At first all do."""
+
+    number: int
+
+
+@frozen
+class RobotSent(Event):
+    """A robot without a task sets out for a cell to rest in."""
+
+    robot: int
+    cell: int
+
+
+@frozen
+class RobotRested(Event):
+    """A robot that was sent to rest has come to a cell: where it was sent, unless it had to make way for another."""
+
+    robot: int
+    cell: int
+
+
+@frozen
+class PodMoveDecided(Event):
+    """A robot was given the task to carry a stored pod to another storage location (a cell), without a visit."""
+
+    robot: int
+    pod: int
+    cell: int
+
+
+@frozen
 class DecisionMade(Event):
-    """A rule decided POA, PPS or both.
+    """A rule decided POA, PPS or both; ROA, RPS or both.
 
     Parameters
     ----------
     period
         Number of POA (or joint) calls so far, this one included; a PPS decision belongs to the period it follows.
     decides
-        POA, PPS, or both.
+        POA, PPS, or both; ROA, RPS, or both.
     backlog
-        Orders in the backlog that the rule saw.
+        Orders in the backlog that the rule saw; bundles that wait, for ROA and RPS.
     assignments, trips
-        How many of each the decision has.
+        How many of each the decision has; for trips of RPS, bundles that it put on pods.
     status, objective, bound, stopped_early
         As the rule reported (see `rmfs_core.SolveReport`); status ``"decided"`` for rules that report nothing.
     wall_s

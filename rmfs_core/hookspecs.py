@@ -25,10 +25,21 @@ import numpy as np
 import pluggy
 
 if TYPE_CHECKING:
-    from rmfs_core.decisions import JointDecision, OrderAssignment, Path, PodTrip, TaskAssignment
+    from rmfs_core.decisions import (
+        BundleAssignment,
+        BundleDecision,
+        JointDecision,
+        OrderAssignment,
+        Path,
+        PodMove,
+        PodTrip,
+        RobotMove,
+        StoreBundle,
+        TaskAssignment,
+    )
     from rmfs_core.events import Event
     from rmfs_core.info import Question, RunInfo
-    from rmfs_core.traffic import Traffic
+    from rmfs_core.traffic import FleetTraffic, Query, Traffic
     from rmfs_core.warehouse import Order, Pod, Robot, WarehouseView
 
 hookspec = pluggy.HookspecMarker("rmfs")
@@ -36,7 +47,7 @@ hookimpl = pluggy.HookimplMarker("rmfs")
 
 
 class DecisionHooks:
-    """Exactly one selected rule answers each of these."""
+    """Exactly one selected rule answers each of these; the last two, none unless the scenario names one."""
 
     @hookspec(firstresult=True)
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
@@ -145,6 +156,127 @@ class DecisionHooks:
             if both have one.
         """
 
+    @hookspec(firstresult=True)
+    def plan_paths(
+        self, warehouse: WarehouseView, queries: Sequence[Query], traffic: FleetTraffic, rng: np.random.Generator
+    ) -> dict[int, Path]:
+        """PP: plan paths for all robots that need one now, and others in place of those that robots have.
+
+        Answered in place of `plan_path` by a rule with ``reserves = "fleet"``; called when robots are given goals.
+        All paths of the answer take the places of what these robots had reserved at once. The kernel checks them
+        against each other and all else that is reserved.
+
+        Parameters
+        ----------
+        queries
+            First those that need a path, in the order in which they were given their goals: planned for one after
+            another in this order, as long as the others keep what they have, each has one. Then those on their way,
+            which are in ``traffic.arrives`` and may keep theirs. A robot that has had to arrive later as often as there
+            are robots, since it was given its goal, is not among them.
+        traffic
+            What is reserved, and what of it can be given up.
+
+        Returns
+        -------
+        dict[int, Path]
+            By the robots' ids, the legs to their goals, as in `plan_path`; robots on their way may be left out.
+        """
+
+    @hookspec(firstresult=True)
+    def assign_bundles(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[BundleAssignment]:
+        """ROA: assign bundles to replenishment stations.
+
+        Called in a decision round while ``warehouse.bundles`` wait and some station of
+        ``warehouse.replenishment_stations`` has a free place for one (``station.free_bundle_capacity``).
+
+        Returns
+        -------
+        Sequence[BundleAssignment]
+            Assignments, each bundle at most once. Bundles left out wait for the next round.
+        """
+
+    @hookspec(firstresult=True)
+    def select_replenishment_pods(
+        self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator
+    ) -> Sequence[StoreBundle]:
+        """RPS: choose the pods that bundles are stored on; the kernel sends each to its bundle's station.
+
+        Called in a decision round while stations have bundles without a pod (``bundle.pod`` is None). Candidates have
+        room (``pod.free_space >= bundle.size``) and are ``warehouse.free_pods`` (each needs a robot),
+        ``warehouse.leaving_pods``, or bound for a station already: they pick and replenish on one way.
+
+        Parameters
+        ----------
+        max_fetches
+            How many stored pods that are bound nowhere may be chosen now.
+
+        Returns
+        -------
+        Sequence[StoreBundle]
+            Each bundle at most once; a pod may take several, as long as all of them fit it.
+        """
+
+    @hookspec(firstresult=True)
+    def assign_bundles_and_pods(
+        self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator
+    ) -> BundleDecision:
+        """ROA and RPS together (in place of the two hooks above); called when either of them would be.
+
+        Parameters
+        ----------
+        max_fetches
+            As for RPS.
+
+        Returns
+        -------
+        BundleDecision
+            What the two return: its bundles may be put on pods as soon as they are assigned.
+        """
+
+    @hookspec(firstresult=True)
+    def activate_stations(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[int]:
+        """Activation: say which stations take orders, by load rather than by the clock.
+
+        Called first in each decision round, where a scenario has such a rule (``rules.activate``).
+
+        Returns
+        -------
+        Sequence[int]
+            Ids of the stations that are active until the rule is asked again. The others take no new orders, and finish
+            those that they have. An active station takes orders while its timetable has it open (``station.staffed``).
+        """
+
+    @hookspec(firstresult=True)
+    def idle_robots(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[RobotMove]:
+        """Send robots that have nothing to do to where they rest or charge.
+
+        Called at the end of a decision round while ``warehouse.resting_robots`` has entries.
+
+        Returns
+        -------
+        Sequence[RobotMove]
+            Each robot and each cell at most once; cells of ``warehouse.free_rest_cells``. A robot whose charge is too
+            ``low`` for a task goes to a charger only. A robot takes no task until it has arrived.
+        """
+
+    @hookspec(firstresult=True)
+    def move_pods(self, warehouse: WarehouseView, max_moves: int, rng: np.random.Generator) -> Sequence[PodMove]:
+        """Carry stored pods to other storage locations while there are idle robots: active repositioning.
+
+        Called in a decision round after TA while there are more idle robots than waiting pods. For each pod, first to
+        last, the kernel takes the idle robot that is there first.
+
+        Parameters
+        ----------
+        max_moves
+            How many pods may be moved now.
+
+        Returns
+        -------
+        Sequence[PodMove]
+            Pods of ``warehouse.free_pods`` that have no robot, each once, to ``warehouse.free_storage_locations``.
+        """
+
 
 class FilterHooks:
     """Prefilters form a chain in the order in which the scenario lists them; each is asked on its own."""
@@ -204,6 +336,8 @@ class ObserverHooks:
     @hookspec
     def on_event(self, event: Event) -> None:
         """Something happened.
+
+        An observer with an attribute ``hears``, a tuple of such classes, is told of events of these alone.
 
         Parameters
         ----------

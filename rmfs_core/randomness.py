@@ -13,7 +13,7 @@ import numpy as np
 
 def stream(seed: int, purpose: str) -> np.random.Generator:
     """Return the generator of ``purpose`` (for example ``"orders"``) for ``seed``."""
-    digest = hashlib.sha256(purpose.encode()).digest()
+    digest = hashlib.sha256(purpose.encode("utf-8", "surrogatepass")).digest()
     key = tuple(int.from_bytes(digest[i : i + 4], "big") for i in range(0, 16, 4))
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
 

@@ -38,15 +38,27 @@ class Role(StrEnum):
     PR = "pr", "PR", "choose_storage_location"
     TA = "ta", "TA", "assign_tasks"
     PP = "pp", "PP", "plan_path"
+    ROA = "roa", "ROA", "assign_bundles"
+    RPS = "rps", "RPS", "select_replenishment_pods"
+    ROA_RPS = "roa_rps", "ROA+RPS", "assign_bundles_and_pods"
+    ACTIVATE = "activate", "activation", "activate_stations"
+    IDLE = "idle", "idle", "idle_robots"
+    MOVE = "move", "repositioning", "move_pods"
     FILTER = "filter", "filter", "filter_backlog", "filters"
     OBSERVER = "observer", "observer", "on_event", "observers"
 
     @property
+    def hooks(self) -> tuple[str, ...]:
+        """The hooks of which one is answered in this role: paths may be planned for one robot or for all that ask."""
+        return (self.hook, "plan_paths") if self is Role.PP else (self.hook,)
+
+    @property
     def excludes(self) -> tuple[Role, ...]:
-        """Roles that nobody plays where a rule plays this one: a joint rule decides POA and PPS itself."""
-        if self is Role.POA_PPS:
-            return Role.POA, Role.PPS
-        return (Role.POA_PPS,) if self in (Role.POA, Role.PPS) else ()
+        """Roles that nobody plays where a rule plays this one: a joint rule decides what its parts are itself."""
+        for joint, parts in ((Role.POA_PPS, (Role.POA, Role.PPS)), (Role.ROA_RPS, (Role.ROA, Role.RPS))):
+            if self is joint or self in parts:
+                return parts if self is joint else (joint,)
+        return ()
 
     @property
     def assigns(self) -> bool:

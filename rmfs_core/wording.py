@@ -57,5 +57,5 @@ def shown_short(value: object) -> str:
     """Any value as one line of at most 80 characters."""
     try:
         return " ".join(repr(value).split())[:80]
-    except RecursionError:
-        return f"a {type(value).__name__} with hundreds in one another"
+    except Exception as error:  # of a class that cannot say what it is
+        return f"a {type(value).__name__}{' with hundreds in one another' * isinstance(error, RecursionError)}"

@@ -28,6 +28,14 @@ Install = Callable[..., None]
 HEADER = "from attrs import define, field, validators\nfrom rmfs_core import hookimpl\n"
 
 
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Name benchmarks that became slower since the last release; none fails for that."""
+    for report in terminalreporter.getreports("passed"):
+        for name, sentence in report.user_properties:
+            if name == "slower":
+                terminalreporter.write_line(str(sentence), yellow=True)
+
+
 @pytest.fixture
 def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
     """Install a distribution for one test: its entry points, and the source of its modules."""

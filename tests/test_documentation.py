@@ -29,7 +29,7 @@ from rmfs_core.results.catalogue import METRICS, TIMING
 from rmfs_core.rules.hooks import marked_methods
 from rmfs_core.rules.traits import NEEDS
 from rmfs_core.scenario.model import RuleChoice, Scenario
-from rmfs_details.catalogue import DETAILS, LATENESS
+from rmfs_details.catalogue import DETAILS, LATENESS, OPENING, UNBUSY
 from rmfs_testing import ConformanceReport, check_rule
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -105,7 +105,7 @@ def test_every_hook_has_its_row_and_its_arguments() -> None:
 
 def test_every_hook_has_a_description_and_an_example() -> None:
     """Nothing is missing."""
-    assert len(HOOKS) == 14
+    assert len(HOOKS) == 21
     assert gaps_in_hooks(HOOKS) == []
 
 
@@ -415,7 +415,8 @@ SHOWN = (
 def test_the_glossary_defines_what_a_run_prints() -> None:
     """The label of every metric and timing figure, and the words of the tables; a gap would be found."""
     defined = terms(page("reference/glossary.md"))
-    metrics = (*(m for group in METRICS.values() for m in group), *TIMING, *DETAILS, *LATENESS, *GAPS)
+    ours = (*DETAILS, *OPENING, *LATENESS, *UNBUSY, *GAPS)
+    metrics = (*(m for group in METRICS.values() for m in group), *TIMING, *ours)
     labels = [metric.label.strip() for metric in metrics]
     profile = [re.split(r":| \(", label)[0] for label in PROFILE.values()]  # what follows are examples
     assert undefined([*labels, *profile, *SHOWN], defined) == []
@@ -425,7 +426,7 @@ def test_the_glossary_defines_what_a_run_prints() -> None:
 
 def test_every_metric_is_in_the_reference() -> None:
     """By the name that results and experiments use."""
-    for metric in (*(m for group in METRICS.values() for m in group), *TIMING, *DETAILS, *LATENESS):
+    for metric in (*(m for group in METRICS.values() for m in group), *TIMING, *DETAILS, *OPENING, *LATENESS):
         assert f"| `{metric.name}` | {metric.label.strip()} |" in GENERATED["metrics"]()
 
 

@@ -174,3 +174,27 @@ def test_a_pipe_as_the_file_of_a_state_stays_a_pipe(folder: Path, capfd: pytest.
         assert reader.stdout is not None
         assert reader.stdout.read().startswith(b"{")
     assert (folder / "pipe").is_fifo()
+
+
+@pytest.mark.parametrize("command", ["replay", "validate", "cite", "compare", "run"])
+def test_a_name_that_no_file_can_have_is_no_file(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """It is not there, as others are not."""
+    assert exit_code(command, "x" * 300) == 2
+    is_told(capsys, "xxx")
+
+
+def test_a_base_that_no_file_can_have_is_no_scenario(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As one that is not there."""
+    (folder / "trial.toml").write_text(TRIAL.replace("tiny.toml", "9" * 400), encoding="utf-8")
+    assert exit_code("compare", "trial.toml") == 2
+    is_told(capsys, "there is no scenario 999")
+
+
+def test_links_that_lead_round_are_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A data file that is a link to itself cannot be read."""
+    (folder / "orders.csv").symlink_to(folder / "orders.csv")
+    (folder / "pods.csv").write_text("pod,sku,quantity\np,s,\n", encoding="utf-8")
+    files = ("--set", "instance.orders_file=orders.csv", "--set", "instance.pods_file=pods.csv")
+    assert exit_code("run", "examples/small", *files, "--out", "out", "--quiet") == 2
+    is_told(capsys, "orders.csv")
+    assert not (folder / "out").exists()

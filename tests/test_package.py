@@ -28,7 +28,7 @@ def test_the_wheel_holds_kernel_plugins_and_scenarios(built: Built) -> None:
     names = set(zipfile.ZipFile(built()[1]).namelist())
     for package in ("rmfs_core", *packages("rules"), *packages("commands")):
         assert f"{package}/__init__.py" in names
-    assert {f"rmfs_replay/view/{name}" for name in ("page.html", "style.css", "main.mjs")} <= names
+    assert {f"rmfs_replay/view/{name}" for name in ("page.html", "style.css", "main.mjs", "watch.mjs")} <= names
     for scenario in (ROOT / "scenarios").rglob("*.toml"):
         assert f"rmfs_scenarios/{scenario.relative_to(ROOT / 'scenarios').as_posix()}" in names
     public = re.findall(r"rmfs_\w+", (ROOT / "docs" / "reference" / "api.md").read_text(encoding="utf-8"))

@@ -1,6 +1,6 @@
 """Do what pages of the documentation say, and hold what happens against what they show.
 
-Usage: python tools/pages.py [--update] PAGE.md ...
+Usage: python tools/pages.py [--update] [--long] PAGE.md ...
 
 A page is done from top to bottom in an empty folder:
 
@@ -9,7 +9,9 @@ A page is done from top to bottom in an empty folder:
   has to end with code 0, or with N where the block is marked ``% exit N``. Its output is compared where some is shown;
   ``...`` stands for any text within a line, and alone in a line for any lines.
 - A ``text`` block is only shown.
+- What a command leaves running in the background is ended with the page.
 - Every other block has to be marked ``% not run: REASON`` in the line before it.
+- A block marked ``% long: REASON`` takes minutes: it is done with ``--long`` alone.
 
 A page that is marked ``% slow: REASON`` is left to the slow tests. With ``--update`` the shown output of commands that
 no longer print what the page shows is replaced by what they print.
@@ -20,6 +22,7 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import signal
 import subprocess
 import sys
 import sysconfig
@@ -27,6 +30,7 @@ import tempfile
 import textwrap
 import venv
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from attrs import define, field
@@ -35,7 +39,7 @@ WIDTH = 80
 SETTINGS = ("PYTHON", "PYTEST", "PIP_", "CI", "BUILD_NUMBER")
 """How variables begin that commands do not see; pytest prints other lines where the last two are set."""
 _FENCE = re.compile(r"^(?P<indent> *)(?P<ticks>`{3,})(?:\{code-block\} *)?(?P<language>[\w-]+)\s*$")
-_MARK = re.compile(r"^ *% (?P<mark>not run|slow|exit):? (?P<text>.+)$")
+_MARK = re.compile(r"^ *% (?P<mark>not run|slow|long|exit):? (?P<text>.+)$")
 
 
 class PageError(Exception):
@@ -200,7 +204,7 @@ def _own_environment(folder: Path) -> Path:
     return scripts
 
 
-def done(page: str, folder: Path, update: bool = False) -> str:
+def done(page: str, folder: Path, update: bool = False, long: bool = False) -> str:
     """Do what a page says in an empty folder, and return the page, with new output where it is to be updated.
 
     Parameters
@@ -211,6 +215,8 @@ def done(page: str, folder: Path, update: bool = False) -> str:
         Where its files are written and its commands run.
     update
         Whether output that is no longer printed is replaced; else it is an error.
+    long
+        Whether blocks that take minutes are done, too.
 
     Raises
     ------
@@ -219,15 +225,18 @@ def done(page: str, folder: Path, update: bool = False) -> str:
     """
     lines = page.split("\n")
     shift = 0
-    with tempfile.TemporaryDirectory() as own:
+    groups: list[int] = []
+    with tempfile.TemporaryDirectory() as own, _ended(groups):
         environment = _environment(Path(own) / "env")
         for block in blocks(page):
             place = f"line {block.line}"
             if "not run" in block.marks or (block.language == "text" and not block.caption):
                 continue
+            if "long" in block.marks and not long:
+                continue
             if block.language == "console":
                 for command in block.commands():
-                    printed = _printed(command, folder, environment)
+                    printed = _printed(command, folder, environment, groups)
                     if not command.shown or matches(command.shown, printed):
                         continue
                     if not update:
@@ -249,9 +258,20 @@ def done(page: str, folder: Path, update: bool = False) -> str:
     return "\n".join(lines)
 
 
-def _printed(command: Command, folder: Path, environment: dict[str, str]) -> str:
-    """Run a command and return what it prints."""
-    ended = subprocess.run(
+@contextmanager
+def _ended(groups: list[int]) -> Iterator[None]:
+    """End what commands have left running in the background, however the page ends."""
+    try:
+        yield
+    finally:
+        for group in groups:
+            with suppress(ProcessLookupError):
+                os.killpg(group, signal.SIGKILL)
+
+
+def _printed(command: Command, folder: Path, environment: dict[str, str], groups: list[int]) -> str:
+    """Run a command, take down its group of processes, and return what it prints."""
+    ended = subprocess.Popen(
         ["bash", "-c", command.text],
         cwd=folder,
         env=environment,
@@ -259,14 +279,15 @@ def _printed(command: Command, folder: Path, environment: dict[str, str]) -> str
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        check=False,
+        start_new_session=True,
     )
+    groups.append(ended.pid)
+    printed, _ = ended.communicate()
     if ended.returncode != command.exit_code:
         raise PageError(
-            f"line {command.line}: `{command.text}` ended with {ended.returncode}, not {command.exit_code}:\n"
-            + ended.stdout
+            f"line {command.line}: `{command.text}` ended with {ended.returncode}, not {command.exit_code}:\n{printed}"
         )
-    return ended.stdout
+    return printed
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -275,13 +296,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("pages", nargs="+", type=Path, metavar="PAGE.md")
     parser.add_argument("--update", action="store_true", help="replace output that is no longer what is printed")
+    parser.add_argument("--long", action="store_true", help="do what takes minutes, too")
     given = parser.parse_args(arguments)
     failed = False
     for path in given.pages:
         page = path.read_text(encoding="utf-8")
         try:
             with tempfile.TemporaryDirectory() as folder:
-                new = done(page, Path(folder), update=given.update)
+                new = done(page, Path(folder), update=given.update, long=given.long)
         except PageError as error:
             print(f"{path}: {error}", file=sys.stderr)
             failed = True

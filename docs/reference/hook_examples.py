@@ -2,9 +2,23 @@
 
 from attrs import define, field
 
-from rmfs_core import JointDecision, OrderAssignment, Path, PodTrip, TaskAssignment, hookimpl
+from rmfs_core import (
+    BundleAssignment,
+    BundleDecision,
+    JointDecision,
+    OrderAssignment,
+    Path,
+    PodMove,
+    PodTrip,
+    RobotMove,
+    StoreBundle,
+    TaskAssignment,
+    hookimpl,
+)
 from rmfs_core.events import ItemPicked, RobotMoved
 from rmfs_core.rule_helpers import send_pods
+from rmfs_core.traffic import occupancy
+from rmfs_sipp import Sipp
 
 
 @define
@@ -63,6 +77,87 @@ class Fastest:
     def plan_path(self, warehouse, robot, goal):
         loaded = robot.pod is not None
         return Path(warehouse.travel.fastest_path(robot.cell, robot.heading, goal, loaded))
+
+
+@define
+class InTurn:
+    reserves = "fleet"
+
+    @hookimpl
+    def plan_paths(self, queries, traffic):
+        table, paths = traffic.table.copy(), {}
+        for query in queries:
+            if query.robot in traffic.arrives:
+                continue  # it may keep its path
+            path = Sipp().search(traffic.roads, table, query)
+            if path is not None:
+                table.release(query.robot)
+                if query.robot in traffic.under_way:
+                    table.add(query.robot, traffic.under_way[query.robot])
+                table.add(query.robot, occupancy(traffic.roads, path))
+                paths[query.robot] = path.path
+        return paths
+
+
+@define
+class FirstPlace:
+    @hookimpl
+    def assign_bundles(self, warehouse):
+        for station in warehouse.replenishment_stations:
+            if station.free_bundle_capacity > 0:
+                return [BundleAssignment(warehouse.bundles[0].id, station.id)]
+        return []
+
+
+@define
+class FirstWithRoom:
+    @hookimpl
+    def select_replenishment_pods(self, warehouse, max_fetches):
+        waiting = [b for station in warehouse.replenishment_stations for b in station.bundles if b.pod is None]
+        pods = [pod for pod in warehouse.free_pods if max_fetches and pod.free_space >= waiting[0].size]
+        return [StoreBundle(waiting[0].id, pods[0].id)] if pods else []  # one at a time
+
+
+@define
+class OldestWithItsPod:
+    @hookimpl
+    def assign_bundles_and_pods(self, warehouse, max_fetches):
+        for station in warehouse.replenishment_stations:
+            for bundle in warehouse.bundles[: station.free_bundle_capacity]:
+                for pod in warehouse.free_pods[:max_fetches]:
+                    if pod.free_space >= bundle.size:
+                        chosen = BundleAssignment(bundle.id, station.id), StoreBundle(bundle.id, pod.id)
+                        return BundleDecision(*([one] for one in chosen))
+        return BundleDecision()
+
+
+@define
+class MoreForMore:
+    @hookimpl
+    def activate_stations(self, warehouse):
+        """One station for every ten orders that wait, the largest ones first, and one in any case."""
+        staffed = [station for station in warehouse.stations if station.staffed]
+        staffed.sort(key=lambda station: -station.capacity)
+        return [station.id for station in staffed[: 1 + len(warehouse.backlog) // 10]]
+
+
+@define
+class UnderNoPod:
+    @hookimpl
+    def idle_robots(self, warehouse):
+        free = [cell for cell in warehouse.free_rest_cells if cell in warehouse.free_storage_locations]
+        beneath = [robot for robot in warehouse.idle_robots if robot.cell not in warehouse.free_storage_locations]
+        return [RobotMove(robot.id, cell) for robot, cell in zip(beneath, free)]
+
+
+@define
+class WantedToTheFront:
+    @hookimpl
+    def move_pods(self, warehouse, max_moves):
+        wanted = warehouse.open_demand()
+        pods = [pod for pod in warehouse.free_pods if pod.robot is None and any(wanted[sku] for sku in pod.contents)]
+        free = warehouse.free_storage_locations[:max_moves]  # in the north of the grid, say
+        return [PodMove(pod.id, cell) for pod, cell in zip(pods, free) if cell < pod.cell]
 
 
 @define

@@ -52,7 +52,7 @@ METRICS: dict[str, tuple[Metric, ...]] = {
     ),
     "Pods": (
         Metric("picks", "Picks", "", 0, "Items picked."),
-        Metric("pod_station_visits", "Pod-station visits", "", 0, "Times a pod came to stand at a station."),
+        Metric("pod_station_visits", "Pod-station visits", "", 0, "Times a pod came to stand at a picking station."),
         Metric("psv_per_order", "Visits per order", "", 2, "Pod-station visits per completed order."),
         Metric("pile_on", "Pile-on", "", 2, "Picks per pod-station visit."),
     ),

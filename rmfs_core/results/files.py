@@ -155,7 +155,7 @@ class AtomicFile:
 def write_text(path: str | Path, text: str) -> None:
     """Write a whole UTF-8 file or none; line ends stay as they are in ``text``."""
     with AtomicFile(path) as stream:
-        stream.write(text.encode("utf-8"))
+        stream.write(text.encode("utf-8", "backslashreplace"))
 
 
 def to_json(value: object, indent: int | None = None) -> str:

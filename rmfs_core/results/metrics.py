@@ -75,7 +75,7 @@ class Metrics:
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
         """Start afresh."""
-        self.begin(run.instance, len(run.layout.stations), run.scenario.run.warmup_s)
+        self.begin(run.instance, len(run.warehouse.stations), run.scenario.run.warmup_s)
 
     @hookimpl
     def run_ended(self, tick: int, status: str) -> None:
@@ -100,7 +100,7 @@ class Metrics:
                 self.picker_free[event.station] = event.picker_free_tick
                 self._note_split_orders()
             case VisitStarted():
-                self.visits += 1
+                self.visits += event.station < self.stations  # behind those where orders are picked, bundles are stored
             case OrderArrived():
                 self.orders[event.order].arrival_tick = event.tick
             case OrderAssigned():

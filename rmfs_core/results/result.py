@@ -5,13 +5,14 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Mapping
+from html import escape
 from pathlib import Path
 from typing import Any
 
 from attrs import define, field
 
 from rmfs_core.errors import InputError
-from rmfs_core.results.catalogue import Metric
+from rmfs_core.results.catalogue import METRICS, Metric, show
 from rmfs_core.results.files import json_ready, output_folder, staged, to_csv, to_json, write_text
 from rmfs_core.results.tables import DUE_COLUMNS, ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Row
 from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
@@ -81,6 +82,31 @@ class Result:
         if self.error is not None:
             content["error"] = self.error
         return content | {"metrics": self.metrics, "timing": self.timing}
+
+    def _repr_html_(self) -> str:
+        """Return status and metrics as tables for a notebook: a group each, those of observers by their headings."""
+        groups = {group: list(metrics) for group, metrics in METRICS.items()}
+        known = {metric.name for metrics in METRICS.values() for metric in metrics}
+        for other in (self.described.get(name) or Metric(name) for name in self.metrics if name not in known):
+            groups.setdefault(other.group or "", []).append(other)
+        tables = ""
+        for group, metrics in groups.items():
+            rows = "".join(self._row(metric) for metric in metrics if group and metric.name in self.metrics)
+            head = f'<tr><th colspan="3" style="text-align:left">{escape(group)}</th></tr>'
+            tables += f"<table>{head}{rows}</table>" if rows else ""
+        head = f"<b>{escape(self.status)}</b>, seed {escape(str(self.seed))}"
+        head += f": {escape(self.error)}" if self.error else ""
+        return f'<div>{head}<div style="display:flex;flex-wrap:wrap;align-items:start;gap:0 2em">{tables}</div></div>'
+
+    def _row(self, metric: Metric) -> str:
+        value = self.metrics[metric.name]
+        shown = show(metric, value) if isinstance(value, int | float | None) else str(value)
+        label, shown, unit = map(
+            escape, (metric.label.replace("  ", "\u2003"), shown, metric.unit * (value is not None))
+        )
+        return (
+            f'<tr><td style="text-align:left">{label}</td><td style="text-align:right">{shown}</td><td>{unit}</td></tr>'
+        )
 
     def save(self, folder: str | Path) -> None:
         """Write result.json, orders.csv, visits.csv and periods.csv, all of them or none.

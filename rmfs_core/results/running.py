@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from os.path import realpath  # which ends where links lead round
 from pathlib import Path
 from typing import Any
 
-from attrs import define, frozen
+from attrs import define, evolve, frozen
 
 from rmfs_core.errors import InputError, RmfsError, RunError
 from rmfs_core.results.catalogue import Metric, described_by
@@ -25,7 +26,7 @@ from rmfs_core.results.recorders import (
 )
 from rmfs_core.results.result import RESULT_FILE, TABLE_FILES, Result
 from rmfs_core.results.tables import Tables
-from rmfs_core.rules import RuleSet
+from rmfs_core.rules import RuleSet, with_objects
 from rmfs_core.scenario import Scenario, load_scenario, located
 from rmfs_core.scenario.overrides import data_files
 from rmfs_core.simulation.engine import Simulation
@@ -38,6 +39,7 @@ def run(
     *,
     seed: int | None = None,
     overrides: Sequence[str] = (),
+    rules: Mapping[str, object] | None = None,
     out: str | Path | None = None,
     record: Sequence[str] = (),
     observers: Sequence[object] = (),
@@ -54,6 +56,11 @@ def run(
     overrides
         ``key=value`` each, replacing values of the file; not for a `Scenario` object (see `attrs.evolve`). Files
         that they name are looked up in the current directory.
+    rules
+        Rules as objects, in place of the scenario's, by the keys of its section ``rules``: ``{"poa": MyRule(x=3)}``; a
+        list for ``filters``. Each is used as it is, so what it remembers of one run it brings into the next. The result
+        names its class and those parameters that are plain values; only an installed rule's name leads back to it, of
+        any other ``versions`` says that it was an object.
     out
         Folder to write the result's files to, all at the end. Files of an earlier run there stay until then, and are
         replaced; what its recorders wrote is deleted.
@@ -81,11 +88,12 @@ def run(
     if record and out is None:
         raise InputError(record[0], "what is recorded needs a folder to be written to; expected `out` with it")
     resolved = _resolve(scenario, seed, overrides)
+    resolved = evolve(resolved, rules=with_objects(resolved.rules, rules or {}))
     recorders, standing = make_recorders(record), make_observers()
     told = [*((observer, None) for observer in observers), *recorders, *standing]
     again = out is not None and os.path.exists(Path(out) / RESULT_FILE)  # noqa: PTH110 (also of a name too long)
     with ExitStack() as stack:
-        measured = _prepare(resolved, told, allow_inline_rules, out, stack)
+        measured = _prepare(resolved, rules, told, allow_inline_rules, out, stack)
         outcome = _simulate(measured.simulation)
         result = _conclude(measured, outcome)
         if measured.folder is not None:
@@ -116,7 +124,7 @@ def _folder_for_results(out: str | Path, scenario: Scenario, files: Sequence[str
     folder = output_folder(out)
     names = [*(name for name, _ in TABLE_FILES.values()), *files]
     for path, given in data_files(scenario).items():
-        if (Path(scenario.folder) / given).resolve() in [(folder / name).resolve() for name in names]:
+        if realpath(Path(scenario.folder) / given) in [realpath(folder / name) for name in names]:
             key = ".".join(path)
             raise InputError(str(folder), f"results would replace `{key}`, {given}; expected another folder")
     for name in names:
@@ -151,13 +159,14 @@ def _resolve(scenario: Scenario | str | Path, seed: int | None, overrides: Seque
 
 def _prepare(
     scenario: Scenario,
+    objects: Mapping[str, object] | None,
     told: Sequence[tuple[Any, str | None]],
     allow_inline_rules: bool,
     out: str | Path | None,
     stack: ExitStack,
 ) -> _Measured:
     with located(scenario):
-        rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
+        rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules, objects=objects)
         instance, layout = make_instance(scenario), make_layout(scenario)
     metrics, tables = Metrics(), Tables()
     # Who is registered last is told first: whatever another observer does wrong, metrics and tables have it already.

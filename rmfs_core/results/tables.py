@@ -6,7 +6,7 @@ import math
 import sys
 from array import array
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
@@ -111,6 +111,8 @@ class Tables:
     def run_started(self, run: RunInfo) -> None:
         """Start afresh."""
         self.begin(run.instance, refilled=run.scenario.instance.arrivals.backlog is not None)
+
+    hears: ClassVar = (OrderArrived, OrderAssigned, OrderCompleted, VisitStarted, ItemPicked, VisitEnded, DecisionMade)
 
     @hookimpl
     def on_event(self, event: Event) -> None:

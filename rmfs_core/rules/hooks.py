@@ -53,7 +53,7 @@ def _marked(plugin: object) -> Iterator[tuple[str, Any]]:
 def roles_of(rule: type) -> tuple[Role, ...]:
     """Return the roles that a rule's class can play, from the hooks it implements."""
     hooks = marked_methods(rule).keys()
-    return tuple(role for role in Role if (OBSERVER_HOOKS if role is Role.OBSERVER else {role.hook}) & hooks)
+    return tuple(role for role in Role if (OBSERVER_HOOKS if role is Role.OBSERVER else {*role.hooks}) & hooks)
 
 
 def check_hooks(place: str, plugin: object, class_name: str) -> None:
@@ -109,8 +109,9 @@ def check_rule_class(place: str, rule: object, rule_name: str, role: Role) -> ty
     roles = roles_of(rule)
     if role in roles:
         return rule
-    if not roles and callable(getattr(rule, role.hook, None)):
-        raise InputError(place, f"{rule_name} has a method `{role.hook}` that lacks the @hookimpl decorator")
+    for hook in role.hooks:
+        if not roles and callable(getattr(rule, hook, None)):
+            raise InputError(place, f"{rule_name} has a method `{hook}` that lacks the @hookimpl decorator")
     raise InputError(
         place,
         f"{rule_name} does not decide {role.label} (hook `{role.hook}`); "

@@ -7,6 +7,7 @@ import types
 import typing
 from collections.abc import Mapping
 from contextlib import suppress
+from functools import lru_cache
 from typing import Any
 
 import attrs
@@ -16,8 +17,8 @@ from rmfs_core.scenario.structuring import strict_converter
 from rmfs_core.scenario.tomltext import shown
 from rmfs_core.wording import did_you_mean, listed, one_line
 
-MOST = 1e12
-"""Numbers of parameters are smaller: rules count in 64 bits. Infinite are those whose metadata has ``infinite``."""
+MOST, MOST_NESTED = 1e12, 20
+"""Numbers are smaller: rules count in 64 bits (infinite: if metadata has ``infinite``); tables in one another."""
 _converter = strict_converter()
 _WORDS = {int: "a whole number", float: "a number", str: "a text", bool: "true or false", type(None): "nothing"}
 
@@ -25,6 +26,25 @@ _WORDS = {int: "a whole number", float: "a number", str: "a text", bool: "true o
 def parameters_of(rule: type) -> dict[str, attrs.Attribute[Any]]:
     """Return the fields of a rule's class that a scenario can set, by the name used there."""
     return {field.alias or field.name: field for field in attrs.fields(rule) if field.init}
+
+
+def values_of(rule: object) -> dict[str, Any]:
+    """Return the parameters of a rule's object that are not its class's defaults, as a scenario would have them.
+
+    Of what is no plain value, such as a function or a list that holds itself, there is only its type.
+    """
+    values = {name: (field, _plain(getattr(rule, field.name))) for name, field in parameters_of(type(rule)).items()}
+    return {name: value for name, (field, value) in values.items() if value != _plain(field.default)}
+
+
+def _plain(value: Any, around: int = 0) -> Any:
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, list | tuple) and around < MOST_NESTED:
+        return [_plain(entry, around + 1) for entry in value]
+    if isinstance(value, Mapping) and around < MOST_NESTED:
+        return {str(key): _plain(entry, around + 1) for key, entry in value.items()}
+    return f"<{type(value).__name__}>"
 
 
 def build(rule: type, values: Mapping[str, Any], place: str, rule_name: str) -> Any:
@@ -50,6 +70,7 @@ def build(rule: type, values: Mapping[str, Any], place: str, rule_name: str) -> 
         raise InputError(place, f"{rule_name} cannot be created: {one_line(error)}") from error
 
 
+@lru_cache(maxsize=256)
 def type_hints(rule: type) -> Mapping[str, Any]:
     """Return the types of a rule's fields; one whose name is imported under TYPE_CHECKING alone is left out."""
     found: dict[str, Any] = {}

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import platform
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial, wraps
 from typing import Any
 
 import pluggy
-from attrs import define, field, frozen
+from attrs import define, evolve, field, frozen
 
 from rmfs_core.errors import InputError
+from rmfs_core.events import Event
 from rmfs_core.roles import Role
 from rmfs_core.rules.hooks import (
     OBSERVER_HOOKS,
@@ -24,13 +25,13 @@ from rmfs_core.rules.hooks import (
     require_attrs_class,
     roles_of,
 )
-from rmfs_core.rules.parameters import build
-from rmfs_core.rules.sources import INLINE, RuleSource, RuleSources
+from rmfs_core.rules.parameters import build, values_of
+from rmfs_core.rules.sources import INLINE, OBJECT, RuleSource, RuleSources, source_of
 from rmfs_core.rules.traits import RuleTraits, installed_version
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.scenario.rulenames import rule_choices
-from rmfs_core.scenario.source import dotted
-from rmfs_core.wording import listed, one_line
+from rmfs_core.scenario.source import KeyPath, dotted
+from rmfs_core.wording import listed, nearest, one_line, shown_short
 
 LIBRARIES = ("attrs", "numba", "numpy", "pluggy", "rmfs", "simpy")
 """Distributions that take part in every run."""
@@ -63,6 +64,14 @@ class BoundRule:
     traits: RuleTraits
     hook: pluggy.HookCaller
     wake: pluggy.HookCaller | None = None
+
+    call: Callable[..., Any] = field()
+    """Calls the rule's hook, past pluggy, with those arguments that it takes."""
+
+    @call.default
+    def _(self) -> Callable[..., Any]:
+        ones = self.hook.get_hookimpls()  # none of an observer that hears no events
+        return partial(_called_by_name, ones[0].function, ones[0].argnames) if ones else self.hook
 
     @property
     def name(self) -> str:
@@ -111,7 +120,7 @@ def _named(method: Callable[..., Any], name: str, hook: str) -> Callable[..., An
 
 
 def _called_by_name(function: Callable[..., Any], names: Collection[str], **arguments: Any) -> Any:
-    return function(*(arguments[name] for name in names))
+    return function(*[arguments[name] for name in names])
 
 
 @define(eq=False)
@@ -122,7 +131,7 @@ class RuleSet:
     ----------
     pm
         The run's plugin manager; ``pm.hook.on_event(event=...)`` tells all observers.
-    poa, pps, poa_pps, pr, ta, pp
+    poa, pps, poa_pps, pr, ta, pp, roa, rps, roa_rps, activate, idle, move
         The rule that decides, None where the scenario names none.
     filters, observers
         In the order in which the scenario lists them.
@@ -139,13 +148,26 @@ class RuleSet:
     poa: BoundRule | None = None
     pps: BoundRule | None = None
     poa_pps: BoundRule | None = None
+    roa: BoundRule | None = None
+    rps: BoundRule | None = None
+    roa_rps: BoundRule | None = None
+    activate: BoundRule | None = None
+    idle: BoundRule | None = None
+    move: BoundRule | None = None
     filters: tuple[BoundRule, ...] = ()
     observers: tuple[BoundRule, ...] = ()
     distributions: dict[str, str] = field(factory=dict)
     inline_files: tuple[str, ...] = ()
 
     @classmethod
-    def load(cls, rules: RulesSection, folder: str, *, allow_inline: bool = True) -> RuleSet:
+    def load(
+        cls,
+        rules: RulesSection,
+        folder: str,
+        *,
+        allow_inline: bool = True,
+        objects: Mapping[str, Any] | None = None,
+    ) -> RuleSet:
         """Import, create, check and register the rules that a scenario selects.
 
         Parameters
@@ -156,15 +178,18 @@ class RuleSet:
             Where the files of inline rules are.
         allow_inline
             Whether such files may be loaded at all.
+        objects
+            Rules that are there already, which ``rules`` names: `with_objects`.
 
         Raises
         ------
         InputError
             With the place inside the scenario, for example ``rules.poa``.
         """
+        there = {dotted(("rules", *path)): rule for path, rule, _ in _given(objects or {})}
         keyed = {role.key: role for role in Role}
         chosen = [(keyed[str(path[0])], choice, dotted(("rules", *path))) for path, choice in rule_choices(rules)]
-        manager, bound = _bind(RuleSources(folder, allow_inline), chosen)
+        manager, bound = _bind(RuleSources(folder, allow_inline), chosen, there)
         playing = {role: [rule for rule in bound if rule.role is role] for role in Role}
         filters, observers = playing.pop(Role.FILTER), playing.pop(Role.OBSERVER)
         return cls(
@@ -179,8 +204,14 @@ class RuleSet:
     @property
     def deciding(self) -> tuple[BoundRule, ...]:
         """Every rule but the observers, those for orders first."""
-        single = (self.poa, self.pps, self.poa_pps, self.pr, self.ta, self.pp)
+        unbusy = (self.activate, self.move, self.idle)
+        single = (self.poa, self.pps, self.poa_pps, self.pr, self.ta, self.pp, *self.deciding_bundles, *unbusy)
         return (*(rule for rule in single if rule is not None), *self.filters)
+
+    @property
+    def deciding_bundles(self) -> tuple[BoundRule, ...]:
+        """The rules for ROA and RPS, in the order in which they are asked."""
+        return tuple(rule for rule in (self.roa_rps, self.roa, self.rps) if rule is not None)
 
     def register_observer(self, observer: object, described: str | None = None) -> None:
         """Register an object whose ``@hookimpl`` methods observe the run. Decision hooks it may have are not called.
@@ -199,6 +230,16 @@ class RuleSet:
         registered: list[tuple[str, Any]] = self.pm.list_name_plugin()
         return [plugin.instance for _, plugin in registered]
 
+    def told_of(self, kind: type[Event]) -> list[Callable[[Event], object]]:
+        """Return the methods that are told of a kind of event, those who were registered last first."""
+        told: list[Callable[[Event], object]] = []
+        for one in reversed(self.pm.hook.on_event.get_hookimpls()):
+            observer: Any = one.plugin
+            hears = getattr(observer.instance, "hears", None)
+            if not isinstance(hears, tuple) or kind in hears:
+                told.append(one.function if one.argnames else lambda _, tell=one.function: tell())  # type: ignore[misc]
+        return told
+
     def told(self, hook: str) -> Iterator[tuple[str, Callable[..., Any]]]:
         """Yield every observer's name and method of a hook, so that one that fails keeps nothing from the others.
 
@@ -210,6 +251,61 @@ class RuleSet:
             yield implementation.plugin.described or f"observer {type(implementation.plugin.instance).__name__}", call
 
 
+def with_objects(rules: RulesSection, objects: Mapping[str, Any]) -> RulesSection:
+    """Return a scenario's choices with objects in place of some: named by their classes, with their parameters.
+
+    A joint rule takes the place of those for POA and PPS, and one of these that of a joint rule.
+
+    Parameters
+    ----------
+    objects
+        By the keys of a scenario's section ``rules``: an object of a rule's class, a list of them for ``filters``.
+
+    Raises
+    ------
+    InputError
+        For an unknown key, something that is no such object, or choices that do not go together.
+    """
+    if not objects:
+        return rules
+    changed: dict[str, Any] = {}
+    choices: dict[str, list[RuleChoice]] = {}
+    for path, rule, role in _given(objects):
+        changed |= {other.key: None for other in role.excludes}
+        source = source_of(rule)
+        require_attrs_class(_argument(path), source.target, source.describe())
+        choices.setdefault(role.key, []).append(RuleChoice(source.name, values_of(rule)))
+    changed |= {key: tuple(choices.get(key, ())) if key == Role.FILTER.key else choices[key][0] for key in objects}
+    try:
+        return evolve(rules, **changed)
+    except ValueError as error:
+        raise InputError("argument rules", str(error)) from error
+
+
+def _given(objects: Mapping[str, Any]) -> Iterator[tuple[KeyPath, Any, Role]]:
+    """Yield the place of each object as a scenario has it, the object, and its role."""
+    roles = {role.key: role for role in Role if role is not Role.OBSERVER}  # observers are given as such
+    if not isinstance(objects, Mapping):
+        expected = 'expected rules by what they decide, such as {"poa": MyRule()}'
+        raise InputError("argument rules", f"{expected}, found {shown_short(objects)}")
+    for key, given in objects.items():
+        if key not in roles:
+            raise InputError("argument rules", f"unknown key {key!r}{nearest(str(key), roles)}")
+        many = roles[key].many
+        if many and not isinstance(given, list | tuple):
+            raise InputError(_argument((key,)), f"expected a list of rules, found {shown_short(given)}")
+        for path, rule in (((key, i), one) for i, one in enumerate(given)) if many else [((key,), given)]:
+            if rule is None or isinstance(rule, str | type):
+                expected = "expected an object of a rule's class, such as MyRule()"
+                raise InputError(_argument(path), f"{expected}, found {shown_short(rule)}")
+            yield path, rule, roles[key]
+
+
+def _argument(path: KeyPath) -> str:
+    """Return what messages call the place of an object: not the key of that name, which has a line in a file."""
+    return f"argument {dotted(('rules', *path))}"
+
+
 def load_rule(
     choice: RuleChoice,
     roles: Collection[Role],
@@ -218,6 +314,7 @@ def load_rule(
     allow_inline: bool = True,
     place: str = "rule",
     preferred: Role | None = None,
+    sources: RuleSources | None = None,
 ) -> BoundRule:
     """Import, create, check and register one rule on its own, to be asked outside a run.
 
@@ -235,6 +332,8 @@ def load_rule(
         What a message calls the choice.
     preferred
         The role to take where the class can play several.
+    sources
+        Where to find it, in place of ``folder`` and ``allow_inline``: then a file is loaded once for several calls.
 
     Raises
     ------
@@ -242,7 +341,7 @@ def load_rule(
         When there is no such rule, a parameter is wrong, or it can play none of the roles, or several and none is
         preferred.
     """
-    sources = RuleSources(folder, allow_inline)
+    sources = sources or RuleSources(folder, allow_inline)
     source = sources.find(choice.rule, place)
     able = roles_of(require_attrs_class(place, source.target, source.describe()))
     playable = [preferred] if preferred in roles and preferred in able else [role for role in able if role in roles]
@@ -251,7 +350,7 @@ def load_rule(
         raise InputError(place, f"{source.describe()} decides {decided(able)}; expected a rule for {wanted}")
     if len(playable) > 1:
         raise InputError(place, f"{source.describe()} decides {decided(playable)}; say which of them is asked")
-    return _bind(sources, [(playable[0], choice, place)])[1][0]
+    return _bind(sources, [(playable[0], choice, place)], {})[1][0]
 
 
 @define(eq=False)
@@ -266,22 +365,34 @@ class _Created:
 
 
 def _bind(
-    sources: RuleSources, chosen: Sequence[tuple[Role, RuleChoice, str]]
+    sources: RuleSources, chosen: Sequence[tuple[Role, RuleChoice, str]], there: Mapping[str, Any]
 ) -> tuple[pluggy.PluginManager, list[BoundRule]]:
-    """Import, create, check and register rules, each with its role and place; one choice for two roles is one rule."""
+    """Import, create, check and register rules, each with its role and place; one choice for two roles is one rule.
+
+    What is ``there`` by the place of its choice is neither imported nor created.
+    """
     created: dict[tuple[str, str], _Created] = {}
     ones = []
-    for role, choice, place in chosen:
+    for role, choice, chosen_at in chosen:
+        given = there.get(chosen_at)
+        place = chosen_at if given is None else f"argument {chosen_at}"
         key = (choice.rule, json.dumps(dict(choice.parameters), sort_keys=True, default=repr))
-        source = created[key].source if key in created else sources.find(choice.rule, place)
+        if given is not None:
+            key, source = (str(id(given)), ""), source_of(given)
+        else:
+            source = created[key].source if key in created else sources.find(choice.rule, place)
         name = source.describe()
         rule = check_rule_class(place, source.target, name, role)
         if key not in created:
-            instance = build(rule, choice.parameters, place, name)
+            instance = build(rule, choice.parameters, place, name) if given is None else given
             created[key] = _Created(source, instance, RuleTraits.of(instance, place, name))
         if role not in (able := created[key].traits.decides):
             raise InputError(place, f"{name} decides {decided(able)}, with its parameters; expected {role.label}")
-        created[key].hooks.add(role.hook)
+        called = created[key].traits.hook(role)
+        if role is Role.PP and called not in marked_methods(rule):
+            reserves = created[key].traits.reserves
+            raise InputError(place, f"{name} has reserves = {reserves!r} and no hook `{called}`, which that goes with")
+        created[key].hooks.add(called)
         ones.append(created[key])
     manager = new_manager()
     for number, one in enumerate(created.values()):
@@ -290,7 +401,7 @@ def _bind(
     bound = []
     for (role, _, _), one in zip(chosen, ones, strict=True):
         others = [plugin for plugin in manager.get_plugins() if plugin is not one.registered]
-        hook, wake = (manager.subset_hook_caller(name, remove_plugins=others) for name in (role.hook, WAKE))
+        hook, wake = (manager.subset_hook_caller(name, remove_plugins=others) for name in (one.traits.hook(role), WAKE))
         wakes = wake if wake.get_hookimpls() else None
         bound.append(BoundRule(role, one.source, one.instance, one.traits, hook, wakes))
     return manager, bound
@@ -310,5 +421,7 @@ def _register(
 def _versions(rules: Iterable[BoundRule]) -> dict[str, str]:
     libraries = {*LIBRARIES, *(name for rule in rules for name in rule.traits.libraries)}
     found = {name: installed_version(name) for name in libraries} | {"python": platform.python_version()}
-    found |= {rule.source.distribution: rule.source.version for rule in rules if rule.source.version != INLINE}
+    versions = {rule.source.distribution: rule.source.version for rule in rules if rule.source.version != INLINE}
+    found |= {name: version for name, version in versions.items() if version != OBJECT}
+    found |= {rule.name: f"object of {rule.source.distribution}" for rule in rules if rule.source.version == OBJECT}
     return dict(sorted(found.items()))

@@ -6,6 +6,7 @@ import hashlib
 import os
 import sys
 import types
+from contextlib import suppress
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
@@ -20,6 +21,9 @@ from rmfs_core.wording import did_you_mean, nearest, one_line
 INLINE = "inline"
 """What stands in place of a version for a rule loaded from a file."""
 
+OBJECT = "object"
+"""What stands there for a rule that was given as an object, of a class that is no installed rule."""
+
 
 @frozen
 class RuleSource:
@@ -32,7 +36,7 @@ class RuleSource:
     target
         The imported object, not yet checked.
     distribution, version
-        Where it comes from; for a file, the file's name and ``"inline"``.
+        Where it comes from; for a file, the file's name and ``"inline"``; for an object, its module and ``"object"``.
     file
         The file the code was loaded from, for a rule beside the scenario.
     """
@@ -51,6 +55,18 @@ class RuleSource:
 def load_entry(entries: tuple[EntryPoint, ...], place: str) -> RuleSource:
     """Import the rule that a name's entry point leads to; raise `InputError` with the cause if that fails."""
     return RuleSource(entries[0].name, entrypoints.load(entries, place, "rule"), *entrypoints.origin(entries[0]))
+
+
+def source_of(rule: object) -> RuleSource:
+    """Return where an object's class comes from: by the name of the installed rule that it is, else by its own."""
+    cls = type(rule)
+    package = cls.__module__.partition(".")[0]
+    for name, (entry, *others) in entrypoints.offers(entrypoints.RULES).items():
+        if not others and entry.attr == cls.__qualname__ and entry.module.partition(".")[0] == package:
+            with suppress(Exception, SystemExit):
+                if entry.load() is cls:
+                    return RuleSource(name, cls, *entrypoints.origin(entry))
+    return RuleSource(cls.__name__, cls, cls.__module__, OBJECT)
 
 
 class RuleSources:

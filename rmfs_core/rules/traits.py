@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from attrs import frozen
+from attrs import field, frozen
 
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
@@ -28,8 +28,12 @@ NEEDS: dict[str, tuple[Callable[[Scenario, Instance], bool], str]] = {
 }
 """What a rule's ``needs`` may name: the test, and the end of the sentence when it fails."""
 
-RESERVES = ("full paths", "windows")
+RESERVES = ("full paths", "windows", "fleet")
 """What a PP rule's ``reserves`` may be, besides None."""
+
+
+def _roles(roles: Iterable[str]) -> tuple[Role, ...]:
+    return tuple(map(Role, roles))
 
 
 @frozen
@@ -58,8 +62,9 @@ class RuleTraits:
     reserves
         How a PP rule keeps robots out of each other's way. None: not at all, robots pass through each other. ``"full
         paths"``: each path ends at the goal and is reserved for its robot, the goal without end. ``"windows"``: a path
-        may end wherever the robot may then stay, and the rule is asked again there. The kernel makes the reservations
-        and refuses a path that hits one.
+        may end wherever the robot may then stay, and the rule is asked again there. ``"fleet"``: as full paths, for all
+        robots that need one at once; the rule answers `plan_paths`. The kernel makes the reservations and refuses a
+        path that hits one.
     prepare
         Method called with the `rmfs_core.traffic.Roads` before the run starts, for a rule with compiled searches to
         load them: then no decision's time has it in.
@@ -67,12 +72,16 @@ class RuleTraits:
 
     needs: tuple[str, ...] = ()
     libraries: tuple[str, ...] = ()
-    decides: tuple[Role, ...] = tuple(Role)
+    decides: tuple[Role, ...] = field(default=tuple(Role), converter=_roles)
     splits_over_time: bool = False
     whole_orders: bool = False
     packing_capacity: int | None = None
     reserves: str | None = None
     prepare: Callable[[Roads], None] | None = None
+
+    def hook(self, role: Role) -> str:
+        """Return the hook that the rule answers in a role."""
+        return role.hooks[-1 if self.reserves == "fleet" else 0]
 
     @classmethod
     def of(cls, rule: object, place: str, name: str) -> RuleTraits:

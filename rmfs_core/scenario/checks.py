@@ -7,6 +7,7 @@ from typing import Any
 
 from attrs import field, frozen
 
+from rmfs_core.timetable import read_spans
 from rmfs_core.wording import nearest
 
 
@@ -62,6 +63,21 @@ class OneOf:
             raise ValueError(f'found "{value}"{nearest(str(value), self.names)}')
 
 
+class Spans:
+    """attrs validator: spans of times of the day, for all or by name; ``most`` as `read_spans` has it."""
+
+    def __init__(self, most: int | None = None) -> None:
+        self.most = most
+
+    def __call__(self, _instance: object, _attribute: Any, value: Any) -> None:
+        """Raise ValueError for a span that is none, or where there is none at all."""
+        tables = [] if value is None else [*value.values()] if isinstance(value, Mapping) else [value]
+        if value is not None and not any(tables):
+            raise ValueError("found no span of times of the day; expected at least one")
+        for spans in tables:
+            read_spans(spans, self.most)
+
+
 def _all_positive(value: int | tuple[int, ...]) -> bool:
     values = value if isinstance(value, tuple) else (value,)
     return bool(values) and all(1 <= number <= 1_000_000_000 for number in values)
@@ -73,5 +89,6 @@ DURATION = within(0.001, 3600)
 MAYBE_NO_TIME = within(0, 3600)
 ALLOWANCE = within(0, 1e7)
 MOVING = within(0.001, 1000)
+POWER = within(0.001, 1e6)
 SHARE = Check("a number in (0, 1]", lambda value: 0 < value <= 1, {"exclusiveMinimum": 0, "maximum": 1})
 CAPACITY = Check("a whole number from 1 to 1,000,000,000, or a list of them, one per station", _all_positive)

@@ -21,12 +21,15 @@ from rmfs_core.scenario.checks import (
     MAYBE_NO_TIME,
     MOVING,
     POSITIVE,
+    POWER,
     SHARE,
     OneOf,
+    Spans,
     at_least,
     within,
 )
 from rmfs_core.scenario.source import Source
+from rmfs_core.timetable import Span
 
 MOST_ORDERS, MOST_PODS, MOST_CELLS, MOST_ITEMS, MOST_GIGABYTES = 2_000_000, 100_000, 1_000_000, 1_000_000_000, 8
 """Of what a scenario asks for; the memory of orders, lines and what is on pods is estimated for all together."""
@@ -89,6 +92,41 @@ class SkuDemand:
 
 
 @frozen
+class Replenishment:
+    """Where bundles come from: replenishment orders, each of items of one SKU, to be stored on one pod."""
+
+    process: str = key(
+        "`none`. `reorder-point`: a SKU of which at most `reorder_point` items are left, on pods and on order, is "
+        "ordered up to `order_up_to`. `file`: as `file` says. `poisson`: exponential times between arrivals, SKUs "
+        "drawn by how many items the orders want",
+        "none",
+        check=OneOf("none", "reorder-point", "file", "poisson"),
+    )
+    reorder_point: float | None = key("s, where the file of SKUs has none", None, check=ALLOWANCE)
+    order_up_to: float | None = key("S, where the file of SKUs has none", None, check=ALLOWANCE)
+    unit: str = key("s and S are `items`, or `days` of demand, its mean", "items", check=OneOf("items", "days"))
+    lead_s: float = key("Time from order to arrival", 0.0, unit="s", check=ALLOWANCE)
+    file: str | None = key("CSV with columns bundle,arrival_s,sku,items", None)
+    bundles_per_hour: float | None = key("Mean arrival rate of `poisson`", None, unit="1/h", check=within(0.001, 1e6))
+    bundle_items: int | None = key(
+        "Items of the largest bundle; of `poisson`, of each", None, check=at_least(1, MOST_ITEMS)
+    )
+
+    def __attrs_post_init__(self) -> None:
+        poisson = self.process == "poisson"
+        if poisson != (self.bundles_per_hour is not None) or (poisson and self.bundle_items is None):
+            raise ValueError(
+                'expected `bundles_per_hour` and `bundle_items` with process "poisson", the first only there'
+            )
+        if (self.process == "file") != (self.file is not None):
+            raise ValueError('expected `file` with process "file", and only there')
+        if self.reorder_point is not None and self.order_up_to is not None and self.order_up_to <= self.reorder_point:
+            raise ValueError(
+                f"expected order_up_to > reorder_point, found {self.order_up_to:g} <= {self.reorder_point:g}"
+            )
+
+
+@frozen
 class InstanceSection:
     """Orders, SKUs and pods: the paper's generator (Section 4.1.1) or CSV files."""
 
@@ -111,6 +149,11 @@ class InstanceSection:
     orders_file: str | None = key("CSV with columns order,arrival_s,sku,quantity[,due_s,priority] for orders", None)
     pods_file: str | None = key("CSV with columns pod,sku,quantity (empty: unlimited)[,row,column] for pods", None)
     arrivals: Arrivals = key("When generated orders arrive", factory=Arrivals)
+    pod_capacity: int | None = key(
+        "Space on a pod, in the unit of SKU sizes; left out: any amount", None, check=at_least(1, MOST_ITEMS)
+    )
+    skus_file: str | None = key("CSV with columns sku[,size][,reorder_point][,order_up_to]; sizes left out: 1", None)
+    replenishment: Replenishment | None = key("Where bundles come from; left out: there are none", None)
     pods_at_stations: Mapping[str, tuple[str, ...]] = key(
         "Pods that stand at a station when the run starts: station name to pod names, in the order of the queue",
         factory=dict,
@@ -148,6 +191,8 @@ class LayoutSection:
     hall_width: int = key("Width of the hall on the east and west side", 5, unit="cells", check=at_least(1, MOST_PODS))
     stations_east: int = key("Picking stations on the east side", 4, check=at_least(0, MOST_PODS))
     stations_west: int = key("Picking stations on the west side", 0, check=at_least(0, MOST_PODS))
+    replenishment_east: int | None = key("Replenishment stations on the east side", None, check=at_least(0, MOST_PODS))
+    replenishment_west: int | None = key("Replenishment stations on the west side", None, check=at_least(0, MOST_PODS))
     queue: str = key(
         "Way through a station's queue: `plain` (all its cells, one after the other), or `shortcut` (as in RAWSim-O: a "
         "shortcut past its two last folds, and a second entrance at its third lane)",
@@ -155,12 +200,39 @@ class LayoutSection:
         check=OneOf("plain", "shortcut"),
     )
     map_file: str | None = key("Text map to use instead of the block layout", None)
+    chargers: int | None = key(
+        "Storage locations of the block layout that are chargers instead, spread evenly; left out: none",
+        None,
+        check=at_least(1, MOST_PODS),
+    )
     pod_fill: float = key("Share of the storage locations that hold a pod, with contents or empty", 0.85, check=SHARE)
 
     def __attrs_post_init__(self) -> None:
         cells = (self.block_rows * 3 + 2) * (self.block_columns * (self.block_length + 1) + 2 * self.hall_width)
         if self.map_file is None and cells > MOST_CELLS:
             raise ValueError(f"expected at most {MOST_CELLS:,} cells in all, found blocks and halls of about {cells:,}")
+
+
+@frozen
+class BatterySection:
+    """The robots' batteries, which are full at first. Chargers charge whoever stands there."""
+
+    capacity_wh: float = key("Energy of a full battery", 1000.0, unit="Wh", check=POWER)
+    empty_w: float = key("Draw of driving and turning without a pod", 100.0, unit="W", check=POWER)
+    loaded_w: float = key("Draw of driving and turning with a pod", 300.0, unit="W", check=POWER)
+    lifting_w: float = key("Draw of lifting a pod, and of setting it down", 500.0, unit="W", check=POWER)
+    idle_w: float = key(
+        "Draw of standing, until there is left what the longest task takes: then the robot sleeps while it stands",
+        20.0,
+        unit="W",
+        check=within(0, 1e6),
+    )
+    charging_w: float = key("Power of a charger", 2000.0, unit="W", check=POWER)
+    detour: float = key(
+        "How many times as much as without other robots a robot's ways may take: it takes no task without so much",
+        2.0,
+        check=within(1, 100),
+    )
 
 
 @frozen
@@ -173,6 +245,13 @@ class RobotsSection:
     top_speed_m_per_s: float = key("Top speed", 1.5, unit="m/s", check=MOVING)
     full_turn_s: float = key("Time of a full turn on the spot", 2.5, unit="s", check=DURATION)
     lift_s: float = key("Time to lift a pod, and to set it down", 2.2, unit="s", check=MAYBE_NO_TIME)
+    available: tuple[Span, ...] | None = key(
+        'When robots take tasks, every day: `[["06:00", "22:00"], ["22:00", "06:00", 4]]`, by night robots 1 to 4; '
+        "where spans overlap, the larger number counts, `count` at most. Left out: always",
+        None,
+        check=Spans(MOST_PODS),
+    )
+    battery: BatterySection | None = key("Batteries; left out: they never run down", None)
 
 
 @frozen
@@ -194,8 +273,12 @@ class StationsSection:
         "alone",
         check=OneOf("alone", "refuse"),
     )
-    queue_length: int = key(
-        "Pods that can wait at a station, besides the one it works on", 12, unit="cells", check=at_least(1, 10_000)
+    queue_length: int | None = key(
+        "Pods that can wait at a station, besides the one it works on; left out: 12, or on a text map as many as the "
+        "shortest queue has cells, if that is fewer",
+        None,
+        unit="cells",
+        check=at_least(1, 10_000),
     )
     pick_s: float = key(
         "Time of picking a unit: holds the picker, the pod and its robot", 7.0, unit="s", check=DURATION
@@ -210,6 +293,23 @@ class StationsSection:
         "An order is complete, and its place free, when its last item is `picked` or, as in RAWSim-O, `handled`",
         "handled",
         check=OneOf("picked", "handled"),
+    )
+    open: tuple[Span, ...] | Mapping[str, tuple[Span, ...]] | None = key(
+        'When stations take orders, every day: `[["06:00", "22:00"]]`, or a table of station names, `{ 2 = [["06:00", '
+        '"14:00"]] }`; those it does not name, and all where it is left out, always do. Time 0 is `instance.start`',
+        None,
+        check=Spans(),
+    )
+
+    also_replenish: bool | None = key("Whether bundles are stored at picking stations, too; left out: no", None)
+    bundle_capacity: int | None = key(
+        "Bundles assigned to a replenishment station at a time; left out: 10", None, check=at_least(1, 10_000)
+    )
+    store_s: float | None = key(
+        "Time of storing a bundle: holds the worker, the pod and its robot; left out: 10",
+        None,
+        unit="s",
+        check=DURATION,
     )
 
     def __attrs_post_init__(self) -> None:
@@ -227,7 +327,7 @@ class RuleChoice:
 
 @frozen
 class RulesSection:
-    """Which rule decides what. Give `poa` and `pps`, or `poa_pps`."""
+    """Which rule decides what. Give `poa` and `pps`, or `poa_pps`; with replenishment `roa` and `rps`, or `roa_rps`."""
 
     poa: RuleChoice | None = key("Pick order assignment: orders to stations", None)
     pps: RuleChoice | None = key("Pick pod selection: pods to stations", None)
@@ -235,6 +335,12 @@ class RulesSection:
     pr: RuleChoice = key("Pod repositioning: where a pod goes back to", RuleChoice("nearest"))
     ta: RuleChoice = key("Task allocation: tasks to robots", RuleChoice("balanced"))
     pp: RuleChoice = key("Path planning", RuleChoice("sipp"))
+    roa: RuleChoice | None = key("Replenishment order assignment: bundles to replenishment stations", None)
+    rps: RuleChoice | None = key("Replenishment pod selection: bundles to pods", None)
+    roa_rps: RuleChoice | None = key("A joint rule for both, in place of `roa` and `rps`", None)
+    activate: RuleChoice | None = key("Activation: which stations take orders; left out: all that are open", None)
+    idle: RuleChoice | None = key("Robots without a task: where they rest and charge; left out: where they are", None)
+    move: RuleChoice | None = key("Active repositioning: idle robots carry stored pods elsewhere; left out: none", None)
     filters: tuple[RuleChoice, ...] = key("Backlog prefilters, applied in this order", ())
     observers: tuple[RuleChoice, ...] = key("Observers to register, besides those of every run", ())
 
@@ -244,6 +350,9 @@ class RulesSection:
         if self.poa_pps is None and (self.poa is None or self.pps is None):
             alone = f", found `{'pps' if self.poa is None else 'poa'}` alone" if self.poa or self.pps else ""
             raise ValueError(f"expected `poa` and `pps`, or `poa_pps`{alone}")
+        if (self.roa is None) != (self.rps is None) or (self.roa_rps and (self.roa or self.rps)):
+            found = ", ".join(f"`{name}`" for name in ("roa", "rps", "roa_rps") if getattr(self, name))
+            raise ValueError(f"expected `roa` and `rps`, or `roa_rps`, found {found}")
         if (most := max(len(self.filters), len(self.observers))) > 50:
             raise ValueError(f"expected at most 50 `filters` and as many `observers`, found {most:,}")
 
@@ -273,7 +382,9 @@ class RunSection:
 GENERATED = frozenset(
     ("orders", "skus", "pods", "skus_per_pod", "max_lines", "items_per_sku", "arrivals", "lines", "demand", "due")
 )
-DRAWN = frozenset(("block_rows", "block_columns", "block_length", "hall_width", "stations_east", "stations_west"))
+DRAWN = frozenset(
+    ("block_rows", "block_columns", "block_length", "hall_width", "stations_east", "stations_west", "queue")
+) | {"replenishment_east", "replenishment_west", "chargers"}
 
 
 def replaced_keys(section: object) -> tuple[str, frozenset[str]]:
@@ -302,6 +413,12 @@ class Scenario:
     run: RunSection = key("Stopping and limits", factory=RunSection)
     folder: str = field(default=".", eq=False, metadata={"internal": True})
     source: Source | None = field(default=None, eq=False, repr=False, metadata={"internal": True})
+
+    def __attrs_post_init__(self) -> None:
+        given, rules = self.instance.replenishment, self.rules
+        if given is not None and given.process != "none" and rules.roa is None and rules.roa_rps is None:
+            problem = "expected `rules.roa` and `rules.rps`, or `rules.roa_rps`, with the replenishment process"
+            raise ValueError(f'{problem} "{given.process}"')
 
     def with_seed(self, seed: int) -> Scenario:
         """Return the same scenario with another seed."""

@@ -22,6 +22,8 @@ DATA_FILES: Mapping[tuple[str, ...], frozenset[str]] = {
     ("instance", "orders_file"): GENERATED,
     ("instance", "pods_file"): GENERATED,
     ("instance", "arrivals", "profile"): frozenset(),
+    ("instance", "skus_file"): frozenset(),
+    ("instance", "replenishment", "file"): frozenset(),
     ("layout", "map_file"): DRAWN,
     ("robots", "file"): frozenset(),
 }
@@ -79,7 +81,7 @@ def apply_overrides(data: dict[str, Any], overrides: Sequence[Override]) -> dict
     """Return ``data`` with the overrides applied, one after another.
 
     Setting ``rules.poa_pps`` takes the rules of ``rules.poa`` and ``rules.pps`` out, and the other way round; setting a
-    file of data takes out what ``data`` says of how to make the same.
+    file of data takes out what ``data`` says of how to make the same; with a text map, also how long queues are.
     """
     rules = data.get("rules")
     if isinstance(rules, dict):
@@ -93,7 +95,9 @@ def apply_overrides(data: dict[str, Any], overrides: Sequence[Override]) -> dict
             kept = {"arrivals"} if isinstance(arrivals, dict) and "backlog" in arrivals else set()
             rest = {key: value for key, value in section.items() if key not in DATA_FILES[override.path] - kept}
             data = {**data, override.path[0]: rest}
-    for override in overrides:
+    drawn = [one for one in overrides if one.path == ("layout", "map_file") and one.value is not None]
+    queues = [evolve(one, path=("stations", "queue_length"), value=None) for one in drawn]
+    for override in (*queues, *overrides):
         data = _applied(data, override, override.path)
     return data
 

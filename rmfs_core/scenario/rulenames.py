@@ -35,7 +35,7 @@ def file_name_from(name: str, there: str | Path, folder: str | Path) -> str:
     """
     if "\0" in name:  # no file can have it, which is said where it is read
         return Path(name).as_posix()
-    path, home = (Path(there) / name).resolve(), Path(folder).resolve()
+    path, home = (Path(os.path.realpath(where)) for where in (Path(there) / name, folder))
     return path.relative_to(home).as_posix() if path.is_relative_to(home) else str(path)
 
 

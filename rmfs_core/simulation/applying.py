@@ -4,8 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container
 
-from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
-from rmfs_core.events import Event, OrderAssigned, TaskAssigned, TripDecided
+from rmfs_core.decisions import (
+    BundleAssignment,
+    BundleDecision,
+    JointDecision,
+    OrderAssignment,
+    PodMove,
+    PodTrip,
+    RobotMove,
+    SolveReport,
+    StoreBundle,
+    TaskAssignment,
+)
+from rmfs_core.events import (
+    BundleAssigned,
+    BundleBound,
+    Event,
+    OrderAssigned,
+    PodMoveDecided,
+    RobotSent,
+    StationClosed,
+    StationOpened,
+    TaskAssigned,
+    TripDecided,
+)
+from rmfs_core.roles import Role
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError, instance_of, sequence_of
 from rmfs_core.warehouse import Pod, Robot, Station, Warehouse
@@ -83,9 +106,43 @@ def apply_selection(
         pod, station = checks.selected_trip(warehouse, given, leaving, uncovered)
         fetches += pod.location is not None
         if fetches > max_fetches:
-            raise ImpossibleError(f"sent {fetches} stored pods on their way; at most {max_fetches} robots can start")
+            raise _too_many(fetches, max_fetches)
         _bind(warehouse, pod, station, keep)
     return JointDecision(trips=tuple(trips))
+
+
+def apply_replenishment(
+    warehouse: Warehouse, answer: object, *, role: Role, max_fetches: int, keep: Keep
+) -> BundleDecision:
+    """Assign the bundles of a ROA, RPS or joint decision to stations, bind them to pods; return the decision."""
+    match role:
+        case Role.ROA:
+            decision = BundleDecision(sequence_of(answer, BundleAssignment))
+        case Role.RPS:
+            decision = BundleDecision(stores=sequence_of(answer, StoreBundle))
+        case _:
+            decision = instance_of(answer, BundleDecision)
+    if decision.report is not None:
+        instance_of(decision.report, SolveReport)
+    for assigned in sequence_of(decision.assignments, BundleAssignment):
+        bundle, at = checks.bundle_assignment(warehouse, assigned)
+        warehouse.assign_bundle(bundle, at)
+        keep(BundleAssigned(tick=warehouse.now, bundle=bundle.id, station=at.id))
+    fetches = 0
+    for chosen in sequence_of(decision.stores, StoreBundle):
+        bundle, pod = checks.store(warehouse, chosen)
+        fetches += not pod.bound_for
+        if fetches > max_fetches:
+            raise _too_many(fetches, max_fetches)
+        station = warehouse.bind_bundle(bundle, pod)
+        keep(BundleBound(tick=warehouse.now, bundle=bundle.id, pod=pod.id))
+        if station is not None:
+            keep(TripDecided(tick=warehouse.now, pod=pod.id, station=station.id))
+    return decision
+
+
+def _too_many(fetches: int, most: int) -> ImpossibleError:
+    return ImpossibleError(f"sent {fetches} stored pods on their way; at most {most} robots can start")
 
 
 def apply_tasks(warehouse: Warehouse, answer: object, keep: Keep, start: Callable[[Robot, Pod], None]) -> None:
@@ -95,6 +152,49 @@ def apply_tasks(warehouse: Warehouse, answer: object, keep: Keep, start: Callabl
         warehouse.take_task(robot, pod)
         keep(TaskAssigned(tick=warehouse.now, robot=robot.id, pod=pod.id))
         start(robot, pod)
+
+
+def apply_activation(warehouse: Warehouse, answer: object, keep: Keep) -> None:
+    """Activate the picking stations of an answer, and no others."""
+    active = {checks.known("station", given, warehouse.picking).id for given in sequence_of(answer, object)}
+    for station in warehouse.picking:
+        was_open = station.open
+        warehouse.activate(station, station.id in active)
+        tell_open(warehouse, station, was_open, keep)
+
+
+def tell_open(warehouse: Warehouse, station: Station, was_open: bool, tell: Keep) -> None:
+    """Tell that a station has opened or closed, if it has."""
+    if station.open is not was_open:
+        tell((StationOpened if station.open else StationClosed)(tick=warehouse.now, station=station.id))
+
+
+def apply_moves(
+    warehouse: Warehouse, answer: object, max_moves: int, keep: Keep, start: Callable[[Robot, Pod, int], None]
+) -> None:
+    """Let idle robots carry the pods of a repositioning decision, each the robot that is there first."""
+    moves = sequence_of(answer, PodMove)
+    if len(moves) > max_moves:
+        raise ImpossibleError(f"moves {len(moves)} pods; at most {max_moves} robots can start")
+    for given in moves:
+        pod, cell = checks.move(warehouse, given)
+        ticks = warehouse.travel.times_to(pod.cell, False)
+        idle = (robot for robot in warehouse.robots if robot.idle)
+        robot = min(idle, key=lambda robot: (int(ticks[robot.cell, robot.heading]), robot.id))
+        warehouse.waiting[pod.id] = pod
+        warehouse.take_task(robot, pod)
+        warehouse.reserve(cell)
+        keep(PodMoveDecided(tick=warehouse.now, robot=robot.id, pod=pod.id, cell=cell))
+        start(robot, pod, cell)
+
+
+def apply_rests(warehouse: Warehouse, answer: object, keep: Keep, start: Callable[[Robot, int, float], None]) -> None:
+    """Send robots without a task to where they rest."""
+    for given in sequence_of(answer, RobotMove):
+        robot, cell, share = checks.rest(warehouse, given)
+        warehouse.send(robot, cell)
+        keep(RobotSent(tick=warehouse.now, robot=robot.id, cell=cell))
+        start(robot, cell, share)
 
 
 def _nearer_first(warehouse: Warehouse, trips: list[tuple[Pod, Station]]) -> list[tuple[Pod, Station]]:

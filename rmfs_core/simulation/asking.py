@@ -47,11 +47,15 @@ class Observers:
         self._warehouse = warehouse
         self.hooks = rules.pm.hook
         self.seconds = 0.0
+        self._told: dict[type[Event], list[Callable[..., Any]]] = {}
         self.hear_questions = bool(self.hooks.rule_asked.get_hookimpls() or self.hooks.rule_answered.get_hookimpls())
 
     def tell(self, event: Event) -> None:
-        """Tell all of them what happened."""
-        self.call(self.hooks.on_event, event=event)
+        """Tell those what happened who listen to it."""
+        told = self._told.get(type(event))
+        if told is None:
+            told = self._told[type(event)] = self._rules.told_of(type(event))
+        self.call(_tell_each, told=told, event=event)
 
     def call(self, hook: Callable[..., Any], **arguments: Any) -> Any:
         """Call a hook of all observers, or of one; name the scenario's observer that fails."""
@@ -82,6 +86,11 @@ class Observers:
             except BaseException as error:
                 errors.append(error)
         return found, errors
+
+
+def _tell_each(told: Sequence[Callable[..., Any]], event: Event) -> None:
+    for tell in told:
+        tell(event)
 
 
 class Asker:
@@ -122,7 +131,7 @@ class Asker:
         RuleError
             When the rule raises or takes longer than the limit.
         """
-        name, called = (hook or rule.hook).name, hook or rule.hook
+        name, called = (hook or rule.hook).name, hook or rule.call
         observers, travel = self._observers if hook is None else None, self.warehouse.travel
         if observers is not None:
             question = self._question(rule, arguments)

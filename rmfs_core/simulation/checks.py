@@ -9,10 +9,19 @@ from typing import TypeVar
 import numpy as np
 
 from rmfs_core.clock import to_seconds, to_ticks
-from rmfs_core.decisions import Leg, OrderAssignment, PodTrip, TaskAssignment
+from rmfs_core.decisions import (
+    BundleAssignment,
+    Leg,
+    OrderAssignment,
+    PodMove,
+    PodTrip,
+    RobotMove,
+    StoreBundle,
+    TaskAssignment,
+)
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.traffic import ReservedError
-from rmfs_core.warehouse import Order, Pod, Request, Robot, Station, Warehouse
+from rmfs_core.warehouse import Bundle, Order, Pod, Request, Robot, Station, Warehouse
 from rmfs_core.wording import shown_short
 from rmfs_core.world import Layout
 
@@ -47,7 +56,7 @@ def assignment(
     ``seen`` has the ids of the orders that the rule was shown; None: the whole backlog.
     """
     order = known("order", given.order, warehouse.orders)
-    station = known("station", given.station, warehouse.stations)
+    station = known("station", given.station, warehouse.picking)
     if not warehouse.in_backlog(order) or not (seen is None or order.id in seen):
         why = "was not in the backlog it was shown" if order.open_lines else "has no open line left"
         raise ImpossibleError(f"assigned order {order.label} to station {station.label}, but the order {why}")
@@ -57,7 +66,9 @@ def assignment(
         size = warehouse.size_at(order, station)
     else:
         size = sum(quantities[sku] for sku in skus)
-    if size > station.free_capacity:
+    if size > station.free_capacity:  # what joins an order's place takes none, and is no new order
+        if not station.open:
+            raise ImpossibleError(f"assigned order {order.label} to station {station.label}, which is closed")
         unit = "orders" if station.counts_orders else "items"
         raise ImpossibleError(
             f"assigned order {order.label} to station {station.label}: it takes {size} {unit}, "
@@ -81,7 +92,7 @@ def _skus(order: Order, given: object, open_skus: Container[int]) -> list[int]:
 def trip(warehouse: Warehouse, given: PodTrip) -> tuple[Pod, Station]:
     """Check that a pod can be bound for a station."""
     pod = known("pod", given.pod, warehouse.pods)
-    station = known("station", given.station, warehouse.stations)
+    station = known("station", given.station, warehouse.picking)
     if station.id in pod.bound_for:
         raise ImpossibleError(f"sent pod {pod.label} to station {station.label}, where it already is or is bound for")
     return pod, station
@@ -132,15 +143,72 @@ def packing(warehouse: Warehouse, capacity: int | None, before: int) -> None:
         )
 
 
+def bundle_assignment(warehouse: Warehouse, given: BundleAssignment) -> tuple[Bundle, Station]:
+    """Check that a bundle waits, and that a station has a place for it."""
+    number = whole("bundle", given.bundle)
+    station = known("station", given.station, warehouse.stations)
+    if (bundle := warehouse.bundles.get(number)) is None:
+        raise ImpossibleError(f"assigned bundle {number} to station {station.label}, but no such bundle waits")
+    if station.free_bundle_capacity <= 0:
+        has = f"all {station.bundle_capacity} places for bundles are taken" if station.stores else "it stores none"
+        raise ImpossibleError(f"assigned bundle {bundle.label} to station {station.label}, but {has}")
+    return bundle, station
+
+
+def store(warehouse: Warehouse, given: StoreBundle) -> tuple[Bundle, Pod]:
+    """Check that a bundle at a station needs a pod, and that a pod has room for it and can come."""
+    number, pod = whole("bundle", given.bundle), known("pod", given.pod, warehouse.pods)
+    at_stations = (bundle for station in warehouse.storing for bundle in station.bundles)
+    bundle = next((bundle for bundle in at_stations if bundle.id == number and bundle.pod is None), None)
+    if bundle is None:
+        why = "no such bundle is at a station without a pod"
+        raise ImpossibleError(f"chose pod {pod.label} for bundle {number}, but {why}")
+    what = f"chose pod {pod.label} for bundle {bundle.label}"
+    if pod.location is None and not pod.bound_for:
+        raise ImpossibleError(f"{what}, but the pod is on its way to be stored")
+    if pod.free_space < bundle.size:
+        raise ImpossibleError(f"{what}, which takes {bundle.size} of space; the pod has {pod.free_space} left")
+    return bundle, pod
+
+
 def task(warehouse: Warehouse, given: TaskAssignment) -> tuple[Robot, Pod]:
     """Check that a robot can fetch a pod."""
     robot = known("robot", given.robot, warehouse.robots)
     pod = known("pod", given.pod, warehouse.pods)
     if not robot.idle:
-        raise ImpossibleError(f"gave pod {pod.label} to robot {robot.label}, which is busy")
+        state = "busy" if robot.on_duty else "off duty"
+        raise ImpossibleError(f"gave pod {pod.label} to robot {robot.label}, which is {state}")
     if pod.id not in warehouse.waiting:
         raise ImpossibleError(f"gave pod {pod.label} to robot {robot.label}, but the pod does not wait for a robot")
     return robot, pod
+
+
+def rest(warehouse: Warehouse, given: RobotMove) -> tuple[Robot, int, float]:
+    """Check that a robot can be sent to rest in a cell; return how full its battery shall be, too."""
+    layout, share = warehouse.travel.layout, given.charge or 0.0
+    robot, cell = known("robot", given.robot, warehouse.robots), whole("cell", given.cell)
+    if not robot.resting:
+        raise ImpossibleError(f"sent robot {robot.label} to rest, which is busy")
+    charges, problem = cell in layout.chargers, ""
+    if not charges and cell not in layout.storage_locations:
+        problem = "no storage location or charger"
+    elif cell in warehouse.taken_cells():
+        problem = "where another robot or pod is or goes, or a pod is to be fetched, or the robot is"
+    elif not charges and (robot.low or share):
+        problem = f"no charger; its charge is {robot.charge or 0:.3f}, and it was to go where it charges"
+    elif not 0 <= share <= 1:
+        problem = f"until its charge is {share}; expected at most 1"
+    if problem:
+        raise ImpossibleError(f"sent robot {robot.label} to rest in cell {cell}, {problem}")
+    return robot, cell, share
+
+
+def move(warehouse: Warehouse, given: PodMove) -> tuple[Pod, int]:
+    """Check that a pod can be carried to another storage location without a visit."""
+    pod = known("pod", given.pod, warehouse.pods)
+    if pod.location is None or pod.bound_for or pod.robot is not None:
+        raise ImpossibleError(f"moves pod {pod.label}, which is in use")
+    return pod, storage_location(warehouse, pod, given.cell)
 
 
 def storage_location(warehouse: Warehouse, pod: Pod, given: object) -> int:
@@ -180,7 +248,10 @@ def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, legs: Sequen
     for leg in legs:
         if not isinstance(leg, Leg):
             raise ImpossibleError(f"returned a path with {type(leg).__name__} {leg!r:.80} in it; expected Leg only")
-        to, wait = whole("cell", leg.to), whole("wait_ticks", leg.wait_ticks)
+        to, wait = leg.to, leg.wait_ticks
+        if type(to) is not int or type(wait) is not int:
+            to, wait = whole("cell", to), whole("wait_ticks", wait)
+            leg = Leg(to, wait)  # noqa: PLW2901
         if not 0 <= to < cells:
             raise ImpossibleError(f"sent robot {robot.label} to cell {to}, which is not on the grid")
         if not 0 <= wait <= LONGEST_WAIT_TICKS or (to == at and wait == 0):
@@ -192,7 +263,7 @@ def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, legs: Sequen
             problem = travel.run_problem(start, at, to, goal, robot.pod is not None)
             if problem is not None:
                 raise ImpossibleError(f"gave robot {robot.label} an impossible path: {problem}")
-        checked.append(Leg(to, wait))
+        checked.append(leg)
         at = to
     return checked
 

@@ -8,6 +8,7 @@ import numpy as np
 import simpy
 
 from rmfs_core.randomness import rule_stream
+from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule, RuleSet
 from rmfs_core.scenario.model import Scenario
 from rmfs_core.simulation.asking import Asker, Observers
@@ -62,7 +63,7 @@ class RunContext:
     def profile(self) -> dict[str, float]:
         """Wall-clock seconds by what they went to: travel tables, path queries, the other rules, observers."""
         rules = {name: s - self.asker.tables_in[name] for name, s in self.asker.seconds.items()}
-        queries = rules.pop("plan_path", 0.0)
+        queries = sum(rules.pop(hook, 0.0) for hook in Role.PP.hooks)
         return {
             "tables": self.warehouse.travel.seconds - self._tables_before_s,
             "queries": queries,

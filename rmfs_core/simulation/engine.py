@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
+from collections.abc import Callable, Generator
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -13,25 +14,31 @@ import simpy
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.errors import InputError, StandstillError
 from rmfs_core.events import (
+    BundleArrived,
+    BundleStored,
     ItemPicked,
     OrderArrived,
     OrderCompleted,
     PodLifted,
     PodStored,
+    RobotRested,
+    RobotsOnDuty,
     VisitEnded,
     VisitStarted,
 )
 from rmfs_core.info import RunInfo
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario.model import Scenario
+from rmfs_core.simulation.applying import tell_open
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving import WAYS
 from rmfs_core.simulation.driving.base import Process
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.simulation.setup import open_warehouse, unmet_needs
+from rmfs_core.simulation.supply import Supply
 from rmfs_core.traffic import roads_on
-from rmfs_core.warehouse import Order, Pod, Request, Robot, Station
-from rmfs_core.wording import one_line
+from rmfs_core.warehouse import Bundle, Order, Pod, Request, Robot, Station
+from rmfs_core.wording import counted, first_few, one_line
 from rmfs_core.world import Instance, Layout
 
 MOST_ALARMS = 100_000
@@ -63,7 +70,9 @@ class Simulation:
                 raise problem
         opening = open_warehouse(scenario, instance, layout)
         self.context = RunContext(scenario, rules, opening.warehouse)  # what the two that follow work on, too
-        self.decisions = Decisions(self.context, self._start_task, self._refill)
+        start = self._starting
+        starts = start(self._transport), start(self._move), start(self._rest)
+        self.decisions = Decisions(self.context, *starts, self._refill)
         self.driving = WAYS[rules.pp.traits.reserves](self.context)
         for rule in rules.deciding:  # what they have compiled is loaded now, so that no decision's time has it in
             try:
@@ -77,11 +86,11 @@ class Simulation:
         self.motion = opening.warehouse.travel.motion
         self._info = RunInfo(scenario, instance, layout, self.motion, self.view, out)
         # What changes in the run, besides the warehouse
-        self._at_stations = opening.at_stations
-        self._picker_free = [0 for _ in self.warehouse.stations]
+        self._at_stations, self._hours = opening.at_stations, opening.hours
         self._waiting_for_place: list[list[simpy.Event]] = [[] for _ in self.warehouse.stations]
         self._visits = self._completed = 0
         self._coming = [*reversed(self.warehouse.orders)] if scenario.instance.arrivals.backlog is not None else []
+        self._supply = Supply(scenario, instance) if instance.restocked else None
         self.status = "partial"
 
     @property
@@ -93,7 +102,12 @@ class Simulation:
         """Place what is at the stations, tell the observers, and let everything begin at time 0."""
         placed = self._place_at_stations()
         self.context.observers.call(self.rules.pm.hook.run_started, run=self._info)
+        if self._hours:
+            self._keep_hours()
+            self.env.process(self._follow_hours())
         self.env.process(self._arrivals())
+        if self._supply is not None:
+            self.env.process(self._bundles(self._supply))
         for robot, pod in placed:  # after the first round: a pod leaves only when that found nothing for it
             self.env.process(self._visit_stations(robot, pod))
 
@@ -136,6 +150,36 @@ class Simulation:
                 self._arrive(order)
             self.decisions.round()
 
+    def _bundles(self, supply: Supply) -> Process:
+        """Bundles arrive that come whatever happens; what has run low at the start is ordered."""
+        for sku in range(self.warehouse.n_skus):
+            self._order_bundles(supply, sku)
+        for bundle in supply.coming():
+            yield self._until(bundle.arrival_tick)
+            self._bundle_arrives(bundle.sku, bundle.items, bundle.name)
+
+    def _follow_hours(self) -> Process:
+        """A round runs whenever stations or robots come or go. Ends when a whole day has brought nothing else."""
+        alone, most = 0, 2 * sum(len(timetable.spans) for timetable in self._hours.values())
+        while alone <= most and (ticks := [t for x in self._hours.values() if (t := x.next_change(self.now))]):
+            yield self._until(min(ticks))
+            self._keep_hours()
+            self.decisions.round(by_clock=True)
+            alone = alone + 1 if self.env.peek() == math.inf else 0
+
+    def _keep_hours(self) -> None:
+        """Open and close stations, and send robots on and off duty, as the timetables have it now."""
+        for whose, timetable in self._hours.items():
+            number = timetable.at(self.now)
+            if whose is not None:
+                station = self.warehouse.stations[whose]
+                was_open = station.open
+                self.warehouse.staff(station, bool(number), timetable.next_change(self.now))
+                tell_open(self.warehouse, station, was_open, self._tell)
+            elif number != sum(robot.on_duty for robot in self.warehouse.robots):
+                self.warehouse.put_on_duty(number)
+                self._tell(RobotsOnDuty(tick=self.now, number=number))
+
     def _transport(self, robot: Robot, pod: Pod) -> Process:
         """A robot's task: fetch a pod, carry it along its stations, and store it."""
         yield from self._fetch(robot, pod)
@@ -145,6 +189,9 @@ class Simulation:
         assert pod.location is not None
         yield from self.driving.to_location(robot, pod.location)
         yield from self._take_place(self.warehouse.stations[pod.bound_for[0]])
+        yield from self._lift(robot, pod)
+
+    def _lift(self, robot: Robot, pod: Pod) -> Process:
         start = self.now
         yield self.context.after(self.motion.lift_ticks)
         cell = robot.cell
@@ -163,12 +210,19 @@ class Simulation:
         self._visits += 1
         visit, picks = self._visits, 0
         self._tell(VisitStarted(tick=self.now, visit=visit, robot=robot.id, pod=pod.id, station=station.id))
-        while (request := self.warehouse.next_request(station, pod)) is not None:
-            self.warehouse.secure(request, pod)
-            if self._picker_free[station.id] > self.now:
-                yield self._until(self._picker_free[station.id])
-            yield from self._pick(request, pod, station, visit)
-            picks += 1
+        while True:
+            request, bundle = self.warehouse.next_request(station, pod), self.warehouse.next_bundle(station, pod)
+            if request is not None:
+                self.warehouse.secure(request, pod)
+            elif bundle is None:
+                break
+            if (free := to_ticks(station.picker_free_s)) > self.now:
+                yield self._until(free)
+            if request is not None:
+                yield from self._pick(request, pod, station, visit)
+                picks += 1
+            elif bundle is not None:
+                yield from self._store_bundle(bundle, pod, station, visit)
         following = self._leave(robot, pod, station)
         self._tell(
             VisitEnded(
@@ -185,15 +239,26 @@ class Simulation:
     def _pick(self, request: Request, pod: Pod, station: Station, visit: int) -> Process:
         start = self.now
         picker_free = start + to_ticks(self.scenario.stations.handle_s)
-        self._picker_free[station.id] = picker_free
+        self.warehouse.occupy_picker(station, picker_free)
         yield self.context.after(to_ticks(self.scenario.stations.pick_s))
         self.warehouse.fulfil(request, pod, handled=False)
         self._tell(ItemPicked(self.now, start, picker_free, visit, station.id, pod.id, request.order.id, request.sku))
+        if self._supply is not None:
+            self._supply.picked(request.sku)
+            self._order_bundles(self._supply, request.sku)
         if self.scenario.stations.release == "handled":
             self._until(picker_free).callbacks.append(lambda _: self._release(request))
             self.decisions.round()
         else:
             self._release(request)
+
+    def _store_bundle(self, bundle: Bundle, pod: Pod, station: Station, visit: int) -> Process:
+        start = self.now
+        self.warehouse.occupy_picker(station, start + to_ticks(self.scenario.stations.store_s or 10.0))
+        yield self._until(to_ticks(station.picker_free_s))
+        self.warehouse.store_bundle(bundle, pod)
+        self._tell(BundleStored(self.now, start, visit, station.id, pod.id, bundle.id, bundle.sku, bundle.items))
+        self.decisions.round()
 
     def _release(self, request: Request) -> None:
         """Give back the place of an item that is done; its pod may be gone."""
@@ -204,12 +269,33 @@ class Simulation:
         self.decisions.round()
 
     def _store(self, robot: Robot, pod: Pod) -> Process:
-        yield from self.driving.to_location(robot, self.decisions.storage_location(pod))
+        yield from self._set_down(robot, pod, self.decisions.storage_location(pod))
+        self.decisions.round()
+
+    def _set_down(self, robot: Robot, pod: Pod, cell: int) -> Process:
+        yield from self.driving.to_location(robot, cell)
         start = self.now
         yield self.context.after(self.motion.lift_ticks)
         self.warehouse.store(robot, pod)
         self._tell(PodStored(tick=self.now, start_tick=start, robot=robot.id, pod=pod.id, cell=robot.cell))
-        self.decisions.round()
+
+    def _move(self, robot: Robot, pod: Pod, cell: int) -> Process:
+        """Carry a stored pod elsewhere, without a visit. Whatever was decided for it in the meantime comes next."""
+        assert pod.location is not None
+        yield from self.driving.to_location(robot, pod.location)
+        yield from self._lift(robot, pod)
+        yield from self._set_down(robot, pod, cell)
+        self.decisions.round(by_clock=True)
+
+    def _rest(self, robot: Robot, cell: int, share: float) -> Process:
+        """Drive to where the robot rests; at a charger it stays until its battery is as full as it shall be."""
+        if cell not in self.warehouse.reserved:  # else PR has chosen it at the same moment, and the robot stays
+            yield from self.driving.to_location(robot, cell)
+        self._tell(RobotRested(tick=self.now, robot=robot.id, cell=robot.cell))
+        if ticks := self.warehouse.ticks_to_charge(robot, share):
+            yield self.context.after(ticks)
+        self.warehouse.send(robot, None)
+        self.decisions.round(by_clock=True)
 
     # Between the processes
 
@@ -217,14 +303,30 @@ class Simulation:
         self.warehouse.order_arrives(order, self.now)
         self._tell(OrderArrived(tick=self.now, order=order.id))
 
+    def _order_bundles(self, supply: Supply, sku: int) -> None:
+        """Let what is ordered of a SKU arrive after the lead time."""
+        for items in supply.order(sku):
+            arrived = self.context.after(supply.lead_ticks)
+            arrived.callbacks.append(partial(self._bundle_arrives, sku, items, ""))
+
+    def _bundle_arrives(self, sku: int, items: int, name: str, _: object = None) -> None:
+        bundle = self.warehouse.bundle_arrives(sku, items, name)
+        self._tell(BundleArrived(tick=self.now, bundle=bundle.id, name=bundle.name, sku=sku, items=items))
+        self.decisions.round(by_clock=True)
+
     def _refill(self) -> None:
         """Let the next orders arrive where the backlog is to be kept filled."""
         wanted = self.scenario.instance.arrivals.backlog or 0
-        for _ in range(min(wanted - len(self.warehouse.backlog), len(self._coming))):
+        for _ in range(min(wanted - self.warehouse.backlog_size, len(self._coming))):
             self._arrive(self._coming.pop())
 
-    def _start_task(self, robot: Robot, pod: Pod) -> None:
-        self.env.process(self._transport(robot, pod))
+    def _starting(self, story: Callable[..., Process]) -> Callable[..., None]:
+        """Return what sets a robot off on a story."""
+
+        def start(*what: Any) -> None:
+            self.env.process(story(*what))
+
+        return start
 
     def _place_at_stations(self) -> list[tuple[Robot, Pod]]:
         """Put the pods that are at a station from the start into its line, each on a robot."""
@@ -257,7 +359,7 @@ class Simulation:
             self._waiting_for_place[station.id].pop(0).succeed()  # the place goes to who has waited longest
         else:
             self.warehouse.give_up_place(station)
-        if not pod.bound_for:
+        if not pod.bound_for or robot.low:
             return None
         following = self.warehouse.stations[pod.bound_for[0]]
         if following.queue_room <= 0:
@@ -275,15 +377,31 @@ class Simulation:
             return ""
         return f"; {large} in the backlog have more than {largest} items and fit an empty station alone, as `fits` says"
 
+    def _without_room(self) -> str:
+        """Say which bundles cannot be stored."""
+        at_stations = [bundle for station in self.warehouse.storing for bundle in station.bundles]
+        room = max((pod.free_space for pod in self.warehouse.pods), default=0)
+        waiting = [b.name for b in (*self.warehouse.bundles.values(), *at_stations) if b.pod is None and b.size > room]
+        return f"; no pod has room for bundles: {first_few(waiting)}" if waiting else ""
+
+    def _away(self) -> str:
+        low = sum(robot.low for robot in self.warehouse.robots)
+        off = sum(not robot.on_duty for robot in self.warehouse.robots)
+        away = f"; {counted(off, 'robot')} off duty" if off else ""
+        return away + (f"; {low} robots with too little charge for a task" if low else "")
+
     def _standstill(self) -> str:
-        deciding = (self.rules.poa_pps, self.rules.poa, self.rules.pps, self.rules.ta)
+        rules = self.rules
+        deciding = (rules.activate, rules.poa_pps, rules.poa, rules.pps, *rules.deciding_bundles, rules.ta)
         asked = ", ".join(rule.describe() for rule in deciding if rule is not None)
         left = [order for order in self.warehouse.orders if not order.complete]
-        waiting = len(self.warehouse.backlog)
+        waiting = self.warehouse.backlog_size
+        closed = sum(not station.open for station in self.warehouse.stations)
+        shut = f"; {counted(closed, 'station')} closed" if closed else ""
         uncovered = sum(len(station.uncovered_requests) for station in self.warehouse.stations)
         return (
             f"The run stands still at {to_seconds(self.now):.3f} s: {len(left)} orders are not complete "
-            f"({waiting} in the backlog; {uncovered} open requests that no inbound pod can serve; "
-            f"{len(self.warehouse.waiting)} pods waiting for a robot), and no rule decides anything "
-            f"(asked last: {asked}){self._too_large()}."
+            f"({waiting} in the backlog{shut}; {uncovered} open requests that no inbound pod can serve; "
+            f"{len(self.warehouse.waiting)} pods waiting for a robot{self._away()}), and no rule decides anything "
+            f"(asked last: {asked}){self._too_large()}{self._without_room()}."
         )

@@ -1,4 +1,4 @@
-"""A decision round: POA (or the joint rule), PPS, TA, each asked, checked and applied."""
+"""A decision round: activation, POA (or the joint rule), PPS, ROA, RPS, TA, moves, rests: asked, checked, applied."""
 
 from __future__ import annotations
 
@@ -6,12 +6,20 @@ from collections.abc import Callable, Container, Sequence
 from functools import partial
 from typing import TypeVar
 
-from rmfs_core.decisions import JointDecision
+from rmfs_core.decisions import BundleDecision, JointDecision
 from rmfs_core.events import DecisionMade, Event
 from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule
 from rmfs_core.simulation import checks
-from rmfs_core.simulation.applying import apply_assignments, apply_selection, apply_tasks
+from rmfs_core.simulation.applying import (
+    apply_activation,
+    apply_assignments,
+    apply_moves,
+    apply_replenishment,
+    apply_rests,
+    apply_selection,
+    apply_tasks,
+)
 from rmfs_core.simulation.asking import ImpossibleError, sequence_of
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.warehouse import Order, Pod, Robot, WarehouseView
@@ -26,13 +34,21 @@ class Decisions:
     ----------
     run
         The run.
-    start_task, refill
-        Set a robot off to fetch a pod, and let orders arrive in place of those that were assigned.
+    start_task, start_move, start_rest, refill
+        Set a robot off to fetch a pod, to carry one elsewhere, and to rest somewhere, and let orders arrive in place of
+        those that were assigned.
     """
 
-    def __init__(self, run: RunContext, start_task: Callable[[Robot, Pod], None], refill: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        run: RunContext,
+        start_task: Callable[[Robot, Pod], None],
+        start_move: Callable[[Robot, Pod, int], None],
+        start_rest: Callable[[Robot, int, float], None],
+        refill: Callable[[], None],
+    ) -> None:
         self._run = run
-        self._start_task = start_task
+        self._start_task, self._start_move, self._start_rest = start_task, start_move, start_rest
         self._refill = refill
         self._pending: list[Event] = []
         self.warehouse, self.rules, self.asker = run.warehouse, run.rules, run.asker
@@ -44,19 +60,25 @@ class Decisions:
         self._alarms: set[int] = set()
         self.alarms_in_a_row = 0
 
-    def round(self) -> None:
-        """Decide all that can be decided now, and hear when to do so again."""
-        self.alarms_in_a_row = 0
-        self._decide()
-
-    def _decide(self) -> None:
+    def round(self, *, by_clock: bool = False) -> None:
+        """Decide all that can be decided now, and hear when to do so again; ``by_clock``: nothing else happened."""
+        self.alarms_in_a_row = self.alarms_in_a_row + 1 if by_clock else 0
+        if (rule := self.rules.activate) is not None:
+            active, _ = self._run.ask(rule)
+            self._apply(rule, lambda: apply_activation(self.warehouse, active, self._keep))
         while self.warehouse.fits_smallest(single_line=self.assigning.traits.splits_over_time):
             if not self._assign_orders():
                 break
             self._refill()
         if self.rules.pps is not None:
             self._select_pods(self.rules.pps)
+        if self.rules.deciding_bundles:
+            self._replenish()
         self._assign_tasks()
+        if self.rules.move is not None:
+            self._move_pods(self.rules.move)
+        if self.rules.idle is not None:
+            self._rest_robots(self.rules.idle)
         self._set_alarm()
 
     def storage_location(self, pod: Pod) -> int:
@@ -72,7 +94,7 @@ class Decisions:
     def _assign_orders(self) -> bool:
         """Ask for one period; return whether anything was decided."""
         view, shown, filtering_s = self._shown_backlog()
-        seen = len(view.backlog)
+        seen = view.backlog_size
         if not seen:
             return False
         rule = self.assigning
@@ -110,8 +132,7 @@ class Decisions:
     def _select_pods(self, rule: BoundRule) -> None:
         if not any(station.uncovered_requests for station in self.warehouse.stations):
             return
-        idle = sum(robot.idle for robot in self.warehouse.robots)
-        max_fetches = max(idle - len(self.warehouse.waiting), 0)
+        max_fetches = self._max_fetches()
         if not (max_fetches or self.warehouse.leaving_pods()):
             return
         answer, seconds = self._run.ask(rule, max_fetches=max_fetches)
@@ -119,7 +140,27 @@ class Decisions:
         decision = self._apply(
             rule, partial(apply_selection, self.warehouse, answer, max_fetches=max_fetches, keep=self._keep)
         )
-        self._tell_decision(rule, len(self.warehouse.backlog), decision, seconds)
+        self._tell_decision(rule, self.warehouse.backlog_size, decision, seconds)
+
+    def _max_fetches(self) -> int:
+        """How many robots could start now."""
+        idle = sum(robot.idle for robot in self.warehouse.robots)
+        return max(idle - len(self.warehouse.waiting), 0)
+
+    # ROA and RPS
+
+    def _replenish(self) -> None:
+        warehouse = self.warehouse
+        for rule in self.rules.deciding_bundles:
+            assigns = bool(warehouse.bundles) and any(s.free_bundle_capacity > 0 for s in warehouse.storing)
+            selects = any(bundle.pod is None for station in warehouse.storing for bundle in station.bundles)
+            if not (assigns if rule.role is Role.ROA else selects or (rule.role is Role.ROA_RPS and assigns)):
+                continue
+            waiting, most = len(warehouse.bundles), self._max_fetches()
+            arguments = {} if rule.role is Role.ROA else {"max_fetches": most}
+            answer, seconds = self._run.ask(rule, self._run.view, **arguments)
+            apply = partial(apply_replenishment, warehouse, answer, role=rule.role, max_fetches=most, keep=self._keep)
+            self._tell_decision(rule, waiting, self._apply(rule, apply), seconds)
 
     # TA
 
@@ -129,6 +170,18 @@ class Decisions:
         rule = self.rules.ta
         answer, _ = self._run.ask(rule)
         self._apply(rule, lambda: apply_tasks(self.warehouse, answer, self._keep, self._start_task))
+
+    # Robots that TA has left without a task
+
+    def _move_pods(self, rule: BoundRule) -> None:
+        if spare := self._max_fetches():
+            answer, _ = self._run.ask(rule, max_moves=spare)
+            self._apply(rule, lambda: apply_moves(self.warehouse, answer, spare, self._keep, self._start_move))
+
+    def _rest_robots(self, rule: BoundRule) -> None:
+        if any(robot.resting for robot in self.warehouse.robots):
+            answer, _ = self._run.ask(rule)
+            self._apply(rule, lambda: apply_rests(self.warehouse, answer, self._keep, self._start_rest))
 
     # Time
 
@@ -146,8 +199,7 @@ class Decisions:
     def _ring(self, _: object) -> None:
         self._alarms.remove(self.warehouse.now)
         if self.warehouse.now == self._alarm:
-            self.alarms_in_a_row += 1
-            self._decide()
+            self.round(by_clock=True)
 
     def _apply(self, rule: BoundRule, apply: Callable[[], T]) -> T:
         """Check and apply a decision. Observers are told when all of it was possible; else of nothing."""
@@ -161,8 +213,11 @@ class Decisions:
         """Keep an event of the decision that is being applied until all of it is."""
         self._pending.append(event)
 
-    def _tell_decision(self, rule: BoundRule, backlog: int, decision: JointDecision, seconds: float) -> None:
+    def _tell_decision(
+        self, rule: BoundRule, backlog: int, decision: JointDecision | BundleDecision, seconds: float
+    ) -> None:
         report = decision.report
+        trips = decision.trips if isinstance(decision, JointDecision) else decision.stores
         self._run.tell(
             DecisionMade(
                 tick=self.warehouse.now,
@@ -171,7 +226,7 @@ class Decisions:
                 rule=rule.name,
                 backlog=backlog,
                 assignments=len(decision.assignments),
-                trips=len(decision.trips),
+                trips=len(trips),
                 status="decided" if report is None else report.status,
                 objective=None if report is None else report.objective,
                 bound=None if report is None else report.bound,

@@ -2,29 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 
+import numpy as np
 from attrs import frozen
 
+from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.errors import InputError
 from rmfs_core.motion import Motion
 from rmfs_core.randomness import stream
 from rmfs_core.rules import BoundRule
 from rmfs_core.scenario.model import RobotsSection, Scenario
+from rmfs_core.timetable import DAY, Timetable, read_spans
 from rmfs_core.warehouse import Robot, Station, Warehouse
+from rmfs_core.warehouse.battery import Battery
+from rmfs_core.warehouse.parts import UNLIMITED
 from rmfs_core.world import NORTH, CellKind, Instance, Layout
-from rmfs_core.world.csv_files import Place, read_robots
+from rmfs_core.world.csv_files import Calendar, Place, read_robots
 from rmfs_core.world.instance_making import oversize_orders
-from rmfs_core.world.travel import travel_on
+from rmfs_core.world.layout_making import queue_length
+from rmfs_core.world.travel import Travel, travel_on
 
 
 @frozen(eq=False)
 class Opening:
-    """The warehouse at time 0, and the pods that stand at stations then: (station id, pod id), first in line first."""
+    """The warehouse at time 0, the pods that stand at stations then: (station id, pod id), first in line first, and
+    timetables: by id that of each station that has one, under None that of the robots."""
 
     warehouse: Warehouse
     at_stations: tuple[tuple[int, int], ...]
+    hours: Mapping[int | None, Timetable]
 
 
 def unmet_needs(rule: BoundRule, place: str, scenario: Scenario, instance: Instance) -> Iterator[InputError]:
@@ -82,8 +91,65 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
     robots = [Robot(i, robot_places[i], NORTH) for i in range(scenario.robots.count)]
     travel = travel_on(layout, motion_of(scenario.robots))
     travel.load_searches()
-    warehouse = Warehouse(instance, travel, stations, robots, places[:n_pods], places[n_pods:standing])
-    return Opening(warehouse, at_stations)
+    room = scenario.instance.pod_capacity or UNLIMITED
+    battery, stored = battery_of(scenario, travel), places[:n_pods]
+    warehouse = Warehouse(instance, travel, stations, robots, stored, places[n_pods:standing], room, battery)
+    if instance.restocked and not warehouse.storing:
+        expected = "expected `I` in the map, `layout.replenishment_east` or `_west`, or `stations.also_replenish`"
+        raise InputError("instance.replenishment", f"found no replenishment station; {expected}")
+    return Opening(warehouse, at_stations, hours_of(scenario, len(warehouse.picking)))
+
+
+def hours_of(scenario: Scenario, stations: int) -> dict[int | None, Timetable]:
+    """Return the timetables of a scenario with so many picking stations; InputError where they make no sense."""
+    zero, given = Calendar(scenario.instance.start).zero(0) % DAY, scenario.stations.open
+    ids = [str(number) for number in range(1, stations + 1)]
+    spans = given if isinstance(given, Mapping) else {} if given is None else dict.fromkeys(ids, given)
+    for name in spans:
+        if name not in ids:
+            raise InputError(f"stations.open.{name}", f"no station {name}; expected 1 to {stations}")
+    if not any(spans.get(name, True) for name in ids):
+        raise InputError("stations.open", "found no span for any station; expected one that opens")
+    hours: dict[int | None, Timetable] = {ids.index(i): Timetable(read_spans(of), zero) for i, of in spans.items()}
+    robots, available = scenario.robots.count, scenario.robots.available
+    return hours if available is None else hours | {None: Timetable(read_spans(available, robots), zero)}
+
+
+def battery_of(scenario: Scenario, travel: Travel) -> Callable[[Callable[[], int]], Battery] | None:
+    """Return what makes the robots' batteries; they keep what the longest task and the way to a charger take."""
+    battery, layout = scenario.robots.battery, travel.layout
+    if battery is None:
+        return None
+    lacking = [] if layout.chargers else ["a charger (`layout.chargers`, or `C` in a map)"]
+    lacking += [] if scenario.rules.idle else ['a rule that sends robots there (rules.idle = "charge-when-low")']
+    if lacking:
+        raise InputError("robots.battery", f"expected {' and '.join(lacking)}")
+    hub = layout.nearest({*np.flatnonzero(layout.kind == CellKind.FLOOR).tolist()}, layout.storage_locations)[0]
+
+    def ticks(cells: Iterable[int], loaded: bool) -> int:
+        """Longest drive to the hub."""
+        return int(travel.times_to(hub, loaded)[list(cells)].max())
+
+    def on(cell: int, loaded: bool) -> int:
+        """Drive on from the hub."""
+        return int(travel.times_to(cell, loaded)[hub].max())
+
+    stored, stations = layout.storage_locations, [cells.station for cells in layout.stations]
+    queues = max(len(cells.queue) for cells in layout.stations) * travel.motion.run_ticks(1)  # moving up, cell by cell
+    farthest = [
+        max(int(travel.times_from(hub, h, loaded)[list(stored)].max()) for h in range(4)) for loaded in (False, True)
+    ]
+    empty = ticks((*stored, *layout.chargers), False) + farthest[0]
+    empty += ticks(stored, False) + min(on(cell, False) for cell in layout.chargers)
+    loaded = ticks(stored, True) + max(on(cell, True) for cell in stations) + ticks(stations, True) + farthest[1]
+    watts = battery.empty_w * empty + battery.loaded_w * (loaded + queues)
+    joules = battery.detour * watts / TICKS_PER_S + 2 * battery.lifting_w * scenario.robots.lift_s
+    if joules >= 3600 * battery.capacity_wh:
+        found = (
+            f"found {battery.capacity_wh:g}; the longest task and the way to a charger may take {joules / 3600:,.1f}"
+        )
+        raise InputError("robots.battery.capacity_wh", found)
+    return partial(Battery, battery, joules)
 
 
 def _cells(places: Iterable[Place], layout: Layout, kinds: set[CellKind], expected: str) -> list[int]:
@@ -101,14 +167,20 @@ def _stations(scenario: Scenario, layout: Layout) -> list[Station]:
     section = scenario.stations
     counts_orders = section.order_capacity is not None
     capacity = section.order_capacity if section.order_capacity is not None else section.item_capacity
-    n = len(layout.stations)
+    n, bundles = len(layout.stations) - layout.replenishing, section.bundle_capacity or 10
     capacities = capacity if isinstance(capacity, tuple) else (capacity,) * n
     if len(capacities) != n:
         name = "order_capacity" if counts_orders else "item_capacity"
         raise InputError(
             f"stations.{name}", f"found {len(capacities)} capacities, but the layout has {n} picking stations"
         )
-    return [Station(i, layout.stations[i], capacities[i], counts_orders, section.queue_length) for i in range(n)]
+    length = queue_length(scenario, layout)
+    kinds = [(capacity, None, bundles if section.also_replenish else 0, True) for capacity in capacities]
+    kinds += [(0, None, bundles, False)] * layout.replenishing
+    return [
+        Station(i, cells, kind[0], counts_orders, length, *kind[1:])
+        for i, (cells, kind) in enumerate(zip(layout.stations, kinds, strict=True))
+    ]
 
 
 def _pods_at_stations(scenario: Scenario, instance: Instance, layout: Layout) -> tuple[tuple[int, int], ...]:
@@ -118,10 +190,8 @@ def _pods_at_stations(scenario: Scenario, instance: Instance, layout: Layout) ->
         place = f"instance.pods_at_stations.{station}"
         if not station.isdecimal() or not 1 <= int(station) <= len(layout.stations):
             raise InputError(place, f"no station {station}; expected 1 to {len(layout.stations)}")
-        if len(names) > scenario.stations.queue_length + 1:
-            raise InputError(
-                place, f"found {len(names)} pods; the station and its queue hold {scenario.stations.queue_length + 1}"
-            )
+        if len(names) > (room := queue_length(scenario, layout) + 1):
+            raise InputError(place, f"found {len(names)} pods; the station and its queue hold {room}")
         placed += [(int(station) - 1, pods[name]) for name in names]
     if len(placed) > scenario.robots.count:
         raise InputError(

@@ -1,12 +1,13 @@
 """Robots in each other's way: when a path occupies which cell, and the table of who has reserved what."""
 
 from rmfs_core.traffic.passing import PassingTimes, passing_s
-from rmfs_core.traffic.paths import FOREVER, Occupancy, Query, TimedPath, occupancy, run_between, timed_path
-from rmfs_core.traffic.reservations import Intervals, Reservations, ReservedError, Traffic
+from rmfs_core.traffic.paths import FOREVER, Occupancy, Query, TimedPath, drive, occupancy, run_between, timed_path
+from rmfs_core.traffic.reservations import FleetTraffic, Intervals, Reservations, ReservedError, Traffic
 from rmfs_core.traffic.roads import Roads, Tracks, roads_on
 
 __all__ = [
     "FOREVER",
+    "FleetTraffic",
     "Intervals",
     "Occupancy",
     "PassingTimes",
@@ -17,6 +18,7 @@ __all__ = [
     "TimedPath",
     "Tracks",
     "Traffic",
+    "drive",
     "occupancy",
     "passing_s",
     "roads_on",

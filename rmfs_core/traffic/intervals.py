@@ -8,7 +8,11 @@ cell has a number of its own, below the pool's size.
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
+
+FOREVER = 1 << 50
+"""End, in ticks, of what has no end."""
 
 
 @njit(cache=True)
@@ -22,6 +26,61 @@ def conflict(cells, begins, ends, me, first, count, since, until, owner):  # typ
             if until[p] > begins[i] and owner[p] != me:
                 return i, p
     return -1, -1
+
+
+@njit(cache=True)
+def drive(cell, heading, tick, since, legs, width, kinematics, passing):  # type: ignore[no-untyped-def]
+    """Cells that legs occupy, from when, until when; and cell, heading and tick of the end.
+
+    ``legs`` has an end and a wait in each row; `Roads` says what the last two are. The cells are none where a leg is no
+    straight run, and the end is where that begins.
+    """
+    cells = 1
+    at = cell
+    for i in range(len(legs)):
+        to = legs[i, 0]
+        if to != at and at // width != to // width and at % width != to % width:
+            nothing = np.zeros(0, np.int64)
+            return nothing, nothing, nothing, at, i, tick
+        cells += abs(to - at) // width if at % width == to % width else abs(to - at)
+        at = to
+    rows = np.empty((3, cells), np.int64)
+    n, begin, at = 0, since, cell
+    for i in range(len(legs)):
+        to = legs[i, 0]
+        tick += legs[i, 1]
+        if to == at:
+            continue
+        if at // width == to // width:
+            towards, length = (0 if to > at else 2), abs(to - at)
+        else:
+            towards, length = (1 if to < at else 3), abs(to - at) // width
+        step = (to - at) // length
+        tick += kinematics[(towards - heading) % 4]
+        for k in range(length):
+            rows[0, n] = at + k * step
+            rows[1, n] = tick + passing[0, length, k] if k else begin
+            rows[2, n] = tick + passing[1, length, k]
+            n += 1
+        begin = tick + passing[0, length, length]
+        tick += kinematics[4 + length]
+        at, heading = to, towards
+    rows[0, n], rows[1, n], rows[2, n] = at, begin, FOREVER
+    return rows[0], rows[1], rows[2], at, heading, tick
+
+
+@njit(cache=True)
+def replace(cells, begins, ends, before, me, used, first, count, room, since, until, owner):  # type: ignore[no-untyped-def]
+    """Remove an owner from the cells ``before`` and insert intervals, unless another has one of them.
+
+    Returns what `conflict` and `insert` do: nothing is changed where the first of these is not negative.
+    """
+    found, entry = conflict(cells, begins, ends, me, first, count, since, until, owner)
+    if found >= 0:
+        return found, entry, 0, used
+    remove(before, me, first, count, since, until, owner)
+    done, used = insert(cells, begins, ends, 0, me, used, first, count, room, since, until, owner)
+    return found, entry, done, used
 
 
 @njit(cache=True)

@@ -29,6 +29,8 @@ class Query:
         Cell index it has to reach.
     loaded
         Whether it carries a pod.
+    latest
+        A path is of use only if it arrives before that tick; a rule may give up where none does.
     """
 
     robot: int
@@ -37,6 +39,7 @@ class Query:
     start_tick: int
     goal: int
     loaded: bool = False
+    latest: int = FOREVER
 
 
 @frozen
@@ -80,14 +83,20 @@ class Occupancy:
 
 def timed_path(roads: Roads, query: Query, legs: tuple[Leg, ...]) -> TimedPath:
     """Return a path with its times, from its legs alone: wait, turn, run, and on."""
-    cell, heading, tick = query.cell, query.heading, query.start_tick
-    for leg in legs:
-        tick += leg.wait_ticks
-        if leg.to != cell:
-            towards, length = run_between(roads, cell, leg.to)
-            tick += int(roads.travel.turns[(towards - heading) % 4] + roads.travel.runs[length])
-            cell, heading = leg.to, towards
-    return TimedPath(query.cell, query.heading, query.start_tick, legs, cell, heading, tick)
+    return drive(roads, query, legs)[0]
+
+
+def drive(roads: Roads, query: Query, legs: tuple[Leg, ...], since: int | None = None) -> tuple[TimedPath, Occupancy]:
+    """Return a path with its times, and the cells that it occupies: `timed_path` and `occupancy` in one."""
+    start, begin = query.start_tick, query.start_tick if since is None else since
+    ends = np.array([(leg.to, leg.wait_ticks) for leg in legs], dtype=np.int64).reshape(-1, 2)
+    cells, entered, left, end, heading, tick = roads.work.drive(
+        query.cell, query.heading, start, begin, ends, roads.layout.width, roads.kinematics, roads.passes
+    )
+    if not len(cells):
+        run_between(roads, end, legs[heading].to)
+    path = TimedPath(query.cell, query.heading, start, legs, end, heading, tick)
+    return path, Occupancy(cells, entered, left)
 
 
 def occupancy(roads: Roads, path: TimedPath, since: int | None = None) -> Occupancy:
@@ -105,27 +114,8 @@ def occupancy(roads: Roads, path: TimedPath, since: int | None = None) -> Occupa
     since
         When the robot came to the path's first cell.
     """
-    cells, begins, ends = [], [], []
-    cell, heading, tick = path.cell, path.heading, path.start_tick
-    begin = path.start_tick if since is None else since
-    for leg in path.legs:
-        tick += leg.wait_ticks
-        if leg.to == cell:
-            continue
-        towards, length = run_between(roads, cell, leg.to)
-        tick += int(roads.travel.turns[(towards - heading) % 4])
-        enter, leave = tick + roads.passing.enter[length], tick + roads.passing.leave[length]
-        enter[0] = begin
-        cells.append(cell + int(roads.offsets[towards]) * np.arange(length, dtype=np.int64))
-        begins.append(enter[:length])
-        ends.append(leave[:length])
-        begin = int(enter[length])
-        tick += int(roads.travel.runs[length])
-        cell, heading = leg.to, towards
-    cells.append(np.array([cell], dtype=np.int64))
-    begins.append(np.array([begin], dtype=np.int64))
-    ends.append(np.array([FOREVER], dtype=np.int64))
-    return Occupancy(np.concatenate(cells), np.concatenate(begins), np.concatenate(ends))
+    query = Query(-1, path.cell, path.heading, path.start_tick, path.end)
+    return drive(roads, query, path.legs, since)[1]
 
 
 def run_between(roads: Roads, cell: int, to: int) -> tuple[int, int]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from copy import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +15,7 @@ from rmfs_core.traffic.roads import Roads
 
 ROOM = 4
 """Entries set aside for each cell at first."""
+NOTHING = np.zeros(0, dtype=np.int64)
 
 
 class ReservedError(ValueError):
@@ -84,6 +87,13 @@ class Reservations:
         """Return who else than ``owner`` has a cell first from a tick on; None when nobody does."""
         return next((who for who, _, end in self.reserved(cell) if who != owner and end > since), None)
 
+    def copy(self) -> Reservations:
+        """Return a table of its own with the same reservations, for a rule to try paths in."""
+        other = copy(self)
+        for name in ("_first", "_count", "_room", "_since", "_until", "_owner", "_cells_of"):
+            setattr(other, name, getattr(self, name).copy())
+        return other
+
     # Changing
 
     def commit(self, owner: int, occupancy: Occupancy) -> None:
@@ -94,9 +104,16 @@ class Reservations:
         ReservedError
             When another has one of the cells then; nothing is changed in that case.
         """
-        self.check(owner, occupancy)
-        self.release(owner)
-        self._insert(owner, occupancy)
+        new, before = occupancy, self._cells_of.get(owner, NOTHING)
+        found, entry, done, self._used = self._work.replace(
+            new.cells, new.since, new.until, before, owner, self._used, self._first, self._count, self._room,
+            self._since, self._until, self._owner,
+        )  # fmt: skip
+        if found >= 0:
+            raise self._error(new, found, entry)
+        self._cells_of[owner] = new.cells
+        if done < len(new.cells):
+            self._insert(owner, new, done)
 
     def add(self, owner: int, occupancy: Occupancy) -> None:
         """Reserve more for an owner; as `commit`, but what it had stays."""
@@ -127,8 +144,11 @@ class Reservations:
         """Raise `ReservedError` when another has one of the cells then."""
         hit = self._conflict(owner, occupancy)
         if hit is not None:
-            cell, entry = int(occupancy.cells[hit[0]]), hit[1]
-            raise ReservedError(cell, int(self._owner[entry]), int(self._since[entry]), int(self._until[entry]))
+            raise self._error(occupancy, *hit)
+
+    def _error(self, new: Occupancy, found: int, entry: int) -> ReservedError:
+        owner, since, until = (int(column[entry]) for column in (self._owner, self._since, self._until))
+        return ReservedError(int(new.cells[found]), owner, since, until)
 
     def is_free(self, owner: int, occupancy: Occupancy) -> bool:
         """Whether nobody else has one of the cells then."""
@@ -149,8 +169,7 @@ class Reservations:
         found, entry = self._work.conflict(new.cells, new.since, new.until, owner, *self.arrays)
         return None if found < 0 else (found, entry)
 
-    def _insert(self, owner: int, new: Occupancy) -> None:
-        done = 0
+    def _insert(self, owner: int, new: Occupancy, done: int = 0) -> None:
         while True:
             done, self._used = self._work.insert(
                 new.cells, new.since, new.until, done, owner, self._used, self._first, self._count, self._room,
@@ -191,3 +210,26 @@ class Traffic:
     roads: Roads
     table: Reservations
     query: Query
+
+
+@frozen(eq=False)
+class FleetTraffic:
+    """What robots have reserved, and what of it those who get new paths can give up.
+
+    Parameters
+    ----------
+    roads
+        The layout as path planning sees it.
+    table
+        Who has reserved which cell when, as long as nothing is replaced. For looking only; plan in a copy.
+    under_way
+        What robots that are asked for occupy until their new paths begin: their legs under way, by robot.
+    reserved, arrives
+        What the paths of those that may keep them occupy, and the ticks at which they end.
+    """
+
+    roads: Roads
+    table: Reservations
+    under_way: Mapping[int, Occupancy]
+    reserved: Mapping[int, Occupancy]
+    arrives: Mapping[int, int]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-from typing import NamedTuple
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +64,17 @@ class Roads:
         self.passing = PassingTimes(travel.motion, len(travel.runs) - 1)
         self.offsets = travel.offsets
         self.turns = tuple(map(int, travel.turns))
+        self.kinematics = np.concatenate([travel.turns, travel.runs])
+        """Ticks of turns by the difference of headings, then of runs by their length."""
+        self.passes = np.array([self.passing.enter, self.passing.leave])
+        """``enter`` and ``leave`` of `PassingTimes`."""
+
+    @cached_property
+    def work(self) -> Any:
+        """The compiled work: imported when needed, for it takes its time."""
+        from rmfs_core.traffic import intervals
+
+        return intervals
 
     def tracks(self, goal: int, loaded: bool) -> Tracks:
         """Return the arrays of a goal for a compiled search."""

@@ -1,7 +1,19 @@
 """The warehouse: its state, which the kernel changes, and the read-only view of it that rules get."""
 
-from rmfs_core.warehouse.parts import Order, OrderLine, Pod, Request, Robot, Station, lines_of
+from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, OrderLine, Pod, Request, Robot, Station, lines_of
 from rmfs_core.warehouse.state import Warehouse
 from rmfs_core.warehouse.view import WarehouseView
 
-__all__ = ["Order", "OrderLine", "Pod", "Request", "Robot", "Station", "Warehouse", "WarehouseView", "lines_of"]
+__all__ = [
+    "UNLIMITED",
+    "Bundle",
+    "Order",
+    "OrderLine",
+    "Pod",
+    "Request",
+    "Robot",
+    "Station",
+    "Warehouse",
+    "WarehouseView",
+    "lines_of",
+]

@@ -7,7 +7,9 @@ from typing import NamedTuple, TypeVar
 
 from attrs import field, frozen, validators
 
-from rmfs_core.warehouse.parts import UNLIMITED, Order, Pod, Request, Robot, Station
+from rmfs_core.scenario.model import BatterySection
+from rmfs_core.warehouse.battery import Battery
+from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Pod, Request, Robot, Station
 from rmfs_core.warehouse.state import Warehouse, promise
 from rmfs_core.warehouse.view import WarehouseView
 from rmfs_core.world import Instance, OrderData, PodData
@@ -42,6 +44,24 @@ class RequestMemento(NamedTuple):
     pod: int | None
 
 
+class BundleMemento(NamedTuple):
+    """A bundle that is not stored; ``station`` and ``pod`` as far as they are decided."""
+
+    id: int
+    name: str
+    sku: int
+    items: int
+    arrival_tick: int
+    station: int | None = None
+    pod: int | None = None
+
+    @classmethod
+    def of(cls, bundle: Bundle) -> BundleMemento:
+        """Return what a bundle is now."""
+        kind = bundle.id, bundle.name, bundle.sku, bundle.items, bundle.arrival_tick
+        return cls(*kind, bundle.station, bundle.pod)
+
+
 @frozen
 class OrderMemento:
     """An order that has arrived, and what was assigned of it."""
@@ -65,17 +85,19 @@ class PodMemento:
     cell: int | None
     home: int
     bound_for: tuple[int, ...]
+    capacity: int = UNLIMITED
 
     @classmethod
     def of(cls, pod: Pod, home: int) -> PodMemento:
         """Return what a pod is now."""
         contents = tuple((sku, None if n >= UNLIMITED else n) for sku, n in pod.contents.items())
-        return cls(PodData(pod.name, contents), pod.location, home, pod.bound_for)
+        return cls(PodData(pod.name, contents), pod.location, home, pod.bound_for, pod.capacity)
 
 
 @frozen
 class StationMemento:
-    """A station: requests, oldest first; inbound pods, as trips were decided; its line; order and SKU in hand."""
+    """A station: requests, oldest first; inbound pods, as trips were decided; its line; order and SKU in hand, and when
+    that is handled (tick); ``changes``: the tick at which its timetable opens or closes it."""
 
     name: str
     capacity: int
@@ -86,6 +108,12 @@ class StationMemento:
     line: tuple[int, ...]
     queue_room: int
     in_hand: tuple[int, int] | None = None
+    picker_free: int | None = None
+    staffed: bool = True
+    active: bool = True
+    changes: int | None = None
+    bundle_capacity: int = 0
+    picks: bool = True
 
     @classmethod
     def of(cls, station: Station) -> StationMemento:
@@ -96,22 +124,38 @@ class StationMemento:
         inbound = tuple(pod.id for pod in station.inbound_pods)
         kind = station.name, station.capacity, station.counts_orders, station.queue_length
         in_hand = None if (r := station._in_hand) is None else (r.order.id, r.sku)
-        return cls(*kind, requests, inbound, station.pods_in_line, station.queue_room, in_hand)
+        busy = station._picker_free if station._picker_free > station._now() else None
+        hours = station.staffed, station.active, station._changes
+        line, stores = station.pods_in_line, (station.bundle_capacity, station.picks)
+        return cls(*kind, requests, inbound, line, station.queue_room, in_hand, busy, *hours, *stores)
 
 
 @frozen
 class RobotMemento:
-    """A robot; ``task`` is the pod that it carries or is on its way to fetch."""
+    """A robot; ``task`` is the pod that it carries or is on its way to fetch, ``goal`` where it is sent without one."""
 
     name: str
     cell: int
     heading: int = field(validator=validators.in_(range(4)))
     task: int | None
+    on_duty: bool = True
+    goal: int | None = None
+    charge: float | None = None
+    low: bool = False
 
     @classmethod
     def of(cls, robot: Robot) -> RobotMemento:
         """Return what a robot is now."""
-        return cls(robot.name, robot.cell, robot.heading, robot.task)
+        doing = robot.task, robot.on_duty, robot.goal
+        return cls(robot.name, robot.cell, robot.heading, *doing, robot.charge, robot.low)
+
+    def battery(self) -> Battery | None:
+        """Return a battery with this charge, for a moment in which no time passes."""
+        if self.charge is None:
+            return None
+        battery = Battery(BatterySection(), 0.0, lambda: 0, self.charge)
+        battery.low_j = battery.joules + self.low
+        return battery
 
 
 @frozen
@@ -130,6 +174,10 @@ class Memento:
         Stored pods that are bound for a station and that no robot fetches yet, longest waiting first.
     blocked, reserved
         Cells of storage locations that hold an empty pod, and of those that a pod is on its way to.
+    bundles
+        Those that have arrived and are not stored; at a station, and on a pod, in the order in which that was decided.
+    sizes
+        Space that an item of each SKU takes; empty: 1.
     """
 
     now: int = field(validator=validators.ge(0))
@@ -141,20 +189,26 @@ class Memento:
     waiting: tuple[int, ...]
     blocked: tuple[int, ...]
     reserved: tuple[int, ...]
+    bundles: tuple[BundleMemento, ...] = ()
+    sizes: tuple[int, ...] = ()
 
     @classmethod
     def of(cls, view: WarehouseView, skus: Sequence[str]) -> Memento:
         """Return what a warehouse is now; a view does not show the names of its SKUs."""
+        stations = (*view.stations, *(station for station in view.replenishment_stations if not station.picks))
+        bundles = (*view.bundles, *(b for s in view.replenishment_stations for b in s.bundles))
         return cls(
             view.now_tick,
             tuple(skus),
             tuple(OrderMemento.of(order) for order in view.orders),
             tuple(PodMemento.of(pod, view.home(pod)) for pod in view.pods),
-            tuple(StationMemento.of(station) for station in view.stations),
+            tuple(StationMemento.of(station) for station in stations),
             tuple(RobotMemento.of(robot) for robot in view.robots),
             tuple(pod.id for pod in view.waiting_pods),
             view.blocked_locations,
             view.reserved_locations,
+            tuple(map(BundleMemento.of, bundles)),
+            view.sizes if max(view.sizes, default=1) > 1 else (),
         )
 
 
@@ -163,15 +217,22 @@ def restore(memento: Memento, travel: Travel) -> Warehouse:
     _check_names(memento, travel)
     cells = travel.layout.stations
     warehouse = Warehouse(
-        Instance(memento.skus, tuple(o.data for o in memento.orders), tuple(p.data for p in memento.pods)),
+        Instance(
+            memento.skus,
+            tuple(o.data for o in memento.orders),
+            tuple(p.data for p in memento.pods),
+            memento.sizes,
+            restocked=any(s.bundle_capacity for s in memento.stations),
+        ),
         travel,
         [
-            Station(i, cells[i], s.capacity, s.counts_orders, s.queue_length, s.name)
+            Station(i, cells[i], s.capacity, s.counts_orders, s.queue_length, s.name, s.bundle_capacity, s.picks)
             for i, s in enumerate(memento.stations)
         ],
         [Robot(i, r.cell, r.heading, r.name) for i, r in enumerate(memento.robots)],
         [p.home for p in memento.pods],
         memento.blocked,
+        min((p.capacity for p in memento.pods), default=UNLIMITED),
     )
     warehouse.advance(memento.now)
     for order, given in zip(warehouse.orders, memento.orders, strict=True):
@@ -179,10 +240,14 @@ def restore(memento: Memento, travel: Travel) -> Warehouse:
         _assign(warehouse, order, given, memento.skus)
     for station, told in zip(warehouse.stations, memento.stations, strict=True):
         _keep_requests(warehouse, station, told, memento)
+        station._picker_free, station._changes = told.picker_free or 0, told.changes
+        station._staffed, station._active = told.staffed, told.active
     _bind(warehouse, memento)
     _carry(warehouse, memento)
     _store(warehouse, memento)
     _promise(warehouse, memento)
+    for i, bundle in enumerate(memento.bundles):
+        _restore_bundle(warehouse, bundle, "bundles", i)
     return warehouse
 
 
@@ -280,6 +345,10 @@ def _carry(warehouse: Warehouse, memento: Memento) -> None:
     cells = warehouse.travel.layout.width * warehouse.travel.layout.height
     for robot, given in zip(warehouse.robots, memento.robots, strict=True):
         _check(0 <= given.cell < cells, f"expected a cell of the layout, 0 to {cells - 1}", "robots", robot.id, "cell")
+        robot._on_duty = given.on_duty
+        robot._battery, robot._goal = given.battery(), given.goal
+        busy = given.task is not None and given.goal is not None
+        _check(not busy, "found a goal and a task; expected one of them", "robots", robot.id, "goal")
         if given.task is not None:
             path = ("robots", robot.id, "task")
             pod = _at(warehouse.pods, given.task, *path)
@@ -334,6 +403,22 @@ def _store(warehouse: Warehouse, memento: Memento) -> None:
     expected = f"expected the stored pods that are inbound and no robot's task: {names}"
     _check(sorted(memento.waiting) == waiting, expected, "waiting")
     warehouse.waiting = {number: warehouse.pods[number] for number in memento.waiting}
+
+
+def _restore_bundle(warehouse: Warehouse, told: BundleMemento, *path: str | int) -> None:
+    """Let a bundle be where it was, on its pod where that is bound for its station."""
+    _at(warehouse.sizes, told.sku, *path, "sku")
+    bundle = warehouse.bundle_arrives(told.sku, told.items, told.name, told.id, told.arrival_tick)
+    if told.station is not None:
+        station = _at(warehouse.stations, told.station, *path, "station")
+        expected = f"expected one that holds more bundles than the {len(station.bundles)} named before"
+        _check(station.free_bundle_capacity > 0, expected, *path, "station")
+        warehouse.assign_bundle(bundle, station)
+    if told.pod is not None:
+        pod = _at(warehouse.pods, told.pod, *path, "pod")
+        bound = told.station in pod.bound_for and pod.free_space >= bundle.size
+        _check(bound, "expected a pod with room for it that is bound for its station", *path, "pod")
+        warehouse.bind_bundle(bundle, pod)
 
 
 def _promise(warehouse: Warehouse, memento: Memento) -> None:

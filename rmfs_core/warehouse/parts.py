@@ -14,6 +14,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from rmfs_core.clock import to_seconds
+from rmfs_core.warehouse.battery import Battery
 from rmfs_core.world import OrderData, PodData, StationCells
 
 UNLIMITED = 1 << 40
@@ -124,7 +125,7 @@ class Order(ReadOnly):
 
     def has_place_at(self, station: int) -> bool:
         """Whether a part of it takes up capacity at a station."""
-        return any(part.station == station and part._left for part in self._parts)
+        return bool(self._parts) and any(part.station == station and part._left for part in self._parts)
 
     @property
     def stations(self) -> tuple[int, ...]:
@@ -164,6 +165,56 @@ def lines_of(orders: Sequence[Order]) -> BacklogLines:
     """
     rows = [(i, order.id, line.sku, line.quantity) for i, order in enumerate(orders) for line in order.open_lines]
     return BacklogLines(*np.array(rows, dtype=np.int64).reshape(-1, 4).T.copy())
+
+
+class BacklogLog:
+    """Lines that joined the backlog and that left it so far, for rules that keep an account of it from call to call.
+
+    A rule remembers how many of each it has seen, and asks for what came since; another run has another log.
+    """
+
+    def __init__(self) -> None:
+        self._rows = np.empty((3, 1024), dtype=np.int64)
+        self._open = np.empty(1024, dtype=bool)
+        self._joined = 0
+        self._left: list[int] = []
+        self._first: dict[int, int] = {}
+        self._current = np.zeros(0, dtype=np.int64)
+        self._taken_in = 0
+
+    def joined(self, since: int = 0) -> NDArray[np.int64]:
+        """Order ids, SKU ids and numbers of items of lines from number ``since`` on, oldest first. Shape (3, n)."""
+        return self._rows[:, since : self._joined].copy()
+
+    def left(self, since: int = 0) -> list[int]:
+        """Numbers, among those that joined, of the lines that left; the first ``since`` left out."""
+        return self._left[since:]
+
+    def _add(self, order: Order) -> None:
+        """Take in the lines of an order that arrived."""
+        begin, end = self._joined, self._joined + len(order.lines)
+        while end > len(self._open):
+            self._rows = np.concatenate([self._rows, np.empty_like(self._rows)], axis=1)
+            self._open = np.concatenate([self._open, np.empty_like(self._open)])
+        for row, line in enumerate(order.lines, begin):
+            self._rows[:, row] = order.id, line.sku, line.quantity
+        self._open[begin:end] = True
+        self._first[order.id], self._joined = begin, end
+
+    def _close(self, order: Order, sku: int) -> None:
+        """Mark a line as assigned."""
+        row = self._first[order.id] + next(i for i, line in enumerate(order.lines) if line.sku == sku)
+        self._open[row] = False
+        self._left.append(row)
+
+    def _lines(self) -> BacklogLines:
+        """Return the open lines, oldest order first."""
+        current = np.concatenate([self._current, np.arange(self._taken_in, self._joined)])
+        self._current, self._taken_in = current[self._open[current]], self._joined
+        order, sku, quantity = self._rows[:, self._current]
+        position = np.zeros(len(order), dtype=np.int64)
+        np.cumsum(order[1:] != order[:-1], out=position[1:])
+        return BacklogLines(position, order, sku, quantity)
 
 
 @frozen(eq=False)
@@ -243,38 +294,87 @@ class Request(ReadOnly):
         return f"Request(order={self.order.name!r}, sku={self.sku}, station={self.station}, covered={self.covered})"
 
 
+class Bundle(ReadOnly):
+    """A replenishment order: items of one SKU (id) that are to be stored on one pod; ``size`` is the space they take.
+
+    It is gone when it is stored.
+    """
+
+    __slots__ = ("_pod", "_station", "arrival_s", "arrival_tick", "id", "items", "name", "size", "sku")
+
+    def __init__(self, bundle_id: int, name: str, sku: int, items: int, size: int, arrival_tick: int) -> None:
+        self.id = bundle_id
+        self.name = name
+        self.sku = sku
+        self.items = items
+        self.size = size
+        self.arrival_tick = arrival_tick
+        self.arrival_s = to_seconds(arrival_tick)
+        self._station: int | None = None
+        self._pod: int | None = None
+
+    @property
+    def station(self) -> int | None:
+        """Id of the replenishment station that it is assigned to, None while it waits."""
+        return self._station
+
+    @property
+    def pod(self) -> int | None:
+        """Id of the pod that it will be stored on and whose space it has, None until that is decided."""
+        return self._pod
+
+    def __repr__(self) -> str:
+        return f"Bundle({self.name!r}, sku={self.sku}, items={self.items}, station={self._station}, pod={self._pod})"
+
+
 class Pod(ReadOnly):
     """A pod: its contents, where it is, and which stations it is bound for."""
 
     __slots__ = (
+        "_arrival",
+        "_bundles",
         "_carrier",
         "_cell",
+        "_changes",
         "_contents",
         "_itinerary",
         "_location",
         "_promised",
         "_touched",
+        "_used",
         "_view",
+        "capacity",
         "id",
         "name",
     )
 
-    def __init__(self, pod_id: int, data: PodData, cell: int) -> None:
+    def __init__(
+        self, pod_id: int, data: PodData, cell: int, capacity: int = UNLIMITED, sizes: Sequence[int] = ()
+    ) -> None:
         self.id = pod_id
         self.name = data.name
+        self.capacity = capacity
+        self._used = sum((number or 0) * (sizes[sku] if sizes else 1) for sku, number in data.contents)
+        self._bundles: dict[int, Bundle] = {}  # to be stored on it
         self._contents = {sku: UNLIMITED if number is None else number for sku, number in data.contents}
         self._view: Mapping[int, int] = MappingProxyType(self._contents)
+        self._changes = 0
         self._promised: dict[int, dict[int, int]] = {}  # SKU -> station -> items promised to requests there
         self._touched: set[Pod] = set()  # the warehouse's pods whose free items may have changed since it looked
         self._cell = cell
         self._location: int | None = cell
         self._itinerary: list[int] = []
         self._carrier: Robot | None = None
+        self._arrival: Callable[[Pod], int | None] = lambda _: None  # until a warehouse has it
 
     @property
     def contents(self) -> Mapping[int, int]:
         """Items per SKU id; `UNLIMITED` (2**40) where the stock is unlimited."""
         return self._view
+
+    def changes(self) -> int:
+        """Return how often its contents have changed in this run, for who remembers what it holds."""
+        return self._changes
 
     @property
     def cell(self) -> int:
@@ -296,32 +396,71 @@ class Pod(ReadOnly):
         """Ids of the stations it is at or will visit, in this order."""
         return tuple(self._itinerary)
 
+    @property
+    def bundles(self) -> tuple[Bundle, ...]:
+        """Bundles that are to be stored on it, by id."""
+        return tuple(bundle for _, bundle in sorted(self._bundles.items()))
+
+    @property
+    def free_space(self) -> int:
+        """Space, of ``capacity``, that neither items nor bundles to come take; `UNLIMITED` without a capacity."""
+        taken = self._used + sum(bundle.size for bundle in self._bundles.values())
+        return UNLIMITED if self.capacity >= UNLIMITED else self.capacity - taken
+
+    @property
+    def expected_arrival_s(self) -> float | None:
+        """When it will be at the station it is bound for next, in seconds: as if no other robot were in the way.
+
+        Counted from where its robot last stood, so late by a straight run at most; now for a pod in the station's line.
+        None where that is unknown: it is bound for no station, or no robot fetches it yet.
+        """
+        tick = self._arrival(self)
+        return None if tick is None else to_seconds(tick)
+
     def free_items(self, sku: int) -> int:
         """Items of a SKU that are not promised to any request."""
         number = self._contents.get(sku, 0)
-        return UNLIMITED if number >= UNLIMITED else number - sum(self._promised.get(sku, {}).values())
+        promised = self._promised.get(sku)
+        return number if number >= UNLIMITED or not promised else number - sum(promised.values())
 
     def __repr__(self) -> str:
         return f"Pod({self.name!r}, location={self._location}, bound_for={self._itinerary})"
 
 
 class Station(ReadOnly):
-    """A picking station with its queue."""
+    """A station with its queue: orders are picked at it, bundles stored, or both.
+
+    Attributes
+    ----------
+    picks, stores
+        Whether it does either.
+    bundle_capacity
+        Bundles that can be assigned to it at a time; 0 where nothing is stored.
+    """
 
     __slots__ = (
+        "_active",
+        "_bundles",
         "_by_sku",
+        "_changes",
         "_claims",
         "_in_hand",
         "_inbound",
         "_line",
         "_load",
+        "_now",
+        "_picker_free",
         "_requests",
+        "_staffed",
+        "bundle_capacity",
         "capacity",
         "cells",
         "counts_orders",
         "id",
         "name",
+        "picks",
         "queue_length",
+        "stores",
     )
 
     def __init__(
@@ -332,9 +471,13 @@ class Station(ReadOnly):
         counts_orders: bool,
         queue_length: int,
         name: str | None = None,
+        bundle_capacity: int = 0,
+        picks: bool = True,
     ) -> None:
         self.id = station_id
         self.name = name or str(station_id + 1)
+        self.picks, self.stores, self.bundle_capacity = picks, bundle_capacity > 0, bundle_capacity
+        self._bundles: dict[int, Bundle] = {}
         self.cells = cells
         self.capacity = capacity
         self.counts_orders = counts_orders
@@ -346,6 +489,40 @@ class Station(ReadOnly):
         self._line: list[Robot] = []
         self._claims = 0
         self._in_hand: Request | None = None
+        self._picker_free = 0
+        self._staffed = self._active = True
+        self._changes: int | None = None  # tick at which its timetable opens or closes it next
+        self._now: Callable[[], int] = int  # 0, until a warehouse has it
+
+    @property
+    def open(self) -> bool:
+        """Whether it takes new orders: it is staffed, and active."""
+        return self._staffed and self._active
+
+    @property
+    def staffed(self) -> bool:
+        """Whether its timetable (``stations.open``) has it open now; True for a station without one."""
+        return self._staffed
+
+    @property
+    def active(self) -> bool:
+        """Whether the activation rule named it when it was asked last; True where there is no such rule."""
+        return self._active
+
+    @property
+    def opens_s(self) -> float | None:
+        """When its timetable opens it next, in seconds; None while it is staffed, or where that never happens."""
+        return None if self._staffed or self._changes is None else to_seconds(self._changes)
+
+    @property
+    def closes_s(self) -> float | None:
+        """When its timetable closes it next, in seconds; None while it is not staffed, or where that never happens."""
+        return to_seconds(self._changes) if self._staffed and self._changes is not None else None
+
+    @property
+    def picker_free_s(self) -> float:
+        """When the picker will have handled the item in hand, in seconds: now, where there is none."""
+        return to_seconds(max(self._picker_free, self._now()))
 
     @property
     def cell(self) -> int:
@@ -359,8 +536,18 @@ class Station(ReadOnly):
 
     @property
     def free_capacity(self) -> int:
-        """Items (or orders, with order capacity) that can still be assigned now."""
-        return max(self.capacity - self._load, 0)
+        """Items (or orders, with order capacity) that can still be assigned now; none while it is closed."""
+        return max(self.capacity - self._load, 0) if self._staffed and self._active else 0
+
+    @property
+    def bundles(self) -> tuple[Bundle, ...]:
+        """Bundles assigned to it and not stored yet, in the order of assignment."""
+        return tuple(self._bundles.values())
+
+    @property
+    def free_bundle_capacity(self) -> int:
+        """Bundles that can still be assigned now."""
+        return self.bundle_capacity - len(self._bundles)
 
     @property
     def open_requests(self) -> tuple[Request, ...]:
@@ -399,7 +586,7 @@ class Station(ReadOnly):
 class Robot(ReadOnly):
     """A robot: where it is, what it does."""
 
-    __slots__ = ("_cell", "_heading", "_pod", "_task", "id", "name")
+    __slots__ = ("_battery", "_cell", "_charging", "_goal", "_heading", "_on_duty", "_pod", "_task", "id", "name")
 
     def __init__(self, robot_id: int, cell: int, heading: int, name: str | None = None) -> None:
         self.id = robot_id
@@ -408,6 +595,10 @@ class Robot(ReadOnly):
         self._heading = heading
         self._pod: int | None = None
         self._task: int | None = None
+        self._on_duty = True
+        self._goal: int | None = None
+        self._charging = False
+        self._battery: Battery | None = None
 
     @property
     def cell(self) -> int:
@@ -426,13 +617,42 @@ class Robot(ReadOnly):
 
     @property
     def task(self) -> int | None:
-        """Id of the pod it carries or is on its way to fetch; None when idle."""
+        """Id of the pod it carries or is on its way to fetch; None without one."""
         return self._task
 
     @property
+    def on_duty(self) -> bool:
+        """Whether it takes tasks now (``robots.available``); one that does not finishes the task that it has."""
+        return self._on_duty
+
+    @property
+    def goal(self) -> int | None:
+        """Cell that it was sent to without a task, until it has come to rest and is charged; None otherwise."""
+        return self._goal
+
+    @property
+    def resting(self) -> bool:
+        """Whether it has no task and was not sent anywhere."""
+        return self._task is None and self._goal is None
+
+    @property
+    def charge(self) -> float | None:
+        """What is in its battery as a share of the capacity, 0 to 1; None without one."""
+        if (battery := self._battery) is None:
+            return None
+        return battery.left_j(battery.clock(), self._charging) / battery.capacity_j
+
+    @property
+    def low(self) -> bool:
+        """Whether its charge is too low for a task: it might not reach a charger afterwards."""
+        battery = self._battery
+        return battery is not None and battery.left_j(battery.clock(), self._charging) < battery.low_j
+
+    @property
     def idle(self) -> bool:
-        """Whether it can take a task."""
-        return self._task is None
+        """Whether it can take a task: it is on duty, has none and was not sent anywhere, and has charge enough."""
+        free = self._task is None and self._goal is None and self._on_duty
+        return free and (self._battery is None or not self.low)
 
     def __repr__(self) -> str:
         return f"Robot({self.name}, cell={self._cell}, task={self._task}, pod={self._pod})"

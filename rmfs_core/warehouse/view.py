@@ -8,7 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.clock import to_seconds
-from rmfs_core.warehouse.parts import BacklogLines, FreeItems, Order, Pod, ReadOnly, Robot, Station, lines_of
+from rmfs_core.warehouse.parts import (
+    BacklogLines,
+    BacklogLog,
+    Bundle,
+    FreeItems,
+    Order,
+    Pod,
+    ReadOnly,
+    Robot,
+    Station,
+    lines_of,
+)
 from rmfs_core.warehouse.state import Warehouse
 from rmfs_core.world.travel import Travel
 
@@ -61,9 +72,23 @@ class WarehouseView(ReadOnly):
         return self._lines
 
     @property
+    def backlog_size(self) -> int:
+        """Number of orders in ``backlog``; quicker than to make it."""
+        return self._state.backlog_size if self._backlog is None else len(self._backlog)
+
+    def backlog_log(self) -> BacklogLog:
+        """Return what joined and left the backlog so far, for rules that keep account; filters leave nothing out."""
+        return self._state.log
+
+    @property
     def n_skus(self) -> int:
         """Number of SKUs; SKU ids are 0 .. n_skus - 1."""
         return self._state.n_skus
+
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """Space that an item takes on a pod, by SKU id."""
+        return self._state.sizes
 
     @property
     def unlimited_stock(self) -> bool:
@@ -83,7 +108,21 @@ class WarehouseView(ReadOnly):
     @property
     def stations(self) -> tuple[Station, ...]:
         """The picking stations, by id."""
-        return self._state.stations
+        return self._state.picking
+
+    @property
+    def replenishment_stations(self) -> tuple[Station, ...]:
+        """The stations where bundles are stored, by id; those that only do that have the ids after ``stations``."""
+        return self._state.storing
+
+    def station(self, station_id: int) -> Station:
+        """Station by its id, of any kind: where pods are bound for may be no picking station."""
+        return self._state.stations[station_id]
+
+    @property
+    def bundles(self) -> tuple[Bundle, ...]:
+        """Bundles that have arrived and are assigned to no station, oldest first."""
+        return tuple(self._state.bundles.values())
 
     @property
     def robots(self) -> tuple[Robot, ...]:
@@ -92,8 +131,22 @@ class WarehouseView(ReadOnly):
 
     @property
     def idle_robots(self) -> tuple[Robot, ...]:
-        """Robots without a task, by id."""
+        """Robots that can take a task, by id."""
         return tuple(robot for robot in self._state.robots if robot.idle)
+
+    @property
+    def resting_robots(self) -> tuple[Robot, ...]:
+        """Robots without a task that were not sent anywhere, by id: idle ones, and those whose charge is too low."""
+        return tuple(robot for robot in self._state.robots if robot.resting)
+
+    @property
+    def free_rest_cells(self) -> tuple[int, ...]:
+        """Storage locations, with a pod or not, and chargers that a robot may be sent to without a task, ascending.
+
+        Not those where a robot stands or is sent, that a pod is on its way to, or whose pod is to be fetched.
+        """
+        layout, taken = self._state.travel.layout, self._state.taken_cells()
+        return tuple(cell for cell in sorted((*layout.storage_locations, *layout.chargers)) if cell not in taken)
 
     @property
     def free_pods(self) -> tuple[Pod, ...]:
@@ -144,7 +197,7 @@ class WarehouseView(ReadOnly):
         return self._state.homes[pod.id]
 
     def pods_with(self, sku: int) -> tuple[Pod, ...]:
-        """Pods that held a SKU when the run started, by id."""
+        """Pods that held a SKU when the run started, or were given it since, by id."""
         return self._state.pods_with(sku)
 
     def fits(self, order: Order, station: Station) -> bool:
@@ -165,4 +218,4 @@ class WarehouseView(ReadOnly):
 
     def available(self) -> NDArray[np.int64]:
         """Items on each station's inbound pods that are not promised to any request. Shape (stations, n_skus)."""
-        return self._state.available()
+        return self._state.available.copy()

@@ -4,7 +4,7 @@ from rmfs_core.world.block import block_map
 from rmfs_core.world.csv_files import read_instance
 from rmfs_core.world.generator import generate_instance
 from rmfs_core.world.grid import EAST, NORTH, SOUTH, STEPS, WEST, CellKind, Layout, StationCells
-from rmfs_core.world.instance import Instance, OrderData, PodData
+from rmfs_core.world.instance import BundleData, Instance, OrderData, PodData
 from rmfs_core.world.instance_making import make_instance
 from rmfs_core.world.layout_making import check_layout, make_layout
 from rmfs_core.world.textmap import parse_map
@@ -15,6 +15,7 @@ __all__ = [
     "SOUTH",
     "STEPS",
     "WEST",
+    "BundleData",
     "CellKind",
     "Instance",
     "Layout",

@@ -42,9 +42,11 @@ def block_map(section: LayoutSection, queue_length: int, place: str = "layout") 
 
 class _BlockMap:
     def __init__(self, section: LayoutSection, queue_length: int, place: str) -> None:
-        self.section = section
+        self.section, self.place = section, place
         fitting = (section.block_rows - 1) // 2
-        for side, count in (("stations_east", section.stations_east), ("stations_west", section.stations_west)):
+        self.on_east = "O" * section.stations_east + "I" * (section.replenishment_east or 0)
+        self.on_west = "O" * section.stations_west + "I" * (section.replenishment_west or 0)
+        for side, count in (("stations_east", len(self.on_east)), ("stations_west", len(self.on_west))):
             if count > fitting:
                 raise InputError(
                     f"{place}.{side}",
@@ -54,12 +56,12 @@ class _BlockMap:
         if section.stations_east + section.stations_west == 0:
             raise InputError(f"{place}.stations_east", "found no picking station; expected at least one on either side")
         queue_columns = -(-queue_length // ROW_PITCH)
-        self.west = queue_columns if section.stations_west else 0
+        self.west = queue_columns if self.on_west else 0
         inner = section.block_columns * (section.block_length + 1) - 1
         self.first_block = self.west + section.hall_width
         self.hall_east = self.first_block + inner
         self.east = self.hall_east + section.hall_width  # first column beyond the hall
-        self.width = self.east + (queue_columns if section.stations_east else 0)
+        self.width = self.east + (queue_columns if self.on_east else 0)
         self.height = section.block_rows * ROW_PITCH + 1
         if self.width * self.height > 2 * MOST_CELLS:  # with the queues, whose length is no matter of the layout's
             found = f"found queues of {queue_length:,} cells beside {section.block_rows:,} rows of blocks"
@@ -72,11 +74,22 @@ class _BlockMap:
         for row in range(self.height):
             for column in range(self.west, self.east):
                 self.signs[row][column] = self._inner_sign(row, column)
-        for i in range(self.section.stations_east):
-            self._station(1 + 2 * self._place(i, self.section.stations_east), east=True)
-        for i in range(self.section.stations_west):
-            self._station(2 + 2 * self._place(i, self.section.stations_west), east=False)
+        for i, sign in enumerate(self.on_east):
+            self._station(1 + 2 * self._place(i, len(self.on_east)), sign, east=True)
+        for i, sign in enumerate(self.on_west):
+            self._station(2 + 2 * self._place(i, len(self.on_west)), sign, east=False)
+        self._chargers(self.section.chargers or 0)
         return "\n".join("".join(row) for row in self.signs) + "\n"
+
+    def _chargers(self, count: int) -> None:
+        """Make chargers of storage locations, spread evenly in the order of reading."""
+        there = [(row, i) for row, signs in enumerate(self.signs) for i, sign in enumerate(signs) if sign == "#"]
+        if count >= len(there):
+            expected = f"expected fewer than the {len(there)} storage locations, some of which they replace"
+            raise InputError(f"{self.place}.chargers", f"found {count}; {expected}")
+        for i in range(count):
+            row, column = there[(2 * i + 1) * len(there) // (2 * count)]
+            self.signs[row][column] = "C"
 
     def _place(self, i: int, count: int) -> int:
         """Spread ``count`` stations evenly over the places where one fits."""
@@ -114,7 +127,7 @@ class _BlockMap:
             return None
         return NORTH if block % 2 == 0 else SOUTH
 
-    def _station(self, aisle: int, *, east: bool) -> None:
+    def _station(self, aisle: int, sign: str, *, east: bool) -> None:
         """Draw a station whose queue is entered from a horizontal aisle."""
         top = aisle * ROW_PITCH
         outward, inward = (EAST, WEST) if east else (WEST, EAST)
@@ -129,7 +142,7 @@ class _BlockMap:
         self.signs[top + 2][columns[-1]] = QUEUE_SIGN[1 << SOUTH]
         for column in columns:
             self.signs[top + 3][column] = FLOOR_SIGN[1 << inward]
-        self.signs[top + 3][columns[-1]] = "O"
+        self.signs[top + 3][columns[-1]] = sign
         edge = self.east - 1 if east else self.west
         self._open(top, edge, outward)
         if self.section.queue == "shortcut":

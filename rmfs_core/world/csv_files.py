@@ -24,9 +24,11 @@ if TYPE_CHECKING:
 ORDER_COLUMNS = ("order", "arrival_s", "sku", "quantity")
 POD_COLUMNS = ("pod", "sku", "quantity")
 PLACE_COLUMNS = ("row", "column")  # which pods may have besides
+BUNDLE_COLUMNS = ("bundle", "arrival_s", "sku", "items")
+SKU_COLUMNS = ("size", "reorder_point", "order_up_to")  # which a file of SKUs may have besides
 DUE_COLUMNS = ("due_s", "priority")  # which orders may have besides
 _DATES = {"arrival_s": "arrival", "due_s": "due"}  # these may stand in place of others, with ISO 8601 for seconds
-_NAMES = ("order", "pod", "robot", "sku")
+_NAMES = ("bundle", "order", "pod", "robot", "sku")
 _SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}  # that are taken for commas elsewhere
 _WARNED, _MOST_OF_A_LINE = {""}, 1_000_000  # signs: a device may have no line's end
 _DAY = 86_400 * TICKS_PER_S
@@ -100,6 +102,41 @@ def read_profile(file: Path) -> tuple[float, ...]:
     if not any(weights.values()):
         raise InputError(str(file), "expected an hour with a weight above 0, found none")
     return tuple(weights.values())
+
+
+def read_bundles(file: Path, wrong: Wrong = refuse) -> dict[str, tuple[int, str, int, str]]:
+    """Read tick of arrival, SKU, items and place of bundles by name; a CSV ``bundle,arrival_s,sku,items``."""
+    bundles: dict[str, tuple[int, str, int, str]] = {}
+
+    def add(line: int, row: dict[str, str]) -> None:
+        place = f"{file}, line {line}"
+        tick = _tick(row.get("arrival_s", ""), f"{place}, arrival_s")
+        items = _quantity(row["items"], file, line, "a whole number >= 1", column="items")
+        if row["bundle"] in bundles:
+            raise InputError(place, f"found bundle {row['bundle']} again; expected each once")
+        bundles[row["bundle"]] = tick, row["sku"], items, place
+
+    _each_row(_rows(file, BUNDLE_COLUMNS, (), wrong), add, wrong)
+    return bundles
+
+
+def read_skus(file: Path, wrong: Wrong = refuse) -> dict[str, dict[str, float]]:
+    """Read what a CSV ``sku[,size][,reorder_point][,order_up_to]`` says of SKUs; what is left empty is left out."""
+    skus: dict[str, dict[str, float]] = {}
+
+    def add(line: int, row: dict[str, str]) -> None:
+        told = {name: text for name, text in row.items() if name in SKU_COLUMNS and text}
+        for name, text in told.items():
+            if name == "size":
+                _quantity(text, file, line, "a whole number >= 1", column=name)
+            elif not _NUMBER.fullmatch(text) or float(text) > 1e9:
+                raise InputError(f"{file}, line {line}, {name}", f'expected a number from 0 to 1e9, found "{text}"')
+        if row["sku"] in skus:
+            raise InputError(f"{file}, line {line}, sku", f"found SKU {row['sku']} again; expected each once")
+        skus[row["sku"]] = {name: float(text) for name, text in told.items()}
+
+    _each_row(_rows(file, ("sku",), SKU_COLUMNS, wrong), add, wrong)
+    return skus
 
 
 def _read_orders(file: Path, start: str | None, wrong: Wrong) -> list[tuple[OrderData, dict[str, int]]]:

@@ -48,7 +48,10 @@ def generate_instance(section: InstanceSection, seed: int) -> Instance:
         When the pods hold too little to draw an order that they can fill.
     """
     pods = _draw_pods(section, stream(seed, "pods"))
-    orders = _draw_orders(section, _stock(section.skus, pods), stream(seed, "orders"))
+    left = _stock(section.skus, pods)
+    if section.replenishment is not None and section.replenishment.process in ("reorder-point", "poisson"):
+        left[left > 0] = _ENOUGH  # it is brought when it runs out
+    orders = _draw_orders(section, left, stream(seed, "orders"))
     arrivals = _draw_arrivals(section, len(orders), stream(seed, "arrivals"))
     due = _draw_due(section.due, arrivals, stream(seed, "due times"))
     held = sorted({sku for contents in pods for sku in contents})

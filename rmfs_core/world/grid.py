@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterable
 from enum import IntEnum
 from functools import cached_property
+from itertools import groupby
 
 import numpy as np
 from attrs import define, frozen
@@ -23,11 +24,27 @@ class CellKind(IntEnum):
     STORAGE = 2
     QUEUE = 3
     STATION = 4
+    CHARGER = 5
+
+
+RESTING = (CellKind.STORAGE, CellKind.CHARGER)
+"""Cells that robots rest in and, without a pod, cross."""
+
+DRAWN = {
+    CellKind.FLOOR: ("#d5dae1", "floor"),
+    CellKind.STORAGE: ("#b9935a", "storage locations"),
+    CellKind.QUEUE: ("#7ba3d4", "queue cells"),
+    CellKind.CHARGER: ("#5f9e6e", "chargers"),
+    CellKind.STATION: ("#c0453a", "picking stations"),
+}
+"""Colour and legend of the cells in a picture."""
+MOST_DRAWN = 250_000
+"""Cells of the largest layout that is drawn."""
 
 
 @frozen
 class StationCells:
-    """The cells of a picking station.
+    """The cells of a station.
 
     Parameters
     ----------
@@ -35,14 +52,22 @@ class StationCells:
         Cell index of the station itself.
     queue
         Cell indices of the queue, from the one next to the station to the entry.
+    clear
+        How many of them, next to the station, are passed only: nobody waits there, so that the next pod rolls in.
     """
 
     station: int
     queue: tuple[int, ...]
+    clear: int = 0
+
+    @property
+    def places(self) -> int:
+        """How many robots can wait in the queue."""
+        return len(self.queue) - self.clear
 
     def slot(self, position: int) -> int:
-        """Cell of a place in the line: 0 is the station, 1 the queue cell next to it; beyond the queue, its entry."""
-        return self.station if position == 0 else self.queue[min(position, len(self.queue)) - 1]
+        """Cell of a place in the line: 0 is the station, 1 the first where one waits; beyond the queue, its entry."""
+        return self.station if position == 0 else self.queue[min(position + self.clear, len(self.queue)) - 1]
 
 
 @define(eq=False, frozen=True, slots=False)
@@ -60,7 +85,9 @@ class Layout:
         int8, shape (height * width,). Whether it may enter or cross a storage or queue cell depends on what it
         carries and where it goes: `rmfs_core.world.travel` has those rules.
     stations
-        Picking stations by id, in reading order (row by row from the north-west).
+        By id: picking stations in reading order (row by row from the north-west), then replenishment stations.
+    replenishing
+        How many of them, the last ones, are replenishment stations.
     """
 
     width: int
@@ -68,11 +95,17 @@ class Layout:
     kind: NDArray[np.int8]
     moves: NDArray[np.int8]
     stations: tuple[StationCells, ...]
+    replenishing: int = 0
 
     @cached_property
     def storage_locations(self) -> tuple[int, ...]:
         """Cell indices of the storage locations, ascending."""
         return tuple(int(cell) for cell in np.flatnonzero(self.kind == CellKind.STORAGE))
+
+    @cached_property
+    def chargers(self) -> tuple[int, ...]:
+        """Cell indices of the chargers, ascending."""
+        return tuple(int(cell) for cell in np.flatnonzero(self.kind == CellKind.CHARGER))
 
     @cached_property
     def lane(self) -> NDArray[np.int64]:
@@ -86,15 +119,15 @@ class Layout:
     def nearest(self, starts: Container[int], goals: Iterable[int]) -> tuple[int, int]:
         """Which of some floor cells is fewest cells from a goal, over the floor, and that goal; one has to be there."""
         leads_to = {goal: goal for goal in goals}
-        reached = list(leads_to)
+        reached, floor, moves = list(leads_to), (self.kind == CellKind.FLOOR).tolist(), self.moves.tolist()
         for cell in reached:  # grows on the way
             if cell in starts:
                 break
             for heading in range(4):
                 before = self.neighbour(cell, (heading + 2) % 4)
-                if before is None or before in leads_to or self.kind[before] != CellKind.FLOOR:
+                if before is None or before in leads_to or not floor[before]:
                     continue
-                if self.may_step(before, heading):
+                if moves[before] >> heading & 1:
                     leads_to[before] = leads_to[cell]
                     reached.append(before)
         return cell, leads_to[cell]
@@ -112,6 +145,26 @@ class Layout:
     def distance(self, cell: int, other: int) -> int:
         """Metres between two cells along rows and columns."""
         return abs(cell % self.width - other % self.width) + abs(cell // self.width - other // self.width)
+
+    def _repr_html_(self) -> str | None:
+        """Return the layout drawn to scale for a notebook; None for one that is too large."""
+        if self.width * self.height > MOST_DRAWN:
+            return None
+        drawn: dict[int, str] = dict.fromkeys(DRAWN, "")
+        for row, kinds in enumerate(self.kind.reshape(self.height, self.width).tolist()):
+            for kind, cells in groupby(range(self.width), kinds.__getitem__):
+                column, *more = cells
+                if kind in drawn:
+                    drawn[kind] += f"M{column} {row}h{1 + len(more)}v1h-{1 + len(more)}z"
+        legend = ", ".join(
+            f'<span style="color:{colour}">■</span> {number:,} {name}'
+            for kind, (colour, name) in DRAWN.items()
+            if (number := int((self.kind == kind).sum())) or kind != CellKind.CHARGER
+        )
+        size = f'viewBox="0 0 {self.width} {self.height}" style="width:{8 * self.width}px;max-width:100%"'
+        paths = "".join(f'<path fill="{colour}" d="{drawn[kind]}"/>' for kind, (colour, _) in DRAWN.items())
+        named = f'role="img" aria-label="Layout of {self.width} x {self.height} cells, north at the top"'
+        return f"<div><svg {size} {named}>{paths}</svg><div>{self.width} x {self.height} cells: {legend}</div></div>"
 
     def where(self, cell: int) -> str:
         """Cell for people: ``row 3, column 17`` (counted from 1, from the north-west corner)."""

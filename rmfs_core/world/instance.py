@@ -55,12 +55,44 @@ class PodData:
 
 
 @frozen
+class BundleData:
+    """A bundle of a file: its name, when it arrives (ticks of 1 ms), its SKU id and number of items."""
+
+    name: str
+    arrival_tick: int
+    sku: int
+    items: int
+
+
+@frozen
 class Instance:
-    """SKU names by id, orders by id in order of arrival, and the pods that have contents, by id."""
+    """What a run starts from.
+
+    Parameters
+    ----------
+    skus
+        Names by id.
+    orders
+        By id, in order of arrival.
+    pods
+        Those that have contents, by id.
+    sizes
+        Space that an item takes on a pod, by SKU id; empty: 1 each.
+    bundles
+        What a file of bundles has, in order of arrival.
+    levels
+        Reorder point s and order-up-to level S in items, by SKU id; empty: nothing is reordered.
+    restocked
+        Whether bundles may arrive.
+    """
 
     skus: tuple[str, ...]
     orders: tuple[OrderData, ...]
     pods: tuple[PodData, ...]
+    sizes: tuple[int, ...] = ()
+    bundles: tuple[BundleData, ...] = ()
+    levels: tuple[tuple[int, int], ...] = ()
+    restocked: bool = False
 
     @property
     def dated(self) -> bool:
@@ -70,4 +102,4 @@ class Instance:
     @property
     def unlimited_stock(self) -> bool:
         """Whether every pod has enough of every SKU it holds (the paper's assumption)."""
-        return all(number is None for pod in self.pods for _, number in pod.contents)
+        return not self.restocked and all(number is None for pod in self.pods for _, number in pod.contents)

@@ -2,19 +2,31 @@
 
 from __future__ import annotations
 
+import math
+import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from attrs import evolve
 
+from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.model import InstanceSection, Scenario
+from rmfs_core.scenario.model import MOST_PODS, InstanceSection, Replenishment, Scenario
 from rmfs_core.scenario.reading import located
 from rmfs_core.wording import did_you_mean, first_few
-from rmfs_core.world.csv_files import Calendar, Wrong, line_of, read_instance, read_profile, refuse
+from rmfs_core.world.csv_files import (
+    Calendar,
+    Wrong,
+    line_of,
+    read_bundles,
+    read_instance,
+    read_profile,
+    read_skus,
+    refuse,
+)
 from rmfs_core.world.generator import generate_instance
-from rmfs_core.world.instance import Instance
+from rmfs_core.world.instance import BundleData, Instance
 
 
 def make_instance(scenario: Scenario) -> Instance:
@@ -43,17 +55,66 @@ def unchecked_instance(scenario: Scenario, wrong: Wrong = refuse) -> Instance:
     if section.orders_file is None or section.pods_file is None:
         if isinstance(profile := section.arrivals.profile, str):
             section = evolve(section, arrivals=evolve(section.arrivals, profile=read_profile(folder / profile)))
-        return generate_instance(section, scenario.seed)
+        return _restocked(generate_instance(section, scenario.seed), scenario, wrong)
     orders, pods = folder / section.orders_file, folder / section.pods_file
     for key, file in (("orders_file", orders), ("pods_file", pods)):
-        if not file.exists():
+        if not os.path.exists(file):  # noqa: PTH110 (False for a name that is too long, too)
             raise InputError(f"instance.{key}", f"there is no file {file}")
-    return read_instance(orders, pods, section.start, wrong)
+    return _restocked(read_instance(orders, pods, section.start, wrong), scenario, wrong)
+
+
+def _restocked(instance: Instance, scenario: Scenario, wrong: Wrong) -> Instance:
+    """Add to an instance what is known of its SKUs, and of the bundles to come."""
+    section, folder = scenario.instance, Path(scenario.folder)
+    given = section.replenishment or Replenishment()
+    coming = {} if given.file is None else read_bundles(folder / given.file, wrong)
+    skus = tuple(dict.fromkeys([*instance.skus, *(sku for _, sku, _, _ in coming.values())]))
+    told = {} if section.skus_file is None else read_skus(folder / section.skus_file, wrong)
+    ids = {sku: i for i, sku in enumerate(skus)}
+    bundles = [BundleData(name, tick, ids[sku], items) for name, (tick, sku, items, _) in coming.items()]
+    return evolve(
+        instance,
+        skus=skus,
+        sizes=tuple(int(told.get(sku, {}).get("size", 1)) for sku in skus) if told else (),
+        bundles=tuple(sorted(bundles, key=lambda bundle: bundle.arrival_tick)),
+        levels=tuple(_levels(instance, given, told)) if given.process == "reorder-point" else (),
+        restocked=given.process != "none",
+    )
+
+
+def _levels(
+    instance: Instance, given: Replenishment, told: Mapping[str, Mapping[str, float]]
+) -> Iterator[tuple[int, int]]:
+    """Yield s and S of each SKU in items; s at least what lets no single order line wait for ever."""
+    wanted, largest = Counter[int](), Counter[int]()
+    for order in instance.orders:
+        for sku, quantity in order.lines:
+            wanted[sku] += quantity
+            largest[sku] = max(largest[sku], quantity)
+    days = max(max((order.arrival_tick for order in instance.orders), default=0) / to_ticks(86_400), 1)
+    for sku, name in enumerate(instance.skus):
+        own = told.get(name, {})
+        s, up_to = own.get("reorder_point", given.reorder_point), own.get("order_up_to", given.order_up_to)
+        if s is None or up_to is None:
+            key = "reorder_point" if s is None else "order_up_to"
+            raise InputError(
+                f"instance.replenishment.{key}", f"expected a number, or one for SKU {name} in the file of SKUs"
+            )
+        if s >= up_to:
+            problem = f"expected order_up_to > reorder_point, found {up_to:g} <= {s:g} for SKU {name}"
+            raise InputError("instance.replenishment", problem)
+        unit = wanted[sku] / days if given.unit == "days" else 1
+        least = max(math.floor(s * unit), largest[sku] - 1)
+        yield least, max(math.ceil(up_to * unit), least + 1)
 
 
 def instance_problems(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
     """Yield what keeps an instance from being run: short SKUs, orders that are too large, pods at stations."""
-    yield from _short_skus(instance, scenario)
+    given = scenario.instance.replenishment
+    if given is None or given.process in ("none", "file"):  # any other brings whatever is wanted
+        yield from _short_skus(instance, scenario)
+    yield from _too_large_for_pods(instance, scenario.instance.pod_capacity)
+    yield from _too_many_bundles(instance, scenario.instance)
     if scenario.rules.poa_pps is None:  # a joint rule may split an order that is larger than any station
         yield from oversize_orders(instance, scenario)
     yield from _pods_at_stations(instance, scenario.instance)
@@ -73,6 +134,9 @@ def _short_skus(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
         for sku, items in pod.contents:
             held = stock.get(sku, 0)
             stock[sku] = None if items is None or held is None else held + items
+    for bundle in instance.bundles:
+        held = stock.get(bundle.sku, 0)
+        stock[bundle.sku] = None if held is None else held + bundle.items
     wanted: Counter[int] = Counter()
     short: dict[int, str] = {}
     for order in instance.orders:
@@ -87,8 +151,35 @@ def _short_skus(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
         problem = f"order {order_name} wants SKU {name}, which is on no pod"
         if len(short) > 1 or stock.get(sku):
             named = first_few([_shortage(instance.skus[one], wanted[one], stock.get(one)) for one in short])
-            problem = f"from order {order_name} on, the orders want more than all pods hold: {named}"
+            all_there = "pods and bundles" if instance.bundles else "pods"
+            problem = f"from order {order_name} on, the orders want more than all {all_there} hold: {named}"
         yield InputError(_place(scenario, order_name, name), problem)
+
+
+def _too_large_for_pods(instance: Instance, capacity: int | None) -> Iterator[InputError]:
+    """Yield what has no room on a pod: what the pods hold at first, and bundles."""
+    if capacity is None:
+        return
+    sizes, place = instance.sizes or (1,) * len(instance.skus), "instance.pod_capacity"
+    for pod in instance.pods:
+        if (used := sum((number or 0) * sizes[sku] for sku, number in pod.contents)) > capacity:
+            yield InputError(place, f"found {capacity}; expected at least {used}, what pod {pod.name} holds")
+    for bundle in instance.bundles:
+        if (size := bundle.items * sizes[bundle.sku]) > capacity:
+            yield InputError(place, f"found {capacity}; expected at least {size}, the size of bundle {bundle.name}")
+    if max(sizes, default=0) > capacity:
+        yield InputError(place, f"found {capacity}; expected at least {max(sizes)}, the size of the largest item")
+
+
+def _too_many_bundles(instance: Instance, section: InstanceSection) -> Iterator[InputError]:
+    """Yield what orders more bundles at once than a run can follow."""
+    largest, room = (section.replenishment or Replenishment()).bundle_items, section.pod_capacity
+    ordered = 0.0
+    for (_, up_to), size in zip(instance.levels, instance.sizes or (1,) * len(instance.skus), strict=False):
+        ordered += up_to / max(min(largest or up_to, (room or up_to * size) // size), 1)
+    if ordered > MOST_PODS:
+        expected = f"expected levels of at most {MOST_PODS:,}: fewer items, or larger bundles"
+        yield InputError("instance.replenishment", f"found levels of about {ordered:,.0f} bundles in all; {expected}")
 
 
 def _shortage(sku: str, wanted: int, held: int | None) -> str:

@@ -15,6 +15,8 @@ from rmfs_core.world.block import block_map
 from rmfs_core.world.grid import CellKind, Layout
 from rmfs_core.world.textmap import parse_map
 
+QUEUE_LENGTH, SHOWN = 12, 3
+
 
 def make_layout(scenario: Scenario) -> Layout:
     """Return the checked layout of a scenario; the same object for the same layout, so that its tables are shared.
@@ -26,16 +28,21 @@ def make_layout(scenario: Scenario) -> Layout:
     """
     section = scenario.layout
     if section.map_file is None:
-        return _block_layout(section, scenario.stations.queue_length)
+        return _block_layout(section, scenario.stations.queue_length or QUEUE_LENGTH)
     path = Path(scenario.folder) / section.map_file
     try:
-        with path.open(encoding="utf-8") as stream:
+        with path.open(encoding="utf-8-sig") as stream:
             text = stream.read(20 * MOST_CELLS)  # a device may have no end; `parse_map` refuses what is too large
     except UnicodeDecodeError as error:
         raise InputError(str(path), f"cannot read the map: {error}") from error
     except (OSError, ValueError) as error:  # ValueError: of a name that no file can have
         raise InputError("layout.map_file", f"{path} cannot be read: {getattr(error, 'strerror', error)}") from error
-    return _map_layout(text, str(path), scenario.stations.queue_length)
+    return _map_layout(text, str(path), scenario.stations.queue_length or 1)
+
+
+def queue_length(scenario: Scenario, layout: Layout) -> int:
+    """Return how many pods can wait at a station: as the scenario says, or else 12, or fewer where a map has fewer."""
+    return scenario.stations.queue_length or min(QUEUE_LENGTH, *(cells.places for cells in layout.stations))
 
 
 @lru_cache(maxsize=16)
@@ -50,16 +57,10 @@ def _map_layout(text: str, place: str, queue_length: int) -> Layout:
     layout = parse_map(text, place)
     check_layout(layout, place)
     for number, cells in enumerate(layout.stations, 1):
-        if len(cells.queue) < queue_length:
-            raise InputError(
-                "stations.queue_length",
-                f"found {queue_length}, but the queue of station {number} in {place} has {len(cells.queue)} cell(s); "
-                "expected at most that many",
-            )
+        if (has := cells.places) < queue_length:
+            found = f"found {queue_length}, but the queue of station {number} in {place} has {has} cell(s)"
+            raise InputError("stations.queue_length", f"{found}; expected at most that many")
     return layout
-
-
-SHOWN = 3
 
 
 def check_layout(layout: Layout, place: str) -> None:
@@ -70,21 +71,17 @@ def check_layout(layout: Layout, place: str) -> None:
     so does one without. Storage locations must lie beside them; queues must be entered from them, and stations left
     to them.
     """
-    if not layout.stations:
+    if len(layout.stations) == layout.replenishing:
         raise InputError(place, "the layout has no picking station; expected at least one (`O` in a map)")
     if not layout.storage_locations:
         raise InputError(place, "the layout has no storage location; expected some (`#` in a map)")
     floor = np.flatnonzero(layout.kind == CellKind.FLOOR)
     if not len(floor):
         raise InputError(place, "the layout has no floor; expected aisles (`.` in a map)")
-    _refuse(
-        layout,
-        place,
-        layout.storage_locations,
-        {cell for cell in layout.storage_locations if _floor_beside(layout, cell)},
-        "have no floor beside them, so no pod gets in or out",
-    )
-    start = _floor_beside(layout, layout.storage_locations[0])[0]
+    storage = layout.storage_locations
+    open_to_floor = {cell for cell in storage if _floor_beside(layout, cell)}
+    _refuse(layout, place, storage, open_to_floor, "have no floor beside them, so no pod gets in or out")
+    start = _floor_beside(layout, storage[0])[0]
     steps = {int(cell): _steps(layout, int(cell)) for cell in floor}
     backward: dict[int, list[int]] = {cell: [] for cell in steps}
     for cell, targets in steps.items():
@@ -95,20 +92,17 @@ def check_layout(layout: Layout, place: str) -> None:
     home = layout.where(start)
     _refuse(layout, place, floor, aisles | _reached(exits, steps), f"cannot be reached over the floor from {home}")
     _refuse(layout, place, floor, _reached([start], backward), f"have no way over the floor to {home}")
-    _refuse(
-        layout,
-        place,
-        layout.storage_locations,
-        {cell for cell in layout.storage_locations if aisles.intersection(_floor_beside(layout, cell))},
-        f"cannot be reached with a pod from {home}",
-    )
+    served = {cell for cell in storage if aisles.intersection(_floor_beside(layout, cell))}
+    _refuse(layout, place, storage, served, f"cannot be reached with a pod from {home}")
+    reached = {cell for cell in layout.chargers if aisles.intersection(_floor_beside(layout, cell))}
+    _refuse(layout, place, layout.chargers, reached, f"are chargers that cannot be reached from {home}")
     for cells in layout.stations:
         _check_station(layout, place, cells.station, cells.queue[-1], aisles)
 
 
 def _check_station(layout: Layout, place: str, station: int, entry: int, aisles: set[int]) -> None:
     if not layout.moves[station]:
-        raise InputError(f"{place}, {layout.where(station)}", "no floor beside the picking station to leave it")
+        raise InputError(f"{place}, {layout.where(station)}", "no floor beside the station to leave it")
     entered = any(
         beside in aisles and layout.may_step(beside, (heading + 2) % 4)
         for heading, beside in enumerate(_neighbours(layout, entry))

@@ -2,20 +2,24 @@
 
 =========  ====================================================================================================
 ``#``      storage location
+``C``      charger
 ``.``      floor; robots may leave it in every direction
 ``> < ^ v``  one-way floor: robots leave it in that direction only
 ``└ ┘ ┌ ┐``  crossing of one-way aisles: the two directions that the sign's arms point to
 ``─ │ ├ ┤ ┬ ┴``  floor that may be left in the directions of its arms
 ``O``      picking station
+``I``      replenishment station
 ``q``      queue cell; the queue of a station is the chain of them that ends beside it
 ``→ ← ↑ ↓``  queue cell with its direction, for queues that are folded
+``⇒ ⇐ ⇑ ⇓``    the same, next to the station, where nobody waits: the next pod rolls in from the cell behind
 ``╚ ╝ ╔ ╗ ═ ║``  queue cell with two ways on, where its arms point: to the next cell, and past some to one farther ahead
 ``@``, blank  wall
 =========  ====================================================================================================
 
-Storage locations can be entered from and left to every cell beside them. A queue is entered at its far end, from the
-floor, and wherever an arm of a floor cell points at it; it is left through its station. Its cells are one chain, and
-every way between them leads ahead: a robot on its way to its place in line passes cells behind that place only.
+Storage locations and chargers can be entered from and left to every cell beside them. A queue is entered at its far
+end, from the floor, and wherever an arm of a floor cell points at it; it is left through its station. Its cells are one
+chain, and every way between them leads ahead: a robot on its way to its place in line passes cells behind that place
+only.
 """
 
 from __future__ import annotations
@@ -23,7 +27,7 @@ from __future__ import annotations
 import numpy as np
 
 from rmfs_core.errors import InputError
-from rmfs_core.world.grid import EAST, NORTH, SOUTH, WEST, CellKind, Layout, StationCells, where
+from rmfs_core.world.grid import EAST, NORTH, RESTING, SOUTH, WEST, CellKind, Layout, StationCells, where
 
 _E, _N, _W, _S = 1 << EAST, 1 << NORTH, 1 << WEST, 1 << SOUTH
 FLOOR_MOVES = {
@@ -47,6 +51,9 @@ FLOOR_SIGN = {moves: sign for sign, moves in FLOOR_MOVES.items()}
 QUEUE_MOVES = {"→": _E, "↑": _N, "←": _W, "↓": _S}
 QUEUE_MOVES |= {"╚": _N | _E, "╝": _N | _W, "╔": _S | _E, "╗": _S | _W, "═": _E | _W, "║": _N | _S}
 QUEUE_SIGN = {moves: sign for sign, moves in QUEUE_MOVES.items()}
+CLEAR_MOVES = {"⇒": _E, "⇑": _N, "⇐": _W, "⇓": _S}
+CLEAR_SIGN = {moves: sign for sign, moves in CLEAR_MOVES.items()}
+QUEUE_MOVES |= CLEAR_MOVES
 
 
 def parse_map(text: str, place: str) -> Layout:
@@ -88,26 +95,34 @@ class _MapReader:
         kind = np.array(self.kinds, dtype=np.int8)
         moves = np.zeros(len(kind), dtype=np.int8)
         layout = Layout(self.width, self.height, kind, moves, ())
-        stations = tuple(self._station(layout, int(cell)) for cell in np.flatnonzero(kind == CellKind.STATION))
+        cells = sorted(np.flatnonzero(kind == CellKind.STATION).tolist(), key=lambda cell: self.signs[cell] == "I")
+        stations = tuple(self._station(layout, cell) for cell in cells)
         self._check_queues_used(layout, stations)
-        entries = {cells.queue[-1] for cells in stations}
+        entries = {own.queue[-1] for own in stations}
         for cell in range(len(kind)):
             moves[cell] = self._moves(layout, cell, entries)
-        for cells in stations:
-            for cell, following in zip(cells.queue, (cells.station, *cells.queue), strict=False):
+        for own in stations:
+            for cell, following in zip(own.queue, (own.station, *own.queue), strict=False):
                 moves[cell] = QUEUE_MOVES.get(self.signs[cell]) or 1 << self._heading(layout, cell, following)
         moves.setflags(write=False)
         kind.setflags(write=False)
-        return Layout(self.width, self.height, kind, moves, stations)
+        return Layout(self.width, self.height, kind, moves, stations, self.signs.count("I"))
 
     def _kind(self, cell: int, sign: str) -> CellKind:
         if sign in FLOOR_MOVES:
             return CellKind.FLOOR
         if sign == "q" or sign in QUEUE_MOVES:
             return CellKind.QUEUE
-        kinds = {"#": CellKind.STORAGE, "O": CellKind.STATION, " ": CellKind.WALL, "@": CellKind.WALL}
+        kinds = {
+            "#": CellKind.STORAGE,
+            "C": CellKind.CHARGER,
+            "O": CellKind.STATION,
+            "I": CellKind.STATION,
+            " ": CellKind.WALL,
+            "@": CellKind.WALL,
+        }
         if sign not in kinds:
-            known = "# O q " + " ".join((*FLOOR_MOVES, *QUEUE_MOVES)) + " @ and blank"
+            known = "# O I q C " + " ".join((*FLOOR_MOVES, *QUEUE_MOVES)) + " @ and blank"
             raise self._wrong(cell, f"unknown sign {sign!r}; expected one of {known}")
         return kinds[sign]
 
@@ -125,7 +140,12 @@ class _MapReader:
             at = feeding[0]
             queue.append(at)
             ahead.add(at)
-        return StationCells(station, tuple(queue))
+        clear = [cell for cell in queue if self.signs[cell] in CLEAR_MOVES]
+        if clear and (clear != queue[: len(clear)] or clear == queue):
+            wrong = next((a for a, b in zip(clear, queue, strict=False) if a != b), station)
+            expected = "expected such cells between the station and the cells where robots wait"
+            raise self._wrong(wrong, f"found a queue cell where nobody waits (⇒ ⇐ ⇑ ⇓) out of place; {expected}")
+        return StationCells(station, tuple(queue), len(clear))
 
     def _feeds(self, layout: Layout, cell: int, following: int, ahead: set[int]) -> bool:
         """Whether a queue cell has a way to the one that follows, and none to a cell that does not lie ahead."""
@@ -156,10 +176,10 @@ class _MapReader:
                 raise self._wrong(cell, f"the queue cell leads to {to}; {expected}")
         for cells in stations:
             if not cells.queue:
-                problem = "the picking station has no queue; expected at least one queue cell (`q`) beside it"
+                problem = "the station has no queue; expected at least one queue cell (`q`) beside it"
                 raise self._wrong(cells.station, problem)
         if unused:
-            raise self._wrong(unused[0], "the queue cell leads to no picking station")
+            raise self._wrong(unused[0], "the queue cell leads to no station")
 
     def _moves(self, layout: Layout, cell: int, entries: set[int]) -> int:
         moves, kind = 0, self.kinds[cell]
@@ -168,16 +188,16 @@ class _MapReader:
             if beside is None or not self._may_enter(cell, heading, beside, entries):
                 continue
             asked = FLOOR_MOVES.get(self.signs[cell], _E | _N | _W | _S) >> heading & 1
-            if asked or (kind == CellKind.FLOOR and self.kinds[beside] == CellKind.STORAGE):
+            if asked or (kind == CellKind.FLOOR and self.kinds[beside] in RESTING):
                 moves |= 1 << heading
-        return moves if kind in (CellKind.FLOOR, CellKind.STORAGE, CellKind.STATION) else 0
+        return moves if kind in (CellKind.FLOOR, *RESTING, CellKind.STATION) else 0
 
     def _may_enter(self, cell: int, heading: int, beside: int, entries: set[int]) -> bool:
         kind, target = self.kinds[cell], self.kinds[beside]
         if target == CellKind.FLOOR:
             # Never against a one-way cell.
             return FLOOR_MOVES[self.signs[beside]] != 1 << (heading + 2) % 4
-        if target == CellKind.STORAGE:
+        if target in RESTING:
             return bool(kind != CellKind.STATION)
         drawn = beside in entries or self.signs[cell] != "."
         return bool(target == CellKind.QUEUE and kind == CellKind.FLOOR and drawn)

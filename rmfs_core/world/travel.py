@@ -14,18 +14,21 @@ from collections import OrderedDict
 from collections.abc import Callable
 from functools import cached_property, lru_cache
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import Leg
 from rmfs_core.motion import Motion
-from rmfs_core.world.grid import STEPS, CellKind, Layout
+from rmfs_core.world.grid import RESTING, STEPS, CellKind, Layout
+
+if TYPE_CHECKING:
+    from rmfs_core.world.travel_search import Work
 
 UNREACHABLE = 1 << 40
-TABLES_BYTES = 128 << 20
-"""Memory that the tables of one layout may take; the least recently used go first."""
+TABLES_BYTES = 512 << 20
+"""Memory that the tables of one layout may take, besides those of stations; the least recently used go first."""
 
 
 @lru_cache(maxsize=8)
@@ -64,11 +67,14 @@ class Travel:
         self._lane = layout.lane
         self._floor: NDArray[np.bool_] = layout.kind == CellKind.FLOOR
         self._queue = layout.kind == CellKind.QUEUE
-        self._under: NDArray[np.bool_] = self._floor | (layout.kind == CellKind.STORAGE)
+        self._under: NDArray[np.bool_] = self._floor | np.isin(layout.kind, RESTING)
+        self._moves, self._steps = layout.moves.astype(np.uint8).tobytes(), self.offsets.tolist()
+        self._bytes_of: dict[tuple[int, bool], bytes] = {}
         self._passable: dict[tuple[int, bool], NDArray[np.bool_]] = {}
         for array in (self.runs, self.turns, self.offsets, self._floor, self._under):
             array.setflags(write=False)
         self._tables: OrderedDict[tuple[int, int, bool], NDArray[np.int64]] = OrderedDict()
+        self._of_stations: dict[tuple[int, int, bool], NDArray[np.int64]] = {}
         self._bytes = 0
         self._seconds = 0.0
 
@@ -94,6 +100,11 @@ class Travel:
 
         return travel_search
 
+    @cached_property
+    def _work(self) -> Work:
+        """What the searches write on."""
+        return self._search.work_on(len(self._lane), self.runs, self.turns)  # type: ignore[no-any-return]
+
     def load_searches(self) -> None:
         """Load the compiled searches now (or compile them), not within the first decision that needs them."""
         station = self.layout.stations[0].station
@@ -105,7 +116,9 @@ class Travel:
 
         `UNREACHABLE` where there is no way.
         """
-        return self._table((goal, -1, loaded), lambda: self._search.times_to(goal, *self._grid(goal, loaded)))
+        return self._table(
+            (goal, -1, loaded), lambda: self._search.times_to(goal, *self._grid(goal, loaded), self._work)
+        )
 
     def times_from(self, cell: int, heading: int, loaded: bool) -> NDArray[np.int64]:
         """Ticks from standing in ``cell`` with ``heading`` to rest in each cell, whatever the heading there.
@@ -114,7 +127,7 @@ class Travel:
         """
         return self._table(
             (cell, heading, loaded),
-            lambda: self._search.times_from(cell, heading, self._lane, *self._grid(cell, loaded)),
+            lambda: self._search.times_from(cell, heading, self._lane, *self._grid(cell, loaded), self._work),
         )
 
     def ticks(self, cell: int, heading: int, goal: int, loaded: bool) -> int:
@@ -143,12 +156,12 @@ class Travel:
         heading = self.heading(leg_start, to)
         if heading is None:
             return f"{self.layout.where(leg_start)} to {self.layout.where(to)} is no straight run"
-        from_start, to_goal = self.passable(start, loaded), self.passable(goal, loaded)
-        cell = leg_start
+        from_start, to_goal = self._crossed(start, loaded), self._crossed(goal, loaded)
+        cell, step = leg_start, self._steps[heading]
         while cell != to:
-            if not self.layout.may_step(cell, heading):
+            if not self._moves[cell] >> heading & 1:
                 return f"no robot may go from {self.layout.where(cell)} in heading {heading}"
-            cell += int(self.offsets[heading])
+            cell += step
             if not (from_start[cell] or to_goal[cell] or cell == goal):
                 carrying = "with a pod" if loaded else "without a pod"
                 return f"a robot {carrying} may not pass {self.layout.where(cell)} on its way"
@@ -173,20 +186,32 @@ class Travel:
             self._passable[key].setflags(write=False)  # all are: the searches are compiled for one type of array
         return self._passable[key]
 
+    def _crossed(self, end: int, loaded: bool) -> bytes:
+        """Return `passable` as bytes: a single one of them is quicker to look at."""
+        key = int(self._lane[end]), loaded
+        if key not in self._bytes_of:
+            self._bytes_of[key] = self.passable(end, loaded).tobytes()
+        return self._bytes_of[key]
+
     def _grid(self, end: int, loaded: bool) -> tuple[NDArray[np.int64] | NDArray[np.int8] | NDArray[np.bool_], ...]:
         """Return moves, passable cells, offsets, run and turn times."""
         return self.layout.moves, self.passable(end, loaded), self.offsets, self.runs, self.turns
 
     def _table(self, key: tuple[int, int, bool], search: Callable[[], NDArray[np.int64]]) -> NDArray[np.int64]:
         """Return a table as it was kept, or else search for it and keep it."""
+        if key in self._of_stations:
+            return self._of_stations[key]
         if key in self._tables:
             self._tables.move_to_end(key)
             return self._tables[key]
         started = perf_counter()
         table = search()
         table.setflags(write=False)
-        self._tables[key] = table
-        self._bytes += table.nbytes
+        if self._lane[key[0]] >= 0:
+            self._of_stations[key] = table  # needed for every trip
+        else:
+            self._tables[key] = table
+            self._bytes += table.nbytes
         while self._bytes > TABLES_BYTES and len(self._tables) > 1:
             self._bytes -= self._tables.popitem(last=False)[1].nbytes
         self._seconds += perf_counter() - started

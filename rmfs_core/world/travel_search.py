@@ -2,70 +2,144 @@
 
 All arrays are flat over cells. ``passable`` marks the cells that may be crossed, ``lane`` the station whose queue a
 cell belongs to (-1: none), ``offsets`` the step in cell index per heading, ``runs`` the ticks of a run by its length,
-and ``turns`` the ticks of a turn by heading difference.
+and ``turns`` the ticks of a turn by heading difference. A state is ``4 * cell + heading``.
+
+A run is driven on only while it can still be the fastest to some cell ahead (`Work.losses`, `Work.gains`): that leaves
+one or two cells of most runs. States wait in lists, one for each short span of ticks (Dial's buckets).
 """
 
 from __future__ import annotations
 
-from heapq import heappop, heappush
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.core import caching
+from numpy.typing import NDArray
 
 FAR = 1 << 40
+FAR_32 = 1 << 30
+"""The same in four bytes."""
+NEXT, BEFORE, BUCKET = range(3)
+"""Columns of a waiting state: its neighbours in the list of its bucket, -1 at the ends; bucket -1: it does not wait."""
+MOST_BUCKETS = 4096
+_OPTIONS: dict[str, Any] = {"cache": True, "forceinline": True, "_nrt": False}
+inlined = njit(**_OPTIONS)
+"""Compile a helper into the searches that call it, without counting who refers to its arrays: half of the time."""
+
+
+def _load_or_nothing(cache: caching.Cache, *arguments: Any, _load: Any = caching.Cache.load_overload) -> Any:
+    """Let numba compile anew where it fails to load what it has cached, of code that was moved or replaced since."""
+    try:
+        return _load(cache, *arguments)
+    except Exception:  # whatever an old cache leads to: modules and names that are gone, files cut short
+        return None
+
+
+caching.Cache.load_overload = _load_or_nothing  # type: ignore[method-assign]  # the first searches that a run loads
+
+
+class Work(NamedTuple):
+    """What a search writes on, for one search after the other, and what it knows of runs beforehand.
+
+    Parameters
+    ----------
+    times, driven
+        Ticks by state, and the length of the run that it was reached by, 0 for a turn.
+    links, buckets, shift
+        The states that wait: neighbours in the lists, their first states, and log2 of the ticks of a bucket. Buckets
+        are used in a circle that is longer than any move. A state that is reached earlier than when it was taken out
+        waits again, so any span is right; one no longer than the shortest move never lets that happen.
+    losses
+        Ticks that a stop after a run of so many cells costs at most, and some to spare. A run that comes to a cell
+        later than another robot does that stops there, by more than that, is the fastest to no cell ahead. Three of the
+        ticks to spare are for what is rounded, one for "earlier", so that of runs left out for each other one is left.
+    gains
+        Ticks that a longer run gains at most on one that has driven so many cells, and as many to spare: it gains
+        only while that one speeds up yet, and nothing more once both have driven half of the way that is left.
+    """
+
+    times: NDArray[np.int32] | NDArray[np.int64]
+    driven: NDArray[np.int32]
+    links: NDArray[np.int32]
+    buckets: NDArray[np.int32]
+    shift: int
+    losses: NDArray[np.int64]
+    gains: NDArray[np.int64]
+
+
+def work_on(cells: int, runs: NDArray[np.int64], turns: NDArray[np.int64]) -> Work:
+    """Return what searches on a grid of so many cells write on."""
+    longest, length = len(runs) - 1, np.arange(len(runs))
+    more = (longest - length) // 2
+    gains = runs[length + more] - runs - (runs[-1] - runs[longest - more]) + 4
+    move, shift = int(max(runs[-1], turns.max())), 0
+    while 2 << shift <= min(runs[1], turns[1:].min()) or move >> shift > MOST_BUCKETS:
+        shift += 1
+    buckets = np.full(1 << ((move >> shift) + 2).bit_length(), -1, np.int32)  # a power of two
+    slowest = cells * int(runs[1] + 2 * turns.max())  # no way visits a cell twice with one heading
+    narrow = 4 * slowest + move < 1 << 31
+    times = np.empty(4 * cells, np.int32) if narrow else np.empty(4 * cells, np.int64)
+    links = np.empty((4 * cells, 3), np.int32)
+    return Work(times, np.empty(4 * cells, np.int32), links, buckets, shift, runs + runs[::-1] - runs[-1] + 4, gains)
 
 
 @njit(cache=True)
-def times_to(goal, moves, passable, offsets, runs, turns):  # type: ignore[no-untyped-def]
+def times_to(goal, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
     """Ticks from each (cell, heading) to rest at ``goal``: a search backwards from it."""
-    cells = len(moves)
-    times = np.full((cells, 4), FAR, np.int64)
-    queue = [(0, goal * 4 + heading) for heading in range(4)]
+    times, driven, links, buckets, shift, losses, gains = work
+    _begin(work)
+    waiting = bucket = 0
     for heading in range(4):
-        times[goal, heading] = 0
-    while queue:
-        time, state = heappop(queue)
-        cell, heading = state // 4, state % 4
-        if time > times[cell, heading]:
+        waiting += _reach(4 * goal + heading, 0, 0, times, driven, links, buckets, shift)
+    while waiting:
+        state = buckets[bucket]
+        if state < 0:
+            bucket = (bucket + 1) & (len(buckets) - 1)
             continue
-        for other in range(4):
-            turned = time + turns[(heading - other) % 4]
-            if turned < times[cell, other]:
-                times[cell, other] = turned
-                heappush(queue, (turned, cell * 4 + other))
+        waiting -= _take(state, links, buckets)
+        time, cell, heading = times[state], state >> 2, state & 3
+        for difference in range(1, 4):
+            other, turned = 4 * cell + ((heading - difference) & 3), time + turns[difference]
+            if turned < times[other]:
+                waiting += _reach(other, turned, 0, times, driven, links, buckets, shift)
         if not (passable[cell] or cell == goal):
             continue
         before = cell - offsets[heading]
         length = 1
-        while 0 <= before < cells and moves[before] >> heading & 1:
-            driven = time + runs[length]
-            if driven < times[before, heading]:
-                times[before, heading] = driven
-                heappush(queue, (driven, before * 4 + heading))
+        while 0 <= before < len(moves) and moves[before] >> heading & 1:
+            into, arrival = 4 * before + heading, time + runs[length]
+            if arrival < times[into]:
+                waiting += _reach(into, arrival, length, times, driven, links, buckets, shift)
+            elif arrival - times[into] > min(losses[length], gains[driven[into]]):
+                break
             if not passable[before]:
                 break
             before -= offsets[heading]
             length += 1
-    return times
+    return _found(times)
 
 
 @njit(cache=True)
-def times_from(start, start_heading, lane, moves, passable, offsets, runs, turns):  # type: ignore[no-untyped-def]
+def times_from(start, start_heading, lane, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
     """Ticks from standing at ``start`` to rest in each cell, whatever the heading there."""
-    cells = len(moves)
-    times = np.full((cells, 4), FAR, np.int64)
-    times[start, start_heading] = 0
-    queue = [(0, start * 4 + start_heading)]
-    while queue:
-        time, state = heappop(queue)
-        cell, heading = state // 4, state % 4
-        if time > times[cell, heading] or not (passable[cell] or cell == start):
+    times, driven, links, buckets, shift, losses, gains = work
+    _begin(work)
+    waiting = _reach(4 * start + start_heading, 0, 0, times, driven, links, buckets, shift)
+    bucket = 0
+    while waiting:
+        state = buckets[bucket]
+        if state < 0:
+            bucket = (bucket + 1) & (len(buckets) - 1)
             continue
-        for other in range(4):
-            turned = time + turns[(other - heading) % 4]
-            if turned < times[cell, other]:
-                times[cell, other] = turned
-                heappush(queue, (turned, cell * 4 + other))
+        waiting -= _take(state, links, buckets)
+        time, cell, heading = times[state], state >> 2, state & 3
+        if not (passable[cell] or cell == start):
+            continue
+        for difference in range(1, 4):
+            other, turned = 4 * cell + ((heading + difference) & 3), time + turns[difference]
+            if turned < times[other]:
+                waiting += _reach(other, turned, 0, times, driven, links, buckets, shift)
         after = cell
         length = 0
         while moves[after] >> heading & 1:
@@ -73,16 +147,69 @@ def times_from(start, start_heading, lane, moves, passable, offsets, runs, turns
             length += 1
             if lane[after] >= 0 and lane[after] != lane[start]:
                 break
-            driven = time + runs[length]
-            if driven < times[after, heading]:
-                times[after, heading] = driven
-                heappush(queue, (driven, after * 4 + heading))
+            into, arrival = 4 * after + heading, time + runs[length]
+            if arrival < times[into]:
+                waiting += _reach(into, arrival, length, times, driven, links, buckets, shift)
+            elif arrival - times[into] > min(losses[length], gains[driven[into]]):
+                break
             if not passable[after]:
                 break
-    fastest = np.empty(cells, np.int64)
-    for cell in range(cells):
-        fastest[cell] = times[cell].min()
+    found = _found(times)
+    fastest = np.empty(len(moves), np.int64)
+    for cell in range(len(moves)):
+        fastest[cell] = found[cell].min()
     return fastest
+
+
+@njit(cache=True)
+def _begin(work):  # type: ignore[no-untyped-def]
+    """Forget the search before."""
+    work.times.fill(FAR if work.times.itemsize == 8 else FAR_32)
+    work.links[:, BUCKET] = -1
+    work.buckets.fill(-1)
+
+
+@njit(cache=True)
+def _found(times):  # type: ignore[no-untyped-def]
+    """Return the times as a table that stays, shape (cells, 4)."""
+    table = np.empty((len(times) // 4, 4), np.int64)
+    for cell in range(len(table)):
+        for heading in range(4):
+            time = times[4 * cell + heading]
+            table[cell, heading] = time if time < FAR_32 or times.itemsize == 8 else FAR
+    return table
+
+
+@inlined
+def _reach(state, time, length, times, driven, links, buckets, shift):  # type: ignore[no-untyped-def]
+    """Note that a state is reached earlier than before, and let it wait; returns 1 if it did not yet."""
+    times[state], driven[state] = time, length
+    bucket = (time >> shift) & (len(buckets) - 1)
+    if links[state, BUCKET] == bucket:
+        return 0
+    new = 1
+    if links[state, BUCKET] >= 0:
+        new -= _take(state, links, buckets)
+    behind = buckets[bucket]
+    links[state, NEXT], links[state, BEFORE], links[state, BUCKET] = behind, -1, bucket
+    if behind >= 0:
+        links[behind, BEFORE] = state
+    buckets[bucket] = state
+    return new
+
+
+@inlined
+def _take(state, links, buckets):  # type: ignore[no-untyped-def]
+    """Let a state wait no longer; returns 1."""
+    behind, before = links[state, NEXT], links[state, BEFORE]
+    if before >= 0:
+        links[before, NEXT] = behind
+    else:
+        buckets[links[state, BUCKET]] = behind
+    if behind >= 0:
+        links[behind, BEFORE] = before
+    links[state, BUCKET] = -1
+    return 1
 
 
 @njit(cache=True)

@@ -76,8 +76,9 @@ def later(period: Period, seed: int) -> Period:
 def solved(period: Period, model: Model, weight: float = 2, capacity: int | None = None) -> tuple[float, Solution]:
     """Return CPU seconds and solution with the default effort."""
     start = time.process_time()
-    limits = Limits(effort=Effort.for_period(period, None))
-    solution = proof_of(period, model, weight, limits, capacity).run()
+    proof = proof_of(period, model, weight, Limits(), capacity)
+    proof.limits = Limits(effort=Effort.for_period(period, None, hard=proof.hard))
+    solution = proof.run()
     seconds = time.process_time() - start
     assert violation(period, solution, model, weight, capacity) is None
     return seconds, solution

@@ -14,7 +14,8 @@ from rmfs_testing import small_instance
 HEAD = """
 import time
 from attrs import define
-from rmfs_core import JointDecision, Leg, OrderAssignment, Path, PodTrip, SolveReport, TaskAssignment, hookimpl
+from rmfs_core import JointDecision, Leg, OrderAssignment, Path, PodMove, PodTrip, RobotMove, SolveReport
+from rmfs_core import TaskAssignment, hookimpl
 
 @define
 class Bad:
@@ -30,6 +31,8 @@ SIGNATURES = {
     "pr": "choose_storage_location(self, warehouse, pod)",
     "ta": "assign_tasks(self, warehouse)",
     "pp": "plan_path(self, warehouse, robot, goal)",
+    "idle": "idle_robots(self, warehouse)",
+    "move": "move_pods(self, warehouse, max_moves)",
     "filters": "filter_backlog(self, warehouse, orders)",
 }
 

@@ -121,11 +121,11 @@ class Chromium:
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self._call("Emulation.setEmulatedMedia", features=[scheme])
 
-    def open(self, file: Path, asked: str = "") -> float:
+    def open(self, file: Path | str, asked: str = "") -> float:
         """Open a page and return after how many seconds `window.replay` was there."""
         self._call("Page.navigate", url="about:blank")
         begin = time.perf_counter()
-        self._call("Page.navigate", url=f"{file.resolve().as_uri()}{asked}")
+        self._call("Page.navigate", url=f"{file if isinstance(file, str) else file.resolve().as_uri()}{asked}")
         while not self.evaluate("Boolean(window.replay)"):
             late = time.perf_counter() - begin > LONGEST_S
             assert not self.problems and not late, f"the page does not show: {self.problems}"

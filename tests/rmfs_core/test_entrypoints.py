@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -61,6 +63,21 @@ def test_a_name_of_several_distributions_is_refused(install: Install) -> None:
         "`acme:thing`, `acme_two:thing` or `bolt:thing`"
     )
     assert [entry.value for entry in offers(GROUP)["bolt:thing"]] == ["bolt_missing:Thing"]
+
+
+def test_what_is_installed_meanwhile_is_found(install: Install, tmp_path: Path) -> None:
+    """Distributions are not read again as long as nothing changes; beside another one, a new one is seen at once."""
+    install("acme", {"thing": "acme_missing:Thing"}, group=GROUP)
+    assert offers(GROUP)["thing"][0] is offers(GROUP)["thing"][0]
+    offers(GROUP).clear()
+    metadata = tmp_path / "acme" / "acme_two-1.0.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: acme_two\nVersion: 2.0\n", encoding="utf-8")
+    (metadata / "entry_points.txt").write_text(f"[{GROUP}]\nother = acme_two:Other\n", encoding="utf-8")
+    later = (tmp_path / "acme").stat().st_mtime_ns + 1_000_000_000  # clocks of file systems are coarse
+    os.utime(tmp_path / "acme", ns=(later, later))
+    assert list(offers(GROUP)) == ["other", "thing"]
+    assert origin(offers(GROUP)["other"][0]) == ("acme_two", "2.0")
 
 
 def test_messages_call_what_is_offered_by_name_and_origin() -> None:

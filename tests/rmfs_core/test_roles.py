@@ -24,4 +24,11 @@ def test_every_role_has_its_key_its_hook_and_its_label() -> None:
 def test_a_joint_rule_excludes_the_two_it_stands_for() -> None:
     """And either of them excludes a joint rule; other roles exclude nothing."""
     excludes = {role: role.excludes for role in Role if role.excludes}
-    assert excludes == {Role.POA: (Role.POA_PPS,), Role.PPS: (Role.POA_PPS,), Role.POA_PPS: (Role.POA, Role.PPS)}
+    assert excludes == {
+        Role.POA: (Role.POA_PPS,),
+        Role.PPS: (Role.POA_PPS,),
+        Role.POA_PPS: (Role.POA, Role.PPS),
+        Role.ROA: (Role.ROA_RPS,),
+        Role.RPS: (Role.ROA_RPS,),
+        Role.ROA_RPS: (Role.ROA, Role.RPS),
+    }

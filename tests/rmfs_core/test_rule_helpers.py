@@ -18,10 +18,9 @@ def test_it_offers_the_functions_themselves() -> None:
 
 
 def test_editors_and_type_checkers_are_told_the_same_names() -> None:
-    """The stub has every name, and no other."""
+    """The stub has every name, and no other: all that the package offers."""
     stub = ast.parse(Path(offered.__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
-    named = [alias.asname for node in stub.body if isinstance(node, ast.ImportFrom) for alias in node.names]
-    assert sorted(map(str, named)) == sorted(rmfs_rule_helpers.__all__)
+    assert [ast.unparse(node) for node in stub.body] == ["from rmfs_rule_helpers import *"]
 
 
 def test_a_misspelt_function_is_an_error_as_of_any_module() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rmfs_core.wording import did_you_mean, first_few, listed, nearest, one_line, sentence
+from rmfs_core.wording import did_you_mean, first_few, listed, nearest, one_line, sentence, shown_short
 
 
 @pytest.mark.parametrize(
@@ -42,6 +42,20 @@ def test_an_exception_is_one_line() -> None:
     assert one_line(ValueError("two\n   lines")) == "ValueError: two lines"
     assert one_line(KeyError("a")) == "KeyError: 'a'"
     assert one_line(SystemExit()) == "SystemExit"
+
+
+def test_a_value_that_cannot_be_shown_has_its_type() -> None:
+    """A message about it is a sentence all the same."""
+
+    class Mute:
+        def __repr__(self) -> str:
+            raise RuntimeError
+
+    nested: list[object] = []
+    for _ in range(100_000):
+        nested = [nested]
+    assert shown_short(Mute()) == "a Mute"
+    assert shown_short(nested) == "a list with hundreds in one another"
 
 
 def test_a_message_is_one_line_that_can_be_shown() -> None:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import runpy
+import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
 
 PAGES: dict[str, Any] = runpy.run_path(
@@ -61,6 +64,14 @@ def test_a_block_that_is_not_run_says_why(tmp_path: Path) -> None:
     done(page("% not run: it fails", "'''console", "$ false", "'''"), tmp_path)
 
 
+def test_what_takes_minutes_is_done_when_asked_for(tmp_path: Path) -> None:
+    """Elsewhere it is left out, as if it were not there."""
+    text = page("% long: it learns", "'''console", "$ echo new", "old", "'''")
+    done(text, tmp_path)
+    with pytest.raises(PageError, match="`echo new` prints"):
+        done(text, tmp_path, long=True)
+
+
 def test_output_is_renewed(tmp_path: Path) -> None:
     """Only what differs, and what was left out stays left out."""
     old = page("'''console", "$ echo same", "same", "$ printf '1\\n2\\n3 s\\n4\\n'", "...", "2", "... s", "5", "'''")
@@ -73,3 +84,18 @@ def test_an_installed_package_is_the_pages_own(tmp_path: Path) -> None:
     """The command of rmfs is found, and python is another environment's than this one."""
     done(page("'''console", "$ rmfs --version", "rmfs, version ...", "'''"), tmp_path)
     done(page("'''console", "$ python -c 'import sys; print(sys.prefix != sys.base_prefix)'", "True", "'''"), tmp_path)
+
+
+def test_what_runs_in_the_background_ends_with_the_page(tmp_path: Path) -> None:
+    """It goes on from one command to the next, and no further, also where the page fails."""
+    started = page(
+        "'''console", "$ sleep 60 > /dev/null 2>&1 & echo $! > pid", "$ kill -0 $(cat pid)", "$ false", "'''"
+    )
+    with pytest.raises(PageError, match="`false` ended with 1"):
+        done(started, tmp_path)
+    with suppress(psutil.NoSuchProcess):
+        left = psutil.Process(int((tmp_path / "pid").read_text(encoding="utf-8")))
+        until = time.monotonic() + 10
+        while left.status() != psutil.STATUS_ZOMBIE:
+            assert time.monotonic() < until
+            time.sleep(0.01)

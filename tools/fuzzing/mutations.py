@@ -50,6 +50,7 @@ TEXTS = (
         "nan",
         "-1",
     ),
+    *("24:00", "00:00", "25:00", "6:00"),
     *("2024-03-01T06:30", "0001-01-01T00:00:00+14:00", "9999-12-31T23:59:59", "²", "१", "\u2028", "\ufeff", "'", '"'),
 )
 SHAPES: tuple[Any, ...] = (
@@ -218,7 +219,7 @@ def mutate_text(text: bytes, random: Random) -> bytes:
     place = random.randrange(len(line) or 1)
     match random.choice(("sign", "sign", "word", "word", "delete", "double", "swap", "shorten", "line")):
         case "sign":
-            sign = random.choice(".@TGWSOq#<>^v┐→ x\0é0[]=")
+            sign = random.choice(".@TGWSOICq#<>^v┐→↓⇒⇐⇑⇓╗ x\0é0[]=")
             lines[at] = f"{line[:place]}{sign}{line[place + 1 :]}"
         case "word":
             words = line.split(" ")

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import gzip
 import json
+import re
 import sys
 import tomllib
 from collections.abc import Callable, Mapping
 from functools import partial
 from random import Random
 from typing import Any
+from xml.sax.saxutils import escape
 
 from attrs import define, frozen
 
@@ -32,13 +34,26 @@ from fuzzing.mutations import (
 Mutation = Callable[[bytes, Random], bytes]
 FOLDER, LOOP = b"\0a folder", b"\0a link to itself"
 """In place of contents: what a file's name is given to instead."""
-SCENARIOS = ("tiny.toml", "tiny.toml", "rich.toml", "files.toml", "mapped.toml")
+SCENARIOS = (
+    "tiny.toml",
+    "tiny.toml",
+    "rich.toml",
+    "day.toml",
+    "day.toml",
+    "files.toml",
+    "supplied.toml",
+    "mapped.toml",
+)
+TABLES = ("orders.csv", "pods.csv", "places.csv")
+SUPPLIES = ("skus.csv", "bundles.csv")
 RUN = ("run", "{}", "--quiet", "--out", "out")
 WITH_SCENARIO = (
     *(RUN, RUN, RUN),
     *(("scenario", "check", "{}"), ("scenario", "check", "{}"), ("scenario", "check", "{}", "--json")),
     *(("scenario", "show", "{}"), ("scenario", "map", "{}"), ("generate", "{}", "--out", "out")),
 )
+WITHOUT_ORDERS = {"activation": "activate", "idle": "idle", "repositioning": "move"}
+"""Keys of the rules that decide neither what is picked nor what is stored."""
 RUN_FILES = ("trace.jsonl.gz", "result.json", "orders.csv", "hours.csv", "stations.csv", "robots.csv")
 
 
@@ -78,8 +93,8 @@ class Draft:
         """Add a scenario with the files it names; return its name."""
         name = self.random.choice(SCENARIOS)
         self.need(name)
-        if name == "files.toml":
-            self.need("orders.csv", "pods.csv", "places.csv")
+        if name in ("files.toml", "supplied.toml"):
+            self.need(*TABLES, *SUPPLIES)
         if name == "mapped.toml":
             self.need("hall.txt")
         return name
@@ -156,10 +171,13 @@ def of_scenario(draft: Draft) -> None:
     name = draft.scenario()
     if draft.random.random() < 0.4:
         tree = tomllib.loads(draft.files[name].decode("utf-8"))
-        role = draft.random.choice(("POA", "PPS", "POA+PPS", "PR", "TA", "PP", "filter"))
-        key = {"POA+PPS": "poa_pps", "filter": "filters"}.get(role, role.lower())
+        roles = "POA", "PPS", "POA+PPS", "PR", "TA", "PP", "filter", "ROA", "RPS", "ROA+RPS", *WITHOUT_ORDERS
+        role = draft.random.choice(roles)
+        key = {"filter": "filters", **WITHOUT_ORDERS}.get(role, role.lower().replace("+", "_"))
         if key == "poa_pps":
             tree["rules"] = {role: rule for role, rule in tree["rules"].items() if role not in ("poa", "pps")}
+        if key == "roa_rps":
+            tree["rules"] = {role: rule for role, rule in tree["rules"].items() if role not in ("roa", "rps")}
         tree["rules"][key] = [draft.rule(role)] if role == "filter" else draft.rule(role)
         draft.files[name] = as_toml(tree)
     else:
@@ -180,18 +198,24 @@ def of_set(draft: Draft) -> None:
 
 
 def of_orders(draft: Draft) -> None:
-    """orders.csv, pods.csv and places.csv of a scenario."""
-    draft.need("files.toml", "orders.csv", "pods.csv", "places.csv")
-    draft.change(draft.random.choice(("orders.csv", "orders.csv", "pods.csv", "places.csv")), mutate_table)
-    draft.with_scenario("files.toml")
+    """orders.csv, pods.csv and places.csv of a scenario; skus.csv and bundles.csv of one that is supplied."""
+    name = draft.random.choice(("files.toml", "supplied.toml"))
+    draft.need(name, *TABLES, *SUPPLIES)
+    changed = ("orders.csv", *TABLES) if name == "files.toml" else (*SUPPLIES, *SUPPLIES, "pods.csv", "orders.csv")
+    draft.change(draft.random.choice(changed), mutate_table)
+    draft.with_scenario(name)
 
 
 def of_map(draft: Draft) -> None:
     """Text maps."""
-    draft.need("mapped.toml", "hall.txt")
+    draft.need("mapped.toml", "hall.txt", "yard.txt")
+    if draft.random.random() < 0.5:  # the one with a charger and a replenishment station
+        draft.files["hall.txt"] = draft.files.pop("yard.txt")
     draft.change("hall.txt", mutate_text)
     if draft.random.random() < 0.3:
         draft.arguments = ["plan", "hall.txt", "--agents", "2", "--pp", "free-flow", "--out", "out"]
+        if draft.random.random() < 0.3:
+            draft.arguments += ["--effort", "2"]
     else:
         draft.with_scenario("mapped.toml")
 
@@ -210,13 +234,15 @@ def of_movingai(draft: Draft) -> None:
 
 def of_state(draft: Draft) -> None:
     """States that rules are asked in."""
-    asked = draft.random.choice(("poa", "pps", "pr", "ta"))
+    asked = draft.random.choice(("poa", "pps", "pr", "ta", "roa", "rps", *WITHOUT_ORDERS))
     draft.need(f"{asked}.json")
     draft.change(f"{asked}.json", json_file)
-    rule = draft.rule(*(("POA", "POA+PPS") if asked == "poa" else (asked.upper(),)))
+    decides = asked if asked in WITHOUT_ORDERS else asked.upper()
+    rule = draft.rule(*{"POA": ("POA", "POA+PPS"), "ROA": ("ROA", "ROA+RPS")}.get(decides, (decides,)))
     draft.arguments = ["decide", f"{asked}.json", "--rule", rule.pop("rule")]
     if draft.random.random() < 0.1:
-        draft.arguments += ["--decides", draft.random.choice(("POA", "PPS", "POA+PPS", "PR", "TA"))]
+        roles = "POA", "PPS", "POA+PPS", "PR", "TA", "ROA", "RPS", "ROA+RPS", *WITHOUT_ORDERS
+        draft.arguments += ["--decides", draft.random.choice(roles)]
     if draft.random.random() < 0.3:
         for key, value in rule.items():
             draft.arguments += ["--set", possible_argument(f"{key}={plain_text(value)}")]
@@ -226,7 +252,10 @@ def of_state(draft: Draft) -> None:
 
 
 def _run_folder(draft: Draft, names: tuple[str, ...]) -> None:
-    draft.need(*(f"run/{name}" for name in names))
+    """Add a recorded run as folder `run`, and change a file of it."""
+    if (run := draft.random.choice(("run", "day"))) == "day" and names == RUN_FILES:
+        names = (*names, "bundles.csv", "stock.csv")
+    draft.files |= {f"run/{name}": draft.bases.files[f"{run}/{name}"] for name in names}
     chosen = names[0] if draft.random.random() < 0.7 else draft.random.choice(names)
     mutations: dict[str, Mutation] = {"csv": mutate_table, "json": json_file, "gz": json_lines}
     draft.change(f"run/{chosen}", mutations[chosen.rpartition(".")[2]])
@@ -246,7 +275,7 @@ def of_recording(draft: Draft) -> None:
     if draft.random.random() < 0.3:
         draft.arguments += ["--state", "out.json"]
     if draft.random.random() < 0.3:
-        rule = draft.random.choice((draft.rule("POA", "PPS", "POA+PPS"), {"rule": "first-come"}))
+        rule = draft.random.choice((draft.rule("POA", "PPS", "POA+PPS", "ROA", "RPS"), {"rule": "first-come"}))
         draft.arguments += ["--against", possible_argument(plain_text(rule))]
 
 
@@ -297,9 +326,39 @@ def of_convert(draft: Draft) -> None:
         draft.arguments = mutate_arguments(draft.arguments, draft.random)
 
 
+def xml_file(data: bytes, random: Random) -> bytes:
+    """Change an XML file: a value of it, or its text."""
+    text = data.decode("utf-8", "surrogateescape")
+    values = [match.span(0) for match in re.finditer(r'(?<==")[^"<>]*(?=")|(?<=>)[^<>\s]+(?=<)', text)]
+    if not values or random.random() < 0.2:
+        return mutate_text(data, random)
+    begin, end = random.choice(values)
+    wrong = escape(plain_text(nasty(random)), {'"': ""})
+    other = text[slice(*random.choice(values))] if random.random() < 0.4 else wrong
+    return (text[:begin] + other + text[end:]).encode("utf-8", "surrogatepass")
+
+
+def of_import(draft: Draft) -> None:
+    """Files of other programs."""
+    together = draft.random.choice(
+        (
+            *(("hall.xinst", "list.xitem"), ("hall.xinst", "fill.xsett", "few.xgenc"), ("block.xlayo", "list.xitem")),
+            *(("hall.xinst",), ("kiva.map",), ("sort.grid",), ("m.map", "m.scen"), ("m.map",)),
+            *(("league.json", "m.map", "a.agents", "a.tasks"), ("block.xlayo", "fill.xsett", "few.xgenc")),
+        )
+    )
+    draft.need(*together)
+    changed = draft.random.choice(together)
+    as_xml = xml_file if changed.rpartition(".")[2].startswith("x") else mutate_text
+    draft.change(changed, json_file if changed == "league.json" else as_xml)
+    named = together[:1] if together[0] == "league.json" else together
+    options = draft.random.choice(((), (), ("--json",), ("--seed", "3"), ("--format", "lorr"), ("--force",)))
+    draft.arguments = ["import", *named, "--out", "out", *options]
+
+
 def of_arguments(draft: Draft) -> None:
     """Arguments of every command, on files that are right."""
-    draft.need("tiny.toml", "poa.json", "m.map", "m.scen", "run/trace.jsonl.gz", "run/decisions.jsonl.gz")
+    draft.need("tiny.toml", "day.toml", "poa.json", "m.map", "m.scen", "run/trace.jsonl.gz", "run/decisions.jsonl.gz")
     for name in ("run/trace.jsonl.gz", "run/decisions.jsonl.gz"):
         draft.files[name] = gzip.compress(draft.files[name], 1, mtime=0)
     calls: tuple[tuple[str, ...], ...] = (
@@ -309,6 +368,7 @@ def of_arguments(draft: Draft) -> None:
         ("scenario", "show", "tiny.toml"),
         ("scenario", "map", "tiny.toml"),
         ("scenario", "list", "--json"),
+        ("bound", "day.toml", "--json"),
         ("scenario", "schema"),
         ("generate", "tiny.toml", "--out", "out", "--seed", "3"),
         ("validate", "run", "--limit", "3"),
@@ -330,7 +390,8 @@ def of_arguments(draft: Draft) -> None:
 def of_new_rule(draft: Draft) -> None:
     """Names of new rules."""
     names = ("my-rule", plain_text(nasty(draft.random)), draft.random.choice(PATHS))
-    decides = draft.random.choice(("POA", "PPS", "POA+PPS", "PR", "TA", "PP", "filter", "observer", "command", "x", ""))
+    decided = "POA", "PPS", "POA+PPS", "PR", "TA", "PP", "ROA", "RPS", "ROA+RPS", *WITHOUT_ORDERS, "filter", "observer"
+    decides = draft.random.choice((*decided, "command", "x", ""))
     draft.arguments = ["new-rule", possible_argument(draft.random.choice(names)), "--decides", decides]
     if draft.random.random() < 0.5:
         draft.arguments += ["--into", draft.random.choice(PATHS)]
@@ -362,6 +423,7 @@ SURFACES: tuple[tuple[int, Callable[[Draft], None]], ...] = (
     (3, of_experiment),
     (3, of_bench),
     (6, of_convert),
+    (6, of_import),
     (8, of_arguments),
     (2, of_new_rule),
     (1, of_reproduction),

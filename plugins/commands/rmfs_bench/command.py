@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -18,9 +19,11 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from rmfs_bench.bench import Contestant, Measured
+    from rmfs_cli.grids import Grid
 
 WORLDS = ("small", "250", "2000")
 ROLES = tuple(role for role in Role if role is not Role.OBSERVER)
+TIMES = ("Calls", "ms\n/call", "s\n/run")
 JSON_FORMAT = "rmfs-bench"
 JSON_VERSION = 1
 
@@ -44,6 +47,12 @@ JSON_VERSION = 1
     help="Change the worlds (`instance.orders=50`) or a fixed rule (`rules.pp=sipp`). Repeatable.",
 )
 @decides_option(ROLES, help="What to compare rules in that decide several things.")
+@click.option(
+    "--table",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write all figures there, too: LaTeX for `.tex`, CSV for `.csv`.",
+)
 @json_option
 @no_inline_option
 def bench(
@@ -52,6 +61,7 @@ def bench(
     seeds: tuple[int, ...],
     overrides: tuple[str, ...],
     decides: Role | None,
+    table: Path | None,
     as_json: bool,
     no_inline_rules: bool,
 ) -> None:
@@ -66,7 +76,12 @@ def bench(
     from rmfs_bench.bench import bench as run_all
     from rmfs_bench.bench import contestant
     from rmfs_cli.choices import option_named, parse_choice
+    from rmfs_cli.grids import write_grid
 
+    if table is not None and table.suffix not in (".tex", ".csv"):
+        raise click.BadParameter(f"expected a name that ends in .tex or .csv, found {table.name}", param_hint="--table")
+    if table is not None and (table.is_dir() or not table.parent.is_dir()):  # said before minutes of runs
+        raise click.BadParameter(f"expected a file in a folder that is there, found {table}", param_hint="--table")
     worlds, seeds = worlds or WORLDS[:2], seeds or (1, 2, 3)
     allow_inline = not no_inline_rules
     contestants = []
@@ -83,6 +98,8 @@ def bench(
         print_json(_plain(contestants, overrides, runs))
     else:
         _print(output_console(), contestants, worlds, seeds, runs)
+    if table is not None:
+        write_grid(_grid(contestants, worlds, seeds, runs), table)
     failed = [run for run in runs if run.error is not None]
     for run in failed:
         click.echo(f"{run.rule}, {run.world}, seed {run.seed} failed: {run.error}", err=True)
@@ -100,20 +117,33 @@ def _print(
     from rich.rule import Rule
     from rich.text import Text
 
-    named = f"mean over seeds {', '.join(map(str, seeds))}" if len(seeds) > 1 else f"seed {seeds[0]}"
-    for world in worlds:
-        for field in dict.fromkeys(one.field for one in contestants):
-            rows = {
-                one.text: [run for run in runs if (run.rule, run.world) == (one.text, world)]
-                for one in contestants
-                if one.field == field
-            }
-            console.print(Rule(Text(f"{field} in world {world}, {named}", style="bold"), align="left", style="dim"))
-            print_named(console, _table(rows))
+    for (world, field), rows in _groups(contestants, worlds, runs).items():
+        heading = Text(f"{field} in world {world}, {_named(seeds)}", style="bold")
+        console.print(Rule(heading, align="left", style="dim"))
+        print_named(console, _table(rows))
     if any(one.role is Role.POA_PPS for one in contestants):
         console.print(
             Text("Calls and times (of a run) are the rule's own: a POA rule's are without the PPS rule beside it.")
         )
+
+
+def _named(seeds: Sequence[int]) -> str:
+    return f"mean over seeds {', '.join(map(str, seeds))}" if len(seeds) > 1 else f"seed {seeds[0]}"
+
+
+def _groups(
+    contestants: Sequence[Contestant], worlds: Sequence[str], runs: Sequence[Measured]
+) -> dict[tuple[str, str], dict[str, list[Measured]]]:
+    """Return the runs of each rule, by the world and by what it decides."""
+    return {
+        (world, field): {
+            one.text: [run for run in runs if (run.rule, run.world) == (one.text, world)]
+            for one in contestants
+            if one.field == field
+        }
+        for world in worlds
+        for field in dict.fromkeys(one.field for one in contestants)
+    }
 
 
 def _table(rows: Mapping[str, Sequence[Measured]]) -> Table:
@@ -125,14 +155,32 @@ def _table(rows: Mapping[str, Sequence[Measured]]) -> Table:
     table.add_column("Rule")
     for heading in QUALITY.values():
         table.add_column(heading, justify="right", no_wrap=True)
-    for heading in ("Calls", "ms\n/call", "s\n/run"):
+    for heading in TIMES:
         table.add_column(heading, justify="right", no_wrap=True, style="dim")
     for rule, runs in rows.items():
-        calls, seconds = sum(run.calls for run in runs), sum(run.seconds for run in runs)
-        per_call = f"{1000 * seconds / calls:,.3f}" if calls else "-"
-        times = (f"{calls / len(runs):,.0f}", per_call, f"{seconds / len(runs):,.3f}")
-        table.add_row(Text(rule), *_quality(runs), *times)
+        table.add_row(Text(rule), *_quality(runs), *_times(runs))
     return table
+
+
+def _grid(
+    contestants: Sequence[Contestant], worlds: Sequence[str], seeds: Sequence[int], runs: Sequence[Measured]
+) -> Grid:
+    from rmfs_bench.bench import QUALITY
+    from rmfs_cli.grids import Grid
+
+    rows = [
+        (field, world, rule, *_quality(measured), *_times(measured))
+        for (world, field), by_rule in _groups(contestants, worlds, runs).items()
+        for rule, measured in by_rule.items()
+    ]
+    columns = tuple(" ".join(heading.split()) for heading in ("Decides", "World", "Rule", *QUALITY.values(), *TIMES))
+    return Grid(f"Rules, {_named(seeds)}", (), columns, rows, range(3, len(columns)))
+
+
+def _times(runs: Sequence[Measured]) -> tuple[str, str, str]:
+    calls, seconds = sum(run.calls for run in runs), sum(run.seconds for run in runs)
+    per_call = f"{1000 * seconds / calls:,.3f}" if calls else "-"
+    return f"{calls / len(runs):,.0f}", per_call, f"{seconds / len(runs):,.3f}"
 
 
 def _quality(runs: Sequence[Measured]) -> list[str]:

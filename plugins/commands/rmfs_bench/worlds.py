@@ -23,14 +23,31 @@ FIXED = {
 }
 """The rule for each decision that is not compared. Robots do not see each other: quick, and the same for all."""
 
+BUNDLES = {Role.ROA: "first-bundle", Role.RPS: "emptiest-pod"}
+"""The same for what is decided only where a rule for it is compared."""
+
+REPLENISHED = (
+    "instance.items_per_sku=6",
+    "instance.pod_capacity=60",
+    "instance.replenishment.process=reorder-point",
+    "instance.replenishment.reorder_point=20",
+    "instance.replenishment.order_up_to=60",
+    "instance.replenishment.bundle_items=12",
+    "instance.replenishment.lead_s=300",
+    "layout.replenishment_west=1",
+)
+"""What is changed in such a world: stock runs out, and is ordered."""
+
 
 def keys_of(role: Role) -> tuple[str, ...]:
     """Return the keys below ``rules`` that a rule in a role takes the place of: its own first."""
-    return role.key, *(other.key for other in role.excludes if other in FIXED)
+    return role.key, *(other.key for other in role.excludes if other in FIXED or other in BUNDLES)
 
 
 def world_with(world: str, role: Role, choice: RuleChoice, overrides: Sequence[str] = ()) -> Scenario:
     """Return a world in which a rule plays its role, and the fixed rules all others.
+
+    For a rule that decides ROA or RPS it is replenished.
 
     Parameters
     ----------
@@ -43,8 +60,11 @@ def world_with(world: str, role: Role, choice: RuleChoice, overrides: Sequence[s
     overrides
         ``key=value`` each, changing the world (``instance.orders=50``) or a fixed rule (``rules.pp=sipp``).
     """
-    fixed = [f"rules.{other}={name}" for other, name in FIXED.items()]
-    scenario = load_scenario(WORLDS[world], [*fixed, "rules.filters=[]", *overrides])
+    replenished = role is Role.ROA_RPS or role in BUNDLES
+    named = FIXED | BUNDLES if replenished else FIXED
+    fixed = [f"rules.{other}={name}" for other, name in named.items()]
+    stock = REPLENISHED if replenished else ()
+    scenario = load_scenario(WORLDS[world], [*fixed, "rules.filters=[]", *stock, *overrides])
     first, *others = keys_of(role)
     playing: dict[str, Any] = dict.fromkeys(others) | {first: (choice,) if role is Role.FILTER else choice}
     rules = evolve(scenario.rules, **playing)

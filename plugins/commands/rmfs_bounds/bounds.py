@@ -51,7 +51,8 @@ class Bound:
 def bounds_of(scenario: Scenario, metrics: Collection[str] = BOUNDED) -> tuple[Bound, ...]:
     """Return the bounds of a scenario with its seed, one for each of the metrics that is in `BOUNDED`.
 
-    They hold for every run that completes all orders, whatever the scenario's rules.
+    They hold for every run that completes all orders, whatever the scenario's rules, but that these may carry pods
+    elsewhere without a visit only where it has `rules.move`.
 
     Raises
     ------
@@ -73,7 +74,7 @@ def find_bounds(
     InputError
         When there are more pods or robots than places for them.
     """
-    start = _Start(open_warehouse(scenario, instance, layout), instance)
+    start = _Start(open_warehouse(scenario, instance, layout), instance, moved=scenario.rules.move is not None)
     found: list[Bound] = []
     if not set(BOUNDED[:5]).isdisjoint(metrics):
         found += _of_pods(scenario, instance, start)
@@ -91,10 +92,13 @@ class _Start:
         The warehouse, and the pods that are at stations.
     instance
         Orders and pods.
+    moved
+        Whether pods may be carried elsewhere before any order arrives.
     """
 
-    def __init__(self, opening: Opening, instance: Instance) -> None:
+    def __init__(self, opening: Opening, instance: Instance, *, moved: bool) -> None:
         warehouse = opening.warehouse
+        self.picking, self.known = len(warehouse.picking), not (moved or instance.restocked)
         self.ways: Ways = find_ways(warehouse.travel)
         self.lift_ticks = warehouse.travel.motion.lift_ticks
         self.cells = list(warehouse.homes)
@@ -109,12 +113,14 @@ class _Start:
 
     def metres(self) -> list[int]:
         """Metres from each pod to the station nearest to it."""
-        return [int(metres) for metres in self.ways.metres[:, self.cells].min(axis=0)]
+        return [int(metres) for metres in self.ways.metres[: self.picking, self.cells].min(axis=0)]
 
     def opens(self, first_arrival: int) -> NDArray[np.int64]:
         """Tick before which nothing can be picked at each station, ascending. A pod is sent for an open order."""
         carried, cells = np.array(self.carried), np.array(self.cells)
-        ticks = self.ways.ticks[:, cells]
+        if not self.known:  # whatever is wanted may be near by then
+            return np.full(self.picking, first_arrival)
+        ticks = self.ways.ticks[: self.picking, cells]
         there = np.where(carried, np.maximum(ticks, first_arrival), first_arrival + self.lift_ticks + ticks)
         return np.sort(there[:, np.array(self.wanted)].min(axis=1))
 
@@ -123,7 +129,11 @@ def _of_pods(scenario: Scenario, instance: Instance, start: _Start) -> Iterator[
     """Yield the bounds on visits and distances, which are about the pods that are needed."""
     orders, robots = len(instance.orders), scenario.robots.count
     begun = [order.arrival_tick for order in instance.orders] + [0] * any(start.carried)
-    begun += [0] * (scenario.instance.arrivals.backlog is not None)
+    begun += [0] * (scenario.instance.arrivals.backlog is not None or scenario.rules.move is not None)
+    if instance.restocked:
+        for metric in BOUNDED[:5]:
+            yield Bound(metric, None, "none: stock is replenished, and one pod may come to hold all that is ordered")
+        return
     if min(begun, default=0) < to_ticks(scenario.run.warmup_s or 0):
         for metric in BOUNDED[:5]:
             yield Bound(metric, None, "none: what happens before run.warmup_s does not count, and something may")

@@ -17,7 +17,8 @@ from rmfs_cli.screen import new_table, output_console, print_json
 def bound(scenario: str, overrides: tuple[str, ...], seed: int | None, as_json: bool) -> None:
     """Print what no run of SCENARIO can beat, whatever its rules: visits, distance, turn-over, makespan.
 
-    The bounds hold for runs that complete all orders. Nothing is simulated; what decides in SCENARIO does not count.
+    The bounds hold for runs that complete all orders. Nothing is simulated; what decides in SCENARIO does not count,
+    but for rules.move.
     """
     import attrs
 

@@ -12,7 +12,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from rmfs_core.world.travel import Travel
-from rmfs_core.world.travel_search import times_from, times_to
+from rmfs_core.world.travel_search import times_from, times_to, work_on
 
 
 @frozen(eq=False)
@@ -42,10 +42,11 @@ def find_ways(travel: Travel) -> Ways:
     no_lane = np.full(len(layout.kind), -1, dtype=np.int64)
     no_lane.setflags(write=False)
     grid = layout.moves, anywhere, travel.offsets
+    short, long = (work_on(len(layout.kind), runs, no_time) for runs in (metres, travel.runs))
     stations = [cells.station for cells in layout.stations]
     storage = list(layout.storage_locations)
     return Ways(
-        np.array([times_to(cell, *grid, metres, no_time).min(axis=1) for cell in stations]),
-        np.array([times_to(cell, *grid, travel.runs, no_time).min(axis=1) for cell in stations]),
-        min(int(times_from(cell, 0, no_lane, *grid, metres, no_time)[storage].min()) for cell in stations),
+        np.array([times_to(cell, *grid, metres, no_time, short).min(axis=1) for cell in stations]),
+        np.array([times_to(cell, *grid, travel.runs, no_time, long).min(axis=1) for cell in stations]),
+        min(int(times_from(cell, 0, no_lane, *grid, metres, no_time, short)[storage].min()) for cell in stations),
     )

@@ -148,6 +148,8 @@ class _Check:
 
     def _mended(self, data: dict[str, Any], path: KeyPath, problem: str) -> dict[str, Any]:
         """Return the tables without what is wrong, or with a rule that stands in for a wrong one."""
+        if not path:  # of all sections together: bundles come, and no rules decide on them
+            return _without(data, ["instance", "replenishment"])
         section = str(path[0])
         if section == "rules":
             given = data.get("rules")
@@ -276,7 +278,7 @@ class _Check:
             "items": sum(order.items for order in instance.orders),
             "SKUs": len(instance.skus),
             "pods": len(instance.pods),
-            "stations": len(layout.stations),
+            "stations": len(layout.stations) - layout.replenishing,
             "robots": scenario.robots.count,
         }
         if scenario.stations.oversize == "alone":

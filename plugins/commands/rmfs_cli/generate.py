@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,8 +30,8 @@ def generate(
     """
     from rmfs_cli.checking import load_checked
     from rmfs_cli.csv_writing import orders_csv, pods_csv
+    from rmfs_cli.file_writing import write_files
     from rmfs_cli.toml_scenario import to_toml
-    from rmfs_core.results.files import output_folder
     from rmfs_core.wording import counted
     from rmfs_core.world import make_instance
 
@@ -45,8 +44,8 @@ def generate(
         "pods.csv": pods_csv(instance).encode(),
         "scenario.toml": to_toml(moved).encode(),
     }
-    folder = output_folder(out)
-    _write(folder, files, force)
+    folder = Path(out)
+    write_files(folder, files, force=force)
     click.echo(
         f"Wrote {counted(len(instance.orders), 'order')} and {counted(len(instance.pods), 'pod')} to {folder}: "
         f"{', '.join(sorted(files))}. Run them with: rmfs run {folder / 'scenario.toml'}"
@@ -70,13 +69,22 @@ def _with_files(scenario: Scenario, *, allow_inline: bool) -> tuple[Scenario, di
     if robots.file is not None:
         copied["robots.csv"] = _read(old / robots.file)
         robots = evolve(robots, file="robots.csv")
-    arrivals = scenario.instance.arrivals
+    given, arrivals = scenario.instance, scenario.instance.arrivals
+    skus_file, replenishment = given.skus_file, given.replenishment
+    if skus_file is not None:
+        copied["skus.csv"], skus_file = _read(old / skus_file), "skus.csv"
+    if replenishment is not None and replenishment.file is not None:
+        copied["bundles.csv"] = _read(old / replenishment.file)
+        replenishment = evolve(replenishment, file="bundles.csv")
     instance = InstanceSection(
         orders_file="orders.csv",
         pods_file="pods.csv",
-        pods_at_stations=scenario.instance.pods_at_stations,
-        start=scenario.instance.start,
+        pods_at_stations=given.pods_at_stations,
+        start=given.start,
         arrivals=Arrivals() if arrivals.backlog is None else arrivals,
+        pod_capacity=given.pod_capacity,
+        skus_file=skus_file,
+        replenishment=replenishment,
     )
     rules = _with_rule_files(scenario.rules, old, copied, allow_inline)
     return evolve(scenario, instance=instance, layout=layout, robots=robots, rules=rules), copied
@@ -116,20 +124,3 @@ def _read(path: Path) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise InputError(str(path), f"cannot be read: {error.strerror}") from None
-
-
-def _write(folder: Path, files: Mapping[str, bytes], force: bool) -> None:
-    """Write all files or none."""
-    from rmfs_core.errors import InputError
-    from rmfs_core.results.files import AtomicFile, output_folder, staged
-
-    there = [str(folder / name) for name in sorted(files) if (folder / name).exists()]
-    if there and not force:
-        raise InputError(", ".join(there), "found a file of that name; --force replaces it")
-    for name in files:
-        if (folder / name).is_dir():
-            raise InputError(str(folder / name), "cannot be written: a folder has that name")
-    with staged(output_folder(folder)) as hidden:
-        for name, content in files.items():
-            with AtomicFile(output_folder((hidden / name).parent) / Path(name).name) as stream:
-                stream.write(content)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from rmfs_core.world import CellKind, Layout
-from rmfs_core.world.textmap import FLOOR_SIGN, QUEUE_SIGN
+from rmfs_core.world.grid import RESTING
+from rmfs_core.world.textmap import CLEAR_SIGN, FLOOR_SIGN, QUEUE_SIGN
 
 
 def draw_map(layout: Layout) -> str:
@@ -17,15 +18,19 @@ def _sign(layout: Layout, cell: int) -> str:
     match layout.kind[cell]:
         case CellKind.STORAGE:
             return "#"
+        case CellKind.CHARGER:
+            return "C"
         case CellKind.STATION:
-            return "O"
+            return "I" if layout.lane[cell] >= len(layout.stations) - layout.replenishing else "O"
         case CellKind.QUEUE:
-            return QUEUE_SIGN[int(layout.moves[cell])]
+            station = layout.stations[int(layout.lane[cell])]
+            signs = CLEAR_SIGN if cell in station.queue[: station.clear] else QUEUE_SIGN
+            return signs[int(layout.moves[cell])]
         case CellKind.FLOOR:
             moves = 0
             for heading in range(4):
                 beside = layout.neighbour(cell, heading)
-                if layout.may_step(cell, heading) and beside is not None and layout.kind[beside] != CellKind.STORAGE:
+                if layout.may_step(cell, heading) and beside is not None and layout.kind[beside] not in RESTING:
                     moves |= 1 << heading
             return FLOOR_SIGN.get(moves, ".")
         case _:

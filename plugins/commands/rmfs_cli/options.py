@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -28,6 +29,17 @@ set_option = click.option(
     "takes the place of `rules.poa` and `rules.pps`, and the other way round. Nothing after the `=`, or None, takes a "
     "key out. Repeatable.",
 )
+
+
+class NumberRange(click.FloatRange):
+    """Range of numbers; click's takes `nan`, which is neither above nor below any."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number."""
+        found: float = super().convert(value, param, ctx)
+        if math.isnan(found):
+            self.fail(f"{value!r} is not a number.", param, ctx)
+        return found
 
 
 def decides_option(roles: Iterable[Role], **attributes: Any) -> Callable[[F], F]:

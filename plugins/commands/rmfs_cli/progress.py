@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from textwrap import wrap
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ from rich.text import Text
 from rmfs_cli.display import Display, PanelDisplay, duration, figures, progress_bar
 from rmfs_cli.screen import PIPE_WIDTH
 from rmfs_core.clock import to_seconds
-from rmfs_core.events import DecisionMade, Event, ItemPicked, OrderCompleted, VisitStarted
+from rmfs_core.events import DecisionMade, Event, ItemPicked, OrderCompleted, VisitEnded, VisitStarted
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.wording import counted
 
@@ -24,14 +25,61 @@ if TYPE_CHECKING:
     from rmfs_core.warehouse import Station
 
 REFRESH_S = 0.125
+SLOT_S = 60
+"""Simulated seconds that a place of the throughput's line stands for at first."""
+MOST_SLOTS = 120
+"""With more of them two become one."""
+RISING, RISING_ASCII = " ▁▂▃▄▅▆▇█", " .:-=+*#@"
 EVENTS_PER_LOOK = 16
 """The clock is looked at only once in so many events: that is what keeps the display from costing anything."""
 NARROW = 100
 
 
 @define
+class Throughput:
+    """Picks by simulated time, in slots that get longer as the run does.
+
+    Parameters
+    ----------
+    slot_s
+        Seconds of a slot.
+    picks
+        Picks in each slot so far, first to last.
+    """
+
+    slot_s: int = SLOT_S
+    picks: list[int] = field(factory=lambda: [0])
+
+    def add(self, tick: int) -> None:
+        """Count a pick."""
+        while (slot := int(to_seconds(tick) // self.slot_s)) >= MOST_SLOTS:
+            pairs = zip(self.picks[::2], [*self.picks[1::2], 0], strict=False)
+            self.picks = [one + other for one, other in pairs]
+            self.slot_s *= 2
+        self.picks += [0] * (slot + 1 - len(self.picks))
+        self.picks[slot] += 1
+
+    def an_hour(self, tick: int) -> float:
+        """Return the picks an hour of the last whole slot, or of the time so far."""
+        slot = int(to_seconds(tick) // self.slot_s)
+        if slot == 0:
+            return self.picks[0] * 3600 / max(to_seconds(tick), 1.0)
+        return (self.picks[slot - 1] if slot <= len(self.picks) else 0) * 3600 / self.slot_s
+
+    def line(self, tick: int, width: int, signs: str) -> str:
+        """Return the picks of all whole slots as a line of at most so many signs, from the lowest to the highest."""
+        slots = int(to_seconds(tick) // self.slot_s)
+        picks = [*self.picks, *[0] * slots][:slots]
+        if not any(picks):
+            return ""
+        each = -(-slots // width)
+        sums = [sum(picks[i : i + each]) / len(picks[i : i + each]) for i in range(0, slots, each)]
+        return "".join(signs[math.ceil((len(signs) - 1) * one / max(sums))] for one in sums)
+
+
+@define
 class RunCounts:
-    """What both displays show of a run so far."""
+    """What both displays show of a run so far; ``picking`` has the pods that are at stations, by the station."""
 
     total: int = 0
     orders: int = 0
@@ -39,6 +87,8 @@ class RunCounts:
     visits: int = 0
     stopped_early: int = 0
     picks_at: list[int] = field(factory=list)
+    picking: dict[int, int] = field(factory=dict)
+    throughput: Throughput = field(factory=Throughput)
 
     @classmethod
     def of(cls, run: RunInfo) -> RunCounts:
@@ -51,8 +101,12 @@ class RunCounts:
             case ItemPicked():
                 self.picks += 1
                 self.picks_at[event.station] += 1
+                self.throughput.add(event.tick)
             case VisitStarted():
                 self.visits += 1
+                self.picking[event.station] = event.pod
+            case VisitEnded():
+                self.picking.pop(event.station, None)
             case OrderCompleted():
                 self.orders += 1
             case DecisionMade():
@@ -180,20 +234,20 @@ class RunPanel(PanelDisplay):
         """Return what the display shows now."""
         assert self._run is not None
         bar = progress_bar("Orders", self.counts.orders, self.counts.total)
-        return self.panel(f"seed {self._run.scenario.seed} ", bar, self._figures(), self._stations(self._run))
+        parts = (bar, self._figures(), self._lines(self._run), self._stations(self._run))
+        return self.panel(f"seed {self._run.scenario.seed} ", *parts)
 
     def _figures(self) -> RenderableType:
         """Pairs of a name and a figure: three pairs a row where there is room, else two."""
         assert self._run is not None
-        counts, robots = self.counts, self._run.warehouse.robots
-        idle = sum(robot.idle for robot in robots)
+        counts = self.counts
         wall = time.perf_counter() - self._started
         simulated = to_seconds(self._tick)
         left = wall * (counts.total - counts.orders) / counts.orders if counts.orders else None
         pairs: list[tuple[str, str | Text]] = [
             ("Simulated time", duration(simulated)),
             ("Picks", f"{counts.picks:,}"),
-            ("Robots", f"{len(robots) - idle} busy, {idle} idle"),
+            ("Backlog", counted(len(self._run.warehouse.backlog), "order")),
             ("Simulated s per s", f"{simulated / wall:,.0f}" if wall else "-"),
             ("Visits per order", counts.psv_per_order),
             ("Pile-on", counts.pile_on),
@@ -204,14 +258,28 @@ class RunPanel(PanelDisplay):
             pairs.append(("Stopped early", f"{counts.stopped_early:,} solves"))
         return figures(pairs, per_row=2 if self.console.width < NARROW else 3)
 
+    def _lines(self, run: RunInfo) -> RenderableType:
+        """Robots by what they do, and the throughput so far."""
+        grid = Table.grid(padding=(0, 2))
+        grid.add_column(style="dim", no_wrap=True)
+        grid.add_column(no_wrap=True)
+        grid.add_row("Robots", ", ".join(f"{number} {state}" for state, number in robots_by_state(run).items()))
+        signs = RISING_ASCII if self.console.options.ascii_only else RISING
+        room = max(self.console.width - 48, 10)
+        line = self.counts.throughput.line(self._tick, room, signs)
+        now = f"{self.counts.throughput.an_hour(self._tick):,.0f} picks an hour"
+        grid.add_row("Throughput", Text.assemble((line, "cyan"), f" {now}" if line else now))
+        return grid
+
     def _stations(self, run: RunInfo) -> RenderableType:
         table = Table(box=None, expand=True, padding=(0, 1, 0, 0), header_style="dim")
         table.add_column("Station", no_wrap=True)
         table.add_column("Load", no_wrap=True)
-        for name in ("Pod", "In line", "Inbound", "Requests", "Picks"):
+        for name in ("Pod", "Inbound", "Requests", "Picks"):
             table.add_column(name, justify="right", no_wrap=True)
+        table.add_column("Waits for", no_wrap=True, ratio=1)
         stations = run.warehouse.stations
-        room = max(self.console.height - 14, 1)
+        room = max(self.console.height - 17, 1)
         for station in stations[:room]:
             table.add_row(*self._station(run, station))
         if len(stations) > room:
@@ -219,23 +287,52 @@ class RunPanel(PanelDisplay):
         return table
 
     def _station(self, run: RunInfo, station: Station) -> tuple[RenderableType, ...]:
-        line = station.pods_in_line
-        bar = 16 if self.console.width < NARROW else 30
+        bar = 8 if self.console.width < NARROW else 24
         load = Table.grid(padding=(0, 1))
         load.add_column()
         load.add_column(justify="right", min_width=5)
         load.add_row(
             ProgressBar(total=station.capacity, completed=station.load, width=bar), f"{station.load}/{station.capacity}"
         )
+        picking = self.counts.picking.get(station.id)
         return (
             station.name,
             load,
-            run.warehouse.pods[line[0]].name if line else "-",
-            str(len(line)),
+            "-" if picking is None else run.warehouse.pods[picking].name,
             str(len(station.inbound_pods)),
             str(len(station.open_requests)),
             f"{self.counts.picks_at[station.id]:,}",
+            waits_for(run, station) if picking is None else "-",
         )
+
+
+def robots_by_state(run: RunInfo) -> dict[str, int]:
+    """Return how many robots do what: stand idle, fetch a pod, carry one, or stand in a station's line with it."""
+    robots, stations = run.warehouse.robots, run.warehouse.stations
+    loaded = sum(robot.pod is not None for robot in robots)
+    in_line = sum(len(station.pods_in_line) for station in stations)
+    idle = sum(robot.idle for robot in robots)
+    return {
+        "fetch": len(robots) - idle - loaded,
+        "carry": loaded - in_line,
+        "in line": in_line,
+        "idle": idle,
+    }
+
+
+def waits_for(run: RunInfo, station: Station) -> str:
+    """Say what a station without a pod waits for: of all it needs that which is nearest."""
+    robots = run.warehouse.robots
+    if not station.open_requests:
+        return "orders"
+    if station.pods_in_line:
+        return f"pod {run.warehouse.pods[station.pods_in_line[0]].name}, in line"
+    carried, tasks = {robot.pod for robot in robots}, {robot.task for robot in robots}
+    for which, how in ((carried, "carried"), (tasks, "being fetched")):
+        found = [pod for pod in station.inbound_pods if pod.id in which]
+        if found:
+            return f"pod {found[0].name}, {how}"
+    return f"a robot for pod {station.inbound_pods[0].name}" if station.inbound_pods else "a pod"
 
 
 RunDisplay = RunPanel | RunLines

@@ -7,7 +7,7 @@ import traceback
 from collections.abc import Sequence
 from contextlib import closing, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 RUNS_FOLDER = "rmfs-runs"
 LONGEST_SUFFIX = 60
+VIEWERS, BROWSER = "rmfs.viewers", "browser"
+"""Group of the entry points that show a run while it goes on, and the one of ``--watch``."""
 
 
 @click.command(cls=SetCommand, short_help="Simulate a scenario.")
@@ -47,6 +49,7 @@ LONGEST_SUFFIX = 60
     shell_complete=recorders,
     help="Switch on a recorder: trace, decisions ...",
 )
+@click.option("--watch", is_flag=True, help="Show the run in a browser while it goes on, and until Ctrl-C.")
 @click.option("--profile", is_flag=True, help="Print where the wall-clock time went.")
 @no_inline_option
 @json_option
@@ -60,6 +63,7 @@ def run(
     trace: bool,
     record_decisions: bool,
     record: tuple[str, ...],
+    watch: bool,
     profile: bool,
     no_inline_rules: bool,
     as_json: bool,
@@ -89,13 +93,14 @@ def run(
     if not no_inline_rules:
         _announce_inline_rules(notes, resolved)
     progress: RunDisplay | None = None if quiet else run_display(notes, name)
+    viewer = _viewer(name) if watch else None
     try:
         with nullcontext() if progress is None else closing(progress), compiling_announced(notes):
             result = simulate(
                 resolved,
                 out=folder,
                 record=recorded,
-                observers=() if progress is None else (progress,),
+                observers=[one for one in (progress, viewer) if one is not None],
                 allow_inline_rules=not no_inline_rules,
             )
     except RunError as error:
@@ -114,6 +119,20 @@ def run(
         _report(console, result, folder, recorded)
     if result.interrupted:
         raise click.Abort
+    if viewer is not None:
+        viewer.wait()
+
+
+def _viewer(name: str) -> Any:
+    """Return what shows a run in a browser; it stops when the command does."""
+    from rmfs_core import entrypoints
+
+    place = "--watch"
+    viewers = entrypoints.offers(VIEWERS)
+    kind: Any = entrypoints.load(viewers.get(BROWSER, ()), place, "viewer")
+    viewer = kind(name)
+    click.get_current_context().call_on_close(viewer.close)
+    return viewer
 
 
 def default_folder(name: str, seed: int, overrides: tuple[str, ...] = ()) -> Path:
@@ -160,10 +179,7 @@ def _report(console: Console, result: Result, folder: Path, record: Sequence[str
         total, left = len(result.orders), sum(row["completed_s"] is None for row in result.orders)
         say(console, f"The run ended with {left:,} of {total:,} orders left; metrics are of what was done.")
     observers = [observer for observer, _ in make_observers(quiet=True)]
-    files = [
-        RESULT_FILE,
-        *(file for file, _ in TABLE_FILES.values()),
-        *files_of([*observers, *map(load_recorder, record)]),
-    ]
+    written = files_of([*observers, *map(load_recorder, record)])
+    files = [RESULT_FILE, *(file for file, _ in TABLE_FILES.values()), *written]
     say(console, f"Results in {folder}:")
-    console.print(Padding(Text(", ".join(files)), (0, 0, 0, 2)))
+    console.print(Padding(Text(", ".join(file for file in files if (folder / file).exists())), (0, 0, 0, 2)))

@@ -13,7 +13,7 @@ from rmfs_core.scenario.model import RuleChoice, Scenario
 from rmfs_core.scenario.structuring import fields_of
 from rmfs_core.scenario.writing import plain
 
-_SINGLE = {int: "integer", float: "number", str: "string"}
+_SINGLE = {int: "integer", float: "number", str: "string", bool: "boolean"}
 _RULE_TABLE = {
     "type": "object",
     "description": "A rule and its parameters",

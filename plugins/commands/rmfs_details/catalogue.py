@@ -33,8 +33,41 @@ DETAILS: tuple[Metric, ...] = (
         1,
         "The part of it that robots spend beneath their pods until the station's queue has room; the rest is traffic.",
     ),
+    Metric(
+        "picking_distance_per_order_m",
+        "Distance for picking per order",
+        "m",
+        1,
+        "Distance per completed order, without that of robots that are sent to rest or carry pods elsewhere.",
+    ),
+    Metric(
+        "energy_wh", "Energy", "Wh", 1, "What runs, turns and lifts take, by the formulas of `rmfs_details.energy`."
+    ),
+    Metric("energy_acceleration_wh", "  acceleration", "Wh", 1, "The part of it that acceleration takes."),
+    Metric("energy_rolling_wh", "  rolling", "Wh", 1, "The part of it against rolling resistance."),
+    Metric("energy_turns_wh", "  turns", "Wh", 1, "The part of it that turns on the spot take."),
+    Metric("energy_lifts_wh", "  lifts", "Wh", 1, "The part of it that lifting pods takes."),
+    Metric("energy_per_order_wh", "Energy per order", "Wh", 2, "Energy per completed order."),
 )
 """Metrics of every run."""
+
+OPENING: tuple[Metric, ...] = (
+    Metric(
+        "station_open_h",
+        "Stations open",
+        "h",
+        1,
+        "Hours in which stations are open or finish what they have, summed over the stations.",
+    ),
+    Metric(
+        "open_utilisation_percent",
+        "  of it pickers handle items",
+        "%",
+        1,
+        "Share of the time in which stations are open, or finish what they have, in which their pickers handle items.",
+    ),
+)
+"""Metrics of runs in which stations open and close."""
 
 LATENESS: tuple[Metric, ...] = (
     Metric(
@@ -56,6 +89,44 @@ LATENESS: tuple[Metric, ...] = (
 """Metrics of runs in which an order has a due time."""
 
 
+REPLENISHMENT: tuple[Metric, ...] = (
+    Metric("bundles_stored", "Bundles stored", "", 0, "Bundles whose items were put on a pod."),
+    Metric("items_stored", "Items stored", "", 0, "Items of these."),
+    Metric("bundle_turnover_s", "Turn-over time of bundles", "s", 1, "Arrival until it is stored, mean over bundles."),
+    Metric("replenishment_visits", "Replenishment visits", "", 0, "Visits of pods in which a bundle was stored."),
+    Metric("items_per_replenishment_visit", "  items per visit", "", 2, "Items stored per such visit."),
+    Metric("stock_outs", "Stock-outs", "", 0, "Times that no pod had any item of a SKU left."),
+    Metric(
+        "items_in_stock_mean", "Items in stock", "", 1, "Items on all pods of SKUs that can run out, mean over time."
+    ),
+    Metric("skus_in_stock_mean", "SKUs in stock", "", 1, "SKUs of which a pod has an item, mean over time."),
+    Metric(
+        "replenishment_robot_percent",
+        "Robots replenishing",
+        "%",
+        1,
+        "Robots' time of trips, from task or end of a visit to the end of the next, in which bundles were stored "
+        "and nothing was picked, and of carrying pods back from these, as a share of all their time.",
+    ),
+)
+"""Metrics of runs with replenishment."""
+
+
+UNBUSY: tuple[Metric, ...] = (
+    Metric(
+        "resting_distance_m", "Distance to rest", "m", 0, "Part of the distance driven to where robots rest or charge."
+    ),
+    Metric("pods_moved", "Pods moved", "", 0, "Pods carried elsewhere without a visit."),
+    Metric(
+        "moving_distance_m", "Distance of moving", "m", 0, "Part of the distance driven for that, with pod and without."
+    ),
+    Metric("charges", "Charges", "", 0, "Times a robot came to a charger."),
+    Metric("charging_percent", "Charging", "%", 1, "Share of the robots' time that they stand at chargers."),
+    Metric("charge_lowest_percent", "Lowest charge", "%", 1, "The least that a battery had in it, of its capacity."),
+)
+"""Metrics of runs with rules for robots without a task: one with `idle`, two with `move`, three with batteries."""
+
+
 def on_time(priority: int | str) -> Metric:
     """Return the metric of the orders of a priority."""
     meaning = "The same among orders of this priority; there is one for each priority that an order due has."
@@ -64,6 +135,9 @@ def on_time(priority: int | str) -> Metric:
 
 MEASURES = (
     *(evolve(metric, group=None) for metric in DETAILS),
+    *(evolve(metric, group="Opening hours") for metric in OPENING),
+    *(evolve(metric, group="Replenishment") for metric in REPLENISHMENT),
+    *(evolve(metric, group="Robots without a task") for metric in UNBUSY),
     *(evolve(metric, group="Due times") for metric in (*LATENESS, *map(on_time, range(10)))),
 )
-"""All of them, with the first ten priorities; the summary of a run shows those of due times."""
+"""All of them, with the first ten priorities; the summary of a run shows those of all groups but the first."""

@@ -12,20 +12,38 @@ from rmfs_core.events import (
     OrderAssigned,
     OrderCompleted,
     RobotMoved,
+    RobotsOnDuty,
+    StationClosed,
+    StationOpened,
     VisitStarted,
 )
-from rmfs_details.spans import Handlers
+from rmfs_core.info import RunInfo
+from rmfs_details.spans import Count, Handlers
 
 COUNTED = ("orders_in", "orders_out", "picks", "visits", "distance_m")
 _HOUR = 3600 * TICKS_PER_S
 
 
 class Hours:
-    """Counts by the hour, from time 0 on; what takes time counts in the hour in which it ends."""
+    """Counts by the hour, from time 0 on; what takes time counts in the hour in which it ends.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    run
+        The run.
+    """
+
+    def __init__(self, run: RunInfo) -> None:
         self._rows: list[dict[str, Any]] = []
         self._backlog = 0
+        scenario, self._open, self._on_duty = run.scenario, Count(), Count()
+        self._open.add(0, len(run.warehouse.stations))
+        self._on_duty.add(0, len(run.warehouse.robots))
+        opening = scenario.stations.open is not None or scenario.rules.activate is not None
+        self._there = {
+            **({"stations_open": self._open} if opening else {}),
+            **({"robots_on_duty": self._on_duty} if scenario.robots.available is not None else {}),
+        }
         self.handlers: Handlers = {
             OrderArrived: self._arrived,
             OrderAssigned: self._assigned,
@@ -33,6 +51,9 @@ class Hours:
             ItemPicked: lambda event: self._count(event, "picks"),
             VisitStarted: lambda event: self._count(event, "visits"),
             RobotMoved: lambda event: self._count(event, "distance_m", event.distance_m),
+            StationOpened: lambda event: self._open.add(event.tick, 1),
+            StationClosed: lambda event: self._open.add(event.tick, -1),
+            RobotsOnDuty: lambda event: self._on_duty.add(event.tick, event.number - self._on_duty.number),
         }
 
     def _arrived(self, event: OrderArrived) -> None:
@@ -56,7 +77,14 @@ class Hours:
             self._rows.append({**begin, **dict.fromkeys(COUNTED, 0), "backlog": 0})
 
     def rows(self, end: int) -> list[dict[str, Any]]:
-        """Return a row for each hour that the run has seen; ``backlog`` is that at the end of the hour."""
+        """Return a row for each hour that the run has seen; ``backlog`` is that at the end of the hour.
+
+        ``stations_open`` and ``robots_on_duty``, where stations or robots come and go, are means over the hour.
+        """
         self._until(max(end - 1, 0) // _HOUR)
         self._rows[-1]["backlog"] = self._backlog
+        for row in self._rows:
+            begin = row["hour"] * _HOUR
+            for column, number in self._there.items():
+                row[column] = round(number.mean(begin, max(min(begin + _HOUR, end), begin)), 3)
         return self._rows

@@ -49,6 +49,11 @@ class Measures:
     def _note_visit(self, event: VisitStarted) -> None:
         self.visits += event.tick >= self._begin
 
+    @property
+    def completed(self) -> int:
+        """Orders completed since the time from which on is counted."""
+        return sum(tick >= self._begin for tick in self._completed.values())
+
     def values(self, end: int) -> dict[str, Number]:
         """Return the metrics by name."""
         counted = {order: tick for order, tick in self._completed.items() if tick >= self._begin}

@@ -1,18 +1,24 @@
-"""The observer of every run: hours.csv, stations.csv, robots.csv and delays.csv, and metrics made of the same."""
+"""The observer of every run: hours.csv, stations.csv, robots.csv and delays.csv, and metrics made of the same.
+
+Where there is replenishment, bundles.csv and stock.csv as well.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from rmfs_core.clock import TICKS_PER_S, to_ticks
-from rmfs_core.events import Event
+from rmfs_core.events import Event, QueueJoined, VisitStarted
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.results.files import to_csv, write_text
 from rmfs_details.catalogue import MEASURES
 from rmfs_details.delays import Delays
+from rmfs_details.energy import Energy
 from rmfs_details.hours import Hours
 from rmfs_details.measures import Measures
+from rmfs_details.replenishment import BUNDLE_COLUMNS, STOCK_COLUMNS, Replenishment
 from rmfs_details.robots import Robots
 from rmfs_details.spans import Number, ratio
 from rmfs_details.stations import Stations
@@ -21,12 +27,20 @@ if TYPE_CHECKING:
     from rmfs_core.info import RunInfo
 
 HOURS, STATIONS, ROBOTS, DELAYS = "hours.csv", "stations.csv", "robots.csv", "delays.csv"
+BUNDLES, STOCK = "bundles.csv", "stock.csv"
+"""Of runs with replenishment."""
+
+
+def _below(stations: int, handler: Callable[[Any], None], event: QueueJoined | VisitStarted) -> None:
+    """Hand on what happens at picking stations, whose ids are below those of replenishment stations."""
+    if event.station < stations:
+        handler(event)
 
 
 class Details:
-    """Observer that follows hours, stations, robots and orders."""
+    """Observer that follows hours, stations, robots, orders and bundles."""
 
-    files: ClassVar = (HOURS, STATIONS, ROBOTS, DELAYS)
+    files: ClassVar = (HOURS, STATIONS, ROBOTS, DELAYS, BUNDLES, STOCK)
     measures: ClassVar = MEASURES
 
     @hookimpl
@@ -34,12 +48,22 @@ class Details:
         """Start afresh."""
         self._out = run.out
         self._begin = self._end = to_ticks(run.scenario.run.warmup_s or 0)
-        self._hours, self._stations, self._delays = Hours(), Stations(run), Delays(run)
+        self._hours, self._stations, self._delays = Hours(run), Stations(run), Delays(run)
         self._robots, self._measures = Robots(run, self._begin), Measures(run, self._begin)
+        self._energy = Energy(run, self._begin)
         self._handlers: dict[type[Event], list[Callable[[Any], None]]] = {}
-        for part in (self._hours, self._stations, self._robots, self._delays, self._measures):
+        self._replenishment = Replenishment(run, self._begin)
+        more = self._replenishment, self._energy
+        picking, last = (self._hours, self._stations, self._measures), len(run.warehouse.stations)
+        for part in (self._hours, self._stations, self._robots, self._delays, self._measures, *more):
             for kind, handler in part.handlers.items():
-                self._handlers.setdefault(kind, []).append(handler)
+                told = kind in (QueueJoined, VisitStarted) and part in picking and run.layout.replenishing
+                self._handlers.setdefault(kind, []).append(partial(_below, last, handler) if told else handler)
+
+    @property
+    def hears(self) -> tuple[type[Event], ...]:
+        """The kinds of events that somebody follows."""
+        return tuple(self._handlers)
 
     @hookimpl
     def on_event(self, event: Event) -> None:
@@ -60,6 +84,9 @@ class Details:
             (ROBOTS, self._robots.rows(self._end)),
         ):
             write_text(self._out / name, to_csv(list(rows[0]), rows))
+        if self._replenishment.on:
+            write_text(self._out / BUNDLES, to_csv(BUNDLE_COLUMNS, self._replenishment.bundles()))
+            write_text(self._out / STOCK, to_csv(STOCK_COLUMNS, self._replenishment.stock(tick)))
 
     @hookimpl
     def measured(self) -> dict[str, Number]:
@@ -67,6 +94,10 @@ class Details:
         visits_ticks = self._measures.visits * TICKS_PER_S
         return {
             **self._measures.values(self._end),
+            **self._stations.values(self._begin, self._end),
             "waiting_per_visit_s": ratio(self._robots.waiting_ticks, visits_ticks),
             "waiting_for_room_per_visit_s": ratio(self._robots.for_room_ticks, visits_ticks),
+            **self._replenishment.values(self._end),
+            **self._energy.values(self._measures.completed),
+            **self._robots.values(self._end, self._measures.completed),
         }

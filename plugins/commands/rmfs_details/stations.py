@@ -6,19 +6,29 @@ from array import array
 from typing import Any
 
 from rmfs_core.clock import to_seconds
-from rmfs_core.events import ItemPicked, OrderArrived, OrderAssigned, QueueJoined, VisitStarted
+from rmfs_core.events import (
+    ItemPicked,
+    OrderArrived,
+    OrderAssigned,
+    QueueJoined,
+    StationClosed,
+    StationOpened,
+    VisitStarted,
+)
 from rmfs_core.info import RunInfo
-from rmfs_details.spans import Count, Handlers, length, merged, overlap, within
+from rmfs_details.spans import Count, Handlers, Number, length, merged, overlap, ratio, within
 
 
 class _Station:
-    """What is known of a station: its visits and picks, when its picker was busy, its open requests, its queue."""
+    """What is known of a station: visits, picks, when its picker was busy and it was open, its requests, its queue."""
 
     def __init__(self) -> None:
         self.visits, self.picks = array("q"), array("q")
         self.busy = array("q"), array("q")  # begins and ends
         self.requests = Count()
         self.queue = Count()
+        self.open = Count()
+        self.open.add(0, 1)
 
 
 class Stations:
@@ -34,6 +44,7 @@ class Stations:
         self._names = [station.name for station in run.warehouse.stations]
         self._stations = [_Station() for _ in self._names]
         self._backlog = Count()
+        self._has_hours = run.scenario.stations.open is not None or run.scenario.rules.activate is not None
         for station, known in zip(run.warehouse.stations, self._stations, strict=True):
             known.queue.add(0, len(station.line))
         self.handlers: Handlers = {
@@ -42,6 +53,8 @@ class Stations:
             QueueJoined: lambda event: self._stations[event.station].queue.add(event.tick, 1),
             VisitStarted: self._started,
             ItemPicked: self._picked,
+            StationOpened: lambda event: self._stations[event.station].open.add(event.tick, 1),
+            StationClosed: lambda event: self._stations[event.station].open.add(event.tick, -1),
         }
 
     def _assigned(self, event: OrderAssigned) -> None:
@@ -66,7 +79,8 @@ class Stations:
 
         ``busy_s``, ``waiting_s`` and ``idle_s`` add up to the time between them: the picker handles an item; or does
         not, though items are to be picked there (they wait for pods); or nothing is to be picked. ``starved_s`` is
-        the part of ``idle_s`` in which orders wait in the backlog.
+        the part of ``idle_s`` in which orders wait in the backlog. Where stations open and close, the three add up to
+        ``open_s``, the time in which a station is open or still finishes what it has.
         """
         orders_wait = self._backlog.above_zero(begin, end)
         found = []
@@ -74,11 +88,13 @@ class Stations:
             busy = merged(within(zip(*station.busy, strict=True), begin, end))
             wanted = station.requests.above_zero(begin, end)
             either = merged([*busy, *wanted])
+            there = merged([*either, *station.open.above_zero(begin, end)])
             times = {
                 "busy_s": length(busy),
                 "waiting_s": length(either) - length(busy),
-                "idle_s": max(end - begin, 0) - length(either),
-                "starved_s": length(orders_wait) - overlap(orders_wait, either),
+                "idle_s": length(there) - length(either),
+                "starved_s": overlap(orders_wait, there) - overlap(orders_wait, either),
+                **({"open_s": length(there)} if self._has_hours else {}),
             }
             found.append(
                 {
@@ -91,3 +107,11 @@ class Stations:
                 }
             )
         return found
+
+    def values(self, begin: int, end: int) -> dict[str, Number]:
+        """Return the metrics of opening hours; none where stations are always open."""
+        if not self._has_hours:
+            return {}
+        rows = self.rows(begin, end)
+        opened, busy = (sum(row[column] for row in rows) for column in ("open_s", "busy_s"))
+        return {"station_open_h": opened / 3600, "open_utilisation_percent": ratio(100 * busy, opened)}

@@ -26,7 +26,8 @@ BOUNDS_FOLDER = "bounds"
 PACKAGES, LIBRARIES = ("rmfs_bounds", "rmfs_core"), ("highspy", "numpy")
 """What bounds are computed by; other versions make other bounds."""
 
-_NO_RULES = RulesSection(poa=RuleChoice("any"), pps=RuleChoice("any"))
+_ANY = RuleChoice("any")
+_NO_RULES = RulesSection(poa=_ANY, pps=_ANY, roa=_ANY, rps=_ANY)
 
 
 def add_bounds(jobs: Sequence[Job], rows: Sequence[Row], store: Path, watcher: Watcher) -> None:
@@ -50,7 +51,8 @@ def add_bounds(jobs: Sequence[Job], rows: Sequence[Row], store: Path, watcher: W
     for job in jobs:
         world = job.instance, job.rule_set
         if world not in of_seed:
-            of_seed[world] = run_key(evolve(job.scenario, rules=_NO_RULES), versions, sources)
+            counting = evolve(_NO_RULES, move=job.scenario.rules.move)  # the one rule that bounds depend on
+            of_seed[world] = run_key(evolve(job.scenario, rules=counting), versions, sources)
         keys.append(of_seed[world](job.seed))
         different.setdefault(keys[-1], job)
     found = {key: _stored(folder / f"{key}.json") for key in different}

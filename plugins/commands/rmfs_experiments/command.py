@@ -110,8 +110,8 @@ def compare(
 
 def _conclude(console: Console, folder: Path) -> None:
     """Say where the files are."""
-    from rmfs_experiments.report import PARQUET_FILE, PLOTS_FOLDER, REPORT_FILE, SUMMARY_FILE
+    from rmfs_experiments.report import PARQUET_FILE, PLOTS_FOLDER, REPORT_FILE, SUMMARY_FILE, TABLES_FOLDER
 
     console.print()
     say(console, f"Report in {folder}:")
-    say(console, f"  {REPORT_FILE}, {SUMMARY_FILE}, {PARQUET_FILE}, {PLOTS_FOLDER}/, {RUNS_FOLDER}/")
+    say(console, f"  {REPORT_FILE}, {SUMMARY_FILE}, {PARQUET_FILE}, {PLOTS_FOLDER}/, {TABLES_FOLDER}/, {RUNS_FOLDER}/")

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 from attrs import evolve
@@ -50,7 +50,7 @@ def resolve(base: Scenario, changes: Changes, folder: str, place: str) -> Scenar
         file, replaced = replaced_keys(getattr(scenario, section))
         if rest and rest[0] in replaced:
             raise InputError(f"{place}, {'.'.join(override.path)}", f"has no meaning beside `{section}.{file}`")
-    folders = {str(Path(named_in).resolve()): named_in for named_in in _folders(scenario, changes, folder)}
+    folders = {os.path.realpath(named_in): named_in for named_in in _folders(scenario, changes, folder)}
     if len(folders) > 1:
         raise InputError(
             place, f"names files in {' and in '.join(folders.values())}; expected the scenario beside the experiment"

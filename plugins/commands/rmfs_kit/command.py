@@ -19,8 +19,10 @@ COMMAND = "command"
     required=True,
     type=click.Choice([*(role.label for role in Role), COMMAND]),
     help="What the rule decides: POA orders to stations, PPS pods to stations, POA+PPS both together, PR where pods go "
-    "back to, TA pods to robots, PP paths; a filter chooses the orders that POA sees, an observer decides nothing, it "
-    "measures; a command is none of these, but called as `rmfs NAME`.",
+    "back to, TA pods to robots, PP paths, ROA bundles to stations, RPS bundles to pods, ROA+RPS both together, "
+    "activation which stations take orders, idle where robots without a task rest, repositioning pods that these carry "
+    "elsewhere; a filter chooses the orders that POA sees, an observer decides nothing, it measures; a command is none "
+    "of these, but called as `rmfs NAME`.",
 )
 @click.option("--into", default=".", metavar="DIR", help="Folder in which the folder NAME is made. [default: this one]")
 def new_rule(name: str, decides: str, into: str) -> None:

@@ -28,9 +28,15 @@ def selecting(rule: NewRule) -> str:
     return f"--set rules.{rule.role}={rule.name}"
 
 
+def example(rule: NewRule) -> str:
+    """Return the shipped scenario in which there is something for it to decide."""
+    return "examples/replenished" if rule.role in (Role.ROA, Role.RPS, Role.ROA_RPS) else "examples/small"
+
+
 def trying(rule: NewRule) -> str:
     """Return the command that tries it."""
-    return f"rmfs {rule.name} examples/small" if rule.role == COMMAND else f"rmfs run examples/small {selecting(rule)}"
+    command = f"rmfs {rule.name}" if rule.role == COMMAND else "rmfs run"
+    return f"{command} {example(rule)}" + ("" if rule.role == COMMAND else f" {selecting(rule)}")
 
 
 def _is_listed(rule: NewRule) -> bool:

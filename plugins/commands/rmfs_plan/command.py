@@ -15,10 +15,12 @@ from rmfs_cli.options import json_option, no_inline_option
 from rmfs_cli.screen import new_table, output_console, print_json
 
 if TYPE_CHECKING:
+    import numpy as np
     from rich.console import Console
 
     from rmfs_core.traffic import Roads
-    from rmfs_plan import Collision, Plan
+    from rmfs_plan import Collision, Plan, Trip
+    from rmfs_plan.planners import HookPlanner
 
 SHOWN = 12
 """Robots that the table lists, those with the longest delay first."""
@@ -38,6 +40,13 @@ SHOWN = 12
 )
 @click.option("--set", "values", multiple=True, metavar="KEY=VALUE", help="A parameter of the planner. Repeatable.")
 @click.option("--scen", metavar="FILE", help="Take the trips from a MovingAI scenario, the first ones in it.")
+@click.option(
+    "--effort",
+    type=click.IntRange(min=0),
+    default=10,
+    show_default=True,
+    help="Queries for each robot, on average, to shorten paths when all have one; 0: one order of robots.",
+)
 @click.option("--out", metavar="DIR", help="Folder to write plan.json and paths.csv to.")
 @no_inline_option
 @json_option
@@ -48,23 +57,26 @@ def plan(
     pp: str,
     values: tuple[str, ...],
     scen: str | None,
+    effort: int,
     out: str | None,
     no_inline_rules: bool,
     as_json: bool,
 ) -> None:
-    """Plan the paths of robots on MAP, a MovingAI map or a text map, one robot after another.
+    """Plan the paths of robots on MAP, a MovingAI map or a text map.
 
-    Each robot has one trip: random ones, or those of a scenario. The paths are checked for collisions.
+    Each robot has one trip: random ones, or those of a scenario. Paths are planned one robot after another; a robot
+    that finds none takes priority over others, and when all have paths, these are made shorter (--effort). The paths
+    are checked for collisions.
     """
 
     from rmfs_cli.choices import option_named, with_parameters
     from rmfs_cli.compiling import compiling_announced
     from rmfs_core.errors import RunError
-    from rmfs_core.randomness import rule_stream
+    from rmfs_core.randomness import rule_stream, stream
     from rmfs_core.roles import Role
     from rmfs_core.scenario import RuleChoice
     from rmfs_core.scenario.rulenames import rule_name_from
-    from rmfs_plan import collisions, find_planner, plan_trips, random_trips, read_map, read_trips, roads_of_map
+    from rmfs_plan import collisions, find_planner, random_trips, read_map, read_trips, roads_of_map
 
     roads = roads_of_map(read_map(map_file))
     with option_named("--pp", f"--pp {pp}", values):
@@ -75,11 +87,12 @@ def plan(
         trips = random_trips(roads, agents, seed, map_file) if scen is None else read_trips(scen, roads.layout, agents)
         _check_reach(roads, trips, scen or map_file)
         started = time.perf_counter()
-        plans = plan_trips(roads, planner, trips, planner.exclusive)
+        plans = _plan(roads, planner, trips, effort, stream(seed, "priorities"))
         wall_s = time.perf_counter() - started
     hits = collisions(roads, [one.path for one in plans])
     title = f"{Path(map_file).name}, {len(plans)} robots, {pp}"
     about = {"map": map_file, "scen": scen, "seed": seed, "pp": pp, "parameters": dict(choice.parameters)}
+    about["effort"] = effort
     if as_json:
         rows = [_row(roads, robot, one) for robot, one in enumerate(plans, 1)]
         print_json({**_document(plans, hits, about), "trips": rows})
@@ -95,6 +108,17 @@ def plan(
         )
     if hits and planner.exclusive:
         raise RunError(f"{pp} let robots collide, first {_describe(roads, hits[0])}.")
+
+
+def _plan(
+    roads: Roads, planner: HookPlanner, trips: Sequence[Trip], effort: int, rng: np.random.Generator
+) -> tuple[Plan, ...]:
+    from rmfs_plan import plan_by_priorities, plan_in_orders, plan_trips
+
+    if not planner.exclusive or effort == 0:
+        return plan_trips(roads, planner, trips, planner.exclusive)
+    plan = plan_by_priorities if planner.complete else plan_in_orders
+    return plan(roads, planner, trips, effort, rng)
 
 
 def _check_reach(roads: Roads, trips: Sequence[Any], place: str) -> None:

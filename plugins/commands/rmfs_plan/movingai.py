@@ -45,6 +45,12 @@ def read_map(path: str | Path) -> Layout:
     text = read_text(path)
     if not text.lstrip().startswith("type"):
         return parse_map(text, str(path))
+    rows = grid_rows(text, path, FREE + BLOCKED)
+    return open_layout(np.array([[sign in FREE for sign in row] for row in rows], dtype=bool))
+
+
+def grid_rows(text: str, path: str | Path, known: str) -> list[str]:
+    """Return the rows of a map that begins with ``type``, all of the width that it says, of known signs alone."""
     lines = text.splitlines()
     header = dict(line.split(maxsplit=1) for line in lines[:3] if len(line.split()) == 2)
     height, width = (
@@ -59,12 +65,10 @@ def read_map(path: str | Path) -> Layout:
     for number, row in enumerate(rows, 5):
         if len(row) != width:
             raise InputError(f"{path}:{number}", f"found {len(row)} cells; expected {width}, as the map's width says")
-        unknown = next((sign for sign in row if sign not in FREE + BLOCKED), None)
+        unknown = next((sign for sign in row if sign not in known), None)
         if unknown is not None:
-            raise InputError(
-                f"{path}:{number}", f"unknown sign {unknown!r}; expected one of {' '.join(FREE + BLOCKED)}"
-            )
-    return open_layout(np.array([[sign in FREE for sign in row] for row in rows], dtype=bool))
+            raise InputError(f"{path}:{number}", f"unknown sign {unknown!r}; expected one of {' '.join(known)}")
+    return rows
 
 
 def open_layout(free: NDArray[np.bool_]) -> Layout:
@@ -131,10 +135,12 @@ def _number(text: str, place: str, expected: str, least: int = 0) -> int:
 def read_text(path: str | Path) -> str:
     """Return a file's text; raise `InputError` when it cannot be read."""
     try:
-        with Path(path).open(encoding="utf-8") as stream:
+        with Path(path).open(encoding="utf-8-sig") as stream:
             text = stream.read(MOST_SIGNS + 1)
-    except (OSError, UnicodeDecodeError) as error:
-        reason = (error.strerror or str(error)) if isinstance(error, OSError) else "it is no UTF-8 text"
+    except UnicodeDecodeError as error:
+        raise InputError(str(path), "cannot be read: it is no UTF-8 text") from error
+    except (OSError, ValueError) as error:  # ValueError: of a name that no file can have
+        reason = getattr(error, "strerror", None) or str(error)
         raise InputError(str(path), f"cannot be read: {reason}") from error
     if len(text) > MOST_SIGNS:
         raise InputError(str(path), f"found more than {MOST_SIGNS:,} signs; expected at most that many")

@@ -1,4 +1,4 @@
-"""Planners by name: any PP rule, asked through its hook `plan_path`."""
+"""Planners by name: any PP rule, asked through its hook for one robot at a time."""
 
 from __future__ import annotations
 
@@ -13,7 +13,17 @@ from rmfs_core.rules import BoundRule, load_rule
 from rmfs_core.scenario import RuleChoice
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import Asker, instance_of
-from rmfs_core.traffic import Query, Reservations, ReservedError, Roads, TimedPath, Traffic, occupancy, timed_path
+from rmfs_core.traffic import (
+    FleetTraffic,
+    Query,
+    Reservations,
+    ReservedError,
+    Roads,
+    TimedPath,
+    Traffic,
+    occupancy,
+    timed_path,
+)
 from rmfs_core.warehouse import Robot, Warehouse, WarehouseView
 from rmfs_core.world import Instance
 
@@ -57,11 +67,14 @@ class HookPlanner:
     ----------
     exclusive
         Whether it keeps clear of other robots' reservations.
+    complete
+        Whether each of its paths ends at the goal.
     """
 
     def __init__(self, rule: BoundRule, rng: np.random.Generator) -> None:
         self.rule = rule
         self.exclusive = rule.traits.reserves is not None
+        self.complete = rule.traits.reserves in ("full paths", "fleet")
         self._rng = rng
 
     def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
@@ -73,14 +86,12 @@ class HookPlanner:
         warehouse = Warehouse(Instance((), (), ()), roads.travel, (), (robot,), ())
         warehouse.advance(query.start_tick)
         asker = Asker(warehouse)
-        answer, _ = asker.ask(
-            self.rule,
-            warehouse=WarehouseView(warehouse),
-            robot=robot,
-            goal=query.goal,
-            traffic=traffic,
-            rng=self._rng,
-        )
+        asked: dict[str, Any] = {"robot": robot, "goal": query.goal, "traffic": traffic}
+        if self.rule.traits.reserves == "fleet":
+            asked = {"queries": (query,), "traffic": FleetTraffic(roads, table, {}, {}, {})}
+        answer, _ = asker.ask(self.rule, warehouse=WarehouseView(warehouse), rng=self._rng, **asked)
+        if isinstance(answer, dict) and "queries" in asked:
+            answer = answer.get(query.robot)
         if answer is None and traffic is not None:
             return None
 

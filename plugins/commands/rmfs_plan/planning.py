@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from heapq import heappop, heappush
 from typing import Protocol
 
+import numpy as np
 from attrs import define, evolve, field, frozen
 
 from rmfs_core.decisions import Leg
@@ -135,6 +136,39 @@ def plan_trips(roads: Roads, planner: Planner, trips: Sequence[Trip], exclusive:
         if robot.arrived or left < robot.nearest:
             robot.nearest, progress = left, max(progress, path.end_tick)
     return tuple(_plan(roads, robot) for robot in robots)
+
+
+def plan_in_orders(
+    roads: Roads, planner: Planner, trips: Sequence[Trip], effort: int, rng: np.random.Generator
+) -> tuple[Plan, ...]:
+    """Plan every trip, in the order given, and in random orders as long as robots are left without a path.
+
+    Parameters
+    ----------
+    roads, planner, trips
+        As for `plan_trips`; the planner reserves.
+    effort
+        No other order is tried once there were so many queries for each robot, on average.
+    rng
+        Draws the orders.
+
+    Returns
+    -------
+    tuple[Plan, ...]
+        Those in which the most robots arrive, and of these the ones with the least sum of costs.
+    """
+    best = plan_trips(roads, planner, trips)
+    queries = sum(plan.queries for plan in best)
+    while not all(plan.arrived for plan in best) and queries < effort * len(trips):
+        order = rng.permutation(len(trips)).tolist()
+        plans = plan_trips(roads, planner, [trips[robot] for robot in order])
+        queries += sum(plan.queries for plan in plans)
+        best = min(best, tuple(plans[order.index(robot)] for robot in range(len(trips))), key=_badness)
+    return best
+
+
+def _badness(plans: Sequence[Plan]) -> tuple[int, int]:
+    return sum(not plan.arrived for plan in plans), sum(plan.path.end_tick for plan in plans if plan.arrived)
 
 
 def _next_path(roads: Roads, planner: Planner, table: Reservations, robot: _Robot) -> TimedPath | None:

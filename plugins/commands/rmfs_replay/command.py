@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rmfs_cli.options import quiet_option
+from rmfs_cli.options import NumberRange, quiet_option
 
 if TYPE_CHECKING:
     from rmfs_replay.reading import Replay
@@ -29,11 +29,11 @@ VIDEO_S = 30
 @click.option(
     "--video", type=click.Path(path_type=Path), metavar="FILE", help="Write a GIF, or an MP4 by ffmpeg, not a page."
 )
-@click.option("--from", "begin_s", type=click.FloatRange(min=0), metavar="S", help="Begin pictures at S seconds.")
-@click.option("--to", "end_s", type=click.FloatRange(min=0), metavar="S", help="End pictures at S seconds.")
+@click.option("--from", "begin_s", type=NumberRange(min=0), metavar="S", help="Begin pictures at S seconds.")
+@click.option("--to", "end_s", type=NumberRange(min=0), metavar="S", help="End pictures at S seconds.")
 @click.option(
     "--speed",
-    type=click.FloatRange(min=0, min_open=True),
+    type=NumberRange(min=0, min_open=True),
     metavar="X",
     help=f"Simulated seconds in a second of the video. [default: so many that it takes {VIDEO_S} s]",
 )

@@ -104,7 +104,7 @@ class Camera:
                 continue
             lane = kind in (CellKind.QUEUE, CellKind.STATION)
             pen.draw.rectangle(pen.box(column, row, 0), fill=colours["lane" if lane else "floor"])
-            if kind == CellKind.STORAGE:
+            if kind in (CellKind.STORAGE, CellKind.CHARGER):
                 pen.draw.rectangle(pen.box(column, row, 0.06), fill=colours["place"])
         for cell in self._replay.start.blocked:
             row, column = divmod(cell, layout.width)

@@ -1,12 +1,11 @@
-"""Everything that the report shows in rows, as text: one form for Markdown and HTML."""
+"""Everything that the report shows in rows, as text: one form for Markdown, HTML, LaTeX and CSV."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from math import floor, log10
 
-from attrs import frozen
-
+from rmfs_cli.grids import Grid
 from rmfs_reproduction.estimates import Estimate
 from rmfs_reproduction.paper import Exhibit, Range
 from rmfs_reproduction.settings import Setting
@@ -14,31 +13,6 @@ from rmfs_reproduction.statements import Statement
 from rmfs_reproduction.tables import Line, Table
 
 DASH = "-"
-
-
-@frozen
-class Grid:
-    """A titled grid of text.
-
-    Parameters
-    ----------
-    title
-        One line.
-    notes
-        Sentences above the grid.
-    columns
-        Headings.
-    rows
-        Cells, as many in each row as there are headings.
-    right
-        Numbers of the columns that hold figures and are aligned on the right.
-    """
-
-    title: str
-    notes: tuple[str, ...]
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    right: Collection[int] = ()
 
 
 def table_grid(table: Table) -> Grid:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from rmfs_cli.grids import Grid
 from rmfs_experiments.report.plots import Plot
-from rmfs_reproduction.grids import Grid
 from rmfs_reproduction.report import TITLE, Report
 
 

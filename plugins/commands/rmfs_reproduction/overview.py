@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from rmfs_reproduction.grids import Grid
+from rmfs_cli.grids import Grid
 from rmfs_reproduction.settings import Setting
 from rmfs_reproduction.statements import Statement
 from rmfs_reproduction.tables import ABOVE, BELOW, IN_RANGE, NO_NUMBER, NO_RUN, Line, Table, speed

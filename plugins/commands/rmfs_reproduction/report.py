@@ -6,12 +6,13 @@ from collections.abc import Mapping, Sequence
 
 from attrs import frozen
 
+from rmfs_cli.grids import Grid
 from rmfs_core.scenario import Scenario
 from rmfs_experiments.report.plots import Plot
 from rmfs_reproduction.counts import count, distinct, unfinished
 from rmfs_reproduction.distributions import distribution_tables
 from rmfs_reproduction.estimates import Rows
-from rmfs_reproduction.grids import Grid, settings_grid, statements_grid, table_grid
+from rmfs_reproduction.grids import settings_grid, statements_grid, table_grid
 from rmfs_reproduction.overview import overview
 from rmfs_reproduction.paper import Exhibit, load_paper
 from rmfs_reproduction.parts import PARTS

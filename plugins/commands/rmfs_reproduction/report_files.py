@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from rmfs_cli.grids import file_name, write_grid
 from rmfs_core.results.files import AtomicFile, output_folder, write_text
 from rmfs_experiments import ExperimentResult
+from rmfs_experiments.report import TABLES_FOLDER
 from rmfs_experiments.report.tables import write_parquet
 from rmfs_reproduction.html import to_html
 from rmfs_reproduction.markdown import to_markdown
@@ -17,7 +19,7 @@ MARKDOWN_FILE = "report.md"
 
 
 def write_report(report: Report, results: Mapping[str, ExperimentResult], folder: Path) -> list[str]:
-    """Write report.html, report.md, the plots as PNG and SVG, and a table of all runs for each part.
+    """Write report.html, report.md, plots as PNG, SVG and PDF, tables as LaTeX and CSV, and all runs of each part.
 
     Parameters
     ----------
@@ -41,10 +43,14 @@ def write_report(report: Report, results: Mapping[str, ExperimentResult], folder
     path = output_folder(folder)
     names = [HTML_FILE, MARKDOWN_FILE]
     for plot in report.plots:
-        for ending, picture in (("png", plot.png), ("svg", plot.svg)):
-            names.append(f"{plot.name}.{ending}")
-            with AtomicFile(path / names[-1]) as stream:
+        for name, picture in plot.files.items():
+            names.append(name)
+            with AtomicFile(path / name) as stream:
                 stream.write(picture)
+    for grid in report.grids:
+        for ending in ("tex", "csv"):
+            names.append(f"{TABLES_FOLDER}/{file_name(grid.title)}.{ending}")
+            write_grid(grid, output_folder(path / TABLES_FOLDER) / Path(names[-1]).name)
     for part, result in results.items():
         names.append(f"runs-{part}.parquet")
         write_parquet(result, path / names[-1])

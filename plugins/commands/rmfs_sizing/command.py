@@ -13,6 +13,7 @@ import click
 from rmfs_cli.completion import SetCommand
 from rmfs_cli.notes import notes_console
 from rmfs_cli.options import (
+    NumberRange,
     dask_option,
     jobs_option,
     json_option,
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 RUNS_FOLDER = "runs"
 MOST_SEEDS = 1_000
-ABOVE_0 = click.FloatRange(min=0, min_open=True)
+ABOVE_0 = NumberRange(min=0, min_open=True)
 
 
 class RangeType(click.ParamType[tuple[int, int]]):
@@ -58,10 +59,8 @@ class RangeType(click.ParamType[tuple[int, int]]):
 @click.option(
     "--robots", type=RangeType(), metavar="A-B", help="Numbers of robots. [default: 1 to four times the scenario's]"
 )
-@click.option(
-    "--robot-cost", type=click.FloatRange(min=0), metavar="X", help="Cost of a robot, to say what is cheapest."
-)
-@click.option("--station-cost", type=click.FloatRange(min=0), metavar="X", help="Cost of a station.")
+@click.option("--robot-cost", type=NumberRange(min=0), metavar="X", help="Cost of a robot, to say what is cheapest.")
+@click.option("--station-cost", type=NumberRange(min=0), metavar="X", help="Cost of a station.")
 @click.option(
     "--seeds",
     type=click.IntRange(2, MOST_SEEDS),
@@ -72,7 +71,7 @@ class RangeType(click.ParamType[tuple[int, int]]):
 )
 @click.option(
     "--confidence",
-    type=click.FloatRange(50, 100, min_open=True, max_open=True),
+    type=NumberRange(50, 100, min_open=True, max_open=True),
     default=95.0,
     show_default=True,
     metavar="PERCENT",

@@ -46,8 +46,9 @@ class Worlds:
 
     @cached_property
     def n_stations(self) -> int:
-        """Stations that the scenario itself has."""
-        return len(make_layout(self.scenario).stations)
+        """Picking stations that the scenario itself has."""
+        layout = make_layout(self.scenario)
+        return len(layout.stations) - layout.replenishing
 
     @property
     def places(self) -> int:

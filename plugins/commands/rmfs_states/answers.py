@@ -5,7 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
+from rmfs_core.decisions import (
+    BundleAssignment,
+    BundleDecision,
+    JointDecision,
+    OrderAssignment,
+    PodMove,
+    PodTrip,
+    RobotMove,
+    SolveReport,
+    StoreBundle,
+    TaskAssignment,
+)
 from rmfs_core.results.tables import finite
 from rmfs_core.roles import Role
 from rmfs_core.simulation import checks
@@ -44,12 +55,24 @@ def answer_from_dict(warehouse: Warehouse, names: Names, decides: Role, written:
     )
     trips = tuple(PodTrip(names.pods[t["pod"]], names.stations[t["station"]]) for t in written.get("trips", ()))
     robots = {robot.name: robot.id for robot in warehouse.robots}
+    at_stations = (bundle for station in warehouse.storing for bundle in station.bundles)
+    ids = {bundle.name: bundle.id for bundle in (*warehouse.bundles.values(), *at_stations)}
+    bundles = tuple(
+        BundleAssignment(ids[b["bundle"]], names.stations[b["station"]]) for b in written.get("bundles", ())
+    )
+    stores = tuple(StoreBundle(ids[b["bundle"]], names.pods[b["pod"]]) for b in written.get("stores", ()))
     answers = {
         Role.POA: assignments,
         Role.PPS: trips,
         Role.POA_PPS: JointDecision(assignments, trips),
         Role.PR: written.get("cell"),
         Role.TA: tuple(TaskAssignment(robots[t["robot"]], names.pods[t["pod"]]) for t in written.get("tasks", ())),
+        Role.ROA: bundles,
+        Role.RPS: stores,
+        Role.ROA_RPS: BundleDecision(bundles, stores),
+        Role.ACTIVATE: tuple(names.stations[station] for station in written.get("active", ())),
+        Role.IDLE: tuple(RobotMove(robots[t["robot"]], t["cell"], t.get("charge")) for t in written.get("rests", ())),
+        Role.MOVE: tuple(PodMove(names.pods[t["pod"]], t["cell"]) for t in written.get("moves", ())),
     }
     return answers[decides]
 
@@ -73,6 +96,48 @@ def _joint(warehouse: WarehouseView, skus: Sequence[str], answer: object) -> dic
     if decision.report is not None:
         written["report"] = report_to_dict(instance_of(decision.report, SolveReport))  # type: ignore[assignment]
     return written
+
+
+def _both(warehouse: WarehouseView, _: Sequence[str], answer: object) -> dict[str, Any]:
+    decision = instance_of(answer, BundleDecision)
+    written: dict[str, Any] = {
+        "bundles": _bundles(warehouse, decision.assignments),
+        "stores": _stores(warehouse, decision.stores),
+    }
+    if decision.report is not None:
+        written["report"] = report_to_dict(instance_of(decision.report, SolveReport))
+    return written
+
+
+def _bundles(warehouse: WarehouseView, answer: object) -> list[dict[str, Any]]:
+    stations = [*warehouse.stations, *(s for s in warehouse.replenishment_stations if not s.picks)]
+    return [
+        {
+            "bundle": _bundle(warehouse, given.bundle),
+            "station": checks.known("station", given.station, stations).name,
+        }
+        for given in sequence_of(answer, BundleAssignment)
+    ]
+
+
+def _stores(warehouse: WarehouseView, answer: object) -> list[dict[str, Any]]:
+    return [
+        {
+            "bundle": _bundle(warehouse, given.bundle),
+            "pod": checks.known("pod", given.pod, warehouse.pods).name,
+        }
+        for given in sequence_of(answer, StoreBundle)
+    ]
+
+
+def _bundle(warehouse: WarehouseView, identifier: object) -> str:
+    """Return the name of a bundle that is not stored."""
+    number = checks.whole("bundle", identifier)
+    at_stations = (bundle for station in warehouse.replenishment_stations for bundle in station.bundles)
+    for bundle in (*warehouse.bundles, *at_stations):
+        if bundle.id == number:
+            return bundle.name
+    raise ImpossibleError(f"named bundle {number}, which is not there")
 
 
 def _assignments(warehouse: WarehouseView, skus: Sequence[str], answer: object) -> list[dict[str, Any]]:
@@ -118,10 +183,41 @@ def _tasks(warehouse: WarehouseView, _: Sequence[str], answer: object) -> dict[s
     return {"tasks": tasks}
 
 
+def _active(warehouse: WarehouseView, _: Sequence[str], answer: object) -> dict[str, Any]:
+    given = sequence_of(answer, object)
+    return {"active": [checks.known("station", station, warehouse.stations).name for station in given]}
+
+
+def _rests(warehouse: WarehouseView, _: Sequence[str], answer: object) -> dict[str, Any]:
+    rests = [
+        {
+            "robot": checks.known("robot", given.robot, warehouse.robots).name,
+            "cell": checks.whole("cell", given.cell),
+            **({} if given.charge is None else {"charge": float(given.charge)}),
+        }
+        for given in sequence_of(answer, RobotMove)
+    ]
+    return {"rests": rests}
+
+
+def _moves(warehouse: WarehouseView, _: Sequence[str], answer: object) -> dict[str, Any]:
+    moves = [
+        {"pod": checks.known("pod", given.pod, warehouse.pods).name, "cell": checks.whole("cell", given.cell)}
+        for given in sequence_of(answer, PodMove)
+    ]
+    return {"moves": moves}
+
+
 _WRITERS: Mapping[Role, Callable[[WarehouseView, Sequence[str], object], dict[str, Any]]] = {
     Role.POA: lambda warehouse, skus, answer: {"assignments": _assignments(warehouse, skus, answer)},
     Role.PPS: lambda warehouse, _, answer: {"trips": _trips(warehouse, answer)},
     Role.POA_PPS: _joint,
     Role.PR: lambda _warehouse, _skus, answer: {"cell": checks.whole("cell", answer)},
     Role.TA: _tasks,
+    Role.ROA: lambda warehouse, _, answer: {"bundles": _bundles(warehouse, answer)},
+    Role.RPS: lambda warehouse, _, answer: {"stores": _stores(warehouse, answer)},
+    Role.ROA_RPS: _both,
+    Role.ACTIVATE: _active,
+    Role.IDLE: _rests,
+    Role.MOVE: _moves,
 }

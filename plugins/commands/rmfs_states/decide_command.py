@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import click
 
 from rmfs_cli import completion
 from rmfs_cli.options import decides_option, no_inline_option
 from rmfs_core.roles import Role
 
-DECIDING = (Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA)
+DECIDING = (
+    *(Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA),
+    *(Role.ROA, Role.RPS, Role.ROA_RPS, Role.ACTIVATE, Role.IDLE, Role.MOVE),
+)
 
 
 def _print_schema(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
@@ -24,7 +25,7 @@ def _print_schema(ctx: click.Context, _parameter: click.Parameter, wanted: bool)
 
 
 @click.command(short_help="Ask a rule what it decides in a state.")
-@click.argument("state", metavar="STATE.json", type=click.Path(path_type=Path))
+@click.argument("state", metavar="STATE.json", type=click.Path(allow_dash=True))
 @click.option(
     "--rule",
     "name",
@@ -48,35 +49,35 @@ def _print_schema(ctx: click.Context, _parameter: click.Parameter, wanted: bool)
     help="Print the JSON Schema of states and exit.",
 )
 def decide(
-    state: Path, name: str, settings: tuple[str, ...], decides: Role | None, seed: int | None, no_inline_rules: bool
+    state: str, name: str, settings: tuple[str, ...], decides: Role | None, seed: int | None, no_inline_rules: bool
 ) -> None:
     """Ask a rule what it decides in the state of STATE.json, and print its decision as JSON. Nothing is simulated.
+    `-` reads the state from standard input.
 
     `rmfs explain DIR --period N --state FILE` writes a state of a recorded run; other programs write their own.
     `outcome` is what the decision comes to: orders and items assigned, new pod visits, places left unused at the
     stations, and open requests that no pod at the stations or on its way there has an item for. `due` has the orders
     decided on that have a due time: when, their priority, and what is left until then (negative: late).
     """
+    import sys
+
     import attrs
 
     from rmfs_cli.choices import option_named, parse_choice, with_parameters
     from rmfs_core.results.files import to_json
-    from rmfs_states import decide as ask
-    from rmfs_states import read_state
-    from rmfs_states.mementos import due_times
+    from rmfs_states import Decider, read_state, state_from_dict
+    from rmfs_states.state_json import MOST_BYTES, parse_json
 
-    given = read_state(state)
+    source = "standard input" if state == "-" else state
+    if state == "-":
+        read = sys.stdin.buffer.read(MOST_BYTES + 1) if sys.stdin else b""  # none where it is closed (`<&-`)
+        given = state_from_dict(parse_json(read, source), source)
+    else:
+        given = read_state(state)
     if seed is not None:
         given = attrs.evolve(given, seed=seed, random=None)
     choice = with_parameters(parse_choice(name, f"--rule {name}"), settings)
     with option_named("rule", f"--rule {name}", settings):
-        answer = ask(given, choice, decides=decides, allow_inline=not no_inline_rules, source=str(state))
-    asked = {"rule": answer.rule, "distribution": answer.distribution, "version": answer.version}
-    written = {**asked, "decides": answer.decides.label, **answer.decision}
-    if due := due_times(given, [assignment["order"] for assignment in answer.decision.get("assignments", ())]):
-        written["due"] = due
-    if answer.report is not None:
-        written["report"] = answer.report
-    if answer.outcome is not None:
-        written["outcome"] = attrs.asdict(answer.outcome)
-    click.echo(to_json(written, indent=2))
+        decider = Decider(choice, decides=decides, allow_inline=not no_inline_rules)
+        answer = decider.decide(given, source)
+    click.echo(to_json(answer.to_dict(), indent=2))

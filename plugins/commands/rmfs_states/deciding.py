@@ -6,21 +6,30 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from attrs import evolve, frozen
+from attrs import asdict, evolve, field, frozen
 
 from rmfs_core.errors import InputError, RuleError
+from rmfs_core.events import Event, TripDecided
 from rmfs_core.randomness import rule_stream
 from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule, load_rule
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario, StationsSection
 from rmfs_core.simulation import checks
-from rmfs_core.simulation.applying import apply_assignments, apply_selection, apply_tasks
+from rmfs_core.simulation.applying import (
+    apply_activation,
+    apply_assignments,
+    apply_moves,
+    apply_replenishment,
+    apply_rests,
+    apply_selection,
+    apply_tasks,
+)
 from rmfs_core.simulation.asking import Asker, ImpossibleError
 from rmfs_core.simulation.setup import unmet_needs
-from rmfs_core.wording import listed
 from rmfs_states.answers import answer_from_dict, answer_to_dict
+from rmfs_states.mementos import due_times
 from rmfs_states.rebuilding import LacksError, OpenState, open_state
-from rmfs_states.state import DECIDES, DECIDING, RandomState, State
+from rmfs_states.state import RandomState, State
 
 
 @frozen
@@ -47,6 +56,29 @@ class Outcome:
 
 
 @frozen
+class BundleOutcome:
+    """What a decision of ROA, RPS or both comes to, in terms that rules share.
+
+    Parameters
+    ----------
+    bundles, items
+        Bundles that were assigned to stations, and items of those that a pod was chosen for.
+    visits
+        New pod-station visits: trips decided.
+    unused
+        Places for bundles that stay free at the stations.
+    without_pod
+        Bundles at stations that no pod is chosen for, afterwards.
+    """
+
+    bundles: int
+    items: int
+    visits: int
+    unused: int
+    without_pod: int
+
+
+@frozen
 class Answer:
     """A rule's decision in a state.
 
@@ -57,11 +89,14 @@ class Answer:
     decides
         What was asked.
     decision
-        ``assignments``, ``trips``, ``tasks`` or ``cell``, with names.
+        ``assignments``, ``trips``, ``tasks``, ``cell``, ``bundles``, ``stores``, ``active``, ``rests`` or ``moves``,
+        with names.
     report
         Status, objective, bound, stopped_early, of a rule that reports them.
     outcome
-        What the decision comes to; None for PR and TA.
+        What the decision comes to; None for those of robots, places and stations.
+    due
+        Orders decided on that have a due time: when, their priority, and what is left until then.
     """
 
     rule: str
@@ -70,49 +105,16 @@ class Answer:
     decides: Role
     decision: dict[str, Any]
     report: dict[str, Any] | None
-    outcome: Outcome | None
+    outcome: Outcome | BundleOutcome | None
+    due: Mapping[str, Mapping[str, float]] = field(factory=dict)
 
-
-def decide(
-    state: State,
-    choice: RuleChoice,
-    *,
-    decides: Role | None = None,
-    folder: str = ".",
-    allow_inline: bool = True,
-    source: str = "state",
-) -> Answer:
-    """Ask a rule what it decides in a state.
-
-    Parameters
-    ----------
-    state
-        The state.
-    choice
-        The rule's name and its parameters.
-    decides
-        What to ask of a rule that decides several things; by default what the state's ``ask`` says.
-    folder
-        Where the file of an inline rule is.
-    allow_inline
-        Whether such a file may be loaded at all.
-    source
-        What a message calls where the state comes from.
-
-    Raises
-    ------
-    InputError
-        When the state contradicts itself, or lacks something that the rule needs.
-    RuleError
-        When the rule raises, or decides something impossible.
-    """
-    if decides is not None and decides not in DECIDING:
-        raise InputError("decides", f"expected {listed(DECIDES, 'or')}, found {decides.label!r}")
-    preferred = decides or state.ask.role
-    roles = DECIDING if decides is None else (decides,)
-    rule = load_rule(choice, roles, folder=folder, allow_inline=allow_inline, preferred=preferred)
-    opened = open_state(state, source)
-    return ask(opened, rule)
+    def to_dict(self) -> dict[str, Any]:
+        """Return the answer as `rmfs decide` prints it: JSON's objects, lists and values."""
+        asked = {"rule": self.rule, "distribution": self.distribution, "version": self.version}
+        found = {"due": self.due, "report": self.report, "outcome": self.outcome and asdict(self.outcome)}
+        return (
+            asked | {"decides": self.decides.label} | self.decision | {key: told for key, told in found.items() if told}
+        )
 
 
 def ask(opened: OpenState, rule: BoundRule) -> Answer:
@@ -132,7 +134,8 @@ def ask(opened: OpenState, rule: BoundRule) -> Answer:
     outcome = asker.apply(rule, lambda: carry_out(opened, rule.role, answer, arguments, rule.traits.packing_capacity))
     assert decision is not None  # it could be carried out
     report = decision.pop("report", None)
-    return Answer(rule.name, rule.source.distribution, rule.source.version, rule.role, decision, report, outcome)
+    due = due_times(opened.state, [given["order"] for given in decision.get("assignments", ())])
+    return Answer(rule.name, rule.source.distribution, rule.source.version, rule.role, decision, report, outcome, due)
 
 
 def decide_instead(
@@ -167,6 +170,8 @@ def decide_instead(
         As `decide`; and for a rule that decides something else.
     """
     roles: list[tuple[Role, ...]] = [(Role.POA, Role.POA_PPS)] if decides.assigns else [(decides,)]
+    if decides in (Role.ROA, Role.ROA_RPS):
+        roles = [(Role.ROA, Role.ROA_RPS)]
     if len(choices) > 1:
         if not decides.assigns or len(choices) > 2:
             raise InputError(place, f"found {len(choices)} rules to decide {decides.label}; expected one rule")
@@ -178,13 +183,15 @@ def decide_instead(
     opened = open_state(state, source)
     answers = [ask(opened, rule) for rule in rules]
     first, last = answers[0], answers[-1]
-    if last is first or first.outcome is None or last.outcome is None:
+    if last is first or not (isinstance(first.outcome, Outcome) and isinstance(last.outcome, Outcome)):
         return first
     outcome = evolve(last.outcome, orders=first.outcome.orders, items=first.outcome.items)
     return evolve(first, decides=Role.POA_PPS, decision={**first.decision, **last.decision}, outcome=outcome)
 
 
-def outcome_of(state: State, decides: Role, decision: Mapping[str, Any], source: str = "state") -> Outcome | None:
+def outcome_of(
+    state: State, decides: Role, decision: Mapping[str, Any], source: str = "state"
+) -> Outcome | BundleOutcome | None:
     """Return what a decision comes to that was made in a state.
 
     Raises
@@ -211,22 +218,26 @@ def _check_needs(opened: OpenState, rule: BoundRule) -> None:
 
 def _arguments(opened: OpenState, rule: BoundRule) -> dict[str, Any]:
     """Return what the rule's hook is given besides the warehouse and the random generator."""
-    if rule.role is Role.PR and opened.state.layout is None:
+    if rule.role in (Role.PR, Role.IDLE, Role.MOVE) and opened.state.layout is None:
         raise InputError(
-            opened.names.source, f"{rule.describe()} decides PR, but the state has no layout; expected one"
+            opened.names.source,
+            f"{rule.describe()} decides {rule.role.label}, but the state has no layout; expected one",
         )
     return _given(opened, rule.role)
 
 
 def _given(opened: OpenState, role: Role) -> dict[str, Any]:
     asked, warehouse = opened.state.ask, opened.warehouse
-    if role is Role.PPS:
+    if role in (Role.PPS, Role.RPS, Role.ROA_RPS):
         fetches = asked.max_fetches
         if fetches is None and (opened.state.robots is None or asked.role is Role.POA_PPS):
             fetches = len(opened.view.free_pods)  # no robots are told of, or the trips may wait for them
         if fetches is None:
             fetches = max(len(opened.view.idle_robots) - len(warehouse.waiting), 0)
         return {"max_fetches": fetches}
+    if role is Role.MOVE:
+        spare = max(len(opened.view.idle_robots) - len(warehouse.waiting), 0)
+        return {"max_moves": spare if asked.max_moves is None else asked.max_moves}
     if role is Role.PR:
         if asked.pod is None:
             opened.names.wrong(("ask", "pod"), "is missing; expected the pod to store")
@@ -256,8 +267,10 @@ def _restored(random: RandomState) -> np.random.Generator:
 
 def carry_out(
     opened: OpenState, role: Role, answer: object, arguments: Mapping[str, Any], packing_capacity: int | None
-) -> Outcome | None:
-    """Check a decision and apply it to the state's warehouse, as in a run; return what it comes to (None: PR, TA).
+) -> Outcome | BundleOutcome | None:
+    """Check a decision and apply it to the state's warehouse, as in a run; return what it comes to.
+
+    None for decisions of robots, places and stations.
 
     Raises
     ------
@@ -265,12 +278,21 @@ def carry_out(
         When it cannot be carried out.
     """
     warehouse = opened.warehouse
-    if role is Role.PR:
-        checks.storage_location(warehouse, arguments["pod"], answer)
+    if role in (Role.PR, Role.TA, Role.ACTIVATE, Role.IDLE, Role.MOVE):
+        match role:
+            case Role.PR:
+                checks.storage_location(warehouse, arguments["pod"], answer)
+            case Role.TA:
+                apply_tasks(warehouse, answer, _forget, _forget)
+            case Role.ACTIVATE:
+                apply_activation(warehouse, answer, _forget)
+            case Role.IDLE:
+                apply_rests(warehouse, answer, _forget, _forget)
+            case _:
+                apply_moves(warehouse, answer, arguments["max_moves"], _forget, _forget)
         return None
-    if role is Role.TA:
-        apply_tasks(warehouse, answer, _forget, _forget)
-        return None
+    if role in (Role.ROA, Role.RPS, Role.ROA_RPS):
+        return _replenished(opened, role, answer, arguments.get("max_fetches", 0))
     open_before = sum(order.open_items for order in warehouse.backlog)
     if role is Role.PPS:
         decision = apply_selection(warehouse, answer, keep=_forget, **arguments)
@@ -288,8 +310,23 @@ def carry_out(
         orders=len({given.order for given in decision.assignments}),
         items=open_before - sum(order.open_items for order in warehouse.backlog),
         visits=len(decision.trips),
-        unused=sum(station.free_capacity for station in warehouse.stations),
+        unused=sum(station.free_capacity for station in warehouse.picking),
         uncovered=sum(len(station.uncovered_requests) for station in warehouse.stations),
+    )
+
+
+def _replenished(opened: OpenState, role: Role, answer: object, max_fetches: int) -> BundleOutcome:
+    warehouse = opened.warehouse
+    told: list[Event] = []
+    decision = apply_replenishment(warehouse, answer, role=role, max_fetches=max_fetches, keep=told.append)
+    at_stations = [bundle for station in warehouse.storing for bundle in station.bundles]
+    chosen = {store.bundle for store in decision.stores}
+    return BundleOutcome(
+        bundles=len(decision.assignments),
+        items=sum(bundle.items for bundle in at_stations if bundle.id in chosen),
+        visits=sum(isinstance(event, TripDecided) for event in told),
+        unused=sum(station.free_bundle_capacity for station in warehouse.storing),
+        without_pod=sum(bundle.pod is None for bundle in at_stations),
     )
 
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from rmfs_core.scenario import RuleChoice
     from rmfs_states import Answer, Outcome, Recorded, Recording
+    from rmfs_states.deciding import BundleOutcome
 
 
 @click.command(short_help="Say why something was decided in a run.")
@@ -136,7 +137,7 @@ def _print(
         tables.print_comparison(console, explained, _outcome(explained), compared)
 
 
-def _outcome(explained: Recorded) -> Outcome | None:
+def _outcome(explained: Recorded) -> Outcome | BundleOutcome | None:
     from rmfs_states.deciding import outcome_of
 
     if explained.decision is None:
@@ -200,8 +201,12 @@ def _find(recording: Recording, period: int | None, number: int | None) -> tuple
     if found is not None:
         return found, others
     if period is not None:
-        raise InputError(f"--period {period}", f"there is none; the run has periods 1 to {periods}")
-    raise InputError(f"--decision {number}", f"there is none; the run has decisions 1 to {last}")
+        raise InputError(f"--period {period}", f"there is none; the run has {_numbered('period', periods)}")
+    raise InputError(f"--decision {number}", f"there is none; the run has {_numbered('decision', last)}")
+
+
+def _numbered(what: str, last: int) -> str:
+    return f"{what}s 1 to {last}" if last else f"no {what}"
 
 
 def _know(recording: Recording, kind: str, name: str) -> None:

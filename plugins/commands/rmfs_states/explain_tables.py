@@ -19,9 +19,10 @@ from rmfs_core.roles import Role
 from rmfs_core.rule_helpers import ticks_to_station
 from rmfs_core.scenario import RuleChoice
 from rmfs_core.scenario.tomltext import toml_value
-from rmfs_core.warehouse import Order, Pod
+from rmfs_core.warehouse import UNLIMITED, Order, Pod, Station
 from rmfs_core.wording import counted
 from rmfs_states import Answer, Outcome, Recorded, Recording, State
+from rmfs_states.deciding import BundleOutcome
 from rmfs_states.rebuilding import OpenState, open_state
 from rmfs_states.stories import Episode, where_in
 
@@ -90,6 +91,8 @@ def print_decision(console: Console, recorded: Recorded, choice: RuleChoice, sta
         _print_backlog(console, opened, assigned, limit)
     if recorded.decides is Role.PPS:
         _print_wanted(console, opened, state.ask.max_fetches)
+    if recorded.decides in (Role.ROA, Role.RPS, Role.ROA_RPS):
+        _print_bundles(console, opened, decided or {}, limit)
     if decided is None:
         say(console, "Decided: nothing valid; the run ended here.", style="bold red")
     else:
@@ -111,15 +114,17 @@ def print_others(console: Console, others: Sequence[Recorded]) -> None:
 
 
 def print_comparison(
-    console: Console, recorded: Recorded, outcome: Outcome | None, answers: Sequence[tuple[str, Answer]]
+    console: Console, recorded: Recorded, outcome: Outcome | BundleOutcome | None, answers: Sequence[tuple[str, Answer]]
 ) -> None:
     """Print what other rules would have decided in the same state."""
     _heading(console, "The same state, other rules")
     rows = [(f"{recorded.rule} (decided)", recorded.decision or {}, recorded.report, outcome)]
     rows += [(text, answer.decision, answer.report, answer.outcome) for text, answer in answers]
-    if outcome is not None:
+    if isinstance(outcome, BundleOutcome):
+        print_named(console, _bundle_outcomes(rows))
+    elif outcome is not None:
         print_named(console, _outcomes(rows))
-        if any(row is not None and row.uncovered for *_, row in rows):
+        if any(isinstance(row, Outcome) and row.uncovered for *_, row in rows):
             say(console, "Not covered: open requests that no pod at the station or bound for it can serve yet.")
         if any(report is not None for _, _, report, _ in rows):
             say(
@@ -138,14 +143,30 @@ def print_comparison(
             console.print(Padding(Text(words), (0, 0, 0, 2)))
 
 
-def _outcomes(rows: Sequence[tuple[str, Mapping[str, Any], Mapping[str, Any] | None, Outcome | None]]) -> Table:
+Row = tuple[str, Mapping[str, Any], Mapping[str, Any] | None, Outcome | BundleOutcome | None]
+"""A rule, its decision, its report, and what the decision comes to."""
+
+
+def _bundle_outcomes(rows: Sequence[Row]) -> Table:
+    table = new_table()
+    table.add_column("Rule")
+    for heading in ("Bundles", "Items\non pods", "New\nvisits", "Unused", "Without\na pod"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for name, _, _, outcome in rows:
+        assert isinstance(outcome, BundleOutcome)
+        figures = (outcome.bundles, outcome.items, outcome.visits, outcome.unused, outcome.without_pod)
+        table.add_row(Text(name), *map(str, figures))
+    return table
+
+
+def _outcomes(rows: Sequence[Row]) -> Table:
     table = new_table()
     table.add_column("Rule")
     weighted = f"Visits +\n{UNUSED_WEIGHT} unused"
     for heading in ("Orders", "Items", "New\nvisits", "Unused", weighted, "Not\ncovered", "Objective\n/ bound"):
         table.add_column(heading, justify="right", no_wrap=True)
     for name, _, report, outcome in rows:
-        assert outcome is not None
+        assert isinstance(outcome, Outcome)
         total = "-" if outcome.uncovered else str(outcome.visits + UNUSED_WEIGHT * outcome.unused)
         table.add_row(
             Text(name),
@@ -161,22 +182,24 @@ def _outcomes(rows: Sequence[tuple[str, Mapping[str, Any], Mapping[str, Any] | N
 
 
 def _stations(opened: OpenState) -> Table:
+    stores = bool(opened.warehouse.storing)
     table = _table(
         "Station",
         "Free",
+        *(("Bundles",) if stores else ()),
         "Requests",
         "Not covered",
         "Queue room",
         "Inbound pods",
-        right=("Free", "Requests", "Not covered", "Queue room"),
+        right=("Free", *(("Bundles",) if stores else ()), "Requests", "Not covered", "Queue room"),
     )
     for station in opened.warehouse.stations:
-        unit = "orders" if station.counts_orders else "items"
         there = set(station.pods_in_line)
         pods = [f"{pod.name}*" if pod.id in there else pod.name for pod in station.inbound_pods]
         table.add_row(
             station.name,
-            f"{station.free_capacity} of {station.capacity} {unit}",
+            _free(station),
+            *((f"{len(station.bundles)} of {station.bundle_capacity}" if station.stores else "-",) if stores else ()),
             str(len(station.open_requests)),
             str(len(station.uncovered_requests)),
             str(station.queue_room),
@@ -185,6 +208,13 @@ def _stations(opened: OpenState) -> Table:
     table.caption = "* in the line at the station"
     table.caption_justify = "left"
     return table
+
+
+def _free(station: Station) -> str:
+    if not station.picks:
+        return "-"
+    unit = "orders" if station.counts_orders else "items"
+    return f"{station.free_capacity} of {station.capacity} {unit}" if station.open else "closed"
 
 
 def _print_backlog(console: Console, opened: OpenState, assigned: Mapping[str, Sequence[str]], limit: int) -> None:
@@ -230,6 +260,33 @@ def _print_wanted(console: Console, opened: OpenState, max_fetches: int | None) 
     )
 
 
+def _print_bundles(console: Console, opened: OpenState, decided: Mapping[str, Any], limit: int) -> None:
+    """Print the bundles that wait for a station or a pod, and what was decided for them."""
+    stations = {given["bundle"]: given["station"] for given in decided.get("bundles", ())}
+    pods = {given["bundle"]: given["pod"] for given in decided.get("stores", ())}
+    at_stations = (bundle for station in opened.warehouse.storing for bundle in station.bundles)
+    waiting = [bundle for bundle in (*opened.warehouse.bundles.values(), *at_stations) if bundle.pod is None]
+    table = _table("Bundle", "Waits", "Items", "Space", "Station", "Goes on pod", right=("Waits", "Items", "Space"))
+    for bundle in sorted(waiting, key=lambda one: one.name not in {*stations, *pods})[:limit]:
+        at = stations.get(bundle.name, "")
+        table.add_row(
+            Text(bundle.name),
+            f"{to_seconds(opened.warehouse.now - bundle.arrival_tick):,.0f} s",
+            Text(f"{bundle.items} x {opened.instance.skus[bundle.sku]}"),
+            str(bundle.size),
+            Text(at if bundle.station is None else opened.warehouse.stations[bundle.station].name),
+            Text(_with_room(opened, pods[bundle.name]) if bundle.name in pods else ""),
+        )
+    console.print(table)
+    if len(waiting) > limit:
+        say(console, f"... and {counted(len(waiting) - limit, 'more bundle')}; --limit shows more.")
+
+
+def _with_room(opened: OpenState, name: str) -> str:
+    pod = opened.warehouse.pods[opened.names.pods[name]]
+    return name if pod.free_space >= UNLIMITED else f"{name} ({pod.free_space} free)"
+
+
 def _print_decided(console: Console, recorded: Recorded, opened: OpenState, decided: Mapping[str, Any]) -> None:
     if decided.get("trips"):
         table = _table("Pod sent", "To station", "Drive", "Holds SKUs", right=("Drive",))
@@ -241,7 +298,7 @@ def _print_decided(console: Console, recorded: Recorded, opened: OpenState, deci
         console.print(table)
     elif "trips" in decided:
         say(console, "Decided: no pod is sent.")
-    if "tasks" in decided or "cell" in decided:
+    if decided.keys() & {"tasks", "cell", "active", "rests", "moves"}:
         say(console, f"Decided: {_in_words(recorded.content, decided)}.")
 
 
@@ -253,10 +310,22 @@ def _in_words(content: Mapping[str, Any], decision: Mapping[str, Any]) -> str:
         said.append(
             ", ".join(f"robot {task['robot']} fetches pod {task['pod']}" for task in decision["tasks"]) or "no task"
         )
+    if "active" in decision:
+        said.append(f"active stations: {', '.join(decision['active']) or 'none'}")
+    for move in (*decision.get("rests", ()), *decision.get("moves", ())):
+        what = f"robot {move['robot']} goes" if "robot" in move else f"pod {move['pod']} is carried"
+        said.append(f"{what} to {where_in(content, move['cell'])}")
+    if not said and {"rests", "moves"} & decision.keys():
+        said.append("no move")
     if "assignments" in decision:
         said.append(f"orders {_pairs(decision['assignments'], 'order')}")
     if "trips" in decision:
         said.append(f"pods {_pairs(decision['trips'], 'pod')}")
+    if "bundles" in decision:
+        said.append(f"bundles {_pairs(decision['bundles'], 'bundle')}")
+    if "stores" in decision:
+        onto = [{"station": f"pod {given['pod']}", "bundle": given["bundle"]} for given in decision["stores"]]
+        said.append(f"bundles {_pairs(onto, 'bundle')}")
     return "; ".join(said) or "nothing valid"
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from rmfs_core.clock import to_ticks
 from rmfs_core.scenario.source import KeyPath
+from rmfs_core.warehouse import UNLIMITED
 from rmfs_core.warehouse.memento import (
+    BundleMemento,
     Memento,
     OrderMemento,
     PartMemento,
@@ -48,7 +50,8 @@ def memento_of(state: State, names: Names, layout: Layout) -> Memento:
     else:
         waiting = [names.pod(pod, "waiting", i) for i, pod in enumerate(state.waiting)]
     skus, blocked = tuple(names.skus), tuple(sorted(state.empty_pods))
-    return Memento(now, skus, orders, pods, stations, robots, tuple(waiting), blocked, state.reserved)
+    bundles, sizes = tuple(_bundles(state, names, now)), _sizes(state, names)
+    return Memento(now, skus, orders, pods, stations, robots, tuple(waiting), blocked, state.reserved, bundles, sizes)
 
 
 def _now(state: State, names: Names) -> int:
@@ -124,10 +127,10 @@ def _assigned(order: OrderMemento) -> int:
 
 
 def _stations(state: State, names: Names, layout: Layout, numbered: int) -> tuple[StationMemento, ...]:
-    stations = []
+    stations: list[StationMemento] = []
     for i, (name, given) in enumerate(state.stations.items()):
         path = ("stations", name)
-        most = None if state.layout is None else len(layout.stations[i].queue)
+        most = None if state.layout is None else layout.stations[i].places
         queue_length = given.queue_length or most or QUEUE_LENGTH
         if most is not None and queue_length > most:
             names.wrong((*path, "queue_length"), f"found {queue_length}; the layout has {most} cells")
@@ -137,12 +140,16 @@ def _stations(state: State, names: Names, layout: Layout, numbered: int) -> tupl
             numbered = max(numbered, number + 1)
             pod = None if request.pod is None else names.pod(request.pod, *path, "requests", at, "pod")
             requests.append(RequestMemento(number, names.orders[request.order], names.skus[request.sku], pod))
-        capacity = given.order_capacity or given.item_capacity
-        assert capacity is not None  # the model has one of them
+        only_stores = len(layout.stations) - layout.replenishing <= i
+        if state.layout is not None and given.picks == only_stores:
+            found, expected = ("picks orders", "stores bundles") if given.picks else ("stores bundles", "picks orders")
+            names.wrong(path, f"found one that {found}; expected one that {expected}, as the layout has it")
+        if given.picks and any(not before.picks for before in stations):
+            names.wrong(path, "found one that picks orders; expected those that only store bundles last")
         inbound = given.line if given.inbound is None else given.inbound
         station = StationMemento(
             name=name,
-            capacity=capacity,
+            capacity=given.order_capacity or given.item_capacity or 0,
             counts_orders=given.order_capacity is not None,
             queue_length=queue_length,
             requests=tuple(requests),
@@ -150,9 +157,46 @@ def _stations(state: State, names: Names, layout: Layout, numbered: int) -> tupl
             line=tuple(names.pod(pod, *path, "line") for pod in given.line),
             queue_room=queue_length + 1 - len(given.line) if given.queue_room is None else given.queue_room,
             in_hand=None if (held := given.in_hand) is None else (names.orders[held.order], names.skus[held.sku]),
+            picker_free=None if given.picker_free_s is None else to_ticks(given.picker_free_s),
+            staffed=given.staffed,
+            active=given.active,
+            changes=None if given.changes_s is None else to_ticks(given.changes_s),
+            bundle_capacity=given.bundle_capacity or 0,
+            picks=given.picks,
         )
         stations.append(station)
     return tuple(stations)
+
+
+def _bundles(state: State, names: Names, now: int) -> Iterator[BundleMemento]:
+    named: set[str] = set()
+    number = 0
+    for i, given in enumerate(state.bundles or ()):
+        path = ("bundles", i)
+        if given.name in named:
+            names.wrong((*path, "name"), f'found "{given.name}" twice; expected each bundle once')
+        named.add(given.name)
+        if to_ticks(given.arrival_s) > now:
+            names.wrong((*path, "arrival_s"), f"found {given.arrival_s}, which is later than now")
+        number = number if given.id is None else given.id
+        yield BundleMemento(
+            number,
+            given.name,
+            names.sku(given.sku, *path, "sku"),
+            given.items,
+            to_ticks(given.arrival_s),
+            None if given.station is None else names.station(given.station, *path, "station"),
+            None if given.pod is None else names.pod(given.pod, *path, "pod"),
+        )
+        number += 1
+
+
+def _sizes(state: State, names: Names) -> tuple[int, ...]:
+    """Return the space that an item of each SKU takes, by id; nothing where all take 1."""
+    if not state.sizes:
+        return ()
+    sizes = {names.sku(sku, "sizes", sku): size for sku, size in state.sizes.items()}
+    return tuple(sizes.get(sku, 1) for sku in range(len(names.skus)))
 
 
 def _robots(state: State, names: Names, layout: Layout, stations: Sequence[StationMemento]) -> tuple[RobotMemento, ...]:
@@ -170,7 +214,8 @@ def _robots(state: State, names: Names, layout: Layout, stations: Sequence[Stati
             if given.cell is not None:
                 names.wrong(("robots", name, "cell"), "found a cell, but the state has no layout")
             cell = 0 if task is None else slots.get(task, 0)
-        robots.append(RobotMemento(name, cell, given.heading, task))
+        battery = given.charge, bool(given.low)
+        robots.append(RobotMemento(name, cell, given.heading, task, given.on_duty, given.goal, *battery))
     tasks = {robot.task for robot in robots}
     for pod, slot in slots.items():
         if pod not in tasks:
@@ -195,5 +240,5 @@ def _pods(state: State, names: Names, layout: Layout, stations: Sequence[Station
         else:
             cell = given.cell
             home = next((place for place in (given.home, cell) if place is not None), NOWHERE)
-        pods.append(PodMemento(PodData(name, contents), cell, home, bound_for))
+        pods.append(PodMemento(PodData(name, contents), cell, home, bound_for, given.capacity or UNLIMITED))
     return tuple(pods)

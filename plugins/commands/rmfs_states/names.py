@@ -28,7 +28,8 @@ class Names:
         skus = state.skus
         if skus is None:
             held = [sku for pod in state.pods.values() for sku in pod.contents]
-            skus = tuple(dict.fromkeys([*held, *(sku for order in arrivals for sku in state.orders[order].lines)]))
+            wanted = (sku for order in arrivals for sku in state.orders[order].lines)
+            skus = tuple(dict.fromkeys([*held, *wanted, *(bundle.sku for bundle in state.bundles or ())]))
         self._state = state
         self.pods = _positions(state.pods)
         self.stations = _positions(state.stations)
@@ -44,7 +45,7 @@ class Names:
     def path(self, by_ids: KeyPath) -> KeyPath:
         """Return the path of a key with the name that the state has for an order, pod, station or robot, not its id."""
         section, *rest = by_ids
-        if rest:
+        if rest and section != "bundles":  # a list
             tables = {
                 "orders": self.orders,
                 "pods": self.pods,

@@ -69,6 +69,11 @@ class _WithoutPlaces(WarehouseView):
         raise LacksError("storage locations")
 
     @property
+    def free_rest_cells(self) -> NoReturn:
+        """There are no places."""
+        raise LacksError("storage locations")
+
+    @property
     def blocked_locations(self) -> NoReturn:
         """There are no places."""
         raise LacksError("storage locations")
@@ -105,7 +110,14 @@ def open_state(state: State, source: str = "state") -> OpenState:
         warehouse = restore(memento, travel_on(layout, state.motion.motion()))
     except ContradictionError as error:
         names.wrong(names.path(error.path), error.problem)
-    instance = Instance(memento.skus, tuple(o.data for o in memento.orders), tuple(p.data for p in memento.pods))
+    warehouse.has_places = state.layout is not None
+    instance = Instance(
+        memento.skus,
+        tuple(o.data for o in memento.orders),
+        tuple(p.data for p in memento.pods),
+        memento.sizes,
+        restocked=bool(warehouse.storing),
+    )
     shown = _shown(state, names, warehouse)
     backlog = None if shown is None else [order for order in warehouse.backlog if order.id in shown]
     view = (_WithoutPlaces if state.layout is None else WarehouseView)(warehouse, backlog)
@@ -130,7 +142,7 @@ def _shown(state: State, names: Names, warehouse: Warehouse) -> frozenset[int] |
 
 def _layout(state: State, names: Names) -> Layout:
     """Return the grid; without one in the state, a stand-in with places enough, which rules do not get to see."""
-    if not state.stations:
+    if not any(station.picks for station in state.stations.values()):
         names.wrong(("stations",), "found none; expected at least one picking station")
     if state.layout is None:
         return _stand_in(len(state.stations), len(state.pods))

@@ -6,13 +6,16 @@ First line, the header::
     scenario          the resolved scenario (as in result.json)
     state             the state before the first event, as `rmfs_states.state` has it, without ``ask``
 
-Then one line a decision of POA, PPS, POA and PPS together, PR and TA, in the order in which they were made::
+Then one line a decision of POA, PPS, POA and PPS together, PR, TA, ROA, RPS, ROA and RPS together, activation, idle
+robots and repositioning, in the order in which they were made::
 
     decides, rule     what was decided, and the name of the rule
     change            what the state that the rule saw differs in from the one of the line before: a JSON merge patch
                       (RFC 7396). Its ``ask`` says what was asked
-    decision          ``assignments`` (order, station, skus), ``trips`` (pod, station), ``tasks`` (robot, pod) or
-                      ``cell``; null when the rule answered nothing valid, which ended the run
+    decision          ``assignments`` (order, station, skus), ``trips`` (pod, station), ``tasks`` (robot, pod),
+                      ``cell``, ``bundles`` (bundle, station), ``stores`` (bundle, pod), ``active`` (stations),
+                      ``rests`` (robot, cell, charge) or ``moves`` (pod, cell); null when the rule answered nothing
+                      valid, which ended the run
     report            of a rule that reports on its solve: status, objective, bound, stopped_early
 
 `rmfs_states.read_recording` reads it. The random generator of a rule is in the state (``random``) once it has
@@ -79,8 +82,7 @@ class DecisionRecorder:
             return
         ask: dict[str, Any] = {"decides": decides.label, "period": question.period}
         call: dict[str, Any] = {"ask": ask}
-        if "max_fetches" in question.arguments:
-            ask["max_fetches"] = question.arguments["max_fetches"]
+        ask |= {name: question.arguments[name] for name in ("max_fetches", "max_moves") if name in question.arguments}
         if "pod" in question.arguments:
             ask["pod"] = question.arguments["pod"].name
         if question.warehouse.filtered:

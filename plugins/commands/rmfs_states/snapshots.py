@@ -10,6 +10,7 @@ import attrs
 from rmfs_cli.map_drawing import draw_map
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
+    BundleStored,
     Event,
     ItemPicked,
     OrderArrived,
@@ -19,7 +20,8 @@ from rmfs_core.events import (
     TripDecided,
     VisitEnded,
 )
-from rmfs_core.warehouse.memento import OrderMemento, PodMemento, RobotMemento, StationMemento
+from rmfs_core.warehouse import UNLIMITED
+from rmfs_core.warehouse.memento import BundleMemento, OrderMemento, PodMemento, RobotMemento, StationMemento
 from rmfs_states.patches import difference
 from rmfs_states.state import FORMAT, VERSIONS
 
@@ -46,7 +48,8 @@ class Snapshots:
         self._view = view = run.warehouse
         self._skus = run.instance.skus
         self._pods = [pod.name for pod in view.pods]
-        self._stations = [station.name for station in view.stations]
+        self._at = (*view.stations, *(station for station in view.replenishment_stations if not station.picks))
+        self._stations = [station.name for station in self._at]
         self._orders: dict[int, str] = {}
         self._dated = False
         self._told_of_orders: dict[int, None] = {}
@@ -54,20 +57,23 @@ class Snapshots:
         self._last: dict[str, tuple[object, dict[str, Any]]] = {}
         self.state: dict[str, Any] = {
             "format": FORMAT,
-            "version": VERSIONS[0],
+            "version": VERSIONS[bool(view.replenishment_stations)],
             "time_s": view.now_s,
             "skus": list(run.instance.skus),
             "layout": {"map": draw_map(run.layout).splitlines()},
             "motion": attrs.asdict(run.motion),
             "pods": {pod.name: self._pod(PodMemento.of(pod, view.home(pod))) for pod in view.pods},
-            "stations": {station.name: self._station(StationMemento.of(station)) for station in view.stations},
+            "stations": {station.name: self._station(StationMemento.of(station)) for station in self._at},
             "orders": {},
             "robots": {robot.name: self._robot(RobotMemento.of(robot)) for robot in view.robots},
             "waiting": [pod.name for pod in view.waiting_pods],
             "empty_pods": list(view.blocked_locations),
             "reserved": [],
             "seed": run.scenario.seed,
+            **self._bundles(),
         }
+        if max(view.sizes, default=1) > 1:
+            self.state["sizes"] = dict(zip(self._skus, view.sizes, strict=True))
         """The state as it was last looked at."""
 
     def told(self, event: Event) -> None:
@@ -76,7 +82,7 @@ class Snapshots:
             self._orders[event.order] = self._view.order(event.order).name
         if isinstance(event, (OrderArrived, OrderAssigned)):
             self._told_of_orders[event.order] = None
-        elif isinstance(event, (TripDecided, PodLifted, ItemPicked, VisitEnded, PodStored)):
+        elif isinstance(event, (TripDecided, PodLifted, ItemPicked, BundleStored, VisitEnded, PodStored)):
             self._told_of_pods.add(event.pod)
 
     def look(self, call: Mapping[str, Any]) -> dict[str, Any]:
@@ -90,14 +96,17 @@ class Snapshots:
         view = self._view
         orders = [OrderMemento.of(view.order(order)) for order in self._told_of_orders]
         self._dated |= any(order.data.due_tick is not None or order.data.priority for order in orders)
-        stations = {station.name: self._station(StationMemento.of(station)) for station in view.stations}
+        stations = {station.name: self._station(StationMemento.of(station)) for station in self._at}
+        robots = {robot.name: self._robot(RobotMemento.of(robot)) for robot in view.robots}
+        later = self._dated or bool(view.replenishment_stations) or _needs_version_2(stations, robots)
         whole = {
-            "version": VERSIONS[self._dated or any("in_hand" in station for station in stations.values())],
+            "version": VERSIONS[later],
             "time_s": view.now_s,
             "stations": stations,
-            "robots": {robot.name: self._robot(RobotMemento.of(robot)) for robot in view.robots},
+            "robots": robots,
             "waiting": [pod.name for pod in view.waiting_pods],
             "reserved": list(view.reserved_locations),
+            **self._bundles(),
             **call,
         }
         patch = difference({key: self.state[key] for key in (*whole, *PASSING) if key in self.state}, whole)
@@ -134,7 +143,24 @@ class Snapshots:
             state["cell"] = pod.cell
         if len(pod.bound_for) > 1:
             state["bound_for"] = [self._stations[station] for station in pod.bound_for]
+        if pod.capacity < UNLIMITED:
+            state["capacity"] = pod.capacity
         return state
+
+    def _bundles(self) -> dict[str, Any]:
+        """Return the bundles that are not stored, in a warehouse where some can be."""
+        stations = self._view.replenishment_stations
+        if not stations:
+            return {}
+        bundles = (*self._view.bundles, *(bundle for station in stations for bundle in station.bundles))
+        return {"bundles": [self._bundle(BundleMemento.of(bundle)) for bundle in bundles]}
+
+    def _bundle(self, bundle: BundleMemento) -> dict[str, Any]:
+        state: dict[str, Any] = {"name": bundle.name, "sku": self._skus[bundle.sku], "items": bundle.items}
+        state |= {"arrival_s": to_seconds(bundle.arrival_tick), "id": bundle.id}
+        if bundle.station is not None:
+            state["station"] = self._stations[bundle.station]
+        return state if bundle.pod is None else {**state, "pod": self._pods[bundle.pod]}
 
     def _station(self, station: StationMemento) -> dict[str, Any]:
         last, written = self._last.get(station.name, (None, {}))
@@ -146,8 +172,10 @@ class Snapshots:
             if pod is not None:
                 entry["pod"] = self._pods[pod]
             requests.append(entry)
+        capacity = {"order_capacity" if station.counts_orders else "item_capacity": station.capacity}
         written = {
-            "order_capacity" if station.counts_orders else "item_capacity": station.capacity,
+            **(capacity if station.picks else {}),
+            **({"bundle_capacity": station.bundle_capacity} if station.bundle_capacity else {}),
             "queue_length": station.queue_length,
             "requests": requests,
             "inbound": [self._pods[pod] for pod in station.inbound],
@@ -157,6 +185,10 @@ class Snapshots:
         if station.in_hand is not None:
             order, sku = station.in_hand
             written["in_hand"] = {"order": self._orders[order], "sku": self._skus[sku]}
+        written |= {key: False for key in ("staffed", "active") if not getattr(station, key)}
+        for key, tick in (("picker_free_s", station.picker_free), ("changes_s", station.changes)):
+            if tick is not None:
+                written[key] = to_seconds(tick)
         self._last[station.name] = station, written
         return written
 
@@ -164,4 +196,12 @@ class Snapshots:
         state: dict[str, Any] = {"cell": robot.cell, "heading": robot.heading}
         if robot.task is not None:
             state["task"] = self._pods[robot.task]
-        return state
+        told = {"goal": robot.goal, "charge": robot.charge, "low": int(robot.low) or None}
+        state |= {name: value for name, value in told.items() if value is not None}
+        return state if robot.on_duty else state | {"on_duty": False}
+
+
+def _needs_version_2(stations: Mapping[str, Mapping[str, Any]], robots: Mapping[str, Mapping[str, Any]]) -> bool:
+    """Whether stations or robots tell what version 1 does not know."""
+    told = {key for one in (*stations.values(), *robots.values()) for key in one}
+    return bool(told & {"in_hand", "picker_free_s", "staffed", "active", "changes_s", "on_duty"})

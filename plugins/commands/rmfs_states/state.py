@@ -1,6 +1,7 @@
 """The format of decision states, version 2: every key with its meaning, unit and default.
 
-Version 1, which is read too, has no due times, priorities and items in hand; a state without is written as version 1.
+Version 1, which is read too, has no due times, priorities, items in hand and opening hours, and nothing of
+replenishment; a state without is written as version 1.
 
 Orders, pods, stations, robots and SKUs are called by their names; the order in which a state lists them is the order
 of their ids, by which rules break ties. What a warehouse management system does not know it leaves out.
@@ -25,7 +26,10 @@ from rmfs_core.wording import listed
 
 FORMAT = "rmfs-state"
 VERSIONS = (1, 2)
-DECIDING = (Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA)
+DECIDING = (
+    *(Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA),
+    *(Role.ROA, Role.RPS, Role.ROA_RPS, Role.ACTIVATE, Role.IDLE, Role.MOVE),
+)
 DECIDES = tuple(role.label for role in DECIDING)
 """The decisions that can be asked of a state."""
 
@@ -49,6 +53,7 @@ _ITEMS = Check(
     f"numbers of items from 0 to {MOST:,}, or null",
     lambda held: all(n is None or 0 <= n <= MOST for n in held.values()),
 )
+_SIZES = Check(f"sizes from 1 to {MOST:,}", lambda sizes: all(1 <= n <= MOST for n in sizes.values()))
 _QUANTITIES = Check(
     f"one line or more, with quantities from 1 to {MOST:,}",
     lambda lines: bool(lines) and all(1 <= n <= MOST for n in lines.values()),
@@ -98,6 +103,7 @@ class PodState:
     bound_for: tuple[str, ...] | None = key(
         "Stations it is at or bound for, in the order of its visits; left out: as the stations' `inbound` have it", None
     )
+    capacity: int | None = key("Space on it, in the unit of `sizes`; left out: any amount", None, check=_number(1))
 
 
 @frozen
@@ -120,7 +126,7 @@ class InHandState:
 
 @frozen
 class StationState:
-    """A picking station."""
+    """A station: for picking with a capacity for items or orders, for replenishment with one for bundles."""
 
     item_capacity: int | None = key("Items that may be assigned at a time", None, unit="items", check=_number(1))
     order_capacity: int | None = key(
@@ -143,9 +149,36 @@ class StationState:
     queue_room: int | None = key(
         "Pods that could still set out for it; left out: what `line` leaves", None, check=_number(0)
     )
+    picker_free_s: float | None = key(
+        "When the picker will have handled the item in hand; left out: now", None, unit="s", check=_TIME
+    )
+    staffed: bool = key("Whether it is open by its timetable; false: it takes no new orders", True)
+    active: bool = key("Whether the activation rule has it take orders; false: it takes no new orders", True)
+    changes_s: float | None = key(
+        "When its timetable closes it next, or opens it, where it is not staffed; left out: never",
+        None,
+        unit="s",
+        check=_TIME,
+    )
+
+    @property
+    def needs_version_2(self) -> bool:
+        """Whether it tells what version 1 does not know."""
+        others = (self.in_hand, self.picker_free_s, self.changes_s)
+        return any(other is not None for other in others) or not (self.staffed and self.active)
+
+    bundle_capacity: int | None = key(
+        "Bundles that may be assigned at a time; left out: nothing is stored there", None, check=_number(1)
+    )
+
+    @property
+    def picks(self) -> bool:
+        """Whether orders are picked at it."""
+        return self.item_capacity is not None or self.order_capacity is not None
 
     def __attrs_post_init__(self) -> None:
-        if (self.item_capacity is None) == (self.order_capacity is None):
+        both = self.item_capacity is not None and self.order_capacity is not None
+        if both or not (self.picks or self.bundle_capacity):
             raise ValueError("expected either `item_capacity` or `order_capacity`")
 
 
@@ -174,27 +207,53 @@ class OrderState:
 
 
 @frozen
+class BundleState:
+    """A bundle that has arrived and is not stored yet."""
+
+    name: str = key("Name")
+    sku: str = key("SKU")
+    items: int = key("Number of items", check=_number(1))
+    arrival_s: float = key("When it arrived", 0.0, unit="s", check=_TIME)
+    station: str | None = key("Station that it is assigned to; left out: none", None)
+    pod: str | None = key("Pod that it will be stored on, which is bound for the station; left out: none", None)
+    id: int | None = key("Number of the bundle; left out: counted on", None, check=_number(0))
+
+
+@frozen
 class RobotState:
     """A robot."""
 
     cell: int | None = key("Cell where it stands; left out where the state has no layout", None, check=_number(0))
     heading: int = key("0 east, 1 north, 2 west, 3 south", 1, check=_one_of(0, 1, 2, 3))
     task: str | None = key("Pod it carries or is on its way to fetch; left out: none", None)
+    on_duty: bool = key("Whether it takes tasks; false: it finishes the one that it has", True)
+    goal: int | None = key(
+        "Cell that it was sent to without a task, or charges in; left out: none", None, check=_number(0)
+    )
+    charge: float | None = key("What is in its battery, 0 to 1; left out: it has none", None, check=within(0, 1))
+    low: int = key("1 where its charge is too low for a task", 0, check=_one_of(0, 1))
 
 
 @frozen
 class AskState:
     """What is asked, where the rest of the state does not say it."""
 
-    decides: str | None = key("`POA`, `PPS`, `POA+PPS`, `PR` or `TA`", None, check=_one_of(*DECIDES))
+    decides: str | None = key(
+        "`POA`, `PPS`, `POA+PPS`, `PR`, `TA`, `ROA`, `RPS`, `ROA+RPS`, `activation`, `idle` or `repositioning`",
+        None,
+        check=_one_of(*DECIDES),
+    )
     period: int | None = key(
         "Number of the period; left out: one more than the latest that assigned anything", None, check=_number(0)
     )
     max_fetches: int | None = key(
-        "PPS: stored pods that may be sent; left out: idle robots less waiting pods, no limit where robots are not "
-        "listed",
+        "PPS, RPS, ROA+RPS: stored pods that may be sent; left out: idle robots less waiting pods, no limit where "
+        "robots are not listed",
         None,
         check=_number(0),
+    )
+    max_moves: int | None = key(
+        "Repositioning: pods that may be moved; left out: idle robots less waiting pods", None, check=_number(0)
     )
     pod: str | None = key("PR: the pod to store", None)
 
@@ -225,7 +284,8 @@ class State:
 
     pods: Mapping[str, PodState] = key("Pods with contents, by name")
     stations: Mapping[str, StationState] = key(
-        "Picking stations, by name; with a layout, in the order of its stations, row by row from the north-west"
+        "Stations, by name, those that only store bundles last; with a layout, in the order of its stations, row by "
+        "row from the north-west"
     )
     orders: Mapping[str, OrderState] = key("Orders that have arrived, by name; those that are done may be left out")
     format: str = key(f"`{FORMAT}`", FORMAT, check=_one_of(FORMAT))
@@ -245,6 +305,12 @@ class State:
     )
     empty_pods: tuple[int, ...] = key("Cells of storage locations that hold an empty pod", ())
     reserved: tuple[int, ...] = key("Cells of storage locations that a pod is on its way to", ())
+    bundles: tuple[BundleState, ...] | None = key(
+        "Bundles that are not stored yet, the oldest first; those at a station, and for a pod, as that was decided; "
+        "left out: none",
+        None,
+    )
+    sizes: Mapping[str, int] | None = key("Space that an item of a SKU takes on a pod; left out: 1", None, check=_SIZES)
     backlog: tuple[str, ...] | None = key(
         "Orders that the rule is shown; left out: all that have open lines (recorded where prefilters are in use)", None
     )
@@ -257,6 +323,17 @@ class State:
             raise ValueError("found `due_s` or `priority` in a state of version 1; expected version 2 with them")
         if self.version == VERSIONS[0] and any(s.in_hand is not None for s in self.stations.values()):
             raise ValueError("found `in_hand` in a state of version 1; expected version 2 with it")
+        hours = [s.needs_version_2 for s in self.stations.values()]
+        hours += [not robot.on_duty for robot in (self.robots or {}).values()]
+        if self.version == VERSIONS[0] and any(hours):
+            raise ValueError(
+                "found opening hours, or a busy picker, in a state of version 1; expected version 2 with them"
+            )
+        stores = any(s.bundle_capacity for s in self.stations.values())
+        if self.version == VERSIONS[0] and (stores or self.bundles is not None):
+            raise ValueError(
+                "found `bundle_capacity` or `bundles` in a state of version 1; expected version 2 with them"
+            )
 
 
 def state_schema() -> dict[str, Any]:

@@ -14,8 +14,8 @@ from rmfs_core.scenario.writing import plain
 from rmfs_core.wording import listed
 from rmfs_states.state import FORMAT, VERSIONS, State
 
-MOST_SIGNS = 200_000_000
-"""Signs that are read of a file; a device may have no end."""
+MOST_BYTES = 200_000_000
+"""Bytes that are read of a file; a device may have no end."""
 
 
 def read_state(path: str | Path) -> State:
@@ -79,20 +79,39 @@ def read_json(path: Path) -> Any:
         When it cannot be read, is no JSON, or has a key twice.
     """
     try:
-        with path.open(encoding="utf-8-sig") as stream:
-            text = stream.read(MOST_SIGNS + 1)
+        with path.open("rb") as stream:
+            return parse_json(stream.read(MOST_BYTES + 1), str(path))
     except OSError as error:
         raise InputError(str(path), f"cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(str(path), f"expected UTF-8 text: {error}") from error
-    if len(text) > MOST_SIGNS:
-        raise InputError(str(path), f"found more than {MOST_SIGNS:,} signs; expected at most that many")
+
+
+def parse_json(content: bytes, name: str) -> Any:
+    """Return what JSON text says in which no object has a key twice.
+
+    Parameters
+    ----------
+    content
+        The text in UTF-8.
+    name
+        What a message calls where it comes from.
+
+    Raises
+    ------
+    InputError
+        When it is too long, no JSON, or has a key twice.
+    """
+    if len(content) > MOST_BYTES:
+        raise InputError(name, f"found more than {MOST_BYTES:,} bytes; expected at most that many")
     try:
-        return json.loads(text, object_pairs_hook=_object)
+        return json.loads(content.decode("utf-8-sig"), object_pairs_hook=_object)
+    except UnicodeDecodeError as error:
+        raise InputError(name, f"expected UTF-8 text: {error}") from error
     except json.JSONDecodeError as error:
-        raise InputError(f"{path}, line {error.lineno}", f"this is no valid JSON: {error.msg}") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(str(path), f"this is no state: {error}") from error
+        raise InputError(f"{name}, line {error.lineno}", f"this is no valid JSON: {error.msg}") from error
+    except RecursionError as error:
+        raise InputError(name, "is nested too deeply to be a state") from error
+    except ValueError as error:
+        raise InputError(name, f"this is no state: {error}") from error
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -91,6 +91,12 @@ def pod_story(decisions: Iterable[Recorded], pod: str) -> Iterator[Episode]:
         for task in decided.get("tasks", ()):
             if task["pod"] == pod:
                 yield _episode(decision, f"robot {task['robot']} fetches it")
+        for store in decided.get("stores", ()):
+            if store["pod"] == pod:
+                yield _episode(decision, f"chosen for bundle {store['bundle']}{_brings(content, store)}")
+        for move in decided.get("moves", ()):
+            if move["pod"] == pod:
+                yield _episode(decision, f"carried to {where_in(content, move['cell'])}, without a visit")
         if content["ask"].get("pod") == pod and "cell" in decided:
             yield _episode(decision, f"stored at {where_in(content, decided['cell'])}")
 
@@ -108,8 +114,10 @@ def open_lines(content: Content, order: str) -> dict[str, int]:
 
 
 def free_capacity(content: Content, station: str) -> int:
-    """Return what a station has room for: items, or orders with order capacity."""
+    """Return what a station has room for: items, or orders with order capacity; nothing while it is closed."""
     given = content["stations"][station]
+    if not (given.get("staffed", True) and given.get("active", True)):
+        return 0
     parts = {(r["order"], _part_of(content, station, r)): r["order"] for r in _kept(given)}
     if "order_capacity" in given:
         return int(given["order_capacity"] - len({order for order, _ in parts}))
@@ -173,7 +181,10 @@ def _why_waiting(decision: Recorded, order: str) -> str | None:
 
 
 def _why_not_chosen(content: Content, lines: Mapping[str, int], did: str) -> str:
-    room = {name: free_capacity(content, name) for name in content["stations"]}
+    picking = [
+        name for name, given in content["stations"].items() if "item_capacity" in given or "order_capacity" in given
+    ]
+    room = {name: free_capacity(content, name) for name in picking}
     counts_orders = {name for name, station in content["stations"].items() if "order_capacity" in station}
     items = sum(lines.values())
     if any(free >= (1 if name in counts_orders else items) for name, free in room.items()):
@@ -194,6 +205,12 @@ def _serves(decision: Recorded, trip: Mapping[str, str]) -> str:
             wanted.update(given["skus"])
     skus = [sku for sku in held if sku in wanted]
     return f": it holds {_skus(skus)}" if skus else ""
+
+
+def _brings(content: Content, store: Mapping[str, str]) -> str:
+    """Say what a bundle has, as far as the state tells of it."""
+    told = [one for one in content.get("bundles", ()) if one["name"] == store["bundle"]]
+    return "".join(f": {one['items']} of SKU {one['sku']}" for one in told)
 
 
 def _skus(names: Sequence[str]) -> str:

@@ -93,10 +93,11 @@ def check_rule(rule: object) -> ConformanceReport:
     """Run a rule in small worlds and fail when it does what no rule may do.
 
     The worlds have one and many stations, full queues, a single robot, no order, orders that arrive later, an order as
-    large as the largest station, and stations that count orders, each with unlimited and with finite stock; those that
-    lack what the rule's ``needs`` name are left out. What the rule does not decide, simple shipped rules do. In each
-    world it runs three times: with the instance of the first run once more, and with a new one, for which SKUs, orders
-    and pods have other names: those sort as before, but a set of them is gone through in another order. Where the rule
+    large as the largest station, a station that closes, and stations that count orders, each with unlimited and with
+    finite stock; in two more stock is replenished, at picking stations and at stations for that alone. Those that lack
+    what the rule's ``needs`` name are left out. What the rule does not decide, simple shipped rules do. In each world
+    it runs three times: with the instance of the first run once more, and with a new one, for which SKUs, orders and
+    pods have other names: those sort as before, but a set of them is gone through in another order. Where the rule
     plans paths, what the robots did is validated as `validate_trace` does it.
 
     Parameters
@@ -165,12 +166,13 @@ def _checked(rule: object) -> type:
 
 
 def _castings(roles: tuple[Role, ...]) -> list[tuple[Role, ...]]:
-    """Return the roles to play at a time: a rule that decides POA and PPS together does not decide them one by one."""
-    separate = tuple(role for role in roles if role is not Role.POA_PPS)
-    joint = tuple(role for role in roles if role not in Role.POA_PPS.excludes)
-    if separate == roles:
+    """Return the roles to play at a time: a rule that decides two things together does not decide them one by one."""
+    joint = [role for role in roles if len(role.excludes) > 1]
+    if not joint:
         return [roles]
-    return [joint] if joint == roles else [joint, separate]
+    parts = {part for role in joint for part in role.excludes}
+    together = tuple(role for role in roles if role not in parts)
+    return [together] if together == roles else [together, tuple(role for role in roles if role not in joint)]
 
 
 def _findings(rule: Any, world: TrialWorld, roles: tuple[Role, ...], times: dict[str, CallTimes]) -> Iterator[Finding]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from attrs import frozen
 
-from rmfs_core.warehouse import Order, Pod, Request, Robot, Station, WarehouseView
+from rmfs_core.warehouse import Bundle, Order, Pod, Request, Robot, Station, WarehouseView
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Traffic
@@ -24,7 +24,7 @@ def _public(kind: type) -> tuple[str, ...]:
 
 
 _NAMES: dict[type, tuple[str, ...]] = {
-    kind: _public(kind) for kind in (WarehouseView, Order, Pod, Station, Robot, Request)
+    kind: _public(kind) for kind in (WarehouseView, Order, Pod, Station, Robot, Request, Bundle)
 }
 _READ = {kind: attrgetter(*names) for kind, names in _NAMES.items()}
 
@@ -68,14 +68,16 @@ class Snapshot:
         return "the reservations" if self.reservations != later.reservations else None
 
 
-def _parts(warehouse: WarehouseView) -> Iterator[WarehouseView | Order | Pod | Station | Robot | Request]:
+def _parts(warehouse: WarehouseView) -> Iterator[WarehouseView | Order | Pod | Station | Robot | Request | Bundle]:
     yield warehouse
     yield from warehouse.orders
     yield from warehouse.pods
     yield from warehouse.robots
-    for station in warehouse.stations:
+    yield from warehouse.bundles
+    for station in dict.fromkeys((*warehouse.stations, *warehouse.replenishment_stations)):
         yield station
         yield from station.open_requests
+        yield from station.bundles
 
 
 def _first_name(part: object, before: tuple[object, ...] | None, after: tuple[object, ...]) -> str:

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Fault", "Recorder", "validate_trace"]
 
+_SUPPLY = ("pod_capacity", "replenishment")
+"""What a scenario says of an instance that the instance itself does not."""
+
 
 @define(eq=False)
 class Recorder:
@@ -50,9 +53,10 @@ class Recorder:
             Whether no two robots may hold a cell at once.
         """
         assert self.run is not None
-        scenario = {key: table for key, table in self.start["scenario"].items() if key != "instance"}  # it has its own
+        scenario = self.start["scenario"]
+        asked = {key: scenario["instance"][key] for key in _SUPPLY if key in scenario["instance"]}  # the rest it has
         trace = Trace(
-            scenario={**scenario, "rules": {**scenario["rules"], **rules}},
+            scenario={**scenario, "instance": asked, "rules": {**scenario["rules"], **rules}},
             layout=self.run.layout,
             motion=self.run.motion,
             instance=self.run.instance,

@@ -94,10 +94,10 @@ class WatchedRule:
         """Return the rule as the kernel knows it."""
         kind = type(self.instance)
         traits = RuleTraits.of(self.instance, f"class {kind.__name__}", "it")
-        hook: pluggy.HookCaller = getattr(self.manager.hook, role.hook)
+        hook: pluggy.HookCaller = getattr(self.manager.hook, traits.hook(role))
         source = RuleSource(kind.__name__, kind, kind.__module__, "under test")
         wakes = self.manager.hook.wake_at if self.manager.hook.wake_at.get_hookimpls() else None
-        return BoundRule(role, source, self.instance, traits, hook, wakes)
+        return BoundRule(role, source, self.instance, traits, hook, wakes, call=hook)
 
     def begin(self, view: WarehouseView) -> None:
         """Forget the run before this one."""

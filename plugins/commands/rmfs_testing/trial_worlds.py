@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from attrs import evolve, frozen
 
 from rmfs_core.scenario.model import (
+    InstanceSection,
     LayoutSection,
+    Replenishment,
     RobotsSection,
     RuleChoice,
     RulesSection,
@@ -15,7 +17,8 @@ from rmfs_core.scenario.model import (
     Scenario,
     StationsSection,
 )
-from rmfs_core.world import Instance, Layout
+from rmfs_core.timetable import Span
+from rmfs_core.world import BundleData, Instance, Layout
 from rmfs_testing.worlds import Wanted, small_instance, small_layout
 
 LONGEST_S = 4 * 3600.0
@@ -27,6 +30,8 @@ PLAIN_RULES = RulesSection(
     pr=RuleChoice("nearest"),
     ta=RuleChoice("nearest-robot"),
     pp=RuleChoice("free-flow"),
+    roa=RuleChoice("first-bundle"),
+    rps=RuleChoice("emptiest-pod"),
 )
 """What decides whatever the rule under test does not: simple, quick, and free of randomness."""
 
@@ -56,10 +61,11 @@ class TrialWorld:
         Where a rule goes through a set of names, it goes through it in another order, as in another Python process.
         """
         given = self.instance
-        instance = Instance(
-            tuple(f"1{sku}" for sku in given.skus),
-            tuple(evolve(order, name=f"1{order.name}") for order in given.orders),
-            tuple(evolve(pod, name=f"1{pod.name}") for pod in given.pods),
+        instance = evolve(
+            given,
+            skus=tuple(f"1{sku}" for sku in given.skus),
+            orders=tuple(evolve(order, name=f"1{order.name}") for order in given.orders),
+            pods=tuple(evolve(pod, name=f"1{pod.name}") for pod in given.pods),
         )
         return evolve(self, instance=instance)
 
@@ -99,6 +105,9 @@ def trial_worlds() -> tuple[TrialWorld, ...]:
         _world("an order as large as the largest station", _large(), capacities=(4, 9, 5)),
         _world("an order larger than the largest station", _large(), capacities=(4, 6, 5)),
         _world("order capacity", plain, capacities=(2, 1), counts_orders=True),
+        _world("a station that closes", _later(), capacities=(5, 5), opening={"1": (("00:00", "00:02"),)}),
+        _reordered(),
+        _delivered(),
     )
     return (*worlds, *(world.running_out() for world in worlds if world.instance.unlimited_stock))
 
@@ -128,6 +137,50 @@ def _large() -> Instance:
     return small_instance(orders, PODS, arrivals_s={"4": 90, "5": 120})
 
 
+def _reordered() -> TrialWorld:
+    """Each SKU is ordered when its last items are left; picking stations store, too, and pods have hardly any room."""
+    orders: Wanted = {str(i): {"abcdef"[i % 6]: 2, "abcdef"[(i + 1) % 6]: 1} for i in range(2, 10)}
+    pods: Wanted = {name: dict.fromkeys(skus, 2) for name, skus in PODS.items()}
+    instance = small_instance(orders, pods, arrivals_s={str(i): 40.0 * i for i in range(2, 10)})
+    levels = ((2, 5),) * len(instance.skus)
+    process = Replenishment("reorder-point", reorder_point=2, order_up_to=5, lead_s=60, bundle_items=2)
+    return _world(
+        "replenishment at picking stations",
+        evolve(instance, levels=levels, restocked=True),
+        capacities=(4, 6),
+        replenishment=process,
+        pod_capacity=6,
+    )
+
+
+def _delivered() -> TrialWorld:
+    """Bundles come at their times to two stations of their own, of what no pod holds, too.
+
+    However they are spread, each has room on some pod: 28 places for 23 items in all, 2 in a bundle.
+    """
+    orders: Wanted = {"1": {"a": 3, "g": 1}, "2": {"b": 2}, "3": {"h": 3}, "4": {"a": 2, "c": 2}, "5": {"g": 2, "h": 1}}
+    pods: Wanted = {"A": {"a": 3, "b": 1}, "B": {"c": 4}, "C": {"d": 1, "e": 3}, "D": {"f": 1}}
+    instance = small_instance(orders, pods, arrivals_s={"5": 300})
+    bundles = (
+        ("1", 0, "g", 1),
+        ("2", 0, "h", 2),
+        ("3", 0, "g", 2),
+        ("4", 50, "h", 2),
+        ("5", 50, "a", 2),
+        ("6", 90, "b", 1),
+    )
+    coming = tuple(BundleData(name, 1000 * time, instance.skus.index(sku), n) for name, time, sku, n in bundles)
+    return _world(
+        "replenishment stations",
+        evolve(instance, bundles=coming, restocked=True),
+        capacities=(7,),
+        replenishment=Replenishment("file", file="bundles.csv"),
+        pod_capacity=7,
+        replenishment_stations=2,
+        bundle_capacity=2,
+    )
+
+
 def _world(
     name: str,
     instance: Instance,
@@ -136,15 +189,27 @@ def _world(
     robots: int = 3,
     queue_length: int = 3,
     counts_orders: bool = False,
+    opening: Mapping[str, tuple[Span, ...]] | None = None,
+    replenishment: Replenishment | None = None,
+    pod_capacity: int | None = None,
+    replenishment_stations: int = 0,
+    bundle_capacity: int | None = None,
 ) -> TrialWorld:
     capacity = tuple(capacities)
     scenario = Scenario(
         rules=PLAIN_RULES,
+        instance=InstanceSection(replenishment=replenishment, pod_capacity=pod_capacity),
         layout=LayoutSection(pod_fill=0.6),
         robots=RobotsSection(count=robots),
         stations=StationsSection(
-            item_capacity=capacity, order_capacity=capacity if counts_orders else None, queue_length=queue_length
+            item_capacity=capacity,
+            order_capacity=capacity if counts_orders else None,
+            queue_length=queue_length,
+            open=opening,
+            also_replenish=True if replenishment and not replenishment_stations else None,
+            bundle_capacity=bundle_capacity,
         ),
         run=RunSection(until_s=LONGEST_S, standstill_s=2 * LONGEST_S),
     )
-    return TrialWorld(name, scenario, instance, small_layout(len(capacity), queue_length=queue_length))
+    layout = small_layout(len(capacity), queue_length=queue_length, replenishment=replenishment_stations)
+    return TrialWorld(name, scenario, instance, layout)

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from rmfs_core.motion import Motion
 from rmfs_core.scenario.model import LayoutSection
-from rmfs_core.warehouse import Robot, Station, Warehouse
+from rmfs_core.warehouse import UNLIMITED, Robot, Station, Warehouse
 from rmfs_core.world import NORTH, Instance, Layout, OrderData, PodData, block_map, check_layout, parse_map
 from rmfs_core.world.travel import travel_on
 
@@ -59,10 +59,15 @@ def _numbers(skus: Sequence[str] | Mapping[str, int], default: int | None) -> It
 
 
 @lru_cache(maxsize=16)
-def small_layout(stations: int = 1, block_columns: int = 2, queue_length: int = 3) -> Layout:
-    """Return a block layout that is just large enough for so many stations on its east side."""
+def small_layout(stations: int = 1, block_columns: int = 2, queue_length: int = 3, replenishment: int = 0) -> Layout:
+    """Return a block layout that is just large enough for so many stations, and for replenishment, on its east side."""
     section = LayoutSection(
-        block_rows=2 * stations + 1, block_columns=block_columns, hall_width=1, stations_east=stations, stations_west=0
+        block_rows=2 * (stations + replenishment) + 1,
+        block_columns=block_columns,
+        hall_width=1,
+        stations_east=stations,
+        stations_west=0,
+        replenishment_east=replenishment or None,
     )
     layout = parse_map(block_map(section, queue_length), "small layout")
     check_layout(layout, "small layout")
@@ -78,6 +83,8 @@ def small_world(
     robots: int = 2,
     layout: Layout | None = None,
     due_s: Mapping[str, float] | None = None,
+    bundle_capacity: int = 0,
+    pod_capacity: int | None = None,
 ) -> Warehouse:
     """Return a warehouse at time 0 with all orders in the backlog.
 
@@ -97,12 +104,24 @@ def small_world(
         The grid; left out, `small_layout` with the stations needed.
     due_s
         As for `small_instance`.
+    bundle_capacity
+        Bundles that each station can have at a time; left out, nothing is stored there. Bundles come by
+        ``bundle_arrives(sku, items)`` and ``assign_bundle(bundle, station)`` of the warehouse.
+    pod_capacity
+        Items that a pod can hold; left out, any number.
     """
     instance = small_instance(orders, pods, due_s=due_s)
     layout = layout or small_layout(len(capacities))
     locations = layout.storage_locations
     stations = [
-        Station(i, layout.stations[i], capacity, counts_orders, len(layout.stations[i].queue))
+        Station(
+            i,
+            layout.stations[i],
+            capacity,
+            counts_orders,
+            layout.stations[i].places,
+            bundle_capacity=bundle_capacity,
+        )
         for i, capacity in enumerate(capacities)
     ]
     warehouse = Warehouse(
@@ -111,6 +130,7 @@ def small_world(
         stations,
         [Robot(i, locations[-1 - i], NORTH) for i in range(robots)],
         locations[: len(instance.pods)],
+        pod_capacity=pod_capacity or UNLIMITED,
     )
     for order in warehouse.orders:
         warehouse.order_arrives(order)

@@ -42,7 +42,7 @@ class JsonLinesFile:
 
     def write(self, line: Mapping[str, Any]) -> None:
         """Append an object."""
-        self._lines.write(to_json(line).encode("utf-8") + b"\n")
+        self._lines.write(to_json(line).encode("utf-8", "backslashreplace") + b"\n")
 
     def commit(self) -> None:
         """Close the file and give it its name."""

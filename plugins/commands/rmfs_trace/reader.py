@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -17,9 +18,12 @@ from rmfs_core.events import Event
 from rmfs_core.motion import Motion
 from rmfs_core.roles import Role
 from rmfs_core.wording import one_line, shown_short
-from rmfs_core.world import Instance, Layout, OrderData, PodData, StationCells
+from rmfs_core.world import BundleData, Instance, Layout, OrderData, PodData, StationCells
 from rmfs_trace.json_lines import read_json_lines
-from rmfs_trace.writer import EVENTS, FILE, FORMAT, NOT_TRACED, VERSION
+from rmfs_trace.writer import EVENTS, FILE, FORMAT, NOT_TRACED, VERSION, header
+
+if TYPE_CHECKING:
+    from rmfs_core.info import RunInfo
 
 TICK_S = 1 / TICKS_PER_S
 STATUSES = ("complete", "partial", "failed")
@@ -42,7 +46,7 @@ class Trace:
     robots
         For each robot: ``cell``, ``heading``.
     stations
-        For each station: ``name``, ``capacity``, ``counts_orders``.
+        For each station: ``name``, ``capacity``, ``counts_orders``, ``bundle_capacity`` where bundles are stored.
     blocked
         Storage locations that hold an empty pod.
     events
@@ -132,10 +136,15 @@ def read_trace(path: str | Path) -> Trace:
     return attrs.evolve(stream.start, events=events, tick=stream.tick, status=stream.status)
 
 
+def trace_of(run: RunInfo) -> Trace:
+    """Return the trace of a run that begins: what it starts from, and no events yet."""
+    return _trace("the run", header(run))
+
+
 def trace_file(path: str | Path) -> Path:
     """Return the trace file of a run's folder, or the file that is given; raise `InputError` where there is none."""
     file = Path(path)
-    if not file.is_dir():
+    if not os.path.isdir(file):  # noqa: PTH112 (False for a name that is too long, too)
         return file
     if not (file / FILE).exists():
         raise InputError(str(file), f"has no {FILE}; `rmfs run --trace` records one")
@@ -274,8 +283,12 @@ def _layout(table: Mapping[str, Any]) -> Layout:
             raise ValueError(f"expected {height} rows of {width} cells each")
         return np.array([int(digit, 16) for row in rows for digit in row], dtype=np.int8)
 
-    stations = tuple(StationCells(entry["cell"], tuple(entry["queue"])) for entry in table["stations"])
-    return Layout(width, height, cells(table["kind"]), cells(table["moves"]), stations)
+    stations = tuple(
+        StationCells(entry["cell"], tuple(entry["queue"]), entry.get("clear", 0)) for entry in table["stations"]
+    )
+    return Layout(
+        width, height, cells(table["kind"]), cells(table["moves"]), stations, int(table.get("replenishing", 0))
+    )
 
 
 def _place(given: Sequence[int] | None) -> tuple[int, int, str] | None:
@@ -300,4 +313,12 @@ def _instance(first: Mapping[str, Any]) -> Instance:
         PodData(pod["name"], tuple((sku, number) for sku, number in pod["contents"]), _place(pod.get("place")))
         for pod in first["pods"]
     )
-    return Instance(tuple(first["skus"]), orders, pods)
+    return Instance(
+        tuple(first["skus"]),
+        orders,
+        pods,
+        tuple(first.get("sizes", ())),
+        tuple(BundleData(name, tick, sku, items) for name, tick, sku, items in first.get("bundles", ())),
+        tuple((s, up_to) for s, up_to in first.get("levels", ())),
+        bool(first.get("restocked", False)),
+    )

@@ -13,30 +13,39 @@ First line, the header::
     scenario          the resolved scenario (as in result.json)
     map               the text of the scenario's map file, where it has one
     layout            width, height
-                      kind: a text per row, a digit per cell: 0 wall, 1 floor, 2 storage location, 3 queue, 4 station
+                      kind: a text per row, a digit per cell: 0 wall, 1 floor, 2 storage location, 3 queue, 4 station,
+                      5 charger
                       moves: a text per row, a hexadecimal digit per cell; bit 1 << heading is set where a robot may
                       step from the cell into its neighbour in that heading
                       stations: for each its cell and its queue's cells, the one next to the station first
+                      replenishing: how many of these, the last ones, are no picking stations; left out: none
     motion            acceleration_m_per_s2, top_speed_m_per_s, full_turn_s, lift_s
     skus              names
+    sizes             space that an item of each SKU takes on a pod; left out: 1 each
+    bundles           of a file: [name, arrival (tick), SKU, items] each; left out: there is none
+    restocked         true where bundles may arrive
+    levels            [reorder point, order-up-to level] of each SKU, in items; left out: nothing is reordered
     orders            name, arrival (tick), lines: [SKU, quantity] each; due (tick) and priority where it has one
     pods              name, contents: [SKU, items or null for unlimited] each, cell, robot that carries it or null,
                       bound_for: stations it is at or bound for from the start; place: [row, column], from 1, of the
                       storage location in which it stands at first, where the file of pods says so
     robots            cell, heading
-    stations          name, capacity, counts_orders (capacity in orders instead of items)
+    stations          name, capacity, counts_orders (capacity in orders instead of items); bundle_capacity where bundles
+                      are stored
     blocked           storage locations that hold an empty pod for the whole run
 
 Then one line an event, in the order in which they happened: ``e``, the event's class in lower case with underscores,
 and the fields of that class in `rmfs_core.events` (where each is documented), ``tick`` first. Left out is ``wall_s``
-of ``decision_made``: equal runs have equal traces. ``decides`` is ``"POA"``, ``"PPS"`` or ``"POA+PPS"``.
+of ``decision_made``: equal runs have equal traces. ``decides`` is ``"POA"``, ``"PPS"``, ``"POA+PPS"``, ``"ROA"``,
+``"RPS"`` or ``"ROA+RPS"``.
 
 Where a robot is: it rests at its header cell until its first ``robot_moved``. In such a leg it stands at ``origin`` for
 ``wait_ticks`` from ``start_tick``, turns there for ``turn_ticks`` to ``heading``, and drives ``distance_m`` cells
 straight until ``tick``: from rest with ``acceleration_m_per_s2`` up to ``top_speed_m_per_s``, and back to rest
 (`rmfs_core.motion.Motion.position_m`). It then rests at ``to``. A leg that ``run.until_s`` cut off has the ``tick`` of
 the end, and ``to`` is the last cell whose centre the robot has passed by then. A pod is where its robot is from
-``pod_lifted`` to ``pod_stored``; an item leaves it with each ``item_picked``.
+``pod_lifted`` to ``pod_stored``; an item leaves it with each ``item_picked``, and those of a bundle come with
+``bundle_stored``.
 
 Last line: ``{"e": "end", "tick": ..., "status": ...}`` with the status ``complete``, ``partial`` or ``failed``. A trace
 without it was cut off.
@@ -62,7 +71,8 @@ from rmfs_trace.json_lines import JsonLinesFile, beside_results
 
 if TYPE_CHECKING:
     from rmfs_core.info import RunInfo
-    from rmfs_core.world import Layout, OrderData
+    from rmfs_core.warehouse import Station
+    from rmfs_core.world import Layout, OrderData, StationCells
 
 FILE = "trace.jsonl.gz"
 FORMAT = "rmfs-trace"
@@ -132,6 +142,10 @@ def header(run: RunInfo) -> dict[str, Any]:
         "layout": _layout(run.layout),
         "motion": attrs.asdict(run.motion),
         "skus": instance.skus,
+        **({"sizes": instance.sizes} if instance.sizes else {}),
+        **({"bundles": [attrs.astuple(bundle) for bundle in instance.bundles]} if instance.bundles else {}),
+        **({"levels": instance.levels} if instance.levels else {}),
+        **({"restocked": True} if instance.restocked else {}),
         "orders": [_order(order) for order in instance.orders],
         "pods": [
             {
@@ -145,17 +159,19 @@ def header(run: RunInfo) -> dict[str, Any]:
             for pod, data in zip(warehouse.pods, instance.pods, strict=True)
         ],
         "robots": [{"cell": robot.cell, "heading": robot.heading} for robot in warehouse.robots],
-        "stations": [
-            {"name": station.name, "capacity": station.capacity, "counts_orders": station.counts_orders}
-            for station in warehouse.stations
-        ],
+        "stations": [_station(warehouse.station(i)) for i in range(len(run.layout.stations))],
         "blocked": warehouse.blocked_locations,
     }
 
 
 def _map(run: RunInfo) -> dict[str, str]:
     name = run.scenario.layout.map_file
-    return {} if name is None else {"map": (Path(run.scenario.folder) / name).read_text(encoding="utf-8")}
+    return {} if name is None else {"map": (Path(run.scenario.folder) / name).read_text(encoding="utf-8-sig")}
+
+
+def _station(station: Station) -> dict[str, Any]:
+    told = {"name": station.name, "capacity": station.capacity, "counts_orders": station.counts_orders}
+    return told | ({"bundle_capacity": station.bundle_capacity} if station.stores else {})
 
 
 def _order(order: OrderData) -> dict[str, Any]:
@@ -175,5 +191,11 @@ def _layout(layout: Layout) -> dict[str, Any]:
         "height": layout.height,
         "kind": rows(layout.kind),
         "moves": rows(layout.moves),
-        "stations": [{"cell": cells.station, "queue": cells.queue} for cells in layout.stations],
+        "stations": [_station_cells(cells) for cells in layout.stations],
+        **({"replenishing": layout.replenishing} if layout.replenishing else {}),
     }
+
+
+def _station_cells(cells: StationCells) -> dict[str, Any]:
+    told = {"cell": cells.station, "queue": cells.queue}
+    return told | {"clear": cells.clear} if cells.clear else told

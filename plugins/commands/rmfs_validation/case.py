@@ -59,7 +59,8 @@ class Case:
             self.pick_ticks = to_ticks(stations["pick_s"])
             self.handle_ticks = to_ticks(stations["handle_s"])
             self.keeps_places = stations.get("release", "picked") == "handled"
-            self.queue_length = int(stations["queue_length"])
+            shortest = min((own.places for own in trace.layout.stations), default=12)
+            self.queue_length = int(stations.get("queue_length", min(12, shortest)))
         except KeyError as error:
             raise InputError("header of the trace", f"the scenario lacks {error} among its stations") from error
 
@@ -77,6 +78,10 @@ class Case:
     def is_storage(self, cell: int) -> bool:
         """Whether a cell is a storage location."""
         return bool(self.kind[cell] == CellKind.STORAGE)
+
+    def is_rest(self, cell: int) -> bool:
+        """Whether robots may rest in a cell: a storage location or a charger."""
+        return self.is_storage(cell) or bool(self.kind[cell] == CellKind.CHARGER)
 
     def heading(self, cell: int, to: int) -> int | None:
         """Heading of a straight run from one cell to another; None when there is none."""

@@ -18,7 +18,17 @@ from rmfs_core.events import (
     VisitStarted,
 )
 from rmfs_trace.reader import Trace
-from rmfs_validation.tables import FOR_ROOM, STATES, Row, arrivals_of, measured_from, waiting_ticks
+from rmfs_validation.robots import recompute_robots
+from rmfs_validation.tables import (
+    FOR_ROOM,
+    STATES,
+    Row,
+    arrivals_of,
+    has_hours,
+    measured_from,
+    stations_of,
+    waiting_ticks,
+)
 
 PARTS = ("backlog_s", "other_parts_s", "fetch_s", "driving_s", "queueing_s", "station_s")
 HANDLED = (*PARTS, "handling_s")
@@ -38,7 +48,9 @@ def recompute_details(trace: Trace) -> dict[str, float | None]:
         "turnover_backlog": [assigned.get(i, done[i]) - arrivals.get(i, done[i]) for i in timed],
         "turnover_station": [done[i] - assigned.get(i, done[i]) for i in timed],
     }
-    visits = sum(isinstance(event, VisitStarted) and event.tick >= begin for event in trace.events)
+    picking = len(trace.stations) - trace.layout.replenishing
+    started = [event for event in trace.events if isinstance(event, VisitStarted) and event.station < picking]
+    visits = sum(event.tick >= begin for event in started)
     waiting: Counter[str] = Counter()
     for (_, state), ticks in waiting_ticks(trace).items():
         waiting[state] += ticks
@@ -52,7 +64,15 @@ def recompute_details(trace: Trace) -> dict[str, float | None]:
     for name, values in times.items():
         found[f"{name}_median_s"] = _percentile(values, 50)
         found[f"{name}_p95_s"] = _percentile(values, 95)
-    return found | _lateness(trace, begin, done)
+    return found | _opening(trace) | _lateness(trace, begin, done) | recompute_robots(trace, begin, len(after))
+
+
+def _opening(trace: Trace) -> dict[str, float | None]:
+    if not has_hours(trace):
+        return {}
+    rows = stations_of(trace)
+    opened, busy = (sum(float(row[column] or 0) for row in rows) for column in ("open_s", "busy_s"))
+    return {"station_open_h": opened / 3600, "open_utilisation_percent": 100 * busy / opened if opened else None}
 
 
 def _lateness(trace: Trace, begin: int, done: dict[int, int]) -> dict[str, float | None]:

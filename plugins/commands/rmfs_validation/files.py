@@ -13,6 +13,7 @@ from rmfs_core.errors import InputError
 from rmfs_trace.reader import Trace
 from rmfs_validation.case import Case
 from rmfs_validation.details import delays_of
+from rmfs_validation.restocking import bundles_of, stock_of
 from rmfs_validation.results import orders_of, periods_of, visits_of
 from rmfs_validation.tables import Row, hours_of, robots_of, stations_of
 
@@ -24,6 +25,8 @@ FILES: Mapping[str, tuple[str, Callable[[Trace], Iterable[Row]]]] = {
     "hours.csv": ("hour", hours_of),
     "stations.csv": ("station", stations_of),
     "robots.csv": ("robot", robots_of),
+    "bundles.csv": ("bundle", bundles_of),
+    "stock.csv": ("hour", stock_of),
 }
 """Of each table the first column, whose values name its rows, and what works its rows out."""
 

@@ -42,15 +42,27 @@ def check_header(case: Case) -> None:
         found = getattr(trace.motion, name)
         if robots.get(name, found) != found:
             case.add("header", 0, f"{name} of the robots is {found}; the scenario says {robots[name]}")
-    for i, station in enumerate(trace.stations):
+    for i, station in enumerate(trace.stations[: len(trace.stations) - case.layout.replenishing]):
         asked = stations.get("order_capacity" if station["counts_orders"] else "item_capacity")
         capacity = asked[i] if isinstance(asked, list | tuple) and i < len(asked) else asked
         if station["capacity"] != capacity:
             case.add("header", 0, f"the capacity of {case.station(i)} is {station['capacity']}, not {capacity}")
+    _bundle_capacities(case)
     _names(case)
     _numbers(case)
     _places(case)
     _queues(case)
+
+
+def _bundle_capacities(case: Case) -> None:
+    """Stations that only store do that, and the others where the scenario says so."""
+    trace, asked = case.trace, case.trace.scenario["stations"]
+    picking = len(trace.stations) - case.layout.replenishing
+    for i, station in enumerate(trace.stations):
+        stores = i >= picking or bool(asked.get("also_replenish"))
+        found, expected = station.get("bundle_capacity", 0), asked.get("bundle_capacity", 10) if stores else 0
+        if found != expected:
+            case.add("header", 0, f"{case.station(i)} holds {found} bundles; the scenario says {expected}")
 
 
 def _names(case: Case) -> None:
@@ -76,7 +88,7 @@ def _numbers(case: Case) -> None:
     expected = {
         "robots": (len(trace.robots), scenario.get("robots", {}).get("count")),
         "orders": (len(instance.orders), asked.get("orders")),
-        "SKUs": (len(instance.skus), asked.get("skus")),
+        "SKUs": (len(instance.skus), None if instance.bundles else asked.get("skus")),  # which may bring others
         "pods": (len(instance.pods), asked.get("pods")),
         "empty pods": (
             len(trace.blocked),

@@ -11,6 +11,7 @@ from rmfs_core.events import DecisionMade, Event, ItemPicked, OrderAssigned, Ord
 from rmfs_trace.reader import Trace
 from rmfs_validation.case import Case
 from rmfs_validation.details import recompute_details
+from rmfs_validation.restocking import recompute_replenishment
 from rmfs_validation.tables import arrivals_of, measured_from
 
 Value = float | None
@@ -28,6 +29,8 @@ def compare(case: Case, result: Mapping[str, Any]) -> None:
             case.add("other-run", trace.tick, f"the {name} in the result is not the one in the trace")
     reported = result.get("metrics", {})
     details = recompute_details(trace)
+    if trace.instance.restocked:
+        details |= recompute_replenishment(trace)
     expected_values = recompute(trace) | (details if details.keys() & reported.keys() else {})
     for name, value in expected_values.items():
         if name not in reported:
@@ -42,7 +45,8 @@ def recompute(trace: Trace) -> dict[str, Value]:
     counted = [event for event in trace.events if event.tick >= begin]
     picks = [event for event in trace.events if isinstance(event, ItemPicked)]
     picked = sum(isinstance(event, ItemPicked) for event in counted)
-    visits = sum(isinstance(event, VisitStarted) for event in counted)
+    picking = len(trace.stations) - trace.layout.replenishing
+    visits = sum(isinstance(event, VisitStarted) and event.station < picking for event in counted)
     decisions = [event for event in counted if isinstance(event, DecisionMade)]
     done = {event.order: event.tick for event in trace.events if isinstance(event, OrderCompleted)}
     orders, arrivals = trace.instance.orders, arrivals_of(trace)
@@ -64,7 +68,7 @@ def recompute(trace: Trace) -> dict[str, Value]:
         "simulated_s": end / TICKS_PER_S,
         "orders_per_hour": _over(len(after), hours),
         "picks_per_hour": _over(picked, hours),
-        "picker_utilisation": _over(busy, measured * len(trace.stations)),
+        "picker_utilisation": _over(busy, measured * picking),
         "split_orders_open_max": _split_orders(trace, begin),
         "periods": sum(decision.decides.assigns for decision in decisions),
         "solves_stopped_early": sum(decision.stopped_early for decision in decisions),
@@ -119,6 +123,8 @@ def _split_orders(trace: Trace, begin: int) -> int:
             under_way.discard(event.order)
         elif isinstance(event, DecisionMade):
             most = max(most, _split(under_way, parts, left))
+    if trace.events and trace.events[-1].tick < begin:  # the run ends before anything counts
+        most = 0
     return max(most, _split(under_way, parts, left))
 
 

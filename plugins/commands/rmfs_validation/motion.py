@@ -128,7 +128,7 @@ class WayCheck:
         heading = self.case.heading(event.origin, event.to)
         if heading is None:
             return
-        if robot.pod is not None and self.case.is_storage(event.origin) and event.origin != robot.lifted_at:
+        if robot.pod is not None and self.case.is_rest(event.origin) and event.origin != robot.lifted_at:
             self._storage(event, event.origin)
         robot.lifted_at = None
         self._follow(event, robot, heading)
@@ -147,8 +147,14 @@ class WayCheck:
                 return
             if case.lane[cell] != case.lane[before]:
                 self._lane(event, robot, case.lane[cell])
-            if robot.pod is not None and case.is_storage(cell) and (cell != event.to or cell in self.state.stored):
+            if robot.pod is not None and self._closed(event, cell):
                 self._storage(event, cell)
+
+    def _closed(self, event: RobotMoved, cell: int) -> bool:
+        """Whether a robot with a pod must not come into a cell of its run."""
+        if not self.case.is_storage(cell):
+            return self.case.is_rest(cell)
+        return cell != event.to or cell in self.state.stored
 
     def _lane(self, event: RobotMoved, robot: RobotState, lane: int) -> None:
         """Note that a robot enters the queue of a station, or leaves one."""
@@ -172,6 +178,5 @@ class WayCheck:
                 "through-stored-pod", event.tick, f"{carrying} drives into {standing} at {self.case.where(cell)}"
             )
         else:
-            self.case.add(
-                "storage-crossed", event.tick, f"{carrying} crosses the storage location {self.case.where(cell)}"
-            )
+            what = "storage location" if self.case.is_storage(cell) else "charger"
+            self.case.add("storage-crossed", event.tick, f"{carrying} crosses the {what} {self.case.where(cell)}")

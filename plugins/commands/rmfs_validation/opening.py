@@ -34,7 +34,9 @@ def check_opening(case: Case) -> None:
     try:
         scenario = scenario_from_dict(trace.scenario, name=PLACE)
         layout = _layout(scenario, trace)
-        drawn = scenario.instance.orders_file is None and not isinstance(scenario.instance.arrivals.profile, str)
+        given, supply = scenario.instance, scenario.instance.replenishment
+        files = given.orders_file, given.skus_file, supply and supply.file
+        drawn = files == (None,) * 3 and not isinstance(given.arrivals.profile, str)
         instance = make_instance(scenario) if drawn else None
     except InputError as error:
         case.add("header", 0, f"nothing can be run as the scenario says: {error}")
@@ -64,17 +66,17 @@ def _compare_layouts(case: Case, layout: Layout) -> None:
             cell = int(different[0])
             told = f"{case.where(cell)} is {name} {int(cells[cell])}; the scenario says {int(asked_for[cell])}"
             case.add("header", 0, f"{told}{_more(len(different))}")
-    if found.stations != layout.stations:
+    if (found.stations, found.replenishing) != (layout.stations, layout.replenishing):
         case.add("header", 0, "stations and queues have other cells than the scenario says")
     for i, own in enumerate(found.stations):
-        if len(own.queue) < case.queue_length:
-            held = f"the queue of {case.station(i)} has {len(own.queue)} cells"
+        if own.places < case.queue_length:
+            held = f"the queue of {case.station(i)} has {own.places} cells"
             case.add("header", 0, f"{held}; stations.queue_length is {case.queue_length}")
 
 
 def _compare_instances(case: Case, instance: Instance) -> None:
     found = case.trace.instance
-    for name in ("skus", "orders", "pods"):
+    for name in ("skus", "orders", "pods", "levels"):
         _compare(case, f"the {name}", getattr(found, name), getattr(instance, name))
 
 

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import math
 
-from rmfs_core.events import DecisionMade, OrderArrived, OrderAssigned, OrderCompleted, TripDecided
+from rmfs_core.events import (
+    BundleArrived,
+    BundleAssigned,
+    BundleBound,
+    DecisionMade,
+    OrderArrived,
+    OrderAssigned,
+    OrderCompleted,
+    TripDecided,
+)
 from rmfs_core.roles import Role
 from rmfs_core.wording import listed
 from rmfs_validation.case import Case, Handlers, name_of, seconds
@@ -14,7 +23,8 @@ from rmfs_validation.tables import refilled
 TOLERANCE = 1e-6
 """Of solvers, as a share of the objective."""
 
-DECISIONS = (Role.POA, Role.PPS, Role.POA_PPS)
+BUNDLE_DECISIONS = (Role.ROA, Role.RPS, Role.ROA_RPS)
+DECISIONS = (Role.POA, Role.PPS, Role.POA_PPS, *BUNDLE_DECISIONS)
 
 
 class OrderCheck:
@@ -160,6 +170,7 @@ class DecisionCheck:
         self.trips = 0
         self.backlog = 0
         self.closed = 0  # orders that left the backlog by the decision under way
+        self.bundles = self.bundles_assigned = self.bundles_bound = 0
         rules = case.trace.scenario.get("rules", {})
         self.filtered = bool(rules.get("filters"))
         self.named = {role: name_of(rules[role.key]) for role in DECISIONS if rules.get(role.key)}
@@ -167,8 +178,23 @@ class DecisionCheck:
             OrderArrived: self.arrived,
             OrderAssigned: self.assigned,
             TripDecided: self.trip,
+            BundleArrived: self.bundle_arrived,
+            BundleAssigned: self.bundle_assigned,
+            BundleBound: self.bundle_bound,
             DecisionMade: self.decided,
         }
+
+    def bundle_arrived(self, event: BundleArrived) -> None:  # noqa: ARG002
+        """Count."""
+        self.bundles += 1
+
+    def bundle_assigned(self, event: BundleAssigned) -> None:  # noqa: ARG002
+        """Count."""
+        self.bundles_assigned += 1
+
+    def bundle_bound(self, event: BundleBound) -> None:  # noqa: ARG002
+        """Count."""
+        self.bundles_bound += 1
 
     def arrived(self, event: OrderArrived) -> None:  # noqa: ARG002
         """Count."""
@@ -197,13 +223,14 @@ class DecisionCheck:
             expected_of = listed((role.label for role in DECISIONS), "or")
             self.case.add("unknown-id", event.tick, f"a decision on {label}; expected {expected_of}")
         self._report(event)
-        seen = self.backlog + self.closed
-        if event.backlog > seen or (event.backlog < seen and not self.filtered):
+        of_bundles = event.decides in BUNDLE_DECISIONS
+        seen, what = (self.bundles, "bundles") if of_bundles else (self.backlog + self.closed, "orders in the backlog")
+        had = (self.bundles_assigned, self.bundles_bound) if of_bundles else (self.assignments, self.trips)
+        if event.backlog > seen or (event.backlog < seen and not (self.filtered and not of_bundles)):
             self.case.add(
                 "backlog",
                 event.tick,
-                f"the {label} decision of period {event.period} saw {event.backlog} orders in the backlog; "
-                f"there were {seen}",
+                f"the {label} decision of period {event.period} saw {event.backlog} {what}; there were {seen}",
             )
         expected = self.period + event.decides.assigns
         if event.period != expected:
@@ -212,15 +239,16 @@ class DecisionCheck:
                 event.tick,
                 f"the {label} decision has period {event.period}; expected {expected}",
             )
-        if (event.assignments, event.trips) != (self.assignments, self.trips):
+        if (event.assignments, event.trips) != had:
             self.case.add(
                 "decision-size",
                 event.tick,
                 f"the {label} decision of period {event.period} reports {event.assignments} assignments "
-                f"and {event.trips} trips; it had {self.assignments} and {self.trips}",
+                f"and {event.trips} trips; it had {had[0]} and {had[1]}",
             )
         self.period = event.period
-        self.assignments = self.trips = self.closed = 0
+        self.bundles -= self.bundles_assigned
+        self.assignments = self.trips = self.closed = self.bundles_assigned = self.bundles_bound = 0
 
     def _report(self, event: DecisionMade) -> None:
         """Check who decided, and what is said of how good the decision is."""

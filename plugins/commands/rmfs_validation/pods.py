@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from rmfs_core.events import PodLifted, PodStored, TaskAssigned
+from rmfs_core.events import PodLifted, PodMoveDecided, PodStored, TaskAssigned
 from rmfs_validation.case import Case, Handlers, seconds
-from rmfs_validation.state import State
+from rmfs_validation.state import PodState, RobotState, State
 
 
 class PodCheck:
@@ -13,7 +13,13 @@ class PodCheck:
     def __init__(self, case: Case, state: State) -> None:
         self.case = case
         self.state = state
-        self.handlers: Handlers = {TaskAssigned: self.task, PodLifted: self.lifted, PodStored: self.stored}
+        self._going: dict[int, int] = {}
+        self.handlers: Handlers = {
+            TaskAssigned: self.task,
+            PodMoveDecided: self.moved,
+            PodLifted: self.lifted,
+            PodStored: self.stored,
+        }
 
     def task(self, event: TaskAssigned) -> None:
         """Check that a robot has no other task, and that the pod stands and waits for it."""
@@ -21,6 +27,22 @@ class PodCheck:
         fetches = f"{self.case.robot(event.robot)} shall fetch {self.case.pod(event.pod)}"
         if not pod.bound:
             self.case.add("no-trip", event.tick, f"{fetches}, which is bound for no station")
+        self._take(event, robot, pod, fetches)
+
+    def moved(self, event: PodMoveDecided) -> None:
+        """Check that a pod which is carried elsewhere is bound for no station, and finds a free place there."""
+        case, robot, pod = self.case, self.state.robots[event.robot], self.state.pods[event.pod]
+        moves = f"{case.robot(event.robot)} shall carry {case.pod(event.pod)} to {case.where(event.cell)}"
+        if pod.bound:
+            case.add("moved-bound", event.tick, f"{moves}, but the pod is bound for {case.station(pod.bound[0][0])}")
+        if not case.is_storage(event.cell):
+            case.add("no-storage-location", event.tick, f"{moves}, which is no storage location")
+        elif event.cell in self.state.stored or event.cell in self._going.values():
+            case.add("location-taken", event.tick, f"{moves}, where a pod stands or comes to")
+        self._take(event, robot, pod, moves)
+        self._going[event.pod] = event.cell
+
+    def _take(self, event: TaskAssigned | PodMoveDecided, robot: RobotState, pod: PodState, fetches: str) -> None:
         other = pod.fetched_by if pod.robot is None else pod.robot
         if other is not None and other != event.robot:
             self.case.add("fetched-twice", event.tick, f"{fetches}, which {self.case.robot(other)} fetches or carries")
@@ -28,6 +50,9 @@ class PodCheck:
         if robot.task is not None:
             busy = f"is still busy with {self.case.pod(robot.task)}"
             self.case.add("robot-busy", event.tick, f"{fetches}, but {busy}")
+        elif robot.sent is not None:
+            where = self.case.where(robot.sent)
+            self.case.add("robot-busy", event.tick, f"{fetches}, but is on its way to rest at {where}")
         robot.task = event.pod
 
     def lifted(self, event: PodLifted) -> None:
@@ -62,6 +87,9 @@ class PodCheck:
         if pod.next_station is not None:
             bound = case.station(pod.next_station)
             case.add("next-station", event.tick, f"{stores}, but was to carry it on to {bound}")
+        going = self._going.pop(event.pod, event.cell)
+        if going != event.cell:
+            case.add("moved-elsewhere", event.tick, f"{stores}, but was to carry it to {case.where(going)}")
         pod.next_station, pod.to_storage, pod.fetched_by = None, False, None
         self.state.put(event.pod, event.cell)
         robot.task = None

@@ -16,7 +16,7 @@ class RobotState:
     ``lifted_at`` is the storage location where it lifted its pod, until it has left it; ``lane`` the station whose
     queue it entered without having joined the line yet; ``task`` the pod it was told to fetch; ``rested_in`` the
     station in whose queue it stood still before a run and had not joined the line yet; ``joined_tick`` when it joined
-    one last.
+    one last; ``sent`` where it is sent to rest, until it rests.
     """
 
     cell: int
@@ -28,6 +28,7 @@ class RobotState:
     lane: int | None = None
     rested_in: int | None = None
     joined_tick: int = -1
+    sent: int | None = None
 
 
 @define

@@ -22,6 +22,9 @@ from rmfs_validation.opening import check_opening, made_alike
 from rmfs_validation.orders import DecisionCheck, OrderCheck
 from rmfs_validation.picking import PickCheck
 from rmfs_validation.pods import PodCheck
+from rmfs_validation.replenishing import BundleCheck
+from rmfs_validation.resting import RestCheck
+from rmfs_validation.shifts import ShiftCheck
 from rmfs_validation.state import State
 
 
@@ -60,16 +63,19 @@ def faults_of(
     if collisions is None:
         collisions = case.avoids_collisions
     lines, orders, pods = LineCheck(case, state, collisions=collisions), OrderCheck(case, state), PodCheck(case, state)
-    picks = PickCheck(case, state)
+    picks, bundles, shifts = PickCheck(case, state), BundleCheck(case, state), ShiftCheck(case, state)
     # The way is checked while a robot is still where its run starts, the decision before its parts take up capacity.
     checks = (
         WayCheck(case, state),
         MotionCheck(case, state),
         pods,
+        bundles,
         lines,
         picks,
         DecisionCheck(case),
+        shifts,
         orders,
+        RestCheck(case, state),
     )
     handlers: dict[type[Event], list[Callable[[Any], None]]] = {kind: [] for kind in EVENTS.values()}
     for check in checks:
@@ -79,6 +85,8 @@ def faults_of(
     lines.at_end()
     orders.at_end()
     pods.at_end()
+    bundles.at_end()
+    shifts.at_end()
     if whole:
         if collisions:
             find_collisions(case, state)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 def drive(warehouse: WarehouseView, robot: Robot, station: int) -> tuple[int, int]:
     """Return a robot's driving time to a station without a pod, and the station's id to break ties."""
-    times = warehouse.travel.times_to(warehouse.stations[station].cell, False)
+    times = warehouse.travel.times_to(warehouse.station(station).cell, False)
     return int(times[robot.cell, robot.heading]), station
 
 
@@ -21,7 +21,7 @@ def middle_last(warehouse: WarehouseView, stations: Iterable[int]) -> list[int]:
     layout = warehouse.travel.layout
 
     def twice_distance_squared(station: int) -> int:
-        row, column = divmod(warehouse.stations[station].cell, layout.width)
+        row, column = divmod(warehouse.station(station).cell, layout.width)
         return (2 * row + 1 - layout.height) ** 2 + (2 * column + 1 - layout.width) ** 2
 
     return sorted(stations, key=lambda station: (-twice_distance_squared(station), station))

@@ -1,4 +1,4 @@
-"""PR rules ``station-based``, ``turnover-classes``, ``cache`` and ``utility``."""
+"""PR rules ``station-based``, ``turnover-classes``, ``cache`` and ``utility``; these two decide repositioning, too."""
 
 from rmfs_classes.rules import Cache, StationBased, TurnoverClasses, Utility
 

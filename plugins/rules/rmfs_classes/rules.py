@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from attrs import define, field, validators
 
+from rmfs_classes.moving import Pause, movable, nearest_to
 from rmfs_classes.places import NO_STATION, Places, by_share, nearest_of
 from rmfs_classes.worth import Ordered, combined, speed
-from rmfs_core import hookimpl
+from rmfs_core import PodMove, hookimpl
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Pod, Robot, WarehouseView
+
+
+def _retry() -> Any:
+    return field(
+        default=120.0,
+        validator=validators.gt(0),
+        metadata={"doc": "Seconds until repositioning is looked into again, once no pod was out of place"},
+    )
 
 
 def _weight(default: float, of: str) -> Any:
@@ -113,6 +123,12 @@ class Cache:
     where it is: in the cache of s, else in none; a pod that does not belong there to one in no cache. Caches of others
     come last, as does that of s for such a pod. Ties go to the lowest cell index.
 
+    Repositioning: of the pods that are wanted at all, as many as the caches have places besides ``free_places`` in each
+    are useful, those that are wanted most. Where fewer places of a cache are free, the pods in it that are not useful
+    go out, the one that is wanted least first, to the nearest free location in no cache; where more are, useful pods in
+    no cache come in, the one that is wanted most first, to the free place nearest to it. When there is nothing to move
+    it is looked into again after ``retry_s``.
+
     References
     ----------
     M. Merschformann, T. Lamballais, R. de Koster, L. Suhl: Decision rules for robotic mobile fulfillment systems.
@@ -141,6 +157,13 @@ class Cache:
     )
     weight_speed: float = _weight_speed(0.0)
     weight_demand: float = _weight_demand(1.0)
+    free_places: int = field(
+        default=8,
+        validator=validators.ge(0),
+        metadata={"doc": "Repositioning: places that are kept free in each cache"},
+    )
+    retry_s: float = _retry()
+    _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
     _ordered: Ordered = field(init=False, factory=Ordered, repr=False, eq=False)
     _caches: Any = field(init=False, default=None, repr=False, eq=False)
     _robots: tuple[Robot, ...] = field(init=False, default=(), repr=False, eq=False)  # whose run it is
@@ -148,10 +171,7 @@ class Cache:
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
         """Choose the nearest free location in the station's cache, or outside all caches."""
-        if self._robots is not warehouse.robots:  # another run
-            places = Places.of(warehouse)
-            self._robots, self._caches = warehouse.robots, (places.cells, places.caches(self.share))
-        cells, owner = self._caches
+        cells, owner = self._places(warehouse)
         station = min(
             warehouse.stations,
             key=lambda s: (int(warehouse.travel.times_to(s.cell, True)[pod.cell].min()), s.id),
@@ -162,6 +182,49 @@ class Cache:
         else:
             away = np.where(owner == NO_STATION, 0, 1)
         return nearest_of(warehouse, pod, cells[free & (away == away[free].min())])
+
+    @hookimpl
+    def move_pods(self, warehouse: WarehouseView, max_moves: int) -> Sequence[PodMove]:
+        """Clear caches of pods that are wanted little, and fill them with those that are wanted most."""
+        return self._pause.after(warehouse, self.retry_s, lambda: self._moves(warehouse)[:max_moves])
+
+    @hookimpl
+    def wake_at(self, warehouse: WarehouseView) -> float | None:
+        """Look into repositioning again when the pause is over."""
+        return self._pause.until_s(warehouse)
+
+    def _moves(self, warehouse: WarehouseView) -> list[PodMove]:
+        cells, owner = self._places(warehouse)
+        owner_of = dict(zip(cells.tolist(), owner.tolist(), strict=True))
+        wanted = combined(warehouse, self._ordered.items(warehouse), self.weight_speed, self.weight_demand)
+        there = int((owner != NO_STATION).sum()) - self.free_places * len(warehouse.stations)
+        order = [pod for pod in np.argsort(-wanted, kind="stable").tolist() if wanted[pod] > 0]
+        useful = {*order[: max(there, 0)]}
+        pods = {pod.id: pod for pod in movable(warehouse)}
+        outside = [pods[i] for i in order if i in useful and i in pods and owner_of[pods[i].cell] == NO_STATION]
+        free = [cell for cell in warehouse.free_storage_locations if cell in owner_of]
+        moves = []
+        for station in warehouse.stations:
+            own = [cell for cell in free if owner_of[cell] == station.id]
+            inside = [pod for pod in pods.values() if owner_of[pod.cell] == station.id and pod.id not in useful]
+            inside.sort(key=lambda pod: (wanted[pod.id], pod.id))
+            elsewhere = [cell for cell in free if owner_of[cell] == NO_STATION]
+            for pod in inside[: min(max(self.free_places - len(own), 0), len(elsewhere))]:
+                moves.append(PodMove(pod.id, nearest_to(warehouse, pod, elsewhere)))
+                elsewhere.remove(moves[-1].cell)
+                free.remove(moves[-1].cell)
+            for _ in range(min(max(len(own) - self.free_places, 0), len(outside))):
+                pod = outside.pop(0)
+                moves.append(PodMove(pod.id, nearest_to(warehouse, pod, own)))
+                own.remove(moves[-1].cell)
+                free.remove(moves[-1].cell)
+        return moves
+
+    def _places(self, warehouse: WarehouseView) -> Any:
+        if self._robots is not warehouse.robots:  # another run
+            places = Places.of(warehouse)
+            self._robots, self._caches = warehouse.robots, (places.cells, places.caches(self.share))
+        return self._caches
 
     def _belongs(self, warehouse: WarehouseView, pod: Pod, cache: Any, free: Any) -> bool:
         if not len(cache):
@@ -188,6 +251,10 @@ class Utility:
     in all, or else the first such rank that has any, the one with the shortest driving time from where the pod is
     is taken. Ties go to the lowest id and cell index.
 
+    Repositioning: the pod whose place is the most ranks from its own, ``corridor`` at least, goes first, to the
+    location that would be chosen so, if that is nearer to its rank. When there is nothing to move it is looked into
+    again after ``retry_s``.
+
     References
     ----------
     M. Merschformann, T. Lamballais, R. de Koster, L. Suhl: Decision rules for robotic mobile fulfillment systems.
@@ -206,22 +273,60 @@ class Utility:
         validator=[validators.ge(0), validators.le(1)],
         metadata={"doc": "Share of the locations that are used besides one for each pod"},
     )
+    retry_s: float = _retry()
+    _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
     _ordered: Ordered = field(init=False, factory=Ordered, repr=False, eq=False)
 
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
         """Choose the nearest free location of about the pod's rank."""
         places = Places.of(warehouse)
-        wanted = combined(warehouse, self._ordered.items(warehouse), self.weight_speed, self.weight_demand)
-        number, locations = len(wanted), len(places.cells)
-        rank = int(np.flatnonzero(np.argsort(-wanted, kind="stable") == pod.id)[0])
-        at = min(int(rank / number * (number + self.buffer * locations)), locations - 1)
         ranks = places.ranks()
-        own = np.sort(ranks)[at]
         free = np.isin(places.cells, warehouse.free_storage_locations)
-        turn = _turn(ranks - own, better_first=True)
+        turn = _turn(ranks - self._own_ranks(warehouse, ranks)[pod.id], better_first=True)
         least = max(self.corridor - 1, int(turn[free].min()))
         return nearest_of(warehouse, pod, places.cells[free & (turn <= least)])
+
+    @hookimpl
+    def move_pods(self, warehouse: WarehouseView, max_moves: int) -> Sequence[PodMove]:
+        """Move the pods whose places are farthest from their ranks."""
+        return self._pause.after(warehouse, self.retry_s, lambda: self._moves(warehouse, max_moves))
+
+    @hookimpl
+    def wake_at(self, warehouse: WarehouseView) -> float | None:
+        """Look into repositioning again when the pause is over."""
+        return self._pause.until_s(warehouse)
+
+    def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]:
+        places = Places.of(warehouse)
+        ranks, pods = places.ranks(), movable(warehouse)
+        own = self._own_ranks(warehouse, ranks)
+        if not warehouse.orders:  # nothing is known of any pod
+            return []
+        rank_of = dict(zip(places.cells.tolist(), ranks.tolist(), strict=True))
+        off = {pod.id: abs(rank_of[pod.cell] - int(own[pod.id])) for pod in pods}
+        free = np.isin(places.cells, warehouse.free_storage_locations)
+        moves: list[PodMove] = []
+        for pod in sorted(pods, key=lambda pod: (-off[pod.id], pod.id)):
+            if len(moves) == max_moves or off[pod.id] < self.corridor or not free.any():
+                break
+            turn = _turn(ranks - own[pod.id], better_first=True)
+            least = max(self.corridor - 1, int(turn[free].min()))
+            better = free & (turn <= least) & (np.abs(ranks - own[pod.id]) < off[pod.id])
+            if better.any():
+                cell = nearest_to(warehouse, pod, places.cells[better].tolist())
+                moves.append(PodMove(pod.id, cell))
+                free &= places.cells != cell
+        return moves
+
+    def _own_ranks(self, warehouse: WarehouseView, ranks: Any) -> Any:
+        """Return the rank of the location that each pod belongs to."""
+        wanted = combined(warehouse, self._ordered.items(warehouse), self.weight_speed, self.weight_demand)
+        number, locations = len(wanted), len(ranks)
+        at = (np.arange(number) / number * (number + self.buffer * locations)).astype(np.int64)
+        own = np.empty(number, np.int64)
+        own[np.argsort(-wanted, kind="stable")] = np.sort(ranks)[np.minimum(at, locations - 1)]
+        return own
 
 
 def _turn(away: Any, *, better_first: bool) -> Any:

@@ -5,13 +5,49 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from attrs import define
+import numpy as np
+from attrs import define, field
+from numpy.typing import NDArray
 
 from rmfs_core import PodTrip, hookimpl
 from rmfs_rule_helpers import send_pods, ticks_to_station
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Pod, Station, WarehouseView
+
+
+class _Wanted:
+    """How many items of each pod are wanted; kept from call to call, and changed where the demand did."""
+
+    def __init__(self) -> None:
+        self._pods: tuple[Pod, ...] = ()  # whose sums these are
+        self._demand: NDArray[np.int64] = np.zeros(0, np.int64)
+        self._sums: dict[int, tuple[int, int]] = {}  # pod -> items picked from it by then, sum
+
+    def update(self, warehouse: WarehouseView) -> None:
+        """Take in what the open demand has become."""
+        if self._pods is not warehouse.pods:
+            self._pods, self._sums = warehouse.pods, {}
+            self._demand = warehouse.open_demand()
+            return
+        demand = warehouse.open_demand()
+        for sku in np.flatnonzero(demand != self._demand).tolist():
+            before, now = int(self._demand[sku]), int(demand[sku])
+            for pod in warehouse.pods_with(sku):
+                if pod.id in self._sums:
+                    picked, wanted = self._sums[pod.id]
+                    if picked == pod.changes():
+                        items = pod.contents.get(sku, 0)
+                        self._sums[pod.id] = picked, wanted + min(now, items) - min(before, items)
+        self._demand = demand
+
+    def of(self, pod: Pod) -> int:
+        """Return how many items of a pod are wanted."""
+        picked, wanted = self._sums.get(pod.id, (-1, 0))
+        if picked != pod.changes():
+            wanted = sum(min(int(self._demand[sku]), items) for sku, items in pod.contents.items())
+            self._sums[pod.id] = pod.changes(), wanted
+        return wanted
 
 
 @define
@@ -36,18 +72,19 @@ class Demand:
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
+    _wanted: _Wanted = field(init=False, factory=_Wanted, repr=False, eq=False)
+
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int) -> Sequence[PodTrip]:
         """Send the most wanted pods to the stations that lack one."""
-        demand = warehouse.open_demand().tolist()
-        wanted: dict[int, int] = {}  # pod -> sum; only the ties need driving times
+        self._wanted.update(warehouse)
 
         def most_wanted(station: Station, pods: Sequence[Pod]) -> Pod:
-            for pod in pods:
-                if pod.id not in wanted:
-                    wanted[pod.id] = sum(min(demand[sku], items) for sku, items in pod.contents.items())
-            most = max(wanted[pod.id] for pod in pods)
-            ties = [pod for pod in pods if wanted[pod.id] == most]
+            wanted = [self._wanted.of(pod) for pod in pods]
+            most = max(wanted)
+            ties = [pod for pod, items in zip(pods, wanted, strict=True) if items == most]
+            if len(ties) == 1:  # only ties need driving times
+                return ties[0]
             return min(ties, key=lambda pod: (ticks_to_station(warehouse, pod, station), pod.id))
 
         return send_pods(warehouse, max_fetches, most_wanted)

@@ -63,7 +63,8 @@ class _Joint:
         metadata={
             "doc": "Steps that may be done to prove one period, about a microsecond each; the same on every machine. A "
             "period that uses them up is marked as ended by its effort, with the best decision, its bound and its gap. "
-            "By default 180 million with up to 100 pods and 100 SKUs, else 2 million"
+            "By default 1,200 million with up to 100 pods and 100 SKUs (180 million where W_u is no whole number, or "
+            "where C limits splits between stations that are alike), else 2 million"
         },
     )
     gap: float = field(
@@ -169,14 +170,14 @@ class _Joint:
         RuntimeError
             When the solution violates one: no decision is better than a wrong one.
         """
-        effort = Effort() if self.formulation == "paper" else Effort.for_period(period, self.effort)
-        limits = Limits(self.solver, self.threads, self.max_seconds, self.gap, effort)
+        limits = Limits(self.solver, self.threads, self.max_seconds, self.gap)
         weight, packing = self.unused_capacity_weight, self._packing_capacity
         with collecting_later():
             if self.formulation == "paper":
                 solution = solve_printed(period, self.model, weight, limits, packing)
             else:
                 proof = proof_of(period, self.model, weight, limits, packing)
+                proof.limits = evolve(limits, effort=Effort.for_period(period, self.effort, hard=proof.hard))
                 proof.run()
                 solution = break_ties(proof, self.tie_break)
             solution = with_joining_lines(period, solution, self.model)

@@ -25,7 +25,7 @@ from rmfs_pod_index.turns import decide
 from rmfs_pod_index.urging import needed, next_urgent, urges
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import WarehouseView
+    from rmfs_core.warehouse import Pod, WarehouseView
     from rmfs_pod_index.rule import PodIndex
 
 
@@ -39,9 +39,10 @@ class Deciding:
         rule, stations, pods, lines = self.rule, warehouse.stations, known.pods, self.lines
         n_orders, packing = len(self.ids), rule.packing_capacity is not None
         inbound = [station.inbound_pods for station in stations]
-        self.bound = [pod.id for there in inbound for pod in there]
+        bound = {pod.id: pod for there in inbound for pod in there}  # one may be bound for several, to be replenished
+        self.bound = list(bound)
         last = np.full(len(pods), NONE)
-        last[self.bound] = [pod.bound_for[-1] for there in inbound for pod in there]
+        last[self.bound] = [_last_of(pod, len(stations)) for pod in bound.values()]
         number = [len(there) for there in inbound]
         counts_orders = np.array([station.counts_orders for station in stations], np.bool_)
         backlog = warehouse.backlog if packing else ()
@@ -139,6 +140,11 @@ class Deciding:
             here = {request.order.id for request in station.open_requests}
             placed[station.id, [position[order] for order in here & position.keys()]] = True
         return placed
+
+
+def _last_of(pod: Pod, stations: int) -> int:
+    """Return the last picking station that a pod is bound for; those where bundles are stored have higher ids."""
+    return [at for at in pod.bound_for if at < stations][-1]
 
 
 def prepare(rule: PodIndex) -> None:

@@ -46,7 +46,7 @@ class Known:
         free = warehouse.free_items
         by_sku, first_with = sorted_by_sku(free.sku, warehouse.n_skus)
         first = np.searchsorted(free.pod, np.arange(len(warehouse.pods) + 1))
-        self.pods = warehouse.pods
+        self.pods, self.held = warehouse.pods, free.pod
         self.shelves = Shelves(first, free.sku, free.pod, first_with, by_sku)
         self.rule = rule
         self.weights = weights_of(rule, waits=False)
@@ -107,14 +107,14 @@ class Known:
         """Whether the last decision left free what it could not fill, and nothing has come since that could.
 
         What pods have free at their stations only becomes less, so with the same backlog no line is covered that was
-        not; and no pod is sent to a station that has enough of them, or before one is urgent.
+        not; and no pod is sent to a station that has enough of them, or before one is urgent. Replenished, they may.
         """
         backlog, inbound = warehouse.backlog, [len(station.inbound_pods) for station in warehouse.stations]
         settled, self._settled = self._settled, None
         if settled == (warehouse.now_tick, len(backlog), room, inbound):
             self._quiet, self._quiet_room = backlog, room
             return True
-        if backlog is not self._quiet:
+        if backlog is not self._quiet or warehouse.replenishment_stations:
             return False
         if any(then < now and then < self._largest for then, now in zip(self._quiet_room, room, strict=True)):
             return False

@@ -97,7 +97,7 @@ class PodIndex:
         },
     )
     elsewhere: float = field(
-        default=0.5,
+        default=0.7,
         validator=validators.and_(validators.ge(0), validators.le(1)),
         metadata={
             "doc": "What a line that another station covers counts in a pod's index: the smaller, the fewer visits"
@@ -190,8 +190,8 @@ class PodIndex:
         prepare(self)
 
     def _about(self, warehouse: WarehouseView) -> Known:
-        """Return what is known of a run, and begin anew with another."""
-        if self._known is None or self._known.pods is not warehouse.pods:
+        """Return what is known of a run, and begin anew with another, or when a pod was given a new SKU."""
+        if self._known is None or self._known.held is not warehouse.free_items.pod:
             self._known = Known(self, warehouse)
         self._known.hear(warehouse)
         return self._known

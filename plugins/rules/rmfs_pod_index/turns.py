@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from rmfs_core.warehouse import UNLIMITED
 from rmfs_pod_index.compiled import best_covered, best_pods, bring, brought_so_far, fits, look_at, share_visits
 from rmfs_pod_index.period import (
     AT_WORK,
@@ -58,6 +59,10 @@ def take(p, line, station, shelves, weights):  # type: ignore[no-untyped-def]
     if p.numbers[URGES]:
         change_urges(p, p.sku[line], shelves, weights)
     p.available[station, p.sku[line]] -= quantity
+    for k in range(shelves.first_with[p.sku[line]], shelves.first_with[p.sku[line] + 1]):
+        entry = shelves.by_sku[k]
+        if p.last[shelves.pod[entry]] == station and 0 < p.items[entry] < UNLIMITED:
+            p.movable[shelves.pod[entry]] = False  # one that was about to leave may be what the line is taken from
     look_at(line, p.order, p.sku, p.quantity, p.share, p.untaken, p.factor, p.left, p.power, weights)
     rest = p.left[order] > 0
     p.numbers[COMPLETED] += not rest
@@ -136,7 +141,7 @@ def decide(p, before, bound, nothing, ticks, cells, shelves, weights):  # type: 
 def bring_pods(p, station, line, most, ticks, cells, shelves, weights):  # type: ignore[no-untyped-def]
     """Find the pods that are sent to a station instead of taking its best covered line, if that is better."""
     bound = 0.0 if line == NONE else weights.stay * most / (weights.handle_s * p.quantity[line])
-    pods = urgent(p, station, shelves, weights)
+    pods = urgent(p, station, shelves, weights) & (p.last != station)  # one that leaves has brought what it has
     best_pods(p, station, bound, pods, shelves, weights)
     if p.numbers[FOUND] > 1:
         find_nearest(p, station, ticks, cells)

@@ -6,14 +6,16 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from attrs import define
+from attrs import define, field
 from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rule_helpers import lines_at, sum_per_order
+from rmfs_rule_helpers import largest_capacity, lines_at, sum_per_order
 from rmfs_rule_helpers.options import PairOptions
+from rmfs_rule_helpers.pair_scores import PairScores
 
 if TYPE_CHECKING:
+    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Station, WarehouseView
 
 
@@ -38,12 +40,43 @@ class PodMatch(PairOptions):
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
+    _scores: PairScores = field(init=False, factory=PairScores, repr=False, eq=False)
+
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self._scores.load()
+
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign the best matching pairs of order and station."""
+        if self.plain and not warehouse.filtered:
+            self._scores.update(warehouse)
+            if self._scores.whole and self._scores.largest <= largest_capacity(warehouse):
+                takes = None if warehouse.unlimited_stock else _Stock(self._scores).take
+                return self._scores.assign(warehouse.stations, takes)
         stock = _InboundStock(warehouse)
         take = None if warehouse.unlimited_stock else stock.take
         return self.assign(warehouse, rng, stock.score, take)
+
+
+class _Stock:
+    """Items that the orders assigned so far in this decision take from the inbound pods."""
+
+    def __init__(self, scores: PairScores) -> None:
+        self.scores = scores
+        self.taken: dict[tuple[int, int], int] = {}  # (pod, SKU) -> items
+
+    def take(self, station: Station, place: int) -> None:
+        """Take an order's items from the inbound pods."""
+        for sku, quantity in self.scores.lines_of(place):
+            wanted = quantity
+            for pod in station.inbound_pods:
+                items = min(wanted, pod.free_items(sku) - self.taken.get((pod.id, sku), 0))
+                if items > 0:
+                    self.taken[pod.id, sku] = self.taken.get((pod.id, sku), 0) + items
+                    wanted -= items
+                    for at in (at for at in pod.bound_for if at < len(self.scores.available)):  # that pick
+                        self.scores.change(at, sku, int(self.scores.available[at, sku]) - items)
 
 
 class _InboundStock:
@@ -72,6 +105,7 @@ class _InboundStock:
                 if items > 0:
                     self.taken[pod.id, sku] = before + items
                     wanted -= items
-                    self.available[list(pod.bound_for), sku] -= items
-                    changed.update(pod.bound_for)
+                    picking = [at for at in pod.bound_for if at < len(self.available)]
+                    self.available[picking, sku] -= items
+                    changed.update(picking)
         return changed

@@ -1,4 +1,4 @@
-"""Rule ``random``, for POA, PPS, PR and TA: the baseline that every study prints."""
+"""Rule ``random``, for POA, PPS, PR, TA, ROA and RPS: the baseline that every study prints."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 from attrs import define
 from numpy.typing import NDArray
 
-from rmfs_core import OrderAssignment, PodTrip, TaskAssignment, hookimpl
-from rmfs_rule_helpers import assign_best_pairs, send_pods, waiting_limit
+from rmfs_core import BundleAssignment, OrderAssignment, PodTrip, StoreBundle, TaskAssignment, hookimpl
+from rmfs_rule_helpers import StoragePods, assign_best_pairs, send_pods, store_bundles, waiting_limit
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, Station, WarehouseView
+    from rmfs_core.warehouse import Bundle, Pod, Station, WarehouseView
 
 LOTS = 1 << 62
 """Lots are whole numbers below this: two are hardly ever the same."""
@@ -26,7 +26,8 @@ class Random:
     As POA: again and again one of the pairs of order and station that fit, until nothing does. As PPS: one of the
     pods not in use (or leaving a station with no next one) that can serve an uncovered request of the station, which
     is that with the fewest inbound pods. As PR: one of the free storage locations. As TA: for each idle robot one of
-    the waiting pods.
+    the waiting pods. As ROA: again and again one of the bundles, and one of the replenishment stations with a free
+    place. As RPS: for each bundle that lacks a pod one of those that have room for it and can come.
 
     References
     ----------
@@ -66,3 +67,31 @@ class Random:
         robots, pods = warehouse.idle_robots, warehouse.waiting_pods
         pairs = zip(rng.permutation(len(robots)).tolist(), rng.permutation(len(pods)).tolist(), strict=False)
         return [TaskAssignment(robots[robot].id, pods[pod].id) for robot, pod in pairs]
+
+    @hookimpl
+    def assign_bundles(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[BundleAssignment]:
+        """Draw bundles, and a station for each, until no place is free."""
+        bundles = warehouse.bundles
+        places = [station.id for station in warehouse.replenishment_stations if station.free_bundle_capacity > 0]
+        free = {station.id: station.free_bundle_capacity for station in warehouse.replenishment_stations}
+        assignments: list[BundleAssignment] = []
+        for number in rng.permutation(len(bundles)).tolist():
+            if not places:
+                break
+            station = places[int(rng.integers(len(places)))]
+            assignments.append(BundleAssignment(bundles[number].id, station))
+            free[station] -= 1
+            if not free[station]:
+                places.remove(station)
+        return assignments
+
+    @hookimpl
+    def select_replenishment_pods(
+        self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator
+    ) -> Sequence[StoreBundle]:
+        """Draw a pod for each bundle: of those that can take it, the one with the lowest lot."""
+
+        def lots(_pods: StoragePods, _bundle: Bundle) -> NDArray[np.int64]:
+            return rng.integers(LOTS, size=len(warehouse.pods))
+
+        return store_bundles(warehouse, max_fetches, lots)

@@ -16,19 +16,23 @@ from attrs import field, validators
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment, PodTrip
+from rmfs_rule_helpers.bundles import StoragePods, cheapest, store_bundles
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Pod, Station, WarehouseView
 
 __all__ = [
     "OVERSIZE_WAIT_S",
+    "StoragePods",
     "assign_best_pairs",
+    "cheapest",
     "items_per_order",
     "largest_capacity",
     "lines_at",
     "nearest_free_location",
     "pod_at",
     "send_pods",
+    "store_bundles",
     "sum_per_order",
     "ticks_to_station",
     "waiting_limit",
@@ -207,7 +211,7 @@ def _station_to_keep(
     lacking = {
         station.id: warehouse.size_at(warehouse.backlog[position], station) - room[station.id]
         for station in warehouse.stations
-        if station.id not in kept
+        if station.open and station.id not in kept
     }
     able = [i for i in lacking if lacking[i] <= warehouse.stations[i].capacity - room[i]]
     return min(able, key=lambda identifier: (lacking[identifier], identifier), default=None)
@@ -337,12 +341,11 @@ def _servers(
     warehouse: WarehouseView, station: Station, skus: Iterable[int], usable: Callable[[Pod], bool]
 ) -> list[Pod]:
     """Return the usable pods, by id, that hold a free item of one of the SKUs and are not bound for the station."""
-    found = {
-        pod.id: pod
-        for sku in skus
-        for pod in warehouse.pods_with(sku)
-        if usable(pod) and station.id not in pod.bound_for and pod.free_items(sku) > 0
-    }
+    found: dict[int, Pod] = {}
+    for sku in skus:
+        for pod in warehouse.pods_with(sku):
+            if pod.id not in found and usable(pod) and station.id not in pod.bound_for and pod.free_items(sku) > 0:
+                found[pod.id] = pod
     return [found[identifier] for identifier in sorted(found)]
 
 

@@ -52,6 +52,11 @@ class PairOptions(LaneOptions):
         default=False, metadata={"doc": "Whether orders that are late already go before all others"}
     )
 
+    @property
+    def plain(self) -> bool:
+        """Whether scores alone decide: ties go to the oldest order, and no order goes before better ones."""
+        return self.tie_break == "oldest" and not self.late_first and self.max_wait_s is None and not self.fast_lane
+
     def assign(
         self, warehouse: WarehouseView, rng: np.random.Generator, score: Score, assigned: Assigned | None = None
     ) -> list[OrderAssignment]:

@@ -1,5 +1,6 @@
-"""PP rule ``sipp``."""
+"""PP rules ``sipp`` and ``pbs``, which share a search."""
 
+from rmfs_sipp.pbs import Pbs
 from rmfs_sipp.rule import Sipp
 
-__all__ = ["Sipp"]
+__all__ = ["Pbs", "Sipp"]

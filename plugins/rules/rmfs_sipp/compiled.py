@@ -20,11 +20,11 @@ FAR = UNREACHABLE
 
 @njit(cache=True)
 def search(  # type: ignore[no-untyped-def]
-    cell, heading, start, goal, me, number,
+    cell, heading, start, goal, latest, me, number,
     moves, passable, offsets, runs, turns, enter, leave, common, times, first, count, since, until, owner,
     states, queue, low, high,
 ):  # fmt: skip
-    """Runs of the path that arrives first, as rows (end, departure, arrival); None when there is no path.
+    """Runs of the path that arrives first, as rows (end, departure, arrival); None when none does before ``latest``.
 
     Arrays come one by one: those in a named tuple take numba longer to look at than a short search takes.
     """
@@ -39,10 +39,12 @@ def search(  # type: ignore[no-untyped-def]
     bound = _entered(last, tracks)
     due = max(start + times[cell, heading], bound)
     waiting = reach(4 * gap + heading, number, start, -1, cell, end, due, tracks, states, queue, 0)
-    found = np.int64(FOREVER)
+    found = np.int64(latest)
     while waiting:
         state = take(states, queue, waiting)
         waiting -= 1
+        if states[state, DUE] >= latest:
+            return None
         time = states[state, ARRIVAL]
         if turned(state, time, number, turns, states):
             continue

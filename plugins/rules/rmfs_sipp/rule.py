@@ -83,7 +83,7 @@ class Sipp:
         number = memory.next(table)
         tracks = roads.tracks(query.goal, query.loaded)
         rows = compiled.search(
-            query.cell, query.heading, query.start_tick, query.goal, query.robot, number, *tracks, *table.arrays,
-            memory.states, memory.queue, memory.low, memory.high,
+            query.cell, query.heading, query.start_tick, query.goal, query.latest, query.robot, number,
+            *tracks, *table.arrays, memory.states, memory.queue, memory.low, memory.high,
         )  # fmt: skip
         return None if rows is None else path_of(roads, query, rows.tolist())

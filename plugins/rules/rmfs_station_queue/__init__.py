@@ -65,7 +65,11 @@ class StationQueue:
         """Fill the queues, and then the stations from them."""
         if self._robots is not warehouse.robots:  # another run
             self._robots, self.queue_of = warehouse.robots, {}
-        self.queue_of = {order: at for order, at in self.queue_of.items() if warehouse.order(order).open_lines}
+        self.queue_of = {  # of a station that closes they queue elsewhere
+            order: at
+            for order, at in self.queue_of.items()
+            if warehouse.order(order).open_lines and warehouse.stations[at].open
+        }
         suitability = _Suitability(warehouse)
         oversize = items_per_order(warehouse) > largest_capacity(warehouse)
         self._fill(suitability, oversize)
@@ -83,7 +87,8 @@ class StationQueue:
         warehouse = suitability.warehouse
         length = Counter(self.queue_of.values())
         joining = np.array([order.id not in self.queue_of for order in warehouse.backlog], np.bool_) & ~oversize
-        lines = {s.id: suitability.ranked(s, joining) for s in warehouse.stations if length[s.id] < self.queue_length}
+        stations = [s for s in warehouse.stations if s.open and length[s.id] < self.queue_length]
+        lines = {s.id: suitability.ranked(s, joining) for s in stations}
         heads = {station: next(line, None) for station, line in lines.items()}
         while ready := [(key, length[station], station) for station, key in heads.items() if key is not None]:
             key, _, station = min(ready)

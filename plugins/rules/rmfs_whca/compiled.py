@@ -12,10 +12,9 @@ from __future__ import annotations
 from heapq import heappop, heappush
 
 import numpy as np
-from numba import njit, types
-from numba.typed import Dict
+from numba import njit
 
-from rmfs_core.traffic import FOREVER
+from rmfs_core.traffic import FOREVER, Intervals, Tracks
 from rmfs_core.world.travel import UNREACHABLE
 from rmfs_rule_helpers.searching import free_for_good, gap_at, last_end
 
@@ -24,9 +23,16 @@ CELL, HEADING, TIME, GAP_END, PARENT, GAP = range(6)
 
 
 @njit(cache=True)
-def search(cell, heading, start, goal, me, window_end, wait, max_nodes, tracks, table):  # type: ignore[no-untyped-def]
-    """Runs of the path found, as rows (end, departure, arrival), the last one perhaps a wait; None without a path."""
-    times = tracks.times
+def search(  # type: ignore[no-untyped-def]
+    cell, heading, start, goal, me, window_end, wait, max_nodes,
+    moves, passable, offsets, runs, turns, enter, leave, common, times, first, count, since, until, owner,
+):  # fmt: skip
+    """Runs of the path found, as rows (end, departure, arrival), the last one perhaps a wait; None without a path.
+
+    Arrays come one by one: those in a named tuple take numba longer to look at than a short search takes.
+    """
+    tracks = Tracks(moves, passable, offsets, runs, turns, enter, leave, common, times)
+    table = Intervals(first, count, since, until, owner)
     gap, end = gap_at(cell, start, me, table)
     if gap < 0 or times[cell, heading] >= FAR:
         return None
@@ -40,7 +46,7 @@ def search(cell, heading, start, goal, me, window_end, wait, max_nodes, tracks, 
     if window_end < FOREVER:
         settled = max(settled, window_end)
     steps = max(settled - start, 0) // wait + 1
-    earliest = Dict.empty(types.int64, types.int64)
+    keys, earliest, known = np.full(1024, -1, np.int64), np.empty(1024, np.int64), 0
     nodes = np.empty((1024, 6), np.int64)
     nodes[0] = np.array([cell, heading, start, end, -1, gap])
     n = 1
@@ -69,15 +75,50 @@ def search(cell, heading, start, goal, me, window_end, wait, max_nodes, tracks, 
             time = nodes[j, TIME]
             step = min((time - start) // wait, steps)
             key = np.int64(4 * (nodes[j, GAP] * (steps + 1) + step) + nodes[j, HEADING])
-            if time >= earliest.get(key, FOREVER):
+            more = _note(key, time, keys, earliest)
+            if more < 0:
                 continue
-            earliest[key] = time
+            known += more
+            keys, earliest = _with_room(known, keys, earliest)
             nodes[kept] = nodes[j]
             rest = times[nodes[j, CELL], nodes[j, HEADING]]
             heappush(queue, (max(time + rest, bound), rest, kept))
             kept += 1
         n = kept
     return None
+
+
+@njit(cache=True)
+def _slot(key, keys):  # type: ignore[no-untyped-def]
+    """Where a key is in a table of twice as many places as keys, or would be."""
+    slot = (key * 0x9E3779B1 >> 8) & (len(keys) - 1)
+    while keys[slot] >= 0 and keys[slot] != key:
+        slot = (slot + 1) & (len(keys) - 1)
+    return slot
+
+
+@njit(cache=True)
+def _note(key, time, keys, earliest):  # type: ignore[no-untyped-def]
+    """Note the earliest time of a key; returns how many more keys there are, -1 where it was known as early."""
+    slot = _slot(key, keys)
+    there = keys[slot] == key
+    if there and time >= earliest[slot]:
+        return -1
+    keys[slot], earliest[slot] = key, time
+    return 0 if there else 1
+
+
+@njit(cache=True)
+def _with_room(known, keys, values):  # type: ignore[no-untyped-def]
+    """Return a table with room for another key: of twice the places where half of them are taken."""
+    if 2 * known <= len(keys):
+        return keys, values
+    more, there = np.full(2 * len(keys), -1, np.int64), np.empty(2 * len(keys), np.int64)
+    for i in range(len(keys)):
+        if keys[i] >= 0:
+            slot = _slot(keys[i], more)
+            more[slot], there[slot] = keys[i], values[i]
+    return more, there
 
 
 @njit(cache=True)

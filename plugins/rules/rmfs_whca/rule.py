@@ -48,7 +48,7 @@ class WhcaN:
     References
     ----------
     M. Merschformann, L. Xie, D. Erdmann: Multi-agent path finding with kinematic constraints for robotic mobile
-    fulfillment systems. arXiv:1706.09347. https://arxiv.org/abs/1706.09347
+    fulfillment systems. arXiv:1706.09347, 2017. https://arxiv.org/abs/1706.09347
     """
 
     reserves: ClassVar[str] = "windows"
@@ -88,6 +88,6 @@ class WhcaN:
         end = FOREVER if self.window_s == math.inf else query.start_tick + to_ticks(self.window_s)
         rows = compiled.search(
             query.cell, query.heading, query.start_tick, query.goal, query.robot, end, to_ticks(self.wait_s),
-            self.max_nodes, roads.tracks(query.goal, query.loaded), table.arrays,
+            self.max_nodes, *roads.tracks(query.goal, query.loaded), *table.arrays,
         )  # fmt: skip
         return None if rows is None else path_of(roads, query, rows.tolist())

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Driving
 from rmfs_core.simulation.driving.complete import CompleteDriving
+from rmfs_core.simulation.driving.fleet import FleetDriving
 from rmfs_core.simulation.driving.free import FreeDriving
 from rmfs_core.simulation.driving.windowed import WindowedDriving
 
@@ -14,5 +15,6 @@ WAYS: dict[str | None, Callable[[RunContext], Driving]] = {
     None: FreeDriving,
     "full paths": CompleteDriving,
     "windows": WindowedDriving,
+    "fleet": FleetDriving,
 }
 """Ways to drive by the trait ``reserves`` of a PP rule."""

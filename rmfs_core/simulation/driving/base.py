@@ -11,6 +11,7 @@ from attrs import define, field
 
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.decisions import Leg, Path
+from rmfs_core.errors import StandstillError
 from rmfs_core.events import RobotMoved
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import instance_of
@@ -155,6 +156,10 @@ class Driving:
 
     def _arrive_at(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int) -> None:
         origin, to, wait = robot.cell, leg.to, leg.wait_ticks
-        self.run.warehouse.move(robot, to, heading)
         now, metres = self.run.warehouse.now, self.run.warehouse.travel.layout.distance(origin, to)
+        self.run.warehouse.move(robot, to, heading, now - start - wait)
+        if robot.charge is not None and robot.charge < 0:
+            where = f"{self.run.warehouse.travel.layout.where(to)}, at {to_seconds(now):.3f} s"
+            spent = "its ways took more than `robots.battery.detour` times what they take without other robots"
+            raise StandstillError(f"Robot {robot.name} has no charge left in {where}: {spent}.")
         self.run.tell(RobotMoved(now, start, robot.id, origin, to, heading, wait, turn_ticks, metres, robot.pod))

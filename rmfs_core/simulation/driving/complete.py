@@ -7,7 +7,7 @@ Endpoints are the storage locations, the queue cells and the stations. At any ti
 1. each robot owns exactly one endpoint, which no other robot owns: the end of its path;
 2. the table holds the whole path of each robot, and its end is held without end;
 3. a robot's reservations are replaced all at once: the old endpoint is given up only with the new path away from it;
-4. the robots of a station's line (those that stand in it or have taken a ticket for it) own its first cells, the
+4. the robots of a station's line (those that stand in it or have taken a ticket for it) own its first places, the
    station first, in the order of the line and without gaps; a robot takes its ticket, the cell behind the last one,
    when it has its pod and sets out, and may then overtake (below). Every step in a lane leads ahead, shortcuts too;
 5. a robot that leaves a station sets out for a storage location that PR chose and nobody owns, or for a ticket;
@@ -35,12 +35,14 @@ S. Koenig, Lifelong multi-agent path finding for online pickup and delivery task
 
 from __future__ import annotations
 
+from attrs import evolve
+
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.decisions import Leg
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.simulation.driving.base import Course, Process
 from rmfs_core.simulation.driving.reserved import ReservedDriving
-from rmfs_core.traffic import FOREVER, Query, occupancy
+from rmfs_core.traffic import Query
 from rmfs_core.warehouse import Robot, Station
 
 
@@ -52,7 +54,7 @@ class CompleteDriving(ReservedDriving):
         course = self.courses[robot.id]
         line = self.lines[station.id]
         if course not in line:
-            while len(line) > len(station.cells.queue):  # with robots that began there, and leave
+            while len(line) > station.cells.places:  # with robots that began there, and leave
                 yield self.run.after(TICKS_PER_S)
             self._send(course, station.cells.slot(len(line)))
             self._move_up(self.leave_line(course))
@@ -85,7 +87,7 @@ class CompleteDriving(ReservedDriving):
         if place == 0:
             return False
         ahead = line[place - 1]
-        if ahead.overtaken >= len(station.cells.queue):
+        if ahead.overtaken >= station.cells.places:
             return False
         if not (self._outside(course, station) and self._outside(ahead, station)):
             return False
@@ -110,10 +112,10 @@ class CompleteDriving(ReservedDriving):
         before = [(each.robot.id, each.reserved) for each in (course, ahead)]
         for each in (course, ahead):
             self._give_up(each)
-        legs = self._legs(course, first, ahead.arrives)
+        legs = self._legs(course, evolve(first, latest=ahead.arrives))
         if legs is not None:
-            self.table.commit(course.robot.id, occupancy(self.roads, self._path(course, first, legs)))
-            others = self._legs(ahead, second, FOREVER)
+            self.table.commit(course.robot.id, self._drive(course, first, legs)[1])
+            others = self._legs(ahead, second)
             if others is not None:
                 self.table.release(ahead.robot.id)
                 return legs, others
@@ -128,18 +130,18 @@ class CompleteDriving(ReservedDriving):
         """Release what a robot has reserved but for its leg under way."""
         self.table.release(course.robot.id)
         if course.under_way is not None:
-            occupied = occupancy(self.roads, self._path(course, course.under_way[1], ()))
+            occupied = self._drive(course, course.under_way[1], ())[1]
             occupied.until[-1] = course.under_way[1].start_tick
             self.table.add(course.robot.id, occupied)
 
-    def _legs(self, course: Course, query: Query, latest: int) -> list[Leg] | None:
-        """Ask for a path that the table has room for and that is at its goal before a tick; None without one."""
+    def _legs(self, course: Course, query: Query) -> list[Leg] | None:
+        """Ask for a path that the table has room for and that is at its goal early enough; None without one."""
         legs = self._ask_if_possible(query)
         if legs is None:
             return None
-        path = self._path(course, query, legs)
-        fits = self.table.is_free(course.robot.id, occupancy(self.roads, path))
-        return legs if fits and path.end == query.goal and path.end_tick < latest else None
+        path, occupied = self._drive(course, query, legs)
+        fits = self.table.is_free(course.robot.id, occupied)
+        return legs if fits and path.end == query.goal and path.end_tick < query.latest else None
 
     def _send(self, course: Course, goal: int) -> None:
         if goal == course.goal:

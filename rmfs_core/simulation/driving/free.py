@@ -40,7 +40,7 @@ class FreeDriving(Driving):
             self.run.warehouse.join_line(robot, station)
             assert robot.pod is not None
             self.run.tell(QueueJoined(self.run.warehouse.now, robot=robot.id, pod=robot.pod, station=station.id))
-        slots = (station.cell, *station.cells.queue)
+        slots = (station.cell, *station.cells.queue[station.cells.clear :])
         while True:
             line = station.line
             place = min(line.index(robot), len(slots) - 1)

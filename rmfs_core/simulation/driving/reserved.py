@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
+import simpy
 
 from rmfs_core.decisions import Leg
 from rmfs_core.errors import InputError
@@ -24,14 +25,26 @@ from rmfs_core.traffic import (
     ReservedError,
     TimedPath,
     Traffic,
-    occupancy,
+    drive,
     roads_on,
-    timed_path,
 )
 from rmfs_core.warehouse import Robot, Station
 
 FORGET_TICKS = 10_000
 """How often reservations of the past are removed from the table."""
+
+
+def _either(one: simpy.Event, other: simpy.Event) -> simpy.Event:
+    """Event that happens right after the first of two: quicker than `simpy.AnyOf`, which keeps what they tell."""
+    first = one.env.event()
+
+    def happen(_: simpy.Event) -> None:
+        if not first.triggered:
+            first.succeed()
+
+    one.callbacks.append(happen)
+    other.callbacks.append(happen)
+    return first
 
 
 class ReservedDriving(Driving):
@@ -118,8 +131,7 @@ class ReservedDriving(Driving):
 
     def _commit(self, course: Course, query: Query, legs: Sequence[Leg]) -> Occupancy:
         """Reserve a path in place of what the robot has not begun; return what it occupies."""
-        path = self._path(course, query, legs)
-        occupied = occupancy(self.roads, path)
+        path, occupied = self._drive(course, query, legs)
         try:
             self.table.commit(course.robot.id, occupied)
         except ReservedError as error:
@@ -136,15 +148,16 @@ class ReservedDriving(Driving):
     def _replace(self, course: Course, legs: Sequence[Leg]) -> None:
         """Give a robot other legs to drive than those that it has not begun."""
         course.legs = deque(legs)
-        changed, course.changed = course.changed, self.env.event()
-        changed.succeed()
+        if course.changed.callbacks:  # somebody waits for it
+            changed, course.changed = course.changed, self.env.event()
+            changed.succeed()
 
-    def _path(self, course: Course, query: Query, legs: Sequence[Leg]) -> TimedPath:
-        """Return legs with their times, after the leg under way if there is one."""
+    def _drive(self, course: Course, query: Query, legs: Sequence[Leg]) -> tuple[TimedPath, Occupancy]:
+        """Return legs with their times and what they occupy, after the leg under way if there is one."""
         if course.under_way is None:
-            return timed_path(self.roads, query, tuple(legs))
+            return drive(self.roads, query, tuple(legs))
         start, end = course.under_way
-        return timed_path(self.roads, start, (Leg(end.cell), *legs))
+        return drive(self.roads, start, (Leg(end.cell), *legs))
 
     def _follow(self, course: Course) -> Process:
         """Drive what is reserved, leg by leg, for ever."""
@@ -157,7 +170,7 @@ class ReservedDriving(Driving):
                     yield course.changed
                 continue
             if course.legs[0].wait_ticks:
-                yield run.after(course.legs[0].wait_ticks) | changed
+                yield _either(run.after(course.legs[0].wait_ticks), changed)
                 if changed.triggered:
                     continue
             leg = course.legs.popleft()
@@ -196,13 +209,13 @@ class ReservedDriving(Driving):
         yield from ()
 
     def to_location(self, robot: Robot, cell: int) -> Process:
-        """Drive to a storage location; whoever rests there is sent away first."""
+        """Drive to a storage location; whoever rests there is sent away first. Who has to make way rests elsewhere."""
         course = self.courses[robot.id]
         while course.station is not None and robot.pod is None:
             yield course.arrived  # it began in a queue
         self._clear(cell, robot)
         self.set_out_for(course, cell)
-        while robot.cell != cell or not self.rests(course):
+        while robot.cell != course.goal or not self.rests(course):
             yield course.arrived
 
     def rests(self, course: Course) -> bool:
@@ -213,8 +226,9 @@ class ReservedDriving(Driving):
         """Wake the process that waits for the robot; one that began in a queue goes on from the station at once."""
         if course.station is not None and course.robot.pod is None and course.robot.cell == course.station.cell:
             self.set_out_for(course, self._refuge(course))
-        arrived, course.arrived = course.arrived, self.env.event()
-        arrived.succeed()
+        if course.arrived.callbacks:
+            arrived, course.arrived = course.arrived, self.env.event()
+            arrived.succeed()
 
     # Lines and places
 

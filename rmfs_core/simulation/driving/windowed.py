@@ -44,7 +44,7 @@ from rmfs_core.randomness import stream
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Course, Process
 from rmfs_core.simulation.driving.reserved import ReservedDriving
-from rmfs_core.traffic import Query, Reservations, ReservedError, occupancy, timed_path
+from rmfs_core.traffic import Query, Reservations, ReservedError, drive
 from rmfs_core.warehouse import Robot, Station
 from rmfs_core.world.travel import UNREACHABLE
 
@@ -91,6 +91,12 @@ class WindowedDriving(ReservedDriving):
         """The runs under way, or the cells that robots stand in; no two robots ever have a cell at once."""
         for course in self.courses:
             self.registered.hold(course.robot.id, course.robot.cell, 0)
+        lanes = [(station.cell, *station.cells.queue) for station in run.warehouse.stations]
+        self._slots = [(slots, dict(pairwise(slots))) for slots in lanes]
+        """By station: the cells of its lane, and which of them is behind which."""
+        self._queues = np.zeros((len(lanes), self.roads.cells), dtype=np.bool_)
+        for queue, (_, *cells) in zip(self._queues, lanes, strict=True):
+            queue[cells] = True
         self.asking: dict[int, Course] = {}
         self._round_due = False
         self._last_round = -ROUND_TICKS
@@ -164,7 +170,9 @@ class WindowedDriving(ReservedDriving):
     def _round(self, delay: int) -> Process:
         yield self.run.after(delay)
         self._round_due, self._last_round = False, self.run.warehouse.now
-        asking, self.asking = sorted(self.asking.values(), key=self._priority), {}
+        asking, self.asking = [*self.asking.values()], {}
+        if len(asking) > 1:
+            asking.sort(key=self._priority)
         for course in asking:
             self.plan(course)
 
@@ -185,7 +193,7 @@ class WindowedDriving(ReservedDriving):
             return
         legs = self._ask_if_possible(query) or []
         if legs and course.station is not None:
-            cells = occupancy(self.roads, timed_path(self.roads, query, tuple(legs))).cells
+            cells = drive(self.roads, query, tuple(legs))[1].cells
             if self.gets_ahead(course, cells, planned=True) is not None:
                 legs = self._ask_if_possible(evolve(query, goal=course.station.cells.queue[-1])) or []
         if all(leg.to == query.cell for leg in legs):
@@ -196,7 +204,7 @@ class WindowedDriving(ReservedDriving):
         if legs:
             self._go(course, query, legs)
         elif self.rests(course):  # where a path goes on it asks again at its end
-            self.env.process(self._ask_again(course))
+            self.run.after(RETRY_TICKS).callbacks.append(lambda _: self._ask_again(course))
 
     def _go(self, course: Course, query: Query, legs: list[Leg]) -> None:
         """Reserve a path, and see whether it leads into a line."""
@@ -204,7 +212,7 @@ class WindowedDriving(ReservedDriving):
         path = self.run.asker.apply(self.rule, lambda: self._commit(course, query, legs))
         station = course.station
         if station is not None and course not in self.lines[station.id]:
-            enters = path.since[np.isin(path.cells, station.cells.queue)]
+            enters = path.since[self._queues[station.id][path.cells]]
             if len(enters):
                 passing = (self._progress_of[other.robot.id] for other in self.lines[station.id])
                 progress.entry = max([int(enters[0]), *(other.entry for other in passing if other.passes)])
@@ -224,8 +232,7 @@ class WindowedDriving(ReservedDriving):
         """Register a run; when another is in its way, stop the robot instead."""
         robot, progress = course.robot, self._progress_of[course.robot.id]
         query = Query(robot.id, robot.cell, robot.heading, self.run.warehouse.now, leg.to, loaded=robot.pod is not None)
-        path = timed_path(self.roads, query, (Leg(leg.to),))
-        occupied = occupancy(self.roads, path)
+        path, occupied = drive(self.roads, query, (Leg(leg.to),))
         try:
             progress.refused = self.gets_ahead(course, occupied.cells, planned=False)
             if progress.refused is None:
@@ -261,9 +268,9 @@ class WindowedDriving(ReservedDriving):
     def _ways_past(self, course: Course, cells: NDArray[np.int64]) -> Iterator[tuple[Station, tuple[int, ...], int]]:
         """Yield cells of its lane that a robot enters by a shortcut or second entrance, with station and slots."""
         if (station := course.station) is not None:
-            slots = (station.cell, *station.cells.queue)
+            slots, behind = self._slots[station.id]
             for before, cell in pairwise(cells.tolist()):
-                if cell in slots[:-1] and slots[slots.index(cell) + 1] != before:
+                if behind.get(cell, before) != before:
                     yield station, slots, cell
 
     def stop(self, course: Course) -> None:
@@ -274,8 +281,8 @@ class WindowedDriving(ReservedDriving):
         """
         stopping = [course]
         for each in stopping:
-            path = self._path(each, self._departure(each, each.goal), ())
-            losers = self.table.seize(each.robot.id, occupancy(self.roads, path))
+            occupied = self._drive(each, self._departure(each, each.goal), ())[1]
+            losers = self.table.seize(each.robot.id, occupied)
             self._replace(each, ())
             self._lose_place(each)
             self._request(each)
@@ -310,13 +317,12 @@ class WindowedDriving(ReservedDriving):
         """
         if self._has_stood_long(course) and not course.joined:
             for leg in self._steps(query):
-                step = occupancy(self.roads, timed_path(self.roads, query, (leg,)))
+                step = drive(self.roads, query, (leg,))[1]
                 if self.table.is_free(query.robot, step):
                     return [leg]
         return []
 
-    def _ask_again(self, course: Course) -> Process:
-        yield self.run.after(RETRY_TICKS)
+    def _ask_again(self, course: Course) -> None:
         if self.rests(course):
             self._request(course)
 

@@ -1,5 +1,6 @@
 """Files appear whole or not at all."""
 
+import json
 import os
 import resource
 import signal
@@ -226,6 +227,12 @@ def test_json_takes_what_a_run_may_hold() -> None:
     assert to_json({"b": np.int64(3), "a": (1, None)}) == '{"b":3,"a":[1,null]}'
     with pytest.raises(ValueError, match="JSON compliant"):
         to_json(float("nan"))
+
+
+def test_half_a_character_is_escaped(tmp_path: Path) -> None:
+    """A parameter from a file name, say, may have what UTF-8 has not; a run's files are not lost for it."""
+    write_text(tmp_path / "a.json", to_json({"name": "a\udc80"}))
+    assert json.loads((tmp_path / "a.json").read_text(encoding="utf-8")) == {"name": "a\udc80"}
 
 
 def test_infinite_parameters_become_texts() -> None:

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import pytest
 from attrs import evolve
@@ -10,6 +11,7 @@ from attrs import evolve
 import rmfs_core
 from rmfs_core import InputError, Result, RuleError, hookimpl, load_scenario
 from rmfs_core.results import load_result
+from rmfs_core.results.catalogue import Metric
 from rmfs_core.scenario.model import RunSection
 
 SCENARIO = """
@@ -251,3 +253,43 @@ def test_a_broken_result(scenario_file: Path, tmp_path: Path, name: str, content
     with pytest.raises(InputError) as caught:
         load_result(tmp_path / "out")
     assert problem in str(caught.value)
+
+
+def shown_in_a_notebook(result: Result) -> list[str]:
+    """Return the texts of what a notebook shows, in their order."""
+    return [text.strip() for text in ElementTree.fromstring(result._repr_html_()).itertext()]
+
+
+def test_a_notebook_shows_status_and_metrics() -> None:
+    """With units and headings, as in the summary of a run; an observer's by its own heading, or not at all."""
+
+    class Counting:
+        measures = (Metric("legs", "Legs", "m", 1, group="Drives"), Metric("hidden", group=None))
+
+        @hookimpl
+        def measured(self) -> dict[str, float]:
+            return {"legs": 2.25, "hidden": 7.0}
+
+    result = rmfs_core.run("examples/small", observers=[Counting()])
+    shown = shown_in_a_notebook(result)
+    assert shown[:2] == ["complete", ", seed 1"]
+    assert shown[2:5] == ["Orders", "Orders completed", "50"]
+    at = shown.index("Picker utilisation")
+    assert shown[at + 1 : at + 3] == ["78.8", "%"]
+    assert shown[shown.index("Drives") :] == ["Drives", "Legs", "2.2", "m"]
+    assert "hidden" not in shown
+
+
+def test_a_notebook_takes_no_text_of_a_file_for_html(tmp_path: Path) -> None:
+    """Whoever wrote the result: names, values and the error are texts."""
+    rmfs_core.run("examples/small", out=tmp_path)
+    file = tmp_path / "result.json"
+    told = json.loads(file.read_text(encoding="utf-8"))
+    evil = "<script>alert(1)</script>"
+    told |= {"status": evil, "error": evil, "seed": evil}
+    told["metrics"] |= {evil: 1, "picks": evil, "makespan_s": None}
+    file.write_text(json.dumps(told), encoding="utf-8")
+    shown = load_result(tmp_path)._repr_html_()
+    assert "<script" not in shown
+    assert shown.count("&lt;script&gt;alert(1)&lt;/script&gt;") == 5
+    ElementTree.fromstring(shown)

@@ -1,16 +1,22 @@
 """Running a scenario into a folder."""
 
+import gzip
+import json
 import re
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import NoReturn
 
 import pytest
+from attrs import define, field
 
 import rmfs_core
+from rmfs_core import OrderAssignment
 from rmfs_core.cli import main
 from rmfs_core.results import load_result
+from rmfs_core.warehouse import WarehouseView
 
 
 def test_results_never_replace_the_input(tmp_path: Path) -> None:
@@ -157,3 +163,57 @@ def test_what_cannot_be_measured_is_one_sentence(act: Callable[[], object], prob
     assert saved.metrics["picks"] > 0
     assert re.search(problem, str(saved.error))
     assert "\n" not in str(saved.error)
+
+
+@define
+class Oldest:
+    """A rule that gives the oldest order that fits to the first station with room for it, and counts its decisions."""
+
+    skip: int = 0
+    decided: int = field(init=False, default=0)
+
+    @rmfs_core.hookimpl
+    def assign_orders(self, warehouse: WarehouseView) -> list[OrderAssignment]:
+        """Assign one order, or none."""
+        self.decided += 1
+        for order in warehouse.backlog[self.skip :] or warehouse.backlog:
+            for station in warehouse.stations:
+                if warehouse.fits(order, station):
+                    return [OrderAssignment(order.id, station.id)]
+        return []
+
+
+def test_a_rule_may_be_an_object(tmp_path: Path) -> None:
+    """It decides itself; result and trace name its class and parameters, and say that it was an object."""
+    rule = Oldest(skip=2)
+    result = rmfs_core.run("examples/small", rules={"poa": rule}, out=tmp_path, record=["trace"])
+    assert rule.decided == result.hook_calls["assign_orders"] > 0
+    told = json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))
+    assert told["scenario"]["rules"]["poa"] == {"rule": "Oldest", "skip": 2}
+    assert told["scenario"]["rules"]["pps"] == "demand"
+    assert told["versions"]["Oldest"] == f"object of {__name__}"
+    assert {row["rule"] for row in result.periods} == {"Oldest", "demand"}
+    with gzip.open(tmp_path / "trace.jsonl.gz", "rt", encoding="utf-8") as stream:
+        assert json.loads(stream.readline())["scenario"]["rules"]["poa"] == {"rule": "Oldest", "skip": 2}
+    main(["validate", str(tmp_path)])
+
+
+def test_an_installed_rules_object_gives_the_files_of_its_name(tmp_path: Path) -> None:
+    """Byte for byte, random draws included, so the result alone leads to the same run again."""
+    rule = import_module("rmfs_random").Random()
+    rmfs_core.run("examples/small", rules={"poa": rule}, out=tmp_path / "object", record=["trace"])
+    rmfs_core.run("examples/small", overrides=["rules.poa=random"], out=tmp_path / "name", record=["trace"])
+    for file in ("orders.csv", "visits.csv", "trace.jsonl.gz"):
+        assert (tmp_path / "object" / file).read_bytes() == (tmp_path / "name" / file).read_bytes()
+    again = rmfs_core.run(load_result(tmp_path / "object").scenario)
+    assert again.metrics == load_result(tmp_path / "name").metrics
+
+
+def test_a_mistake_in_an_object_is_no_line_of_the_scenario() -> None:
+    """Nor is a decision that is impossible a traceback."""
+    with pytest.raises(rmfs_core.InputError, match=r'^argument rules\.pps: rule "Oldest" .* does not decide PPS'):
+        rmfs_core.run("examples/small", rules={"pps": Oldest()})
+    with pytest.raises(rmfs_core.InputError, match=r"^argument rules: expected `poa` and `pps`.* found `poa` alone$"):
+        rmfs_core.run("examples/small", overrides=["rules.poa_pps=pod-index"], rules={"poa": Oldest()})
+    with pytest.raises(rmfs_core.RuleError, match=r'^rule "Oldest" \(.* object\), assign_orders, at 0\.000 s: raised '):
+        rmfs_core.run("examples/small", rules={"poa": Oldest("many")})  # type: ignore[arg-type]

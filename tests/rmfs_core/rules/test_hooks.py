@@ -50,9 +50,10 @@ def test_misspelt_hook(refusal: Refusal, install: Install) -> None:
     )
     assert refusal(poa=RuleChoice("mine")) == (
         "rules.poa: class Mine implements a hook `asign_orders`, which does not exist (did you mean "
-        "`assign_orders` or `assign_orders_and_pods`?); the hooks are assign_orders, select_pods, "
-        "assign_orders_and_pods, choose_storage_location, assign_tasks, plan_path, filter_backlog, wake_at, "
-        "run_started, on_event, rule_asked, rule_answered, measured and run_ended"
+        "`assign_orders`, `assign_orders_and_pods` or `assign_bundles`?); the hooks are assign_orders, select_pods, "
+        "assign_orders_and_pods, choose_storage_location, assign_tasks, plan_path, plan_paths, "
+        "assign_bundles, select_replenishment_pods, assign_bundles_and_pods, activate_stations, idle_robots, "
+        "move_pods, filter_backlog, wake_at, run_started, on_event, rule_asked, rule_answered, measured and run_ended"
     )
 
 
@@ -94,7 +95,12 @@ def test_a_misspelt_hook_is_refused_before_the_run(refusal: Refusal, tmp_path: P
         encoding="utf-8",
     )
     bad = RuleChoice("./bad.py:Bad")
-    others = {Role.FILTER: {"filters": (bad,)}, Role.POA_PPS: {"poa": None, "pps": None, "poa_pps": bad}}
+    others = {
+        Role.FILTER: {"filters": (bad,)},
+        Role.POA_PPS: {"poa": None, "pps": None, "poa_pps": bad},
+        Role.ROA: {"roa": bad, "rps": RuleChoice("emptiest-pod")},
+        Role.RPS: {"roa": RuleChoice("first-bundle"), "rps": bad},
+    }
     text = refusal(tmp_path, **others.get(role, {role.key: bad}))
     assert "Bad" in text
     assert f"{role.hook}x" in text
@@ -158,7 +164,7 @@ def test_roles_follow_from_hooks() -> None:
 
 def test_every_role_has_a_hook_that_exists() -> None:
     """And every hook belongs to a role, but for the one that any deciding rule may implement."""
-    assert {role.hook for role in Role} | OBSERVER_HOOKS | {WAKE} == set(ARGUMENTS)
+    assert {hook for role in Role for hook in role.hooks} | OBSERVER_HOOKS | {WAKE} == set(ARGUMENTS)
 
 
 @pytest.mark.parametrize("option", ["wrapper", "hookwrapper", "tryfirst", "trylast"])

@@ -10,7 +10,7 @@ from attrs import define, field
 
 from rmfs_core.errors import InputError
 from rmfs_core.rules import RuleSet
-from rmfs_core.rules.parameters import build, parameters_of, type_name
+from rmfs_core.rules.parameters import build, parameters_of, type_name, values_of
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 
 Install = Callable[..., None]
@@ -129,6 +129,27 @@ def test_a_class_is_built_from_its_parameters() -> None:
     assert shelf == Shelf(width=3, depth=1.0, anything={"a": [1]}, doubled=4)
     assert "depth=1.0" in repr(shelf)
     assert build(Shelf, {"width": 1}, "p", "r").labels is not build(Shelf, {"width": 1}, "p", "r").labels
+
+
+def test_an_objects_parameters_are_told_as_a_scenario_has_them() -> None:
+    """Those that are not the class's defaults; of what no file can hold there is the type, the same in every run."""
+    shelf = Shelf(3, depth=2.5, labels=["a"], anything={"by": len, "pair": (1, 2)})
+    assert values_of(shelf) == {
+        "width": 3,
+        "labels": ["a"],
+        "anything": {"by": "<builtin_function_or_method>", "pair": [1, 2]},
+        "doubled": 2,
+    }
+
+
+def test_parameters_that_hold_themselves_are_told_as_types() -> None:
+    """From some depth on, so that a run with them ends."""
+    around: list[object] = []
+    around.append(around)
+    told = values_of(Shelf(3, anything=around))["anything"]
+    for _ in range(20):
+        [told] = [told] if told == "<list>" else told
+    assert told == "<list>"
 
 
 def test_what_is_unknown_is_said_before_what_is_missing() -> None:

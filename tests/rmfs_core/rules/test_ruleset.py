@@ -13,7 +13,7 @@ from attrs import define
 
 from rmfs_core import InputError, hookimpl
 from rmfs_core.entrypoints import RULES, offers
-from rmfs_core.rules import RuleSet
+from rmfs_core.rules import RuleSet, with_objects
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.warehouse import WarehouseView
 from rmfs_testing import small_world
@@ -219,3 +219,72 @@ def test_an_observer_object_is_checked_like_a_rule() -> None:
     )
     with pytest.raises(InputError, match="observer object: it implements no observer hook"):
         load().register_observer(object())
+
+
+@define
+class Both:
+    """A rule for orders and pods that is also told what happens, and leaves orders out."""
+
+    @hookimpl
+    def assign_orders(self, warehouse: WarehouseView) -> list[Any]:
+        """Assign none."""
+        return []
+
+    @hookimpl
+    def select_pods(self, warehouse: WarehouseView) -> list[Any]:
+        """Select none."""
+        return []
+
+    @hookimpl
+    def filter_backlog(self, warehouse: WarehouseView) -> list[int]:
+        """Keep none."""
+        return []
+
+
+def test_objects_are_the_rules_themselves() -> None:
+    """One object in two roles is one rule; equal ones in two places are two."""
+    both, one, other = Both(), Both(), Both()
+    objects = {"poa": both, "pps": both, "filters": [one, other]}
+    loaded = RuleSet.load(with_objects(rules(), objects), ".", objects=objects)
+    assert loaded.poa is not None
+    assert loaded.pps is not None
+    assert loaded.poa.instance is loaded.pps.instance is both
+    assert [rule.instance for rule in loaded.filters] == [one, other]
+    assert loaded.filters[0].instance is one
+    assert loaded.filters[1].instance is other
+    assert loaded.distributions["Both"] == f"object of {__name__}"
+
+
+def test_choices_that_objects_replace_are_not_looked_at() -> None:
+    """A joint rule takes the place of two, and one of two that of a joint rule; the rest stays."""
+    paired = rules(pr=RuleChoice("fixed"))
+    joint = with_objects(paired, {"poa_pps": Both()})
+    assert (joint.poa, joint.pps, joint.poa_pps, joint.pr) == (None, None, RuleChoice("Both"), RuleChoice("fixed"))
+    again = with_objects(joint, {"poa": Both(), "pps": Both()})
+    assert (again.poa, again.pps, again.poa_pps) == (RuleChoice("Both"), RuleChoice("Both"), None)
+    assert with_objects(paired, {}) is paired
+
+
+@pytest.mark.parametrize(
+    ("objects", "message"),
+    [
+        ([Both()], '^argument rules: expected rules by what they decide, such as {"poa": MyRule\\(\\)}, found '),
+        (
+            Both(),
+            '^argument rules: expected rules by what they decide, such as {"poa": MyRule\\(\\)}, found Both\\(\\)',
+        ),
+        ({"paa": Both()}, "^argument rules: unknown key 'paa' \\(did you mean `poa`"),
+        ({"observers": [Both()]}, "^argument rules: unknown key 'observers'"),  # `run` has an argument for these
+        ({"poa": Both}, "^argument rules.poa: expected an object of a rule's class, such as MyRule.., found <class"),
+        ({"poa": "demand"}, "^argument rules.poa: expected an object .*, found 'demand'$"),
+        ({"poa": object()}, '^argument rules.poa: rule "object" .* is no attrs class'),
+        ({"pr": Both()}, '^argument rules.pr: rule "Both" .* does not decide PR .*; class Both decides POA, PPS and'),
+        ({"filters": Both()}, "^argument rules.filters: expected a list of rules, found Both"),
+        ({"filters": [Both(), None]}, r"^argument rules.filters\[1\]: expected an object .*, found None$"),
+        ({"poa": Both(), "poa_pps": Both()}, "^argument rules: expected either `poa_pps` or `poa` and `pps`, found"),
+    ],
+)
+def test_what_is_no_rule_is_refused_as_in_a_scenario(objects: Any, message: str) -> None:
+    """The place is the argument, not the scenario's key of that name, which has a line in a file."""
+    with pytest.raises(InputError, match=message):
+        RuleSet.load(with_objects(rules(), objects), ".", objects=objects)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 from rmfs_core import InputError
 from rmfs_core.rules import RuleSet
+from rmfs_core.rules.sources import source_of
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 
 Install = Callable[..., None]
@@ -123,7 +125,7 @@ def test_unknown_rule(refusal: Refusal) -> None:
     """The nearest names are offered, or all."""
     assert refusal(poa=RuleChoice("pod-mach")) == ('rules.poa: there is no rule "pod-mach" (did you mean `pod-match`?)')
     assert refusal(pr=RuleChoice("xyzzy")).startswith(
-        'rules.pr: there is no rule "xyzzy"; expected one of `alternating`, `assignment`, '
+        'rules.pr: there is no rule "xyzzy"; expected one of `all`, `alternating`, `assignment`, '
     )
     assert refusal(filters=(RuleChoice("xyzzy"),)).startswith("rules.filters[0]: ")  # type: ignore[arg-type]
 
@@ -170,3 +172,15 @@ def test_a_file_that_cannot_be_read_is_named(folder: Path) -> None:
         rules = RulesSection(poa=RuleChoice(name), pps=RuleChoice("demand"))
         with pytest.raises(InputError, match=f"cannot read .*: {reason}$"):
             RuleSet.load(rules, str(folder))
+
+
+def test_an_object_of_an_installed_rule_is_named_as_in_a_scenario(install: Install) -> None:
+    """However deep in the distribution its class is defined; a namesake of another package is itself."""
+    source = "@define\nclass Mine:\n    @hookimpl\n    def assign_orders(self, warehouse):\n        return []\n"
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules="from acme_deep import Mine\n", acme_deep=source)
+    import_module("acme_rules")
+    deep = import_module("acme_deep").Mine()
+    assert source_of(deep).describe() == 'rule "Mine" (acme_deep object)'
+    install("other", {"theirs": "other_rules:Mine"}, other_rules=source)
+    assert source_of(import_module("other_rules").Mine()).describe() == 'rule "theirs" (other 1.0)'
+    assert source_of(import_module("rmfs_sipp").Sipp()).describe().startswith('rule "sipp" (rmfs ')

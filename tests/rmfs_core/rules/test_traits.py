@@ -51,6 +51,12 @@ def test_what_is_declared_is_read() -> None:
     assert RuleTraits.of(SimpleNamespace(**declared), "here", "it") == RuleTraits(**declared)
 
 
+def test_roles_may_be_given_as_texts() -> None:
+    """Whoever asks for a role's label finds it."""
+    (role,) = RuleTraits.of(SimpleNamespace(decides=("pps",)), "here", "it").decides
+    assert (role.label, role.hook) == ("PPS", "select_pods")
+
+
 @pytest.mark.parametrize(
     ("trait", "value", "expected"),
     [
@@ -64,7 +70,7 @@ def test_what_is_declared_is_read() -> None:
         ("splits_over_time", 1, "True or False"),
         ("packing_capacity", -1, "a whole number >= 0, or None"),
         ("packing_capacity", True, "a whole number >= 0, or None"),
-        ("reserves", "paths", "'full paths', 'windows' or None"),
+        ("reserves", "paths", "'full paths', 'windows', 'fleet' or None"),
         ("prepare", "warm up", "a method"),
     ],
 )
@@ -80,7 +86,7 @@ def test_a_scenarios_rule_is_held_to_them(refusal: Refusal, tmp_path: Any) -> No
     (tmp_path / "mine.py").write_text(PATHS)
     assert refusal(tmp_path, pp=RuleChoice("./mine.py:Mine")) == (
         "rules.pp: rule \"./mine.py:Mine\" (mine.py inline) has reserves = 'paths'; "
-        "expected 'full paths', 'windows' or None"
+        "expected 'full paths', 'windows', 'fleet' or None"
     )
 
 

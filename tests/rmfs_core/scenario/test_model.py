@@ -40,7 +40,7 @@ def test_the_defaults_are_the_papers() -> None:
     assert layout.block_rows * layout.block_columns * 2 * layout.block_length == 504
     assert int(layout.pod_fill * 504) == 428
     assert (layout.stations_east + layout.stations_west, robots.count) == (4, 8)
-    assert (stations.item_capacity, stations.queue_length, stations.pick_s, stations.handle_s) == (15, 12, 7.0, 13.0)
+    assert (stations.item_capacity, stations.queue_length, stations.pick_s, stations.handle_s) == (15, None, 7.0, 13.0)
     assert instance.items_per_sku is None
     motion = Motion()
     assert (robots.acceleration_m_per_s2, robots.top_speed_m_per_s) == (

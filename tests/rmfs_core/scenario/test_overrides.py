@@ -207,6 +207,18 @@ def test_a_file_of_orders_leaves_a_refilled_backlog_alone() -> None:
     assert load_scenario("examples/poisson", files).instance.arrivals.process == "start"
 
 
+def test_a_map_takes_the_place_of_a_block_layout() -> None:
+    """With its keys, and the length of its queues, unless it is given beside the map."""
+    mapped = load_scenario("paper-250", ["layout.map_file=hall.txt"])
+    assert (mapped.layout.map_file, mapped.layout.pod_fill) == (str(Path("hall.txt").resolve()), 0.85)
+    assert (mapped.stations.queue_length, mapped.stations.pick_s) == (None, 7.0)
+    assert load_scenario("paper-250", ["layout.map_file="]).stations.queue_length == 12
+    given = ["stations.queue_length=3", "layout.map_file=hall.txt"]
+    assert load_scenario("paper-250", given).stations.queue_length == 3
+    with pytest.raises(InputError, match=r"^--set layout.block_rows=3: has no meaning beside `layout.map_file`"):
+        load_scenario("paper-250", ["layout.block_rows=3", "layout.map_file=hall.txt"])
+
+
 def keys_of_files(section: type, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
     """Yield the paths of the keys that say of themselves that they name a file."""
     for field in attrs.fields(section):

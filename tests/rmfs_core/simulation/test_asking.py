@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+import rmfs_core
 from bad_rules import HOOKS, prepare_bad, what_ends
 from rmfs_core import hookimpl
 from rmfs_core.decisions import PodTrip
 from rmfs_core.errors import RuleError
-from rmfs_core.events import ItemPicked
+from rmfs_core.events import Event, ItemPicked
 from rmfs_core.info import Question
 from rmfs_core.roles import Role
 from rmfs_core.scenario.model import RunSection
@@ -43,7 +44,7 @@ def test_what_is_no_answer_ends_the_run(
 def test_what_was_picked_before_the_error_was_told(tiny_run: Callable[..., Any], tmp_path: Path) -> None:
     """A PR rule that fails when the first pod leaves: the items picked before it are known to the observers."""
     run = prepare_bad(tiny_run, tmp_path, "pr", "return 1 / 0")
-    with pytest.raises(RuleError, match=r"raised ZeroDivisionError: division by zero \(.*bad\.py, line 10\)"):
+    with pytest.raises(RuleError, match=r"raised ZeroDivisionError: division by zero \(.*bad\.py, line 11\)"):
         run.simulation.run()
     assert len(run.recorder.of(ItemPicked)) == 1
 
@@ -281,3 +282,23 @@ def test_of_several_errors_at_the_end_the_first_is_handed_back(tmp_path: Path) -
     """The observer that was registered last is told first; ends come before measurements."""
     _, error, _ = end_with(tmp_path, "no end", "no end", "no measure")
     assert str(error).startswith("observer 2, run_ended, ")
+
+
+def test_an_observer_hears_what_it_listens_to() -> None:
+    """Of the kinds of events in ``hears`` alone; one without it of all."""
+
+    class Listener:
+        def __init__(self) -> None:
+            self.heard: list[Event] = []
+
+        @hookimpl
+        def on_event(self, event: Event) -> None:
+            self.heard.append(event)
+
+    class Choosy(Listener):
+        hears = (ItemPicked,)
+
+    every, choosy = Listener(), Choosy()
+    rmfs_core.run("examples/small", overrides=["run.until_s=200", "rules.pp=free-flow"], observers=[every, choosy])
+    assert {type(event) for event in choosy.heard} == {ItemPicked}
+    assert choosy.heard == [event for event in every.heard if isinstance(event, ItemPicked)]

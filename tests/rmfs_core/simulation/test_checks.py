@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bad_rules import prepare_bad, what_ends
-from rmfs_core.decisions import Leg, OrderAssignment, PodTrip, TaskAssignment
+from rmfs_core.decisions import Leg, OrderAssignment, PodMove, PodTrip, RobotMove, TaskAssignment
 from rmfs_core.events import OrderAssigned
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError
@@ -107,6 +107,14 @@ WRONG = [
         "gave pod r (id 2) to robot 1 (id 0), but the pod does not wait for a robot",
     ),
     ("ta", "return [TaskAssignment(0, 0), TaskAssignment(0, 1)]", "gave pod q (id 1) to robot 1 (id 0), which is busy"),
+    # Robots without a task
+    ("idle", "return [3]", "returned a sequence with int 3 in it; expected RobotMove only"),
+    ("idle", "return [RobotMove(5, 0)]", "named robot 5, which does not exist; ids are 0 to 0"),
+    ("idle", "return [RobotMove(0, 0)] if warehouse.resting_robots else []", "to rest in cell 0, no storage location"),
+    ("move", "return [3]", "returned a sequence with int 3 in it; expected PodMove only"),
+    ("move", "return [PodMove(9, 0)]", "named pod 9, which does not exist; ids are 0 to 2"),
+    ("move", "return [PodMove(2, 0), PodMove(2, 0), PodMove(2, 0)]", "moves 3 pods; at most 1 robots can start"),
+    ("move", "return [PodMove(2, warehouse.pods[2].cell)]", "stores pod r (id 2) at row"),
     # PP
     ("pp", "return Path()", "gave robot 1 (id 0) an empty path to "),
     ("pp", "return Path([Leg(-5)])", "sent robot 1 (id 0) to cell -5, which is not on the grid"),
@@ -242,6 +250,39 @@ def test_a_pod_is_stored_where_nothing_stands(world: Warehouse) -> None:
     assert checks.storage_location(world, pod, np.int64(free)) == free
     world.reserve(free)
     assert impossible(checks.storage_location, world, pod, free).endswith(f"(cell {free}), which is taken")
+
+
+def test_pods_that_nobody_uses_are_moved(world: Warehouse) -> None:
+    """To a free location; not those that are bound, or that a robot fetches."""
+    bound, fetched, free = world.pods[0], world.pods[1], world.free_locations[0]
+    assert checks.move(world, PodMove(1, free)) == (fetched, free)
+    world.bind(bound, world.stations[0])
+    world.waiting[1] = fetched
+    world.take_task(world.robots[0], fetched)
+    for pod in (bound, fetched):
+        assert impossible(checks.move, world, PodMove(pod.id, free)) == f"moves pod {pod.label}, which is in use"
+
+
+def test_robots_without_a_task_rest_where_nobody_else_does(world: Warehouse) -> None:
+    """In storage locations and at chargers, one each; not where a pod comes to or is to be fetched."""
+    (one, other), free = world.robots, world.free_locations
+    assert checks.rest(world, RobotMove(0, free[0])) == (one, free[0], 0.0)
+    for cell, why in (
+        (other.cell, "where another robot"),
+        (one.cell, "where another robot"),
+        (0, "no storage location"),
+    ):
+        assert f"sent robot 1 (id 0) to rest in cell {cell}, {why}" in impossible(
+            checks.rest, world, RobotMove(0, cell)
+        )
+    world.reserve(free[1])
+    world.bind(world.pods[0], world.stations[0])
+    for cell in (free[0], world.pods[0].cell):
+        world.reserve(cell) if cell in world.free_locations else None
+        assert "where another robot or pod is or goes" in impossible(checks.rest, world, RobotMove(0, cell))
+    assert "no charger" in impossible(checks.rest, world, RobotMove(0, world.free_locations[3], 0.5))
+    world.send(one, world.free_locations[3])
+    assert impossible(checks.rest, world, RobotMove(0, world.free_locations[0])).endswith("to rest, which is busy")
 
 
 def test_only_idle_robots_fetch_only_waiting_pods(world: Warehouse) -> None:

@@ -16,6 +16,7 @@ from rmfs_core.errors import InputError, StandstillError
 from rmfs_core.events import Event, QueueJoined
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario.model import (
+    BatterySection,
     InstanceSection,
     LayoutSection,
     RobotsSection,
@@ -27,13 +28,18 @@ from rmfs_core.scenario.model import (
 )
 from rmfs_core.simulation.driving.reserved import ReservedDriving
 from rmfs_core.simulation.engine import Simulation
-from rmfs_core.simulation.setup import Opening, open_warehouse
+from rmfs_core.simulation.setup import Opening, battery_of, motion_of, open_warehouse
 from rmfs_core.world import CellKind, Instance, Layout, block_map, check_layout, make_instance, parse_map
 from rmfs_core.world.textmap import FLOOR_MOVES, FLOOR_SIGN, QUEUE_MOVES, QUEUE_SIGN
+from rmfs_core.world.travel import travel_on
 from rmfs_testing import validate_trace
 from rmfs_trace import TraceWriter
 
 ONE_WAY = "".join(FLOOR_MOVES).replace(".", "")
+RESTLESS, FIRST_FREE = (
+    RuleChoice(f"{Path(__file__).resolve().parents[2]}/helpers/restless.py:{name}")
+    for name in ("Restless", "FirstFree")
+)
 ANYTHING_GOES = {"deadline": None, "suppress_health_check": list(HealthCheck)}
 
 
@@ -192,6 +198,21 @@ def test_small_fleets(attack: tuple[Scenario, Instance, Layout]) -> None:
     completes(*attack)
 
 
+@given(attack=attacks(max_robots=12, pp="pbs", queue="shortcut"))
+@settings(max_examples=20, **ANYTHING_GOES)
+def test_fleets_that_plan_together(attack: tuple[Scenario, Instance, Layout]) -> None:
+    """Under `pbs`, which replaces the paths of robots on their way: every run ends with every order complete."""
+    completes(*attack)
+
+
+@pytest.mark.slow
+@given(attack=attacks(max_robots=60, pp="pbs"))
+@settings(max_examples=100, **ANYTHING_GOES)
+def test_large_fleets_that_plan_together(attack: tuple[Scenario, Instance, Layout]) -> None:
+    """The same with up to 60 robots."""
+    completes(*attack)
+
+
 @given(attack=attacks(max_robots=12, pp="whca-n"))
 @settings(max_examples=40, **ANYTHING_GOES)
 def test_windows_end_in_order_or_with_the_reason(attack: tuple[Scenario, Instance, Layout]) -> None:
@@ -268,6 +289,74 @@ def test_large_fleets_begin_anywhere(attack: tuple[Scenario, Instance, Layout], 
 @given(attack=attacks(max_robots=6, queue="shortcut"), seed=st.integers(0, 1000))
 @settings(max_examples=12, **ANYTHING_GOES)
 def test_robots_begin_anywhere_under_other_planners(attack: tuple[Scenario, Instance, Layout], seed: int) -> None:
-    """The same in small fleets with windows, and without any traffic."""
-    for pp in ("whca-n", "free-flow"):
+    """The same in small fleets with windows, without any traffic, and planned together."""
+    for pp in ("whca-n", "free-flow", "pbs"):
         completes_from_anywhere(attack, seed, pp)
+
+
+@st.composite
+def with_batteries(
+    draw: st.DrawFn, max_robots: int, pp: str = "sipp", often: float = 0.5
+) -> tuple[Scenario, Instance, Layout]:
+    """Few chargers, batteries that hold hardly more than the longest task takes, and robots that never rest."""
+    scenario, instance, layout = draw(attacks(max_robots, pp))
+    locations = layout.storage_locations
+    spare = len(locations) - 2 - max(len(instance.pods), scenario.robots.count)
+    assume(spare > 0)
+    chargers = draw(st.lists(st.sampled_from(locations), min_size=1, max_size=min(spare, 6), unique=True))
+    kind = layout.kind.copy()
+    kind[chargers] = CellKind.CHARGER
+    layout = evolve(layout, kind=kind)
+    idle = draw(
+        st.sampled_from(
+            [RuleChoice("charge-when-low", {"low": 0.0, "full": 0.01}), RuleChoice("charge-when-low"), RESTLESS]
+        )
+    )
+    scenario = evolve(
+        scenario,
+        rules=evolve(
+            scenario.rules,
+            idle=evolve(idle, parameters={"often": often}) if idle is RESTLESS else idle,
+            move=draw(st.sampled_from([None, RuleChoice("utility"), RuleChoice("cache"), RESTLESS])),
+        ),
+        layout=evolve(scenario.layout, pod_fill=max(0.01, draw(st.floats(0, 1)) * (1 - (spare + 6) / len(locations)))),
+        run=RunSection(until_s=1_000_000.0),
+    )
+    watts = {"idle_w": draw(st.sampled_from([0.0, 20.0, 5000.0])), "loaded_w": draw(st.sampled_from([100.0, 1000.0]))}
+    battery = BatterySection(capacity_wh=1e6, charging_w=20_000.0, **watts)
+    with_large = evolve(scenario, robots=evolve(scenario.robots, battery=battery))
+    make = battery_of(with_large, travel_on(layout, motion_of(scenario.robots)))
+    assert make is not None
+    battery = evolve(battery, capacity_wh=make(lambda: 0).low_j / 3600 * draw(st.sampled_from([1.01, 1.5, 4.0])))
+    return evolve(scenario, robots=evolve(scenario.robots, battery=battery)), instance, layout
+
+
+@given(attack=with_batteries(max_robots=10))
+@settings(max_examples=15, **ANYTHING_GOES)
+def test_no_robot_strands(attack: tuple[Scenario, Instance, Layout]) -> None:
+    """However small batteries are and however few chargers: no charge falls below 0, and every order is completed."""
+    completes(*attack)
+
+
+@pytest.mark.slow
+@given(attack=with_batteries(max_robots=40))
+@settings(max_examples=100, **ANYTHING_GOES)
+def test_no_robot_of_many_strands(attack: tuple[Scenario, Instance, Layout]) -> None:
+    """The same in larger fleets, and in more worlds."""
+    completes(*attack)
+
+
+@given(attack=with_batteries(max_robots=6, pp="free-flow"))
+@settings(max_examples=10, **ANYTHING_GOES)
+def test_no_robot_strands_without_traffic(attack: tuple[Scenario, Instance, Layout]) -> None:
+    """The same where robots do not see each other."""
+    completes(*attack)
+
+
+@given(attack=attacks(max_robots=8), pp=st.sampled_from(["sipp", "free-flow"]))
+@settings(max_examples=15, **ANYTHING_GOES)
+def test_robots_rest_where_pods_are_stored(attack: tuple[Scenario, Instance, Layout], pp: str) -> None:
+    """Robots are sent where PR stores pods at the same moment: pods have the places, and all orders are completed."""
+    scenario, instance, layout = attack
+    rules = evolve(scenario.rules, pr=FIRST_FREE, idle=FIRST_FREE, pp=RuleChoice(pp))
+    completes(evolve(scenario, rules=rules), instance, layout)

@@ -43,7 +43,14 @@ def decisions(run: RunContext) -> tuple[Decisions, list[Any], list[tuple[Robot, 
     events: list[Any] = []
     run.tell = events.append
     started: list[tuple[Robot, Pod]] = []
-    return Decisions(run, lambda robot, pod: started.append((robot, pod)), lambda: None), events, started
+
+    def start(robot: Robot, pod: Pod) -> None:
+        started.append((robot, pod))
+
+    def go(*_: object) -> None:
+        """Nobody drives."""
+
+    return Decisions(run, start, go, go, lambda: None), events, started
 
 
 def hooks(rule: Any) -> list[str]:

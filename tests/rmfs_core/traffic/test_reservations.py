@@ -57,6 +57,21 @@ def test_a_commit_replaces_what_was_there() -> None:
     assert table.arrays.count.sum() == 0
 
 
+def test_a_copy_is_a_table_of_its_own() -> None:
+    """It has the same reservations; what is changed in either, larger pools too, the other does not see."""
+    table = Reservations(3)
+    table.commit(1, occupy((0, 5, 9)))
+    other = table.copy()
+    assert [other.reserved(cell) for cell in range(3)] == [[(1, 5, 9)], [], []]
+    other.release(1)
+    for tick in range(0, 1000, 10):
+        hold_until(other, 2, 0, tick, tick + 5)
+    table.hold(3, 1, 0)
+    assert [table.reserved(cell) for cell in range(3)] == [[(1, 5, 9)], [(3, 0, FOREVER)], []]
+    assert len(other.reserved(0)) == 100
+    assert other.reserved(1) == []
+
+
 def test_who_seizes_cells_takes_them_from_others() -> None:
     """Others lose what they have of those cells if it overlaps, and keep what they have elsewhere."""
     table = Reservations(4)

@@ -64,6 +64,11 @@ class GoesBack:
             "stations.item_capacity=6",
         ),
         ('instance.arrivals={process="refill", backlog=4}', "stations.release=handled"),
+        (
+            'stations.open={1 = [["00:00", "00:02"]], 2 = [["00:01", "24:00"]]}',
+            'robots.available=[["00:00", "00:03"], ["00:03", "24:00", 1]]',
+            "rules.activate={rule='backlog-threshold', open_above=2, timeout_s=60}",
+        ),
     ],
 )
 def test_a_run_can_be_taken_down_and_restored_at_every_decision(settings: tuple[str, ...]) -> None:

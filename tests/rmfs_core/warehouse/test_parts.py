@@ -170,3 +170,57 @@ def test_parts_say_what_they_are(world: Warehouse) -> None:
     assert repr(pod) == "Pod('p', location=None, bound_for=[0])"
     assert repr(station) == "Station(1, load=2/5, requests=2)"
     assert repr(robot) == f"Robot(1, cell={station.cell}, task=0, pod=0)"
+
+
+def test_the_picker_is_free_now_or_when_the_item_in_hand_is_handled(world: Warehouse) -> None:
+    """A time of the run; it never lies in the past."""
+    station = world.stations[0]
+    world.advance(4_000)
+    assert station.picker_free_s == 4
+    world.occupy_picker(station, 17_000)
+    assert station.picker_free_s == 17
+    world.advance(20_000)
+    assert station.picker_free_s == 20
+
+
+def test_a_pod_is_expected_when_its_robot_has_fetched_and_brought_it(world: Warehouse) -> None:
+    """The drive there, lifting, and the drive to the station; nobody knows before a robot has the task."""
+    station, pod, robot, travel = world.stations[0], world.pods[0], world.robots[0], world.travel
+    assert pod.expected_arrival_s is None
+    world.bind(pod, station)
+    assert pod.expected_arrival_s is None
+    world.take_task(robot, pod)
+    carry = travel.times_to(station.cell, loaded=True)[pod.location]
+    fetch = travel.ticks(robot.cell, robot.heading, world.homes[0], loaded=False)
+    assert pod.expected_arrival_s == (fetch + 2200 + carry.min()) / 1000
+    world.advance(90_000)
+    world.move(robot, world.homes[0], 0)
+    world.lift(robot, pod)
+    assert pod.expected_arrival_s == 90 + carry[0] / 1000
+    world.join_line(robot, station)
+    assert pod.expected_arrival_s == 90
+    world.leave(robot, pod, station)
+    assert pod.expected_arrival_s is None
+
+
+def test_a_closed_station_has_room_for_nothing(world: Warehouse) -> None:
+    """By its timetable or by the activation rule; what it has stays."""
+    station = world.stations[0]
+    world.assign(world.orders[1], station, [1])
+    assert (station.open, station.free_capacity, station.opens_s, station.closes_s) == (True, 3, None, None)
+    world.staff(station, True, 60_000)
+    world.activate(station, False)
+    assert (station.open, station.staffed, station.active, station.closes_s) == (False, True, False, 60)
+    world.activate(station, True)
+    world.staff(station, False, 90_000)
+    assert (station.open, station.free_capacity, station.load) == (False, 0, 2)
+    assert (station.opens_s, station.closes_s) == (90, None)
+
+
+def test_a_robot_off_duty_is_not_idle(world: Warehouse) -> None:
+    """Though it has nothing to do."""
+    world.put_on_duty(1)
+    assert [(robot.on_duty, robot.idle, robot.task) for robot in world.robots] == [
+        (True, True, None),
+        (False, False, None),
+    ]

@@ -121,3 +121,41 @@ def test_an_order_fits_where_there_is_room_for_what_is_open() -> None:
     world.assign(order, wide, [1])
     assert (view.size_at(order, narrow), view.fits(order, narrow)) == (3, True)
     assert view.split_orders_open == 1
+
+
+def test_the_backlog_says_what_came_and_went() -> None:
+    """Who has seen some of it asks for the rest; prefilters leave nothing out of it, but out of the size."""
+    world = small_world({"1": {"a": 1, "b": 2}, "2": ["b"]}, {"p": ["a", "b"]}, capacities=[5])
+    view = WarehouseView(world)
+    assert view.backlog_log().joined().T.tolist() == [[0, 0, 1], [0, 1, 2], [1, 1, 1]]
+    assert view.backlog_log().joined(2).T.tolist() == [[1, 1, 1]]
+    assert (view.backlog_size, view.backlog_log().left()) == (2, [])
+    world.assign(world.orders[0], world.stations[0], [1])
+    world.assign(world.orders[1], world.stations[0], [1])
+    assert (view.backlog_size, view.backlog_log().left(), view.backlog_log().left(1)) == (1, [1, 2], [2])
+    assert WarehouseView(world, ()).backlog_size == 0
+    assert WarehouseView(world, ()).backlog_log() is view.backlog_log()
+
+
+def test_what_is_available_follows_pods_and_promises() -> None:
+    """Items are there when a pod is bound, less what is promised; picks and leaving take the rest away."""
+    world = small_world({"1": ["a"]}, {"p": {"a": 3, "b": 2}}, capacities=[5, 5])
+    view, pod, (station, other) = WarehouseView(world), world.pods[0], world.stations
+    assert view.available().tolist() == [[0, 0], [0, 0]]
+    world.bind(pod, station)
+    world.bind(pod, other)
+    assert view.available().tolist() == [[3, 2], [3, 2]]
+    world.assign(world.orders[0], station, [0])
+    assert view.available().tolist() == [[2, 2], [2, 2]]
+    world.take_task(world.robots[0], pod)
+    world.lift(world.robots[0], pod)
+    world.join_line(world.robots[0], station)
+    (request,) = station.open_requests
+    assert pod.changes() == 0
+    world.fulfil(request, pod)
+    assert pod.changes() == 1
+    assert view.available().tolist() == [[2, 2], [2, 2]]
+    world.leave(world.robots[0], pod, station)
+    assert view.available().tolist() == [[0, 0], [2, 2]]
+    view.available()[1, 1] = 9
+    assert view.available()[1, 1] == 2

@@ -66,3 +66,13 @@ def test_queues_that_no_memory_has_room_for_are_refused() -> None:
     """Before a cell is drawn."""
     with pytest.raises(InputError, match=r"stations\.queue_length: found queues of 100,000 cells beside 100 rows of"):
         block_map(LayoutSection(block_rows=100), 100_000)
+
+
+def test_replenishment_stations_lie_behind_the_picking_stations_of_their_side() -> None:
+    """On a side of their own, or south of them; together no more than fit."""
+    west = block_map(LayoutSection(block_rows=5, stations_east=1, replenishment_west=2), 3)
+    assert [row.strip("@")[0] for row in west.splitlines() if "I" in row] == ["I", "I"]
+    east = "".join(block_map(LayoutSection(block_rows=7, stations_east=2, replenishment_east=1), 3).split())
+    assert [sign for sign in east if sign in "IO"] == ["O", "O", "I"]
+    with pytest.raises(InputError, match=r"layout.stations_east: found 4 stations beside 7 rows"):
+        block_map(LayoutSection(block_rows=7, stations_east=2, replenishment_east=2), 3)

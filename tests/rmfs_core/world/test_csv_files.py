@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
 from rmfs_core.errors import InputError
 from rmfs_core.world import Instance, OrderData, PodData, read_instance
-from rmfs_core.world.csv_files import read_robots
+from rmfs_core.world.csv_files import read_bundles, read_robots, read_skus
 
 ORDERS = "order,arrival_s,sku,quantity\n"
 PODS = "pod,sku,quantity\n"
@@ -279,3 +280,38 @@ def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
         read_instance(Path("/dev/zero"), tmp_path / "pods.csv")
     with pytest.raises(InputError, match=r"cannot be read: embedded null byte$"):
         read_instance(tmp_path / "a\0b", tmp_path / "pods.csv")
+
+
+@pytest.mark.parametrize(
+    ("row", "problem"),
+    [
+        ("B,1,a,0", 'items: expected a whole number >= 1, found "0"'),  # nothing to store
+        ("B,soon,a,1", 'arrival_s: expected a number of seconds >= 0, found "soon"'),
+        ("A,1,a,1", "found bundle A again; expected each once"),
+        (",1,a,1", "bundle: expected a name, found nothing"),
+    ],
+)
+def test_wrong_bundles_are_refused(tmp_path: Path, row: str, problem: str) -> None:
+    """With the line and the column."""
+    (tmp_path / "bundles.csv").write_text(f"bundle,arrival_s,sku,items\nA,2.5,a,3\n{row}\n", encoding="utf-8")
+    with pytest.raises(InputError, match=f"bundles.csv, line 3.*{re.escape(problem)}"):
+        read_bundles(tmp_path / "bundles.csv")
+
+
+@pytest.mark.parametrize(
+    ("row", "problem"),
+    [
+        ("b,0,,", 'size: expected a whole number >= 1, found "0"'),
+        ("b,1,-1,", 'reorder_point: expected a number from 0 to 1e9, found "-1"'),
+        ("b,1,,lots", 'order_up_to: expected a number from 0 to 1e9, found "lots"'),
+        ("a,1,,", "sku: found SKU a again; expected each once"),
+    ],
+)
+def test_wrong_skus_are_refused(tmp_path: Path, row: str, problem: str) -> None:
+    """With the line and the column; what is left empty is left out."""
+    file = tmp_path / "skus.csv"
+    file.write_text(f"sku,size,reorder_point,order_up_to\na,2,,7.5\n{row}\n", encoding="utf-8")
+    with pytest.raises(InputError, match=f"skus.csv, line 3, {re.escape(problem)}"):
+        read_skus(file)
+    file.write_text("sku,size,order_up_to\na,2,7.5\nb,,\n", encoding="utf-8")
+    assert read_skus(file) == {"a": {"size": 2.0, "order_up_to": 7.5}, "b": {}}

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
+from xml.etree import ElementTree
+
 import numpy as np
 import pytest
 
-from rmfs_core.world import EAST, NORTH, SOUTH, WEST, StationCells, parse_map
-from rmfs_core.world.grid import STEPS, where
+from rmfs_core.world import EAST, NORTH, SOUTH, WEST, Layout, StationCells, parse_map
+from rmfs_core.world.grid import DRAWN, STEPS, where
 
 LAYOUT = parse_map("#..#\nqqO.\n....\n.Oqq\n#...", "two stations")
 """Four columns, five rows; a queue of two cells west of the first station and one east of the second."""
@@ -57,6 +60,13 @@ def test_places_beyond_the_queue_are_its_entry() -> None:
     assert [cells.slot(place) for place in range(5)] == [6, 5, 4, 4, 4]
 
 
+def test_nobody_waits_in_cells_that_are_kept_clear() -> None:
+    """The first in line behind the station waits behind them, and the queue has so many places fewer."""
+    cells = StationCells(9, (8, 7, 6, 5), clear=1)
+    assert [cells.slot(place) for place in range(5)] == [9, 7, 6, 5, 5]
+    assert (cells.places, StationCells(9, (8, 7)).places) == (3, 2)
+
+
 def test_distances_are_along_rows_and_columns() -> None:
     """In metres, the same there and back."""
     assert [LAYOUT.distance(0, cell) for cell in (0, 3, 4, 7, 19)] == [0, 3, 1, 4, 7]
@@ -76,3 +86,23 @@ def test_the_nearest_of_some_floor_cells_to_a_goal() -> None:
     assert layout.nearest({2, 6}, [0]) == (2, 0)
     assert layout.nearest({5}, [0]) == (5, 0)  # around the station
     assert layout.nearest({5, 11, 16}, [0]) == (16, 0)  # a queue cell is none
+
+
+def test_a_notebook_shows_every_cell_to_scale() -> None:
+    """The rectangles of each colour cover as many cells as there are of the kind; walls are left out."""
+    layout = parse_map("#..#\nqqO.\n....\n.Oqq\n#..@", "two stations")
+    (shown,) = ElementTree.fromstring(str(layout._repr_html_())).iter("svg")
+    assert shown.get("viewBox") == "0 0 4 5"
+    lengths = {
+        path.get("fill"): sum(map(int, re.findall(r"h(\d+)v1h-\1z", str(path.get("d"))))) for path in shown.iter("path")
+    }
+    assert lengths == {DRAWN[kind][0]: int((layout.kind == kind).sum()) for kind in DRAWN}
+    assert [path.get("d") for path in shown.iter("path")][-1] == "M2 1h1v1h-1zM1 3h1v1h-1z"
+    assert "3 storage locations, " in re.sub("<[^>]*>", "", str(layout._repr_html_()))
+
+
+def test_a_notebook_shows_no_layout_that_it_could_not_draw() -> None:
+    """It falls back on the text then."""
+    side = 501
+    none = np.zeros(side * side, np.int8)
+    assert Layout(side, side, none, none, ())._repr_html_() is None

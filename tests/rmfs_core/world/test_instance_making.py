@@ -120,3 +120,83 @@ def test_example_2_is_the_papers() -> None:
     assert pods == {"1": set("xu"), "2": set("yv"), "3": set("vab"), "4": set("ucd")}
     assert scenario.instance.pods_at_stations == {"1": ("1",), "2": ("2",)}
     assert instance.unlimited_stock
+
+
+ORDERS = "order,arrival_s,sku,quantity\n1,0,a,2\n1,0,b,1\n2,172800,a,6\n"
+RULES = '[rules]\npoa = "pod-match"\npps = "demand"\nroa = "first-bundle"\nrps = "emptiest-pod"\n'
+
+
+def replenished(folder: Path, replenishment: str, skus: str = "", more: str = "") -> Path:
+    """Write a scenario with two orders over two days, one pod with an item of a, and a replenishment process."""
+    (folder / "orders.csv").write_text(ORDERS, encoding="utf-8")
+    (folder / "pods.csv").write_text("pod,sku,quantity\np,a,1\n", encoding="utf-8")
+    (folder / "skus.csv").write_text(skus or "sku\n", encoding="utf-8")
+    files = 'orders_file = "orders.csv"\npods_file = "pods.csv"\nskus_file = "skus.csv"\n'
+    text = f"{RULES}[instance]\n{files}{more}[instance.replenishment]\n{replenishment}"
+    (folder / "scenario.toml").write_text(text, encoding="utf-8")
+    return folder / "scenario.toml"
+
+
+@pytest.mark.parametrize(
+    ("levels", "skus", "expected"),
+    [
+        ("reorder_point = 9\norder_up_to = 20", "", ((9, 20), (9, 20))),
+        # s is at least what lets an order line of six items not wait for ever
+        ("reorder_point = 2\norder_up_to = 4", "", ((5, 6), (2, 4))),
+        # 8 items of a and 1 of b within two days: 4 and 0.5 a day
+        ('unit = "days"\nreorder_point = 2\norder_up_to = 5.1', "", ((8, 21), (1, 3))),
+        ("reorder_point = 9\norder_up_to = 20", "sku,reorder_point,order_up_to\nb,1,3\nc,5,6\n", ((9, 20), (1, 3))),
+    ],
+)
+def test_reorder_levels(tmp_path: Path, levels: str, skus: str, expected: tuple[tuple[int, int], ...]) -> None:
+    """In items, or days of demand; of a SKU in the file of SKUs, its own."""
+    file = replenished(tmp_path, f'process = "reorder-point"\n{levels}\n', skus)
+    instance = make_instance(load_scenario(file))
+    assert instance.levels == expected
+    assert instance.restocked
+    assert not instance.unlimited_stock
+
+
+@pytest.mark.parametrize(
+    ("levels", "skus", "problem"),
+    [
+        ("", "sku,reorder_point,order_up_to\nb,5,3\n", "expected order_up_to > reorder_point, found 3 <= 5 for SKU b"),
+        ("", "sku,reorder_point\na,20\n", "expected order_up_to > reorder_point, found 20 <= 20 for SKU a"),
+        ("bundle_items = 1", "sku,order_up_to\nb,99981\n", r"found levels of about 100,001 bundles in all; expected"),
+        ("bundle_items = 3", "sku,size,order_up_to\nb,20,200000\n", r"found levels of about 100,007 bundles in all"),
+    ],
+)
+def test_levels_that_make_no_sense_are_refused(tmp_path: Path, levels: str, skus: str, problem: str) -> None:
+    """Those of a SKU by itself or with the scenario's, and so many bundles that no run ends."""
+    supply = f'process = "reorder-point"\nreorder_point = 9\norder_up_to = 20\n{levels}\n'
+    with pytest.raises(InputError, match=problem):
+        make_instance(load_scenario(replenished(tmp_path, supply, skus, "pod_capacity = 40\n")))
+
+
+def test_orders_that_no_process_can_complete_are_refused(tmp_path: Path) -> None:
+    """What is on pods and in the file of bundles counts; reorder points and chance bring whatever is wanted."""
+    (tmp_path / "bundles.csv").write_text("bundle,arrival_s,sku,items\nB,9,a,4\n", encoding="utf-8")
+    file = replenished(tmp_path, 'process = "file"\nfile = "bundles.csv"\n')
+    with pytest.raises(InputError, match=r"SKU b \(on no pod\) and SKU a \(8 wanted, 5 there\)"):
+        make_instance(load_scenario(file))
+    (tmp_path / "bundles.csv").write_text("bundle,arrival_s,sku,items\nB,9,a,7\nC,5,b,1\n", encoding="utf-8")
+    assert [bundle.name for bundle in make_instance(load_scenario(file)).bundles] == ["C", "B"]
+    file = replenished(tmp_path, 'process = "poisson"\nbundles_per_hour = 1\nbundle_items = 1\n')
+    assert make_instance(load_scenario(file)).bundles == ()
+
+
+@pytest.mark.parametrize(
+    ("capacity", "skus", "problem"),
+    [
+        (2, "sku,size\na,3\n", "found 2; expected at least 3, what pod p holds"),
+        (8, "sku,size\na,2\n", "found 8; expected at least 14, the size of bundle B"),
+        (20, "sku,size\nb,21\n", "found 20; expected at least 21, the size of bundle C"),
+    ],
+)
+def test_what_no_pod_has_room_for_is_refused(tmp_path: Path, capacity: int, skus: str, problem: str) -> None:
+    """Pods as they are at first, and bundles to come."""
+    (tmp_path / "bundles.csv").write_text("bundle,arrival_s,sku,items\nB,9,a,7\nC,5,b,1\n", encoding="utf-8")
+    supply = 'process = "file"\nfile = "bundles.csv"\n'
+    file = replenished(tmp_path, supply, skus, f"pod_capacity = {capacity}\n")
+    with pytest.raises(InputError, match=problem):
+        make_instance(load_scenario(file))

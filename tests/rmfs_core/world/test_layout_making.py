@@ -10,6 +10,7 @@ from attrs import evolve
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import load_scenario
 from rmfs_core.world import check_layout, make_layout, parse_map
+from rmfs_core.world.layout_making import queue_length
 
 
 @pytest.mark.parametrize(
@@ -20,7 +21,7 @@ from rmfs_core.world import check_layout, make_layout, parse_map
         ("#.\n..", "map: the layout has no picking station"),
         (".qO\n...", "map: the layout has no storage location"),
         ("#@@@\n.@qO\n.<┘<", "map, row 2, column 3: no aisle leads into the end of this queue"),
-        ("..#\n.qO", "map, row 2, column 3: no floor beside the picking station to leave it"),
+        ("..#\n.qO", "map, row 2, column 3: no floor beside the station to leave it"),
     ],
 )
 def test_what_cannot_be_reached_is_named(text: str, message: str) -> None:
@@ -84,6 +85,11 @@ def test_a_map_is_read_from_the_scenarios_folder(tmp_path: Path, monkeypatch: py
     assert make_layout(load_scenario(file)).storage_locations == (1, 2)
 
 
+def test_a_byte_order_mark_is_no_cell(tmp_path: Path) -> None:
+    """Editors on Windows begin files with it."""
+    assert make_layout(load_scenario(scenario_with_map(tmp_path, f"\ufeff{MAP}"))).width == 5
+
+
 def test_the_same_layout_is_the_same_object(tmp_path: Path) -> None:
     """Its tables of driving times are kept with it, so that the next run need not compute them again."""
     file = scenario_with_map(tmp_path, MAP)
@@ -91,6 +97,19 @@ def test_the_same_layout_is_the_same_object(tmp_path: Path) -> None:
     drawn = load_scenario("examples/small")
     assert make_layout(drawn) is make_layout(drawn.with_seed(99))
     assert make_layout(drawn) is not make_layout(load_scenario("examples/small", ["stations.queue_length=2"]))
+
+
+def test_a_map_says_how_long_its_queues_are(tmp_path: Path) -> None:
+    """Where the scenario does not: as long as the shortest; 12 where they are longer, or the layout is drawn."""
+    file = scenario_with_map(tmp_path, MAP)
+    mapped = load_scenario(file, ["stations.queue_length="])
+    assert queue_length(mapped, make_layout(mapped)) == 2
+    given = load_scenario(file, ["stations.queue_length=1"])
+    assert queue_length(given, make_layout(given)) == 1
+    (tmp_path / "map.txt").write_text("..#" + "." * 14 + "\n." + "q" * 14 + "O.\n" + "." * 17 + "\n", encoding="utf-8")
+    assert queue_length(mapped, make_layout(mapped)) == 12
+    drawn = load_scenario("examples/small")
+    assert (drawn.stations.queue_length, queue_length(drawn, make_layout(drawn))) == (None, 12)
 
 
 def test_a_queue_that_is_too_short_for_the_scenario_is_refused(tmp_path: Path) -> None:

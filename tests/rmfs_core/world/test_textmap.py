@@ -42,10 +42,10 @@ def test_one_way_aisles_are_one_way() -> None:
     ("text", "message"),
     [
         ("", "map: the map is empty; expected rows of characters such as `#` and `.`"),
-        ("#.\n.x", "map, row 2, column 2: unknown sign 'x'; expected one of # O q"),
-        ("#..\n..O", "map, row 2, column 3: the picking station has no queue; expected at least one queue cell (`q`)"),
+        ("#.\n.x", "map, row 2, column 2: unknown sign 'x'; expected one of # O I q"),
+        ("#..\n..O", "map, row 2, column 3: the station has no queue; expected at least one queue cell (`q`)"),
         ("#.qq\n.qqO", "the queue branches to row 1, column 4 and row 2, column 3; give the direction"),
-        ("#..q\n.qO.\n....", "map, row 1, column 4: the queue cell leads to no picking station"),
+        ("#..q\n.qO.\n....", "map, row 1, column 4: the queue cell leads to no station"),
         (
             "@#..\n.╔→O\n.@.@",
             "map, row 2, column 2: the queue cell leads to row 2, column 3 and row 3, column 2; expected",
@@ -63,6 +63,11 @@ def test_one_way_aisles_are_one_way() -> None:
             "#.....\n.╔→↓..\n.↓╔←..\n.→→→→O",
             "map, row 2, column 2: the queue cell leads to row 2, column 3 and row 3, c",
         ),
+        (
+            "#....\n.→⇒→O",
+            "map, row 2, column 3: found a queue cell where nobody waits (⇒ ⇐ ⇑ ⇓) out of place; expected",
+        ),
+        ("#..\n.⇒O", "map, row 2, column 3: found a queue cell where nobody waits (⇒ ⇐ ⇑ ⇓) out of place; expected"),
         ("#╔→↓\n.→→→O", "map, row 2, column 4: the queue branches to row 1, column 4 and row 2, column 3; give"),
     ],
 )
@@ -99,7 +104,27 @@ def test_a_queue_may_have_a_shortcut_and_a_second_entrance() -> None:
     assert "╗" in draw_map(layout)
 
 
+def test_cells_before_a_station_may_be_kept_clear() -> None:
+    """They are part of the chain and driven through, but no place to wait in."""
+    layout = parse_map("#......\n.→→⇒⇒O.\n.......", "clear")
+    check_layout(layout, "clear")
+    (cells,) = layout.stations
+    assert (cells.queue, cells.clear, cells.places) == ((11, 10, 9, 8), 2, 2)
+    assert [layout.may_step(cell, EAST) for cell in cells.queue] == [True] * 4
+    assert draw_map(layout).splitlines()[1].strip("┌│") == "→→⇒⇒O"
+
+
 def test_a_map_that_no_memory_has_room_for_is_refused() -> None:
     """A single line may be as long as a file."""
     with pytest.raises(InputError, match=r"hall.txt: found 3000 rows of up to 3000 cells; expected 4,000,000 in all"):
         parse_map("#\n" * 2999 + "#" * 3000, "hall.txt")
+
+
+def test_replenishment_stations_come_after_picking_stations() -> None:
+    """Whatever the order of rows: those where orders are picked have the first ids."""
+    layout = parse_map("#...\n..qI\n....\n..qO\n....", "map")
+    assert [cells.station for cells in layout.stations] == [15, 7]
+    assert layout.replenishing == 1
+    assert layout.lane[7] == 1
+    assert draw_map(layout).count("I") == 1
+    assert parse_map(draw_map(layout), "drawn").stations == layout.stations

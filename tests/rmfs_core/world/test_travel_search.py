@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from rmfs_core.motion import Motion
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST, Layout, parse_map
-from rmfs_core.world.travel_search import FAR, descend, times_from, times_to
+from rmfs_core.world.travel_search import FAR, Work, descend, times_from, times_to, work_on
 
 LAYOUT = parse_map("....\n.@@.\n.##.", "horseshoe")
 """A way round a wall; cells 9 and 10 are storage locations between its ends."""
@@ -40,9 +46,12 @@ def grid(crossed: NDArray[np.bool_]) -> tuple[NDArray[np.int64] | NDArray[np.int
     return LAYOUT.moves, crossed, OFFSETS, RUNS, TURNS
 
 
+WORK = work_on(12, RUNS, TURNS)
+
+
 def test_whole_runs_and_turns_are_added_up() -> None:
     """From the south-west to the south-east corner: north two, east three, south two, and two turns in between."""
-    times = times_to(11, *grid(floor_of(LAYOUT, 9, 10)))
+    times = times_to(11, *grid(floor_of(LAYOUT, 9, 10)), WORK)
     assert times[8, NORTH] == 14 + 3 + 17 + 3 + 14
     assert times[8, SOUTH] == 6 + times[8, NORTH]
     assert times[8, EAST] == 3 + times[8, NORTH]
@@ -51,8 +60,8 @@ def test_whole_runs_and_turns_are_added_up() -> None:
 
 def test_a_cell_that_is_not_passable_is_an_end_only() -> None:
     """Straight through the storage locations it is one run; where they may not be crossed, one is still a goal."""
-    assert times_to(11, *grid(floor_of(LAYOUT)))[8, EAST] == 17
-    blocked = times_to(9, *grid(floor_of(LAYOUT, 9, 10)))
+    assert times_to(11, *grid(floor_of(LAYOUT)), WORK)[8, EAST] == 17
+    blocked = times_to(9, *grid(floor_of(LAYOUT, 9, 10)), WORK)
     assert blocked[8, EAST] == 10
     assert blocked[11, WEST] == blocked[11, NORTH] + 3  # round the wall, not over cell 10
     assert blocked[11, NORTH] == 14 + 3 + 17 + 3 + 14 + 3 + 10
@@ -60,10 +69,10 @@ def test_a_cell_that_is_not_passable_is_an_end_only() -> None:
 
 def test_what_cannot_be_reached_is_far() -> None:
     """Walls, and what lies behind them."""
-    times = times_to(8, *grid(floor_of(LAYOUT)))
+    times = times_to(8, *grid(floor_of(LAYOUT)), WORK)
     assert (times[5] == FAR).all()
     cut = parse_map("..@.", "cut")
-    far = times_to(0, cut.moves, floor_of(cut), column(1, -4, -1, 4), RUNS, TURNS)
+    far = times_to(0, cut.moves, floor_of(cut), column(1, -4, -1, 4), RUNS, TURNS, work_on(4, RUNS, TURNS))
     assert far[1].tolist() == [10 + 6, 10 + 3, 10, 10 + 3]
     assert (far[3] == FAR).all()
 
@@ -72,10 +81,10 @@ def test_forward_and_backward_searches_agree() -> None:
     """From each cell with each heading to each cell: the fastest arrival, whatever the heading there."""
     crossed = floor_of(LAYOUT)
     cells = [int(cell) for cell in np.flatnonzero(crossed)]
-    to = {goal: times_to(goal, *grid(crossed)) for goal in cells}
+    to = {goal: times_to(goal, *grid(crossed), WORK) for goal in cells}
     for start in cells:
         for heading in range(4):
-            forward = times_from(start, heading, LANE, *grid(crossed))
+            forward = times_from(start, heading, LANE, *grid(crossed), WORK)
             assert [forward[goal] for goal in cells] == [to[goal][start, heading] for goal in cells]
 
 
@@ -83,7 +92,7 @@ def test_a_queue_is_not_entered_on_the_way_elsewhere() -> None:
     """Searching forwards, cells of another lane end every run; those of one's own do not."""
     row = parse_map(".....", "row")
     lane = column(-1, -1, 0, -1, -1)
-    arrays = row.moves, floor_of(row), column(1, -5, -1, 5), RUNS, TURNS
+    arrays = row.moves, floor_of(row), column(1, -5, -1, 5), RUNS, TURNS, work_on(5, RUNS, TURNS)
     assert times_from(0, EAST, lane, *arrays).tolist() == [0, 10, FAR, FAR, FAR]
     assert times_from(2, EAST, lane, *arrays).tolist() == [6 + 14, 6 + 10, 0, 10, 14]
 
@@ -91,9 +100,57 @@ def test_a_queue_is_not_entered_on_the_way_elsewhere() -> None:
 def test_a_path_is_read_off_the_table() -> None:
     """The ends of its runs; of equally fast paths the one that goes on ahead, and stops first."""
     crossed = floor_of(LAYOUT, 9, 10)
-    table = times_to(11, *grid(crossed))
+    table = times_to(11, *grid(crossed), WORK)
     table.setflags(write=False)
     assert descend(8, NORTH, 11, table, *grid(crossed)).tolist() == [0, 3, 11]
     assert descend(11, NORTH, 11, table, *grid(crossed)).tolist() == []
     with pytest.raises(ValueError, match="the table of times does not belong to this goal"):
         descend(8, NORTH, 9, table, *grid(crossed))
+
+
+@pytest.mark.parametrize(("speed", "width"), [(1.5, 4), (0.0001, 8)])
+def test_times_take_eight_bytes_where_four_are_too_few(speed: float, width: int) -> None:
+    """A drive of weeks is as exact as one of seconds."""
+    motion = Motion(top_speed_m_per_s=speed)
+    runs, turns = column(*map(motion.run_ticks, range(120))), column(*(motion.turn_ticks(0, h) for h in range(4)))
+    work: Work = work_on(120, runs, turns)
+    assert work.times.itemsize == width
+    row = parse_map("." * 120, "row")
+    times = times_to(0, row.moves, floor_of(row), column(1, -120, -1, 120), runs, turns, work)
+    assert times[119].tolist() == [runs[119] + turns[2], runs[119] + turns[1], runs[119], runs[119] + turns[1]]
+
+
+@pytest.mark.parametrize("acceleration_m_per_s2", [0.2, 1.0, 50.0])
+def test_runs_that_are_left_out_are_the_fastest_nowhere(acceleration_m_per_s2: float) -> None:
+    """On open floor the times are those of all runs there are, however fast robots speed up: no time falls by a run."""
+    floor = parse_map("\n".join(["." * 20] * 12), "floor")
+    motion = Motion(acceleration_m_per_s2=acceleration_m_per_s2)
+    runs, turns = column(*map(motion.run_ticks, range(21))), column(*(motion.turn_ticks(0, h) for h in range(4)))
+    arrays = floor.moves, floor_of(floor), column(1, -20, -1, 20), runs, turns, work_on(240, runs, turns)
+    times = times_to(87, *arrays)
+    for cell, heading in np.ndindex(240, 4):
+        at, length = cell, 0
+        while (after := floor.neighbour(at, heading)) is not None:
+            at, length = after, length + 1
+            assert times[cell, heading] <= runs[length] + times[at, heading]
+        assert all(times[cell, heading] <= turns[(h - heading) % 4] + times[cell, h] for h in range(4))
+    assert (times_from(87, EAST, column(*[-1] * 240), *arrays) > 0).sum() == 239
+
+
+def test_an_old_cache_is_compiled_anew(tmp_path: Path) -> None:
+    """A cache of code that named a module which is gone: numba compiles, and no run fails."""
+    code = "import numba, rmfs_core.world.travel_search\n@numba.njit(cache=True)\ndef twice(x): return 2 * x\n"
+    variables = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
+
+    def run(name: str) -> str:
+        program = f"import {name}; print({name}.twice(3))"
+        done = subprocess.run(
+            [sys.executable, "-c", program], env=variables, capture_output=True, text=True, check=True
+        )
+        return done.stdout
+
+    (tmp_path / "before.py").write_text(code, encoding="utf-8")
+    assert run("before") == "6\n"
+    for file in (tmp_path / "cache").rglob("*.nbc"):
+        file.write_bytes(file.read_bytes().replace(b"before", b"beside"))
+    assert run("before") == "6\n"

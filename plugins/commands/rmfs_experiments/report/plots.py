@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -25,10 +26,14 @@ MOST_SETS = 8
 """With more instance sets than these a plot has the overall figures alone."""
 MOST_RULE_SETS = 20
 """With more of them there are no plots of single runs: nobody could tell them apart."""
+LONGEST = 60
+"""Signs of a name that there is room for."""
 DPI = 150
 DIFFERENCES = "differences"
 STYLE: dict[Any, Any] = {
     "svg.hashsalt": "rmfs",  # else ids in the SVG are random
+    "svg.fonttype": "none",  # text stays text, to be searched, read aloud and edited
+    "pdf.fonttype": 42,
     "text.parse_math": False,  # a dollar in a label is a dollar
     "font.size": 9,
     "axes.spines.top": False,
@@ -49,7 +54,7 @@ class Plot:
         Of its files, without the ending.
     title
         What it shows.
-    svg, png
+    svg, png, pdf
         The picture.
     """
 
@@ -57,6 +62,12 @@ class Plot:
     title: str
     svg: bytes
     png: bytes
+    pdf: bytes
+
+    @property
+    def files(self) -> dict[str, bytes]:
+        """Names of its files, and what is in them."""
+        return {f"{self.name}.{ending}": getattr(self, ending) for ending in ("png", "svg", "pdf")}
 
 
 def make_plots(rows: Sequence[Mapping[str, Any]], comparison: Comparison) -> list[Plot]:
@@ -83,20 +94,25 @@ def make_plots(rows: Sequence[Mapping[str, Any]], comparison: Comparison) -> lis
 
 def plot_of(name: str, heading: str, draw: Callable[[], Figure], dpi: int = DPI) -> Plot | None:
     """Return a plot; None, with a sentence on standard error, where it cannot be drawn: it costs no other."""
-    svg, png = io.BytesIO(), io.BytesIO()
+    svg, png, pdf = io.BytesIO(), io.BytesIO(), io.BytesIO()
     try:
-        figure = draw()
-        figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
-        figure.savefig(png, format="png", dpi=dpi, metadata={"Software": None})
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Glyph .* missing from font")  # a box stands for the sign
+            figure = draw()
+            figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
+            figure.savefig(png, format="png", dpi=dpi, metadata={"Software": None})
+            figure.savefig(pdf, format="pdf", metadata={"CreationDate": None, "Creator": None, "Producer": None})
     except Exception as error:  # whatever a library makes of names and figures
         print(f"Left out: the plot {name} cannot be drawn: {one_line(error)}", file=sys.stderr)
         return None
-    return Plot(name, heading, svg.getvalue(), png.getvalue())
+    return Plot(name, heading, svg.getvalue(), png.getvalue(), pdf.getvalue())
 
 
 def plain(text: object) -> str:
-    """Return a name as a picture can show it: signs that no font and no SVG has are replaced."""
-    shown = "".join(sign if sign.isprintable() else "\N{REPLACEMENT CHARACTER}" for sign in str(text))
+    """Return a name as a picture can show it: not too long, and without signs that no font and no SVG has."""
+    shown = "".join(sign if sign.isprintable() else "\N{REPLACEMENT CHARACTER}" for sign in str(text)[: LONGEST + 1])
+    if len(shown) > LONGEST:
+        shown = f"{shown[: LONGEST - 1]}\N{HORIZONTAL ELLIPSIS}"
     return f" {shown}" if shown.startswith("_") else shown  # legends leave out what begins so
 
 
@@ -124,17 +140,19 @@ def _figure(width: float, height: float) -> Figure:
     return figure
 
 
-def _shown_sets(comparison: Comparison) -> tuple[str, ...]:
+def shown_sets(comparison: Comparison) -> tuple[str, ...]:
+    """Return the instance sets that there is room for: all of a few, else the overall figures."""
     return comparison.instance_sets if len(comparison.instance_sets) <= MOST_SETS else comparison.instance_sets[-1:]
 
 
 def _differences(comparison: Comparison) -> Figure:
     """Intervals of the differences: a panel for each metric, a row for each rule set and instance set."""
     others = [name for name in comparison.rule_sets if name != comparison.baseline]
-    sets = _shown_sets(comparison)
+    sets = shown_sets(comparison)
     columns = min(3, len(comparison.metrics))
     lines = -(-len(comparison.metrics) // columns)
-    figure = _figure(3.2 * columns + 1, lines * (0.9 + 0.2 * len(others) * (len(sets) + 1)))
+    names = 0.07 * max(len(plain(other)) for other in others)  # inches that the longest name takes
+    figure = _figure(3.2 * columns + max(1.0, names), lines * (0.9 + 0.2 * len(others) * (len(sets) + 1)))
     panels = figure.subplots(lines, columns, sharey=True, squeeze=False).flat
     for panel, metric in zip(panels, comparison.metrics, strict=False):
         _forest(panel, comparison, metric, others, sets)
@@ -181,7 +199,7 @@ def _scale(metric: str) -> float:
 
 def _fronts(comparison: Comparison, first: str, second: str) -> Figure:
     """Means of all rule sets in two metrics, a panel for each instance set; whom none beats in both has a number."""
-    sets = _shown_sets(comparison)
+    sets = shown_sets(comparison)
     columns = min(2, len(sets))
     lines = -(-len(sets) // columns)
     figure = _figure(4.6 * columns, 3.6 * lines)
@@ -219,7 +237,7 @@ def _front(panel: Axes, comparison: Comparison, instances: str, first: str, seco
 
 def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str) -> Figure:
     """Every complete run as a dot, means and bounds of the table as bars, by instance set and rule set."""
-    sets = _shown_sets(comparison)
+    sets = shown_sets(comparison)
     found = {(one.rule_set, one.instances): one for name in sets for one in comparison.of(name, metric)}
     figure = _figure(max(4.0, 1.2 + 0.45 * len(comparison.rule_sets) * len(sets)), 3.0)
     panel = figure.subplots()

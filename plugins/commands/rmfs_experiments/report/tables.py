@@ -1,4 +1,4 @@
-"""The tables for other programs: summary.csv and runs.parquet."""
+"""The tables for other programs and for papers: summary.csv, runs.parquet, and tables/ in LaTeX."""
 
 from __future__ import annotations
 
@@ -6,9 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from rmfs_cli.grids import Grid, no_formula
 from rmfs_core.results.files import AtomicFile, to_csv
 from rmfs_experiments.compare import Comparison, Interval
 from rmfs_experiments.experiment import LABELS
+from rmfs_experiments.report import numbers
+from rmfs_experiments.report.plots import front_name, plot_name, shown_sets
 from rmfs_experiments.running import ExperimentResult
 
 SUMMARY_COLUMNS = (
@@ -52,16 +55,11 @@ SUMMARY_COLUMNS = (
 
 def summary_csv(comparison: Comparison) -> str:
     """Return the comparison as CSV: one row an instance set, metric and rule set."""
-    rows = ({name: _no_formula(value) for name, value in row.items()} for row in _summary_rows(comparison))
-    return to_csv(SUMMARY_COLUMNS, list(rows))
-
-
-def _no_formula(value: Any) -> Any:
-    """Return a text that no spreadsheet takes for a formula."""
-    if not isinstance(value, str):
-        return value
-    text = value.replace("\r", " ")
-    return f"'{text}" if text.lstrip().startswith(("=", "+", "-", "@")) else text
+    rows = [
+        {name: no_formula(value) if isinstance(value, str) else value for name, value in row.items()}
+        for row in _summary_rows(comparison)
+    ]
+    return to_csv(SUMMARY_COLUMNS, rows)
 
 
 def _summary_rows(comparison: Comparison) -> Iterator[dict[str, Any]]:
@@ -101,6 +99,44 @@ def _interval(name: str, of_p: str, found: Interval) -> dict[str, float | None]:
         f"{name}high_holm": found.high_holm,
         f"{of_p}p_holm": found.p_holm,
     }
+
+
+def grids(comparison: Comparison) -> dict[str, Grid]:
+    """Return the tables for a paper by the name of their files: one for each metric, and one for each front."""
+    found = {plot_name(metric): _metric_grid(comparison, metric) for metric in comparison.metrics}
+    return found | {front_name(*pair): _front_grid(comparison, *pair) for pair in comparison.fronts}
+
+
+def _metric_grid(comparison: Comparison, metric: str) -> Grid:
+    shown_as, bounded = comparison.described(metric), comparison.bounded(metric)
+    bound = ("x bound",) if bounded else ()
+    columns = ("Instances", "Rule set", "Seeds", "Mean", *bound, "Difference", "p (Holm)", "Relative", "p (Holm)")
+    rows = []
+    for one in (one for instances in shown_sets(comparison) for one in comparison.of(instances, metric)):
+        differences: tuple[str, ...] = ("", "", "", "")
+        if one.rule_set != comparison.baseline:
+            absolute = numbers.difference(shown_as, one.difference), numbers.probability(one.difference.p_holm)
+            differences = (*absolute, numbers.relative(one.relative), numbers.probability(one.relative.p_holm))
+        times = (numbers.times(one.times_bound),) if bounded else ()
+        mean = numbers.value(shown_as, one.mean)
+        rows.append((one.instances, one.rule_set, numbers.seeds(one), mean, *times, *differences))
+    notes = (numbers.CAPTION.format(comparison.baseline),)
+    return Grid(numbers.title(shown_as), notes, columns, rows, range(2, len(columns)))
+
+
+def _front_grid(comparison: Comparison, first: str, second: str) -> Grid:
+    metrics = comparison.described(first), comparison.described(second)
+    rows = [
+        (
+            instances,
+            pair[0].rule_set,
+            *(numbers.value(metric, one.mean) for metric, one in zip(metrics, pair, strict=True)),
+        )
+        for instances in shown_sets(comparison)
+        for pair in comparison.front(instances, first, second)
+    ]
+    columns = ("Instances", "Rule set", *map(numbers.title, metrics))
+    return Grid("None beats these in both", (), columns, rows, (2, 3))
 
 
 def write_parquet(result: ExperimentResult, path: Path) -> None:

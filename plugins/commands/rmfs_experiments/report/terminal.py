@@ -16,11 +16,6 @@ MOST_SETS = 6
 MOST_ERRORS = 5
 WIDE = 120
 """Columns from which on absolute differences are shown beside the relative ones."""
-CAPTION = (
-    'Differences from "{}": a value for each seed, the mean over its pairs of runs of the same instance; over seeds '
-    "their mean and p of the paired t test, after Holm for the number of rule sets. Intervals hold for all rule sets "
-    "at once with 95 %, and agree with p beside them. Runs that are not complete do not count."
-)
 OF_BOUND = "x bound: how many times what no rules can beat, mean over the same runs."
 
 
@@ -40,7 +35,7 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
         print_named(console, _metric(comparison, metric, shown, console.width >= WIDE))
     for first, second in comparison.fronts:
         print_named(console, _front(comparison, first, second, shown))
-    console.print(CAPTION.format(comparison.baseline), style="dim", highlight=False, markup=False)
+    console.print(numbers.CAPTION.format(comparison.baseline), style="dim", highlight=False, markup=False)
     if any(map(comparison.bounded, comparison.metrics)):
         console.print(OF_BOUND, style="dim", highlight=False, markup=False)
 

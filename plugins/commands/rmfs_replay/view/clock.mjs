@@ -9,13 +9,14 @@ export class Clock {
     this.tick = 0;
     this.speed = 10;
     this.playing = false;
+    this.waits = false; // at the end, for more to come
   }
 
   /** Let `milliseconds` pass. */
   pass(milliseconds) {
     if (!this.playing) return;
     this.seek(this.tick + milliseconds * this.speed);
-    if (this.tick >= this.end) this.playing = false;
+    if (this.tick >= this.end && !this.waits) this.playing = false;
   }
 
   seek(tick) {
@@ -25,7 +26,7 @@ export class Clock {
   /** Play or pause; at the end, play from the start. */
   toggle() {
     this.playing = !this.playing;
-    if (this.playing && this.tick >= this.end) this.tick = 0;
+    if (this.playing && this.tick >= this.end && !this.waits) this.tick = 0;
   }
 
   faster(steps) {

@@ -10,8 +10,10 @@ from rmfs_mip.period.period import Period
 
 PAPER_PODS, PAPER_SKUS = 100, 100
 """Pods and SKUs of the paper's largest instances."""
-EFFORT = 180_000_000
-"""What a period up to that size gets by default: far more than any of the paper's evaluation takes."""
+EFFORT = 1_200_000_000
+"""What a period up to that size gets by default: more than any of the paper's evaluation takes."""
+EFFORT_HARD = 180_000_000
+"""The same where more of it hardly ever ends in a proof."""
 EFFORT_LARGE = 2_000_000
 """What a larger one gets: a second or two of a usual core."""
 NODES = 16
@@ -42,7 +44,7 @@ class Effort:
     short: bool = False
 
     @classmethod
-    def for_period(cls, period: Period, steps: int | None) -> Effort:
+    def for_period(cls, period: Period, steps: int | None, *, hard: bool = False) -> Effort:
         """Return the budget of a period.
 
         Parameters
@@ -51,9 +53,12 @@ class Effort:
             The period.
         steps
             How much; None for what its size allows.
+        hard
+            Whether it belongs to those that searches do not prove.
         """
         if steps is None:
-            steps = EFFORT_LARGE if is_large(period) else EFFORT
+            small = EFFORT_HARD if hard else EFFORT
+            steps = EFFORT_LARGE if is_large(period) else small
         return cls(float(steps))
 
     def part(self, most: float) -> Effort:

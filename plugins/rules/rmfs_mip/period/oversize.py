@@ -45,15 +45,16 @@ class Oversize:
             How long an order may wait.
         """
         lines, largest = warehouse.backlog_lines, largest_capacity(warehouse)
-        if lines.quantity.sum() <= largest:
+        stations = [station for station in warehouse.stations if station.open]
+        if lines.quantity.sum() <= largest or not stations:
             return None
         large: NDArray[np.bool_] = items_per_order(warehouse) > largest
         if model is not Model.INTEGRATED:
-            all_together = sum(station.capacity for station in warehouse.stations)
+            all_together = sum(station.capacity for station in stations)
             more = items_per_order(warehouse) > all_together if model is Model.SPLIT_AMONG_STATIONS else False
             large &= (np.bincount(lines.order[lines.quantity > largest], minlength=len(large)) > 0) | more
         if not large.any():
             return None
         order = warehouse.backlog[int(large.argmax())]
-        station = min(warehouse.stations, key=lambda station: (station.load, station.id))
+        station = min(stations, key=lambda station: (station.load, station.id))
         return cls(order, station, warehouse.now_s - order.arrival_s >= max_wait_s)

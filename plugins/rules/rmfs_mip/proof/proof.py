@@ -97,6 +97,11 @@ class Proof:
         return is_whole(self.weight)
 
     @property
+    def hard(self) -> bool:
+        """Whether searches prove little: for fractional weights, and limited splits between stations that are alike."""
+        return not self.whole or (self.splits is not None and self.reduced.interchangeable)
+
+    @property
     def seconds_left(self) -> float | None:
         """What is left of the time limit."""
         return None if self.deadline is None else self.deadline - time.monotonic()
@@ -111,9 +116,9 @@ class Proof:
         absolute_gap
             Distance between objective and bound that counts as proven.
         """
-        hopeless = self.reduced.interchangeable and (not self.whole or self.splits is not None)
+        hopeless = self.hard and self.reduced.interchangeable and len(self.reduced.capacities) > 1
         effort = self.limits.effort
-        most = effort.left / (SHARE_ALIKE if hopeless and len(self.reduced.capacities) > 1 else SHARE_OF_SOLVER)
+        most = effort.left / (SHARE_ALIKE if hopeless else SHARE_OF_SOLVER)
         limits = evolve(self.limits, effort=effort.part(most))
         outcome = program.solve(limits, absolute_gap=absolute_gap, seconds=self.seconds_left)
         effort.settle(limits.effort, most)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -80,7 +81,9 @@ def acme(install: Any) -> None:
 def test_what_can_be_chosen() -> None:
     """The command offers the worlds that there are, and rules of every decision."""
     assert tuple(worlds.WORLDS) == WORLDS
-    assert [role.label for role in ROLES] == ["POA", "PPS", "POA+PPS", "PR", "TA", "PP", "filter"]
+    robots_and_orders = ["POA", "PPS", "POA+PPS", "PR", "TA", "PP"]
+    others = ["ROA", "RPS", "ROA+RPS", "activation", "idle", "repositioning", "filter"]
+    assert [role.label for role in ROLES] == [*robots_and_orders, *others]
 
 
 def test_side_by_side(capsys: pytest.CaptureFixture[str]) -> None:
@@ -180,3 +183,28 @@ def test_wrong_input(acme: None, capsys: pytest.CaptureFixture[str], arguments: 
     code, out, err = bench(capsys, *arguments)
     assert (code, out) == (2, "")
     assert problem in err
+
+
+@pytest.mark.parametrize(("name", "row"), [("all.csv", "small,first-come,"), ("all.tex", "& small & first-come &")])
+def test_a_table_for_a_paper(name: str, row: str, tmp_path: Path) -> None:
+    """Every figure that is shown, in one table, as the file's ending says."""
+    main(["bench", "pod-match", "first-come", *FEW, "--seed", "1", "--table", str(tmp_path / name)])
+    assert row in (tmp_path / name).read_text(encoding="utf-8")
+
+
+def test_a_table_in_no_folder_is_refused_before_the_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Nothing is printed then."""
+    with pytest.raises(SystemExit) as end:
+        main(["bench", "pod-match", *FEW, "--table", str(tmp_path / "none" / "all.csv")])
+    assert end.value.code == 2
+    said = capsys.readouterr()
+    assert "expected a file in a folder that is there" in said.err
+    assert said.out == ""
+
+
+def test_a_table_of_another_kind_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Before anything is run."""
+    with pytest.raises(SystemExit) as stop:
+        main(["bench", "pod-match", *FEW, "--table", str(tmp_path / "all.xls")])
+    assert stop.value.code == 2
+    assert "expected a name that ends in .tex or .csv, found all.xls" in capsys.readouterr().err

@@ -15,7 +15,11 @@ from rmfs_core.scenario import RuleChoice, load_scenario
 def names(world: str, role: Role, *overrides: str) -> dict[str, object]:
     """Return the rules of a world by key, with a rule called ``new`` in a role."""
     rules = world_with(world, role, RuleChoice("new"), overrides).rules
-    found = {key: getattr(rules, key) for key in ("poa", "pps", "poa_pps", "pr", "ta", "pp", "filters")}
+    found = {
+        key: getattr(rules, key)
+        for key in (*PLAIN, "roa", "rps", "roa_rps")
+        if getattr(rules, key) is not None or key in PLAIN
+    }
     return {
         key: choice.rule if isinstance(choice, RuleChoice) else [one.rule for one in choice] if choice else choice
         for key, choice in found.items()
@@ -50,6 +54,24 @@ def test_a_rule_takes_its_place_and_no_other(role: Role, changed: dict[str, obje
     assert names("small", role) == PLAIN | changed
     assert set(keys_of(role)) == {key for key in changed if key in PLAIN}
     assert keys_of(role)[0] == role.key
+
+
+@pytest.mark.parametrize(
+    ("role", "changed"),
+    [
+        (Role.ROA, {"roa": "new", "rps": "emptiest-pod"}),
+        (Role.RPS, {"roa": "first-bundle", "rps": "new"}),
+        (Role.ROA_RPS, {"roa_rps": "new"}),
+    ],
+)
+def test_a_rule_for_bundles_has_bundles_to_decide_about(role: Role, changed: dict[str, object]) -> None:
+    """Its world is replenished, as no other is; the user may change how."""
+    assert names("small", role) == PLAIN | changed
+    assert keys_of(role)[0] == role.key
+    scenario = world_with("small", role, RuleChoice("new"), ["instance.replenishment.lead_s=60"])
+    assert scenario.instance.replenishment is not None
+    assert (scenario.instance.replenishment.process, scenario.instance.replenishment.lead_s) == ("reorder-point", 60)
+    assert world_with("small", Role.POA, RuleChoice("new")).instance.replenishment is None
 
 
 @pytest.mark.parametrize("world", WORLDS)

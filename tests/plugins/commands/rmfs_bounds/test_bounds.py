@@ -117,6 +117,24 @@ def test_what_is_before_the_warm_up_counts_for_nothing() -> None:
     assert values(warm, TWO_ORDERS)["turnover_s"] is None
 
 
+def test_where_stock_is_replenished_pods_may_come_to_hold_anything() -> None:
+    """Orders may want what is on no pod yet; whatever the rules, one visit may do, and its pod may be there at once."""
+    stored = evolve(ONE_ROBOT, stations=evolve(ONE_ROBOT.stations, also_replenish=True))
+    found = values(stored, evolve(small_instance({"1": ["a"], "2": {"b": 2}}, {"p": ["c"]}), restocked=True))
+    assert {metric for metric, value in found.items() if value is None} == {*BOUNDED[:5]}
+    assert (found["turnover_s"], found["makespan_s"]) == ((7 + 33) / 2, 33.0)
+
+
+def test_pods_may_be_moved_before_an_order_comes() -> None:
+    """Nothing is lost of visits and metres unless what is before the warm-up does not count."""
+    moving = evolve(ONE_ROBOT, rules=evolve(ONE_ROBOT.rules, move=RuleChoice("utility")))
+    late = small_instance({"1": ["a"]}, {"p": ["a"], "q": ["b"]}, arrivals_s={"1": 100})
+    found, before = values(moving, late), values(ONE_ROBOT, late)
+    assert (found["distance_m"], found["makespan_s"]) == (before["distance_m"], 107.0)
+    warm = values(evolve(moving, run=RunSection(warmup_s=50)), late)
+    assert {metric for metric, value in warm.items() if value is None} == {*BOUNDED[:5]}
+
+
 def test_orders_end_when_their_items_are_handled() -> None:
     """Where that is when places are given back: what is left to handle after a pick, 6 s, is not taken off."""
     handled = evolve(ONE_ROBOT, stations=evolve(ONE_ROBOT.stations, release="handled"))

@@ -59,8 +59,8 @@ def test_everything_that_is_wrong_is_named_with_its_place(tmp_path: Path) -> Non
     file.write_text(WRONG, encoding="utf-8")
     assert problems(file, "rules.pps=demnd", "robots", "stations.foo=") == [
         "--set robots: expected key=value, such as instance.orders=50",
-        "--set stations.foo=: unknown key `foo`; expected one of `handle_s`, `item_capacity`, `order_capacity`, "
-        "`oversize`, `pick_s`, `queue_length`, `release`",
+        "--set stations.foo=: unknown key `foo`; expected one of `also_replenish`, `bundle_capacity`, `handle_s`, "
+        "`item_capacity`, `open`, `order_capacity`, `oversize`, `pick_s`, `queue_length`, `release`, `store_s`",
         f"{file}, line 1, sed: unknown key (did you mean `seed`?)",
         f"{file}, line 7, stations: expected handle_s >= pick_s, found 2.0 < 7.0",
         f'{file}, line 12, robots.count: expected a whole number, found "many"',
@@ -135,6 +135,18 @@ def test_rules_are_a_part_that_may_be_missing_or_anything(tmp_path: Path) -> Non
         "--set rules.filters=3: expected a list, found 3",
         "--set rules.observers=[3], rules.observers[0]: expected the name of a rule or a table "
         '{ rule = "...", parameter = ... }, found 3',
+    ]
+
+
+def test_bundles_that_no_rule_decides_on_are_a_mistake_beside_others(tmp_path: Path) -> None:
+    """It is one of the scenario as a whole."""
+    file = tmp_path / "bundles.toml"
+    rules = '[rules]\npoa = "pod-matsch"\npps = "demand"\n'
+    bundles = '[instance.replenishment]\nprocess = "poisson"\nbundles_per_hour = 9\nbundle_items = 2\n'
+    file.write_text(f"{rules}{bundles}", encoding="utf-8")
+    assert problems(file) == [
+        f'{file}: expected `rules.roa` and `rules.rps`, or `rules.roa_rps`, with the replenishment process "poisson"',
+        f'{file}, line 2, rules.poa: there is no rule "pod-matsch" (did you mean `pod-match`?)',
     ]
 
 

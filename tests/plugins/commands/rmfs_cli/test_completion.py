@@ -40,7 +40,7 @@ def test_scenarios(command: tuple[str, ...], tmp_path: Path, monkeypatch: pytest
     for name in ("paper.toml", "mine/own.toml", "other.txt"):
         (tmp_path / name).write_text("", encoding="utf-8")
     assert completed(*command, "pa") == [*(name for name in shipped_scenarios() if name.startswith("pa")), "paper.toml"]
-    assert completed(*command, "m") == ["mine/"]
+    assert completed(*command, "m") == ["multi-day", "mine/"]
     assert completed(*command, "mine/") == ["mine/own.toml"]
     assert "other.txt" not in completed(*command, "")
 
@@ -49,7 +49,7 @@ def test_scenarios(command: tuple[str, ...], tmp_path: Path, monkeypatch: pytest
 def test_rules(before: tuple[str, ...]) -> None:
     """Wherever a command takes the name of a rule."""
     assert completed(*before, "") == RULES
-    assert completed(*before, "nearest-") == ["nearest-pod", "nearest-robot"]
+    assert completed(*before, "nearest-") == ["nearest-pod", "nearest-pod-with-room", "nearest-robot"]
 
 
 def test_keys_and_values_of_overrides() -> None:
@@ -61,6 +61,8 @@ def test_keys_and_values_of_overrides() -> None:
         "robots.top_speed_m_per_s=",
         "robots.full_turn_s=",
         "robots.lift_s=",
+        "robots.available=",
+        "robots.battery=",
     ]
     assert completed("run", "x", "--set", "rules.poa=pod-m") == ["rules.poa=pod-match"]
     assert completed("run", "x", "--set", "rules.poa.rule=pod-m") == ["rules.poa.rule=pod-match"]

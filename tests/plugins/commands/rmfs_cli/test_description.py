@@ -91,7 +91,7 @@ def test_a_rule_that_cannot_be_used_says_why(install: Callable[..., None], sourc
 def test_two_rules_of_a_name_are_both_listed(install: Callable[..., None]) -> None:
     """Each by the name under which it can be chosen, and the one that both have not at all."""
     install("acme", {"demand": "acme_rules:Mine"}, acme_rules=DOCUMENTED)
-    both = {rule.name: rule for rule in installed_rules() if rule.name.endswith("demand")}
+    both = {rule.name: rule for rule in installed_rules() if rule.name.split(":")[-1] == "demand"}
     assert {name: rule.distribution for name, rule in both.items()} == {"acme:demand": "acme", "rmfs:demand": "rmfs"}
     assert all(rule.error is None for rule in both.values())
 

@@ -51,7 +51,7 @@ def test_maps_and_rules_in_files_come_along(tmp_path: Path) -> None:
     """A scenario that names files of its own folder works in the new folder as well."""
     small = load_scenario("examples/small")
     (tmp_path / "maps").mkdir()
-    (tmp_path / "maps" / "hall.txt").write_text(block_map(small.layout, small.stations.queue_length), encoding="utf-8")
+    (tmp_path / "maps" / "hall.txt").write_text(block_map(small.layout, 12), encoding="utf-8")
     (tmp_path / "mine.py").write_text("class Mine: ...\n", encoding="utf-8")
     (tmp_path / "mine.toml").write_text(
         '[layout]\nmap_file = "maps/hall.txt"\n[rules]\npoa = "./mine.py:Mine"\npps = "demand"\n', encoding="utf-8"

@@ -4,11 +4,26 @@ import io
 
 import pytest
 from attrs import evolve
+from hypothesis import given
+from hypothesis import strategies as st
 from rich.console import Console
 
-from rmfs_cli.progress import RunCounts, RunLines, RunPanel, run_display
-from rmfs_core.events import ItemPicked, OrderCompleted, VisitStarted
+from rmfs_cli.progress import (
+    MOST_SLOTS,
+    RISING,
+    RISING_ASCII,
+    RunCounts,
+    RunLines,
+    RunPanel,
+    Throughput,
+    robots_by_state,
+    run_display,
+    waits_for,
+)
+from rmfs_core import hookimpl
+from rmfs_core.events import Event, ItemPicked, OrderCompleted, VisitStarted
 from rmfs_core.info import RunInfo
+from rmfs_core.results.running import run
 
 HIDE_CURSOR, SHOW_CURSOR, ERASE_LINE = "\x1b[?25l", "\x1b[?25h", "\x1b[1A\x1b[2K"
 
@@ -69,7 +84,16 @@ def test_the_live_display_fits_the_terminal(tiny: RunInfo, width: int) -> None:
     Console(file=picture, width=width).print(progress.picture())
     progress.run_ended()
     shown = picture.getvalue()
-    for text in ("1 of 2 (50%)", "0:00:21", "0 busy, 2 idle", "Pile-on", "2.00", "Ends in about", "0/4", "Inbound"):
+    for text in (
+        "1 of 2 (50%)",
+        "0:00:21",
+        "0 fetch, 0 carry, 0 in line, 2 idle",
+        "Pile-on",
+        "2.00",
+        "Ends in about",
+        "0/4",
+        "Inbound",
+    ):
         assert text in shown
     assert "…" not in shown
     assert max(map(len, shown.splitlines())) <= width
@@ -87,3 +111,48 @@ def test_the_live_display_can_be_closed_twice(tiny: RunInfo) -> None:
     assert given_back.endswith(ERASE_LINE)
     progress.close()
     assert stream.getvalue() == given_back
+
+
+@given(st.lists(st.integers(0, 10_000_000), max_size=60).map(sorted))
+def test_every_pick_is_in_the_throughput_once(ticks: list[int]) -> None:
+    """However long a run gets, there are few slots, and no pick is lost."""
+    throughput = Throughput(slot_s=1)
+    for tick in ticks:
+        throughput.add(tick)
+    assert sum(throughput.picks) == len(ticks)
+    assert len(throughput.picks) <= MOST_SLOTS
+    assert len(throughput.line(10_000_000, 10, RISING)) in ((0,) if not ticks else range(11))
+
+
+def test_the_throughput_of_two_minutes_and_an_idle_third() -> None:
+    """As high as the most picks of a slot; the figure is that of the last whole slot, or of what there is."""
+    throughput = Throughput()
+    throughput.add(1000)
+    assert throughput.an_hour(30_000) == 120
+    assert throughput.line(30_000, 10, RISING) == ""
+    throughput.add(61_000)
+    throughput.add(62_000)
+    assert (throughput.line(185_000, 10, RISING), throughput.an_hour(185_000)) == ("▄█ ", 0)
+    assert (throughput.line(125_000, 10, RISING_ASCII), throughput.an_hour(125_000)) == ("=@", 120)
+
+
+def test_what_stations_wait_for() -> None:
+    """Orders, a pod, a robot for it, its way: that of all which is nearest."""
+    seen: set[str] = set()
+
+    class Looking:
+        @hookimpl
+        def run_started(self, run: RunInfo) -> None:
+            self.run = run
+
+        @hookimpl
+        def on_event(self, event: Event) -> None:
+            states = robots_by_state(self.run)
+            assert sum(states.values()) == len(self.run.warehouse.robots)
+            assert min(states.values()) >= 0
+            for station in self.run.warehouse.stations:
+                words = waits_for(self.run, station).split()
+                seen.add(" ".join(word for word in words if not word.strip(",").isdigit()))
+
+    run("examples/small", overrides=["instance.orders=15", "robots.count=1"], observers=[Looking()])
+    assert seen == {"orders", "a pod", "a robot for pod", "pod being fetched", "pod carried", "pod in line"}

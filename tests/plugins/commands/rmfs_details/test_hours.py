@@ -2,7 +2,22 @@
 
 from __future__ import annotations
 
-from rmfs_core.events import Event, ItemPicked, OrderArrived, OrderAssigned, OrderCompleted, RobotMoved, VisitStarted
+from attrs import evolve
+
+from rmfs_core.events import (
+    Event,
+    ItemPicked,
+    OrderArrived,
+    OrderAssigned,
+    OrderCompleted,
+    RobotMoved,
+    RobotsOnDuty,
+    StationClosed,
+    StationOpened,
+    VisitStarted,
+)
+from rmfs_core.info import RunInfo
+from rmfs_core.scenario.model import RobotsSection, StationsSection
 from rmfs_details.hours import Hours
 
 H = 3_600_000
@@ -17,9 +32,9 @@ EVENTS: tuple[Event, ...] = (
 )
 
 
-def test_hours() -> None:
+def test_hours(tiny: RunInfo) -> None:
     """An event counts in the hour in which it is told, the backlog at the hour's end; an hour may be empty."""
-    hours = Hours()
+    hours = Hours(tiny)
     for event in EVENTS:
         hours.handlers[type(event)](event)
     rows = hours.rows(3 * H + 7)
@@ -33,6 +48,24 @@ def test_hours() -> None:
     ]
 
 
-def test_a_run_that_ends_with_an_hour() -> None:
+def test_a_run_that_ends_with_an_hour(tiny: RunInfo) -> None:
     """It has no further one."""
-    assert len(Hours().rows(2 * H)) == 2
+    assert len(Hours(tiny).rows(2 * H)) == 2
+
+
+def test_who_is_there(tiny: RunInfo) -> None:
+    """Means over the hour, and over what there is of the last one; no columns where nobody ever leaves."""
+    spans = (("00:00", "01:00"),)
+    scenario = evolve(
+        tiny.scenario, stations=StationsSection(open=spans), robots=RobotsSection(count=2, available=spans)
+    )
+    hours = Hours(evolve(tiny, scenario=scenario))
+    for event in (
+        StationClosed(H // 4, 0),
+        RobotsOnDuty(H + H // 2, number=1),
+        StationOpened(2 * H + H // 4, 0),
+    ):
+        hours.handlers[type(event)](event)
+    rows = hours.rows(2 * H + H // 2)
+    assert [(row["stations_open"], row["robots_on_duty"]) for row in rows] == [(1.25, 2), (1, 1.5), (1.5, 1)]
+    assert "stations_open" not in Hours(tiny).rows(H)[0]

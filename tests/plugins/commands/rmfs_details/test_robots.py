@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from attrs import evolve
 
 from rmfs_core.events import (
     Event,
@@ -10,11 +11,13 @@ from rmfs_core.events import (
     PodStored,
     QueueJoined,
     RobotMoved,
+    RobotsOnDuty,
     TaskAssigned,
     VisitEnded,
     VisitStarted,
 )
 from rmfs_core.info import RunInfo
+from rmfs_core.scenario.model import RobotsSection
 from rmfs_details.robots import Robots
 
 
@@ -84,3 +87,15 @@ def test_waiting_for_room_at_the_station(tiny: RunInfo) -> None:
         robots.handlers[type(event)](event)
     assert robots.for_room_ticks == 40_000
     assert robots.waiting_ticks == 46_000
+
+
+def test_time_off_duty_is_no_idle_time(tiny: RunInfo) -> None:
+    """A robot that has a task when it goes off duty finishes it first; there is no column for those always on duty."""
+    assert "off_s" not in Robots(tiny, 0).rows(1000)[0]
+    robots = Robots(
+        evolve(tiny, scenario=evolve(tiny.scenario, robots=RobotsSection(available=(("00:00", "01:00"),)))), 0
+    )
+    for event in (*TRIP[:2], RobotsOnDuty(21_000, number=0), *TRIP[2:], RobotsOnDuty(100_000, number=1)):
+        robots.handlers[type(event)](event)
+    row = robots.rows(130_000)[0]
+    assert (row["idle_s"], row["off_s"], row["storing_s"]) == (10 + 30, 41, 12)

@@ -3,9 +3,20 @@
 from __future__ import annotations
 
 import pytest
+from attrs import evolve
 
-from rmfs_core.events import Event, ItemPicked, OrderArrived, OrderAssigned, QueueJoined, VisitStarted
+from rmfs_core.events import (
+    Event,
+    ItemPicked,
+    OrderArrived,
+    OrderAssigned,
+    QueueJoined,
+    StationClosed,
+    StationOpened,
+    VisitStarted,
+)
 from rmfs_core.info import RunInfo
+from rmfs_core.scenario.model import StationsSection
 from rmfs_details.stations import Stations
 
 EVENTS: tuple[Event, ...] = (
@@ -37,3 +48,19 @@ def test_two_stations(tiny: RunInfo, begin_s: int, first: list[float], second: l
     rows = stations.rows(begin_s * 1000, 60_000)
     assert [list(row.values())[1:] for row in rows] == [first, second]
     assert all(row["busy_s"] + row["waiting_s"] + row["idle_s"] == 60 - begin_s for row in rows)
+
+
+def test_a_station_that_is_closed_is_not_idle(tiny: RunInfo) -> None:
+    """It is open until 10 s, and works until 46 s; from 55 s on it is open again. The other one is always open."""
+    assert Stations(tiny).values(0, 60_000) == {}
+    stations = Stations(
+        evolve(tiny, scenario=evolve(tiny.scenario, stations=StationsSection(open=(("00:00", "01:00"),))))
+    )
+    for event in (*EVENTS, StationClosed(10_000, 0), StationOpened(55_000, 0)):
+        if type(event) in stations.handlers:
+            stations.handlers[type(event)](event)
+    first, second = stations.rows(0, 60_000)
+    columns = ("busy_s", "waiting_s", "idle_s", "starved_s", "open_s")
+    assert [first[column] for column in columns] == [26, 20, 5, 0, 51]
+    assert second["open_s"] == 60
+    assert stations.values(0, 60_000) == {"station_open_h": 111 / 3600, "open_utilisation_percent": 100 * 26 / 111}

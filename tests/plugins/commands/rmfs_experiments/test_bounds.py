@@ -55,6 +55,20 @@ def test_each_run_has_the_bounds_of_its_world(experiment: Write, tmp_path: Path)
     assert least["pod-match", 1] != least["pod-match", 2]
 
 
+def test_rules_that_move_pods_and_stock_that_is_replenished(experiment: Write, tmp_path: Path) -> None:
+    """Both have bounds of their own."""
+    bundles = 'instance.replenishment = { process = "poisson", bundles_per_hour = 60.0, bundle_items = 2 }'
+    text = SEVERAL.partition('name = "slow')[0] + 'name = "moving"\nrules.move = "utility"\n[[rule_sets]]\n'
+    text += f'name = "bundles"\nrules.roa = "first-bundle"\nrules.rps = "emptiest-pod"\n{bundles}\n'
+    text += "stations.also_replenish = true\n"
+    jobs, result = experiment(text).jobs(), run_experiment(experiment(text), store=tmp_path, jobs=1, bounds=True)
+    for job, row in zip(jobs, result.rows, strict=True):
+        assert {metric: row[f"bound.{metric}"] for metric in BOUNDED} == {
+            bound.metric: bound.value for bound in bounds_of(job.scenario)
+        }
+    assert {row["bound.pod_station_visits"] is None for row in result.rows if row["rule_set"] == "bundles"} == {True}
+
+
 def test_they_are_kept_with_the_runs(experiment: Write, tmp_path: Path) -> None:
     """Asked for again they are read; one that was changed by hand, or cannot be read, is sought again."""
     first = run_experiment(experiment(), store=tmp_path / "runs", jobs=1, bounds=True)

@@ -74,7 +74,8 @@ def test_a_comparison_is_printed_and_files_are_where_it_says(folder: Path, capsy
     for text in ("Visits per order", "Pile-on", "first-come", "baseline", "p (Holm)", "rmfs-runs/trial"):
         assert text in printed.out
     out = folder / "rmfs-runs" / "trial"
-    assert {path.name for path in out.iterdir()} == {"runs", "summary.csv", "runs.parquet", "report.html", "plots"}
+    files = {"runs", "summary.csv", "runs.parquet", "report.html", "plots", "tables"}
+    assert {path.name for path in out.iterdir()} == files
     assert len(pandas.read_parquet(out / "runs.parquet")) == 4
     before = {path: path.stat().st_mtime_ns for path in (out / "runs").rglob("*")}
     assert exit_code("trial.toml") == 0

@@ -51,7 +51,7 @@ def test_a_folder_whose_name_is_no_text(tmp_path: Path, monkeypatch: pytest.Monk
     [
         (["Bad Name", "--decides", "PR"], 'Error: rule name "Bad Name": expected small letters'),
         (["nearest", "--decides", "PR"], 'Error: rule name "nearest": a rule of that name is installed'),
-        (["fine-rule", "--decides", "ROA"], "'ROA' is not one of 'POA', 'PPS', 'POA+PPS'"),
+        (["fine-rule", "--decides", "XYZ"], "'XYZ' is not one of 'POA', 'PPS', 'POA+PPS'"),
         (["fine-rule"], "Missing option '--decides'"),
         (["there", "--decides", "PR"], "Error: there: is there already"),
     ],

@@ -43,7 +43,8 @@ def test_no_word_of_the_templates_is_left(role: Role) -> None:
     for text in texts.values():
         for word in WORDS:
             assert word not in text
-    assert f"rmfs run examples/small {selecting(rule)}" in texts["README.md"]
+    scenario = "examples/replenished" if "bundles" in role.hook or "replenishment" in role.hook else "examples/small"
+    assert f"rmfs run {scenario} {selecting(rule)}" in texts["README.md"]
 
 
 def test_a_command_has_its_templates(tmp_path: Path) -> None:

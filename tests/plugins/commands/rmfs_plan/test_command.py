@@ -156,7 +156,7 @@ def test_a_file_that_is_not_there_is_said(tmp_path: Path, capsys: pytest.Capture
     ("reserves", "problem", "code"),
     [
         ("windows", " a path that hits a reservation: robot ", 1),
-        ("window", "has reserves = 'window'; expected 'full paths', 'windows' or None", 2),
+        ("window", "has reserves = 'window'; expected 'full paths', 'windows', 'fleet' or None", 2),
     ],
 )
 def test_a_rule_that_heeds_nobody_is_named(

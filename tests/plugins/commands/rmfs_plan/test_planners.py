@@ -83,9 +83,19 @@ def test_no_path_is_an_answer_of_rules_that_reserve() -> None:
     assert find_planner("sipp", {}, rng()).search(ROADS, table, Query(0, 0, EAST, 0, 5)) is None
 
 
+def test_who_plans_for_a_fleet_is_asked_for_one() -> None:
+    """The path is that of `sipp`, and leads to the goal; behind a robot that stays there is none."""
+    planner, table, query = find_planner("pbs", {}, rng()), Reservations(ROADS.cells), Query(0, 0, EAST, 0, 5)
+    assert planner.complete
+    assert planner.search(ROADS, table, query) == find_planner("sipp", {}, rng()).search(ROADS, table, query)
+    table.hold(1, 2, 0)
+    table.hold(1, 8, 0)
+    assert planner.search(ROADS, table, query) is None
+
+
 def test_who_is_there_already_has_nothing_to_drive() -> None:
     """Neither is a rule that does not reserve asked, nor does one that reserves find legs."""
-    for name in ("free-flow", "sipp"):
+    for name in ("free-flow", "sipp", "pbs"):
         path = find_planner(name, {}, rng()).search(ROADS, Reservations(ROADS.cells), Query(0, 3, EAST, 700, 3))
         assert path is not None
         assert (path.legs, path.end, path.end_tick) == ((), 3, 700)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 from attrs import define, field
 
@@ -12,7 +13,7 @@ from rmfs_core.motion import Motion
 from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, roads_on, timed_path
 from rmfs_core.world import NORTH, parse_map
 from rmfs_core.world.travel import travel_on
-from rmfs_plan import collisions, plan_trips
+from rmfs_plan import collisions, plan_in_orders, plan_trips
 from rmfs_plan.movingai import Trip
 from rmfs_plan.planning import PATIENCE_TICKS, RETRY_TICKS
 from rmfs_sipp import Sipp
@@ -94,6 +95,21 @@ def test_a_path_that_stays_is_no_path() -> None:
     assert plan.arrived
     assert plan.path.legs[0] == Leg(0, RETRY_TICKS)
     assert plan.path.end_tick == RETRY_TICKS + 4000
+
+
+@pytest.mark.parametrize(("effort", "arrived"), [(0, [False, False]), (1000, [True, True])])
+def test_other_orders_are_tried_while_robots_are_lost(effort: int, arrived: list[bool]) -> None:
+    """The order does not matter to what a trip's plan is; without effort there is one order alone."""
+    orders: list[bool] = []  # whether the robot from cell 3 was asked first
+
+    def answer(query: Query) -> TimedPath | None:
+        if query.start_tick == 0 and query.robot == 0:
+            orders.append(query.cell == 3)
+        return straight(CORRIDOR, query, query.goal) if orders[-1] else None
+
+    plans = plan_in_orders(CORRIDOR, Scripted(answer), [Trip(0, 1), Trip(3, 2)], effort, np.random.default_rng(1))
+    assert [plan.arrived for plan in plans] == arrived
+    assert [plan.trip for plan in plans] == [Trip(0, 1), Trip(3, 2)]
 
 
 @pytest.mark.parametrize("exclusive", [True, False])

@@ -5,12 +5,14 @@ from __future__ import annotations
 import csv
 import random
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 import rmfs_core
+import rmfs_replay
 from chromium import Chromium
 from rmfs_core.world import CellKind
 from rmfs_replay.page import page
@@ -284,3 +286,28 @@ def test_a_page_of_hours_opens_at_once_and_runs_smoothly(browser: Chromium, tmp_
     frames, spent_ms = browser.evaluate("[replay.drawn.frames, replay.drawn.ms]")
     assert frames > 20
     assert spent_ms / frames < 1000 / 60 / 2
+
+
+def test_a_notebook_shows_it_in_a_frame(browser: Chromium, day: Path, tmp_path: Path) -> None:
+    """Cut off from the page around it, it is drawn all the same, and goes where one clicks on its time line."""
+    around = f"<body style='margin:0'>{rmfs_replay.replay(day)._repr_html_()}<script>replay = true</script>"
+    (tmp_path / "notebook.html").write_text(f"<!DOCTYPE html><meta charset='utf-8'>{around}", encoding="utf-8")
+    browser.open(tmp_path / "notebook.html")
+
+    def pixels(colour: tuple[int, int, int]) -> int:
+        browser.picture(tmp_path / "seen.png")
+        with Image.open(tmp_path / "seen.png") as seen:
+            colours = seen.convert("RGB").getcolors(1 << 24) or []
+        return sum(number for number, found in colours if found == colour)
+
+    def waited_for(seen: Callable[[], bool]) -> bool:
+        end = time.monotonic() + 20
+        while not (found := seen()) and time.monotonic() < end:
+            time.sleep(0.1)
+        return found
+
+    robot = (0xD5, 0x5E, 0x00)
+    assert waited_for(lambda: pixels(robot) > 100)
+    before = pixels(robot)
+    browser.click(640, 520)
+    assert waited_for(lambda: pixels(robot) != before)

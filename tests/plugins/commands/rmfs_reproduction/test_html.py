@@ -7,8 +7,8 @@ from base64 import b64encode
 
 import pytest
 
+from rmfs_cli.grids import Grid
 from rmfs_experiments.report.plots import Plot
-from rmfs_reproduction.grids import Grid
 from rmfs_reproduction.html import to_html
 from rmfs_reproduction.plots import DRAWINGS
 from rmfs_reproduction.report import Report
@@ -27,7 +27,7 @@ def test_html_needs_nothing_else(report: Report) -> None:
 def test_everything_of_a_report_is_shown() -> None:
     """Facts, titles, notes and cells, escaped; pictures as they are."""
     grid = Grid("Figure 1: <Visits>", ("A & B",), ("what", "ours"), (("a < b", "1.5"),), right=(1,))
-    html = to_html(Report({"Command": "rmfs reproduce"}, [grid, Plot("p", "A plot", b"<svg>1</svg>", b"")]))
+    html = to_html(Report({"Command": "rmfs reproduce"}, [grid, Plot("p", "A plot", b"<svg>1</svg>", b"", b"")]))
     for text in ("rmfs reproduce", "Figure 1: &lt;Visits&gt;", "A &amp; B", "a &lt; b", "1.5", "A plot"):
         assert text in html
     assert b64encode(b"<svg>1</svg>").decode() in html

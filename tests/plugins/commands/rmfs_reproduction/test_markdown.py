@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
+from rmfs_cli.grids import Grid
 from rmfs_experiments.report.plots import Plot
-from rmfs_reproduction.grids import Grid
 from rmfs_reproduction.markdown import to_markdown
 from rmfs_reproduction.report import Report
 
@@ -25,7 +25,7 @@ def test_markdown_tables_are_well_formed(report: Report) -> None:
 def test_a_small_report() -> None:
     """Facts as a list, the command as code; a heading for each grid, figures on the right; pictures in their place."""
     grid = Grid("Figure 1: Visits", ("A note.", "Another."), ("what", "ours"), (("two\nlines", "1.5"),), right=(1,))
-    report = Report({"Command": "rmfs reproduce", "Time": "3 s"}, [grid, Plot("visits", "Visits drawn", b"", b"")])
+    report = Report({"Command": "rmfs reproduce", "Time": "3 s"}, [grid, Plot("visits", "Visits drawn", b"", b"", b"")])
     assert (
         to_markdown(report)
         == """\

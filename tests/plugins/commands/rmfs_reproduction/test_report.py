@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rmfs_reproduction.grids import Grid
+from rmfs_cli.grids import Grid
 from rmfs_reproduction.paper import load_paper
 from rmfs_reproduction.report import Report, make_report
 

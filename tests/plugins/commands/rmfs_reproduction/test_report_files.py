@@ -8,18 +8,18 @@ from typing import Any
 import pytest
 from pyarrow import parquet
 
+from rmfs_cli.grids import Grid
 from rmfs_core.errors import InputError
 from rmfs_experiments import ExperimentResult
 from rmfs_experiments.report.plots import Plot
 from rmfs_experiments.rows import row_without_result
-from rmfs_reproduction.grids import Grid
 from rmfs_reproduction.html import to_html
 from rmfs_reproduction.markdown import to_markdown
 from rmfs_reproduction.parts import PARTS, experiment_of
 from rmfs_reproduction.report import Report
 from rmfs_reproduction.report_files import write_report
 
-REPORT = Report({}, [Grid("Runs", (), ("a",), (("b",),)), Plot("visits", "Visits", b"<svg/>", b"png")])
+REPORT = Report({}, [Grid("Runs", (), ("a",), (("b",),)), Plot("visits", "Visits", b"<svg/>", b"png", b"pdf")])
 
 
 @pytest.fixture(scope="module")
@@ -34,8 +34,10 @@ def test_everything_is_written(result: Any, tmp_path: Path) -> None:
     """The report in both forms, each plot in both, a table of runs for each part; the names are returned."""
     out = tmp_path / "new" / "folder"
     names = write_report(REPORT, {"examples": result}, out)
-    assert names == ["report.html", "report.md", "visits.png", "visits.svg", "runs-examples.parquet"]
-    assert sorted(path.name for path in out.iterdir()) == sorted(names)
+    plots, tables = ["visits.png", "visits.svg", "visits.pdf"], ["tables/runs.tex", "tables/runs.csv"]
+    assert names == ["report.html", "report.md", *plots, *tables, "runs-examples.parquet"]
+    assert sorted(path.relative_to(out).as_posix() for path in out.rglob("*.*")) == sorted(names)
+    assert (out / "tables/runs.csv").read_text(encoding="utf-8") == "a\nb\n"
     assert (out / "report.md").read_text(encoding="utf-8") == to_markdown(REPORT)
     assert (out / "report.html").read_text(encoding="utf-8") == to_html(REPORT)
     assert ((out / "visits.png").read_bytes(), (out / "visits.svg").read_bytes()) == (b"png", b"<svg/>")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -103,6 +104,27 @@ def test_a_rule_from_a_file(decide: Any, tmp_path: Path, monkeypatch: pytest.Mon
     code, out, _ = decide("--rule", "./mine.py:Lazy")
     assert code == 0
     assert json.loads(out)["assignments"] == []
+
+
+@pytest.mark.parametrize(("changes", "code"), [({}, 0), ({"version": 3}, 2)])
+def test_standard_input(capsys: Any, monkeypatch: pytest.MonkeyPatch, changes: dict[str, Any], code: int) -> None:
+    """`-` stands for it, and messages call it so; one that is closed is empty."""
+    given = io.TextIOWrapper(io.BytesIO(json.dumps({**STATE, **changes}).encode()))
+    found = 0
+    for stream in (given, None):
+        monkeypatch.setattr("sys.stdin", stream)
+        try:
+            main(["decide", "-", "--rule", "first-come"])
+        except SystemExit as stop:
+            found = int(stop.code or 0)
+        out, err = capsys.readouterr()
+        if stream is None:
+            assert err.startswith("Error: standard input, line 1: this is no valid JSON")
+        elif code:
+            assert err.startswith("Error: standard input, version: expected version 1 or 2")
+        else:
+            assert (found, json.loads(out)["rule"]) == (0, "first-come")
+    assert found == 2
 
 
 def test_what_can_be_asked() -> None:

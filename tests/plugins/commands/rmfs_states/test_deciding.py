@@ -130,14 +130,14 @@ def test_parameters_are_set(by_hand: dict[str, Any]) -> None:
 
 
 def test_a_rule_that_asks_for_driving_times(by_hand: dict[str, Any], at_work: dict[str, Any]) -> None:
-    """`demand` breaks ties by driving time: refused where there is no layout, answered where there is."""
+    """`nearest-pod` goes by driving time: refused where there is no layout, answered where there is."""
     by_hand["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2
-    with pytest.raises(InputError, match=r'rule "demand" .* asks for driving times, but the state has no layout'):
-        decide(state_from_dict(by_hand), RuleChoice("demand"))
+    with pytest.raises(InputError, match=r'rule "nearest-pod" .* asks for driving times, but the state has no layout'):
+        decide(state_from_dict(by_hand), RuleChoice("nearest-pod"))
     del at_work["orders"]["A"]["parts"]
     at_work["stations"]["north"]["requests"] = [{"order": "B", "sku": "jam"}] * 2
     at_work["stations"]["north"]["inbound"] = ["P1"]
-    answer = decide(state_from_dict(at_work), RuleChoice("demand"))
+    answer = decide(state_from_dict(at_work), RuleChoice("nearest-pod"))
     assert answer.decision == {"trips": [{"pod": "P2", "station": "north"}]}
     assert answer.outcome == Outcome(orders=0, items=0, visits=1, unused=2, uncovered=0)
 
@@ -175,6 +175,65 @@ def test_tasks(at_work: dict[str, Any]) -> None:
     assert answer.outcome is None
 
 
+@pytest.mark.parametrize("closed", [{"staffed": False}, {"active": False}])
+def test_a_closed_station_is_assigned_nothing(by_hand: dict[str, Any], acme: None, closed: dict[str, Any]) -> None:
+    """By its timetable or by an activation rule; a rule that does is told so."""
+    by_hand["version"] = 2
+    by_hand["stations"]["north"] |= closed
+    assert decide(state_from_dict(by_hand), RuleChoice("first-come")).decision == {"assignments": []}
+    with pytest.raises(RuleError, match=r'"eager" .* to station north .*, which is closed'):
+        decide(state_from_dict(by_hand), RuleChoice("eager"), decides=Role.POA)
+
+
+def test_a_robot_off_duty_gets_no_task(at_work: dict[str, Any]) -> None:
+    """Though it has nothing to do."""
+    at_work["version"] = 2
+    at_work["robots"]["r2"]["on_duty"] = False
+    assert decide(state_from_dict(at_work), RuleChoice("nearest-robot")).decision == {"tasks": []}
+
+
+def test_which_stations_are_active(by_hand: dict[str, Any]) -> None:
+    """A rule for activation is asked about any state."""
+    by_hand["version"] = 2
+    by_hand["stations"]["south"] = {"item_capacity": 4, "active": False}
+    answer = decide(state_from_dict(by_hand), RuleChoice("all"))
+    assert (answer.decides, answer.decision, answer.outcome) == (Role.ACTIVATE, {"active": ["north", "south"]}, None)
+    by_hand["stations"]["north"]["staffed"] = False
+    assert decide(state_from_dict(by_hand), RuleChoice("constant-ratio")).decision == {"active": ["south"]}
+
+
+TIMES = """
+@define
+class Times:
+    "POA: raises what it sees of times."
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        north = warehouse.stations[0]
+        arrivals = [pod.expected_arrival_s for pod in warehouse.pods]
+        raise ValueError(f"{north.picker_free_s} {north.opens_s} {north.closes_s} {arrivals}")
+"""
+
+
+def test_times_in_a_state(by_hand: dict[str, Any], install: Any) -> None:
+    """What a rule sees in a run it sees in a state; without a layout nobody knows when pods arrive."""
+    install("clocks", {"times": "clocks:Times"}, clocks=TIMES)
+    by_hand |= {"version": 2, "time_s": 100.0}
+    with pytest.raises(RuleError, match=r"100\.0 None None \[None"):
+        decide(state_from_dict(by_hand), RuleChoice("times"))
+    by_hand["stations"]["north"] |= {"picker_free_s": 106.5, "changes_s": 3600}
+    with pytest.raises(RuleError, match=r"106\.5 None 3600\.0"):
+        decide(state_from_dict(by_hand), RuleChoice("times"))
+
+
+@pytest.mark.parametrize("changed", [{"staffed": False}, {"picker_free_s": 3.0}, {"changes_s": 60.0}])
+def test_version_1_has_no_hours(by_hand: dict[str, Any], changed: dict[str, Any]) -> None:
+    """Nor does it know when a picker is free."""
+    by_hand["stations"]["north"] |= changed
+    with pytest.raises(InputError, match=r"found opening hours, or a busy picker, in a state of version 1"):
+        state_from_dict(by_hand | {"version": 1})
+
+
 def test_what_a_rule_needs_is_checked(by_hand: dict[str, Any], acme: None) -> None:
     """A state that lacks what a rule declares to need is refused, as a scenario would be."""
     by_hand["pods"]["P1"]["contents"]["milk"] = 5
@@ -210,7 +269,7 @@ def test_a_rule_that_decides_several_things(by_hand: dict[str, Any], acme: None)
         ("free-flow", None, "decides PP; expected a rule for POA"),
         ("first-come", Role.PPS, "decides POA; expected a rule for PPS"),
         ("first-comes", None, "did you mean `first-come`"),
-        ("free-flow", Role.PP, "decides: expected POA, PPS, POA\\+PPS, PR or TA, found 'PP'"),
+        ("free-flow", Role.PP, "decides: expected POA, PPS, .*, ROA\\+RPS, activation, idle or .*, found 'PP'"),
     ],
 )
 def test_rules_that_cannot_answer(by_hand: dict[str, Any], name: str, decides: Role | None, problem: str) -> None:

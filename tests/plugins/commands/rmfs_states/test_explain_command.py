@@ -259,3 +259,12 @@ def test_due_times_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert "Order Waits Due in Priority Open lines (SKUs)" in out
     assert "0 s 60 s 1" in out
     assert "0 s 600 s 0" in out
+
+
+def test_a_run_that_decided_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It ends before an order arrives: there is no range of numbers to name."""
+    early = ["run", "examples/poisson", "--set", "run.until_s=0.001", "--out", str(tmp_path / "run")]
+    main([*early, "--quiet", "--record-decisions"])
+    for option in ("period", "decision"):
+        code, _, problem = explain(capsys, str(tmp_path / "run"), f"--{option}", "1")
+        assert (code, problem) == (2, f"Error: --{option} 1: there is none; the run has no {option}")

@@ -136,6 +136,8 @@ def test_pods_are_shown_with_what_they_are_wanted_for(at_work: Content) -> None:
         ("PR", {"cell": 13}, {"pod": "P1"}, "Decided: pod P1 is stored at row 2, column 3."),
         ("TA", {"tasks": [{"robot": "r2", "pod": "P2"}]}, {}, "Decided: robot r2 fetches pod P2."),
         ("TA", {"tasks": []}, {}, "Decided: no task."),
+        ("activation", {"active": ["north"]}, {}, "Decided: active stations: north."),
+        ("activation", {"active": []}, {}, "Decided: active stations: none."),
         ("POA", None, {}, "Decided: nothing valid; the run ended here."),
     ],
 )

@@ -12,7 +12,8 @@ from rmfs_states.state import DECIDES, LayoutState, MotionState, RandomState, St
 
 def test_the_decisions_that_can_be_asked() -> None:
     """Paths, filters and observers are not among them."""
-    assert DECIDES == ("POA", "PPS", "POA+PPS", "PR", "TA")
+    of_orders = ("POA", "PPS", "POA+PPS", "PR", "TA")
+    assert (*of_orders, "ROA", "RPS", "ROA+RPS", "activation", "idle", "repositioning") == DECIDES
 
 
 def test_robots_move_as_in_the_paper_unless_it_is_said() -> None:

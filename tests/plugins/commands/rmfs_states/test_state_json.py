@@ -130,7 +130,7 @@ def test_a_file_by_hand(by_hand: dict[str, Any], write: Callable[[Any], Path]) -
         (("stations", "north", "item_capacity"), 0, "stations.north.item_capacity", "a whole number from 1 to"),
         (("stations", "north", "requests"), [{"order": "A"}], "stations.north.requests[0].sku", "is missing"),
         (("stations", "north", "line"), "P1", "stations.north.line", "expected a list"),
-        (("ask",), {"decides": "PP"}, "ask.decides", "expected POA, PPS, POA+PPS, PR or TA"),
+        (("ask",), {"decides": "PP"}, "ask.decides", "PR, TA, ROA, RPS, ROA+RPS, activation, idle or repositioning"),
         (("layout",), {}, "layout", "expected either `map` or `blocks`"),
         (("layout",), {"blocks": {"map_file": "x"}}, "layout", "expected no `map_file`"),
         (("robots",), {"r": {"heading": 4}}, "robots.r.heading", "expected 0, 1, 2 or 3"),
@@ -184,7 +184,7 @@ def test_what_must_be_there(by_hand: dict[str, Any], missing: str) -> None:
         ("{", "line 1: this is no valid JSON"),
         ("[]", "expected a JSON object"),
         ('{"format": "rmfs-state", "format": "rmfs-state"}', "names 'format' twice"),
-        ("[" * 100_000, "this is no state"),
+        ("[" * 100_000, "is nested too deeply to be a state"),
         ('"\ud800"', "expected UTF-8"),
     ],
 )
@@ -204,6 +204,6 @@ def test_a_file_that_is_not_there(tmp_path: Path) -> None:
 
 def test_a_file_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """A device is read as far as a file may go, and no farther."""
-    monkeypatch.setattr(state_json, "MOST_SIGNS", 1000)
-    with pytest.raises(InputError, match=r"^/dev/zero: found more than 1,000 signs; expected at most that many"):
+    monkeypatch.setattr(state_json, "MOST_BYTES", 1000)
+    with pytest.raises(InputError, match=r"^/dev/zero: found more than 1,000 bytes; expected at most that many"):
         read_state("/dev/zero")

@@ -11,9 +11,18 @@ from typing import Any, ClassVar
 import pytest
 from attrs import define, field
 
-from rmfs_core import InputError, JointDecision, Leg, OrderAssignment, Path, hookimpl
+from rmfs_core import (
+    BundleAssignment,
+    BundleDecision,
+    InputError,
+    JointDecision,
+    Leg,
+    OrderAssignment,
+    Path,
+    hookimpl,
+)
 from rmfs_core.events import ItemPicked
-from rmfs_core.rule_helpers import nearest_free_location, send_pods
+from rmfs_core.rule_helpers import nearest_free_location, send_pods, store_bundles
 from rmfs_core.warehouse import Order, WarehouseView
 from rmfs_testing import ConformanceError, check_rule, conformance_report, trial
 
@@ -309,7 +318,7 @@ def test_rules_that_do_nothing_wrong_have_no_findings(rule: object) -> None:
     """All worlds are run, and the report has the time of each hook's calls."""
     report = check_rule(rule)
     assert report.findings == ()
-    assert len(report.worlds) == 19
+    assert len(report.worlds) == 23
     assert all(
         times.calls >= len(report.worlds) and 0 < times.total_s / times.calls <= times.longest_s
         for times in report.times.values()
@@ -334,9 +343,10 @@ class NeedsEndlessPods(AnyPod):
 def test_worlds_without_what_a_rule_needs_are_left_out() -> None:
     """They are named in the report, with what they lack."""
     report = check_rule(NeedsEndlessPods())
-    assert {name for name in report.left_out if "finite stock" not in name} == {"order capacity"}
-    assert len(report.left_out) == 11
-    assert len(report.worlds) == 8
+    lacking = {"order capacity", "replenishment at picking stations", "replenishment stations"}
+    assert {name for name in report.left_out if "finite stock" not in name} == lacking
+    assert len(report.left_out) == 14
+    assert len(report.worlds) == 9
     assert 'Left out: "finite stock", for it needs pods whose SKUs never run out' in str(report)
 
 
@@ -355,6 +365,53 @@ def test_a_rule_for_several_decisions_is_tried_in_all_of_them() -> None:
     assert report.decides == ("POA", "POA+PPS")
     assert {finding.kind for finding in report.findings} == {"starved order"}
     assert {*report.times} == {"assign_orders", "assign_orders_and_pods"}
+
+
+@define
+class OldestBundles(OldestThatFits):
+    """POA and ROA without a fault, and ROA and RPS together."""
+
+    together: bool = True
+
+    @hookimpl
+    def assign_bundles(self, warehouse):
+        free = [station.id for station in warehouse.replenishment_stations if station.free_bundle_capacity]
+        return [BundleAssignment(warehouse.bundles[0].id, free[0])]
+
+    @hookimpl
+    def assign_bundles_and_pods(self, warehouse, max_fetches):
+        stores = store_bundles(warehouse, max_fetches, lambda pods, bundle: -pods.room)
+        free = any(station.free_bundle_capacity for station in warehouse.replenishment_stations)
+        waiting = warehouse.bundles and free and self.together
+        return BundleDecision(self.assign_bundles(warehouse) if waiting else [], stores)
+
+
+def test_rules_for_bundles_are_tried_where_stock_is_replenished() -> None:
+    """Each of the two ways to decide ROA is; one that never brings anything to a station starves orders."""
+    report = check_rule(OldestBundles())
+    assert report.decides == ("POA", "ROA", "ROA+RPS")
+    assert {*report.times} == {"assign_orders", "assign_bundles", "assign_bundles_and_pods"}
+    found = conformance_report(OldestBundles(together=False)).findings
+    worlds = {"replenishment at picking stations", "replenishment stations"}
+    assert {(finding.kind, finding.world) for finding in found} == {("starved order", world) for world in worlds}
+
+
+@define
+class EmptiesBundles:
+    """ROA that changes what it is asked about."""
+
+    @hookimpl
+    def assign_bundles(self, warehouse):
+        bundle, station = warehouse.bundles[0], warehouse.replenishment_stations[0]
+        object.__setattr__(bundle, "items", 0)
+        return [BundleAssignment(bundle.id, station.id)]
+
+
+def test_bundles_are_for_looking_only() -> None:
+    """As everything in the view."""
+    finding = conformance_report(EmptiesBundles()).findings[0]
+    assert (finding.kind, finding.world) == ("mutation of the view", "replenishment at picking stations")
+    assert finding.problem.startswith("assign_bundles changed items of bundle ")
 
 
 @define

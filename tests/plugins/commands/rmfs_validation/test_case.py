@@ -50,7 +50,14 @@ def test_times_of_picking_are_ticks(day: Trace) -> None:
     assert (case.pick_ticks, case.handle_ticks, case.queue_length) == (7000, 13_000, 2)
 
 
-@pytest.mark.parametrize("key", ["pick_s", "handle_s", "queue_length"])
+def test_queues_are_as_long_as_the_shortest_one(day: Trace) -> None:
+    """Where the scenario leaves it out, and that is less than 12."""
+    stations = {name: value for name, value in day.scenario["stations"].items() if name != "queue_length"}
+    shortest = min(len(cells.queue) for cells in day.layout.stations)
+    assert Case(evolve(day, scenario={**day.scenario, "stations": stations})).queue_length == shortest < 12
+
+
+@pytest.mark.parametrize("key", ["pick_s", "handle_s"])
 def test_a_scenario_without_its_stations_is_refused(day: Trace, key: str) -> None:
     """The key that is missing is named."""
     stations = {name: value for name, value in day.scenario["stations"].items() if name != key}

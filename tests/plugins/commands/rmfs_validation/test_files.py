@@ -21,12 +21,17 @@ SETTINGS = (
     'instance.arrivals={process = "poisson", orders_per_hour = 400}',
     "instance.due={allowance_s = 10}",
     "run.warmup_s=30",
+    "layout.replenishment_west=1",
+    "instance.items_per_sku=3",
+    'instance.replenishment={process = "reorder-point", reorder_point = 12, order_up_to = 16}',
+    "rules.roa=first-bundle",
+    "rules.rps=emptiest-pod",
 )
 
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the folder of a small run with due times, warm-up and trace."""
+    """Return the folder of a small run with due times, warm-up, replenishment and trace."""
     folder = tmp_path_factory.mktemp("tables") / "out"
     rmfs_core.run("examples/small", overrides=SETTINGS, out=folder, record=["trace"])
     return folder

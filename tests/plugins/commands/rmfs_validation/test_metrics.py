@@ -85,5 +85,8 @@ def test_an_order_is_split_in_two_ways(day: Trace) -> None:
     tea = evolve(day.events[1], skus=(0,), items=1, complete=False)
     jam = evolve(day.events[1], skus=(1,), items=2, period=2)
     assert recompute(evolve(day, events=(day.events[0], tea, *day.events[2:])))["split_orders_open_max"] == 1
-    assert recompute(evolve(day, events=(day.events[0], tea, jam, *day.events[2:])))["split_orders_open_max"] == 1
+    split = evolve(day, events=(day.events[0], tea, jam, *day.events[2:]))
+    assert recompute(split)["split_orders_open_max"] == 1
+    longer_warm = evolve(split, scenario={**split.scenario, "run": {"warmup_s": 1e6}})
+    assert recompute(longer_warm)["split_orders_open_max"] == 0
     assert recompute(evolve(day, events=(day.events[0], *day.events[1:])))["split_orders_open_max"] == 0

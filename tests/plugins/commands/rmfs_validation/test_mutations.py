@@ -58,9 +58,33 @@ BASES: dict[str, tuple[str, tuple[str, ...]]] = {
             "rules.pps=nearest-pod",
         ),
     ),
+    "reorder points, pods with little room": (
+        "examples/small",
+        (
+            *SMALL,
+            "layout.stations_east=1",
+            "layout.replenishment_west=1",
+            "instance.orders=30",
+            "instance.items_per_sku=3",
+            "instance.pod_capacity=14",
+            "instance.replenishment={process='reorder-point', reorder_point=3, order_up_to=8}",
+            "instance.replenishment.bundle_items=3",
+            "instance.replenishment.lead_s=60",
+            "rules.roa=first-bundle",
+            "rules.rps=emptiest-pod",
+        ),
+    ),
     "orders from files, robots that ignore each other": ("examples/from-csv", ("rules.pp=free-flow",)),
+    "stations that open and close, robots that come and go": (
+        "examples/small",
+        (
+            *SMALL,
+            'stations.open={1 = [["00:00", "00:01"]], 2 = [["00:01", "24:00"]]}',
+            'robots.available=[["00:00", "00:02"], ["00:02", "24:00", 1]]',
+        ),
+    ),
 }
-MAP, WINDOWS, STOCK, JOINT, PARTIAL, FILES = BASES
+MAP, WINDOWS, STOCK, JOINT, PARTIAL, BUNDLES, FILES, HOURS = BASES
 
 
 @frozen
@@ -73,11 +97,11 @@ class Legitimate:
 
 LEGITIMATE = {
     "a wait that is none": Legitimate(
-        frozenset({MAP, WINDOWS, STOCK, JOINT, PARTIAL}),
+        frozenset({MAP, WINDOWS, STOCK, JOINT, PARTIAL, BUNDLES, HOURS}),
         "a robot that waits for its run and one that rests before it stand in the same cell for the same time",
     ),
     "picks in another order": Legitimate(
-        frozenset({WINDOWS, PARTIAL}),
+        frozenset({WINDOWS, PARTIAL, BUNDLES}),
         "which of two open requests a pod serves first is for the simulation to choose, if no order ends otherwise",
     ),
     "a sku more on a pod": Legitimate(

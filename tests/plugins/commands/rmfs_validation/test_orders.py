@@ -184,7 +184,7 @@ def test_damage_to_a_run_is_found(recorded: Trace, damage: Damage, kind: str) ->
         (
             at(PPS, decides=Role.TA),
             [
-                "unknown-id: a decision on TA; expected POA, PPS or POA+PPS",
+                "unknown-id: a decision on TA; expected POA, PPS, POA+PPS, ROA, RPS or ROA+RPS",
             ],
         ),
     ],

@@ -158,9 +158,9 @@ class Waves:
 
 def test_a_rule_that_observes_is_refused(install: Callable[..., None]) -> None:
     """It would be told of the whole run, but decide in a part of it."""
-    install("acme", {"waves": "acme_waves:Waves"}, acme_waves=WATCHING)
-    with pytest.raises(ValueError, match=r'cases\[0\].rule: rule "waves" \(acme 1.0\) observes the run, which'):
-        Switch((Case("waves"),))
+    install("acme", {"tides": "acme_tides:Waves"}, acme_tides=WATCHING)
+    with pytest.raises(ValueError, match=r'cases\[0\].rule: rule "tides" \(acme 1.0\) observes the run, which'):
+        Switch((Case("tides"),))
 
 
 WAKING = """
@@ -178,8 +178,8 @@ class Waves:
 
 def test_it_wakes_up_when_the_rule_that_decides_wants_to(install: Callable[..., None]) -> None:
     """Every five seconds, until another one decides."""
-    install("acme", {"waves": "acme_waves:Waves"}, acme_waves=WAKING)
-    rule = Switch((Case("waves", before_s=60), Case("first-come")))
+    install("acme", {"tides": "acme_tides:Waves"}, acme_tides=WAKING)
+    rule = Switch((Case("tides", before_s=60), Case("first-come")))
     made, rng = world(), np.random.default_rng(0)
     assert rule.wake_at(WarehouseView(made), rng) == 5
     made.now = 58_000

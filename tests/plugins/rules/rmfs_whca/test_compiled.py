@@ -66,7 +66,7 @@ def rows(
     table: Reservations, roads: Roads, goal: int, window_end: int, max_nodes: int = 1000
 ) -> list[list[int]] | None:
     """Return what the search finds for robot 0, at rest in cell 0 and facing east, with waits of 2 s."""
-    found = search(0, EAST, 0, goal, 0, window_end, 2000, max_nodes, roads.tracks(goal, False), table.arrays)
+    found = search(0, EAST, 0, goal, 0, window_end, 2000, max_nodes, *roads.tracks(goal, False), *table.arrays)
     return None if found is None else found.tolist()
 
 

@@ -11,11 +11,11 @@ import pytest
 import rmfs_core
 from corridor import CORRIDOR, INSTANCE, inline
 from rmfs_core.errors import RuleError
-from rmfs_core.events import Event, OrderCompleted, PodLifted, VisitStarted
+from rmfs_core.events import Event, OrderCompleted, PodLifted, VisitEnded, VisitStarted
 from rmfs_core.simulation.driving.complete import CompleteDriving
 from rmfs_core.simulation.driving.reserved import Course
 from rmfs_core.traffic import Query
-from rmfs_core.world import check_layout
+from rmfs_core.world import check_layout, parse_map
 
 
 def test_sipp_passes_a_corridor_for_one(tiny_run: Callable[..., Any]) -> None:
@@ -67,6 +67,27 @@ def test_who_comes_first_goes_first(monkeypatch: pytest.MonkeyPatch) -> None:
     assert result.status == "complete"
     assert {True, False} == set(tried)
     assert any(lifted != sorted(lifted) for lifted in observer.served.values())
+
+
+STRAIGHT = """
+#####@@@@...
+.....@......
+.→→→{}O>>....
+.....@......
+............
+"""
+
+
+@pytest.mark.parametrize(("sign", "least_ticks"), [("→", 1415 + 2000), ("⇒", 2829)])
+def test_the_next_pod_rolls_in_over_a_clear_cell(tiny_run: Callable[..., Any], sign: str, least_ticks: int) -> None:
+    """A pod drives off straight; the next comes from rest next to the station, or on the move from farther back."""
+    layout = parse_map(STRAIGHT.format(sign), "straight")
+    check_layout(layout, "straight")
+    tiny = tiny_run(INSTANCE, capacity=3, robots=3, layout=layout, queue_length=3, pp="sipp")
+    tiny.simulation.run()
+    begins = [event.tick for event in tiny.recorder.of(VisitStarted)][1:]
+    ends = [event.tick for event in tiny.recorder.of(VisitEnded)]
+    assert min(begin - end for begin, end in zip(begins, ends, strict=False)) == least_ticks
 
 
 def test_a_full_path_ends_at_the_goal(tiny_run: Callable[..., Any], tmp_path: Path) -> None:

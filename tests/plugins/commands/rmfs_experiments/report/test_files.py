@@ -20,7 +20,7 @@ def test_the_same_runs_give_the_same_files(result: ExperimentResult, tmp_path: P
     for name in ("one", "two"):
         write_report(result, result.comparison(), tmp_path / name)
     files = sorted(path.relative_to(tmp_path / "one") for path in (tmp_path / "one").rglob("*.*"))
-    assert len(files) == 3 + 2 * 4
+    assert len(files) == 3 + 3 * 4 + 3
     for file in files:
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes(), file
     names = {file.as_posix() for file in files}

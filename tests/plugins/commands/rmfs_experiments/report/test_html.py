@@ -14,7 +14,7 @@ from rmfs_experiments.report.plots import Plot
 
 def page_of(result: ExperimentResult) -> str:
     """Return the report with empty pictures."""
-    plots = [Plot(name, name, b"<svg/>", b"") for name in ("differences", *result.experiment.metrics)]
+    plots = [Plot(name, name, b"<svg/>", b"", b"") for name in ("differences", *result.experiment.metrics)]
     return report_html(result, result.comparison(), plots)
 
 
@@ -63,7 +63,13 @@ def test_the_report_says_what_was_run(result: ExperimentResult) -> None:
 
 def test_seeds_in_a_row_are_a_span(result: ExperimentResult) -> None:
     """Others are listed."""
-    for seeds, text in (((1, 2, 3), "1 to 3"), ((1, 2), "1, 2"), ((1, 2, 4), "1, 2, 4"), ((3, 2, 1), "3, 2, 1")):
+    for seeds, text in (
+        ((1, 2, 3), "1 to 3"),
+        ((1, 2), "1, 2"),
+        ((1, 2, 4), "1, 2, 4"),
+        ((3, 2, 1), "3, 2, 1"),
+        ((1, 2, 10**15), "1, 2, 1000000000000000"),
+    ):
         assert fact(evolve(result, experiment=evolve(result.experiment, seeds=seeds)), "Seeds") == text
 
 

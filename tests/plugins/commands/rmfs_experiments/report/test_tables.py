@@ -12,7 +12,7 @@ from attrs import evolve
 
 from rmfs_core.results.catalogue import Metric
 from rmfs_experiments import ExperimentResult
-from rmfs_experiments.report.tables import SUMMARY_COLUMNS, summary_csv, write_parquet
+from rmfs_experiments.report.tables import SUMMARY_COLUMNS, grids, summary_csv, write_parquet
 
 FAILURE = "rule <b>bad</b> & worse: no idea"
 """Error of the run that failed."""
@@ -100,3 +100,13 @@ def test_bounds_are_in_both_tables(bounded: ExperimentResult, tmp_path: Path) ->
     assert of["orders=50", "picker_utilisation", "good"] == ("", "")
     write_parquet(bounded, tmp_path / "runs.parquet")
     assert set(pandas.read_parquet(tmp_path / "runs.parquet")["bound.pile_on"].dropna()) == {1.25}
+
+
+def test_tables_for_papers(result: ExperimentResult) -> None:
+    """One for each metric, with what the terminal shows; the baseline has no differences from itself."""
+    found = grids(result.comparison())
+    assert set(found) == set(result.experiment.metrics)
+    grid = found["pile_on"]
+    assert grid.columns[:4] == ("Instances", "Rule set", "Seeds", "Mean")
+    (baseline,) = [row for row in grid.rows if row[0] == "overall" and row[1] == result.experiment.baseline]
+    assert set(baseline[4:]) == {""}

@@ -47,3 +47,17 @@ test("times are written for people", () => {
   assert.equal(spokenTime(0), "the start");
   assert.deepEqual([42000, 185000, 7500000].map(duration), ["42 s", "3 min 5 s", "2 h 5 min"]);
 });
+
+test("where more is to come it waits at the end, and does not begin anew", () => {
+  const clock = new Clock(5000);
+  clock.waits = true;
+  clock.toggle();
+  clock.pass(1000);
+  assert.deepEqual([clock.tick, clock.playing], [5000, true]);
+  clock.toggle();
+  clock.toggle();
+  assert.deepEqual([clock.tick, clock.playing], [5000, true]);
+  clock.end = 9000;
+  clock.pass(100);
+  assert.equal(clock.tick, 6000);
+});

@@ -3,7 +3,7 @@
 import pytest
 from attrs import evolve
 
-from rmfs_mip.period.effort import EFFORT, EFFORT_LARGE, Effort
+from rmfs_mip.period.effort import EFFORT, EFFORT_HARD, EFFORT_LARGE, Effort
 from rmfs_mip.period.period import Period, Stock
 from rmfs_mip.period.solution import Model
 from rmfs_mip.printed.constraints import violation
@@ -105,3 +105,14 @@ def test_large_periods_get_less(random_period):
     assert Effort.for_period(period, None).left == EFFORT
     assert Effort.for_period(more, None).left == EFFORT_LARGE
     assert Effort.for_period(more, 7).left == 7
+
+
+@pytest.mark.parametrize(
+    ("weight", "capacity", "effort"), [(2, None, EFFORT), (1.5, None, EFFORT_HARD), (2, 3, EFFORT_HARD)]
+)
+def test_periods_without_hope_of_a_proof_get_less(random_period, weight, capacity, effort):
+    """By default fractional weights, and few splits between stations that are alike, get less effort."""
+    period = random_period(1)
+    alike = evolve(period, inbound=((),) * len(period.stations), capacities=(6,) * len(period.stations))
+    proof = proof_of(alike, Model.SPLIT_AMONG_STATIONS, weight, Limits(), capacity)
+    assert Effort.for_period(alike, None, hard=proof.hard).left == effort

@@ -1,0 +1,1 @@
+"""What to cite: the sources that rules name, as BibTeX."""

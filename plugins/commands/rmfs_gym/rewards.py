@@ -1,0 +1,62 @@
+"""Rewards: what an action has cost until the next choice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+from attrs import frozen
+
+from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.events import Event, OrderArrived, OrderCompleted, RobotMoved, VisitStarted
+from rmfs_core.warehouse import WarehouseView
+
+
+@frozen(eq=False)
+class Step:
+    """What happened between two choices; the first one of a run begins with the run.
+
+    Parameters
+    ----------
+    events
+        All events, in the order in which they happened.
+    warehouse
+        The warehouse now, at the end.
+    since_tick
+        When it began, in ticks of 1 ms; it ends at ``warehouse.now_tick``.
+    orders_open
+        Orders that have arrived and are not complete, at the end.
+    """
+
+    events: tuple[Event, ...]
+    warehouse: WarehouseView
+    since_tick: int
+    orders_open: int
+
+
+Reward = Callable[[Step], float]
+
+
+def visits(step: Step) -> float:
+    """Minus the pod-station visits that began."""
+    return -float(sum(isinstance(event, VisitStarted) for event in step.events))
+
+
+def turnover(step: Step) -> float:
+    """Minus the hours that orders were open, added up over the orders: those of a whole run are its turn-over times."""
+    ticks = step.orders_open * (step.warehouse.now_tick - step.since_tick)
+    for event in step.events:
+        if isinstance(event, OrderCompleted):
+            ticks += event.tick - step.since_tick
+        elif isinstance(event, OrderArrived):
+            ticks -= event.tick - step.since_tick
+    return -ticks / (3600 * TICKS_PER_S)
+
+
+def distance(step: Step) -> float:
+    """Minus the kilometres that robots drove."""
+    return -sum(event.distance_m for event in step.events if isinstance(event, RobotMoved)) / 1000
+
+
+REWARDS: Mapping[str, Reward] = MappingProxyType({"visits": visits, "turnover": turnover, "distance": distance})
+"""The rewards that have a name."""

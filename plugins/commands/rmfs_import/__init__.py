@@ -1,0 +1,1 @@
+"""``rmfs import``: files of other simulators and benchmarks to a scenario, a text map and CSV files."""

@@ -1,0 +1,171 @@
+"""What is on pods and what is ordered, where RAWSim-O would draw it while it runs, or bring it by and by."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from heapq import heapify, heapreplace
+
+import numpy as np
+
+from rmfs_core.errors import InputError
+from rmfs_core.randomness import stream
+from rmfs_import.notes import Notes
+from rmfs_import.settings import OrderList, Setting, Sku, Spread
+
+Contents = list[dict[str, int | None]]
+"""SKUs and items of each pod; None: without end."""
+Orders = list[tuple[float, list[tuple[str, int]]]]
+"""Arrival in seconds and lines of each order."""
+
+AT_ONCE = 4096
+MISSES = 1000
+MOST_DRAWN, MOST_BUNDLES = 500_000, 5_000_000
+"""Orders that are drawn at most; bundles on pods at the start."""
+
+
+class _Shelves:
+    """Pods that are filled, the emptiest first."""
+
+    def __init__(self, capacity: Sequence[float]) -> None:
+        self.capacity = capacity
+        self.contents: Contents = [{} for _ in capacity]
+        self.load = [(0.0, pod) for pod in range(len(capacity))]
+
+    def store(self, sku: str, items: int, weight: float) -> bool:
+        """Put items on the pod that carries the least, unless that has no room for them."""
+        carried, pod = self.load[0]
+        if carried + items * weight > self.capacity[pod]:
+            return False
+        heapreplace(self.load, (carried + items * weight, pod))
+        self.contents[pod][sku] = (self.contents[pod].get(sku) or 0) + items
+        return True
+
+
+def drawn_contents(setting: Setting, skus: Sequence[Sku], capacity: Sequence[float], place: str) -> Contents:
+    """Fill pods with bundles of SKUs, as often as orders want them, up to the setting's share of their capacity."""
+    rng = stream(setting.seed, "imported pod contents")
+    shares = np.array([sku.share for sku in skus])
+    shelves, load, wanted, missed, stored = _Shelves(capacity), 0.0, setting.stocked * sum(capacity), 0, 0
+    weightless = all(sku.weight == 0 for sku in skus)
+    if weightless or wanted > 1e9:
+        raise InputError(place, "found pods that hold bundles without end; expected a capacity and weights of items")
+    while load < wanted and missed < MISSES:
+        for i in rng.choice(len(skus), AT_ONCE, p=shares / shares.sum()):
+            sku = skus[i]
+            if load >= wanted or missed >= MISSES:
+                break
+            if shelves.store(sku.name, sku.bundle, sku.weight):
+                load += sku.bundle * sku.weight
+                missed, stored = 0 if sku.weight else missed + 1, stored + 1
+            else:
+                missed += 1
+        if stored > MOST_BUNDLES:
+            problem = (
+                f"found room for more than {MOST_BUNDLES:,} bundles on pods; expected fewer, as weights of items say"
+            )
+            raise InputError(place, problem)
+    return shelves.contents
+
+
+def drawn_orders(
+    setting: Setting, skus: Sequence[Sku], contents: Contents, stations: int, items_per_s: float, notes: Notes
+) -> Orders:
+    """Draw orders of what there is, as many as the stations could pick in the time of the run.
+
+    Parameters
+    ----------
+    setting
+        Lines, quantities, and when orders end.
+    skus
+        How often each is wanted.
+    contents
+        The stock.
+    stations
+        Number of picking stations.
+    items_per_s
+        How many items all of them handle a second.
+    notes
+        Told when the stock ends the orders.
+    """
+    rng = stream(setting.seed, "imported orders")
+    stock: dict[str, int] = {}
+    for pod in contents:
+        for sku, items in pod.items():
+            stock[sku] = stock.get(sku, 0) + (items or 0)
+    left, end = sum(stock.values()), setting.emptied * sum(stock.values())
+    room = items_per_s * setting.until_s + setting.backlog * setting.quantities.most
+    numbers = _numbers(rng, setting.lines)
+    quantities = _numbers(rng, setting.quantities)
+    wanted = _wanted(rng, skus)
+    gap_s = 3600 / (setting.rate_per_h * stations)
+    orders: Orders = []
+    now = 0.0
+    while room > 0 and left > end and len(orders) < MOST_DRAWN:
+        lines: dict[str, int] = {}
+        number, missed = next(numbers), 0
+        while len(lines) < number and missed < MISSES:
+            sku = next(wanted)
+            items = 0 if sku in lines else min(next(quantities), stock.get(sku, 0))
+            missed = 0 if items else missed + 1
+            if items:
+                lines[sku] = items
+        if not lines:
+            break
+        for sku, items in lines.items():
+            stock[sku] -= items
+        left, room = left - sum(lines.values()), room - sum(lines.values())
+        if setting.mode == "Poisson":
+            now += float(rng.exponential(gap_s))
+            if now >= setting.until_s:
+                break
+        orders.append((now, list(lines.items())))
+    if room > 0 and now < setting.until_s:
+        notes.add("orders drawn until the stock of pods ends", len(orders), "no more come; stock is not filled up")
+    return orders
+
+
+def _numbers(rng: np.random.Generator, spread: Spread) -> Iterator[int]:
+    """Yield whole numbers without end."""
+    while True:
+        drawn = np.rint(rng.normal(spread.mean, spread.deviation, AT_ONCE))
+        fitting = drawn[(drawn >= spread.least) & (drawn <= spread.most)]
+        if not len(fitting):  # the mean is far outside
+            fitting = np.array([min(max(spread.mean, spread.least), spread.most)])
+        yield from map(int, fitting)
+
+
+def _wanted(rng: np.random.Generator, skus: Sequence[Sku]) -> Iterator[str]:
+    shares = np.array([sku.share for sku in skus])
+    while True:
+        yield from (skus[i].name for i in rng.choice(len(skus), AT_ONCE, p=shares / shares.sum()))
+
+
+def stored_bundles(found: OrderList, capacity: Sequence[float], notes: Notes) -> Contents:
+    """Put the bundles of a list on pods, all of them at the start; SKUs that orders want beyond that never run out."""
+    shelves = _Shelves(capacity)
+    without_room = 0
+    for sku, items in found.bundles:
+        without_room += not shelves.store(sku, items, found.weights.get(sku, 0.0))
+    notes.add("bundles that arrive during the run", len(found.bundles) - without_room, "on pods at the start")
+    notes.add("bundles that no pod has room for", without_room)
+    wanted: dict[str, int] = {}
+    for _, lines in found.orders:
+        for sku, items in lines:
+            wanted[sku] = wanted.get(sku, 0) + items
+    held: dict[str, int] = {}
+    for pod in shelves.contents:
+        for sku, on_pod in pod.items():
+            held[sku] = held.get(sku, 0) + (on_pod or 0)
+    short = [sku for sku, items in wanted.items() if held.get(sku, 0) < items]
+    missing = [sku for sku in short if sku not in held]
+    by_number = [(len(pod), i) for i, pod in enumerate(shelves.contents)]
+    heapify(by_number)
+    for sku in missing:
+        number, pod_number = by_number[0]
+        heapreplace(by_number, (number + 1, pod_number))
+        shelves.contents[pod_number][sku] = None
+    endless = set(short)
+    for pod in shelves.contents:
+        pod.update({sku: None for sku in pod if sku in endless})
+    notes.add("SKUs of which orders want more than bundles bring", len(short), "never run out")
+    return shelves.contents

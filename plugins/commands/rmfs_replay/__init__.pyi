@@ -1,0 +1,3 @@
+from .notebook import Page, replay
+
+__all__ = ["Page", "replay"]

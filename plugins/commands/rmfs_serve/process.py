@@ -1,0 +1,188 @@
+"""The rules' process as the HTTP service sees it: asked one request at a time, replaced when it takes too long.
+
+A search that is compiled or a solver may hold Python's lock as long as it runs: in a thread it could neither be ended
+nor would anything else be answered meanwhile.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Any
+
+from rmfs_core.errors import InputError, RmfsError
+from rmfs_serve.service import Reply
+from rmfs_serve.worker import FAILED, HEAD, message
+
+
+class NoAnswerError(RmfsError):
+    """A request gets no answer, for no fault of its own; ``status`` is that of HTTP."""
+
+    status = 503
+
+
+class BusyError(NoAnswerError):
+    """A request's turn did not come in time."""
+
+
+class LateError(NoAnswerError):
+    """A decision took too long."""
+
+    status = 504
+
+
+class EndedError(NoAnswerError):
+    """The rules' process has ended, or cannot be started again."""
+
+
+class RuleProcess:
+    """A process with rules in it.
+
+    Parameters
+    ----------
+    rules, settings, decides, allow_inline
+        As for `rmfs_serve.service.Service.of`; ``decides`` by its label.
+    limit_s
+        Seconds that a request may wait for its turn, and that a decision may take.
+
+    Attributes
+    ----------
+    restarts
+        How often the process had to be replaced.
+    names
+        The rules' names.
+    """
+
+    def __init__(
+        self,
+        rules: Sequence[str],
+        settings: Sequence[str] = (),
+        decides: str | None = None,
+        allow_inline: bool = True,
+        limit_s: float = 30.0,
+    ) -> None:
+        told = {"rules": rules, "settings": settings, "decides": decides, "allow_inline": allow_inline}
+        # -P: a file in the current folder that is called like a module is not taken for it
+        self._command = (sys.executable, "-P", "-m", "rmfs_serve.worker", json.dumps(told))
+        self.limit_s = limit_s
+        self.restarts = 0
+        self.names: tuple[str, ...] = ()
+        self._turn = asyncio.Lock()
+        self._process: asyncio.subprocess.Process | None = None
+        self._replacing: asyncio.Task[None] | None = None
+        self._stopped = False
+
+    @property
+    def pid(self) -> int | None:
+        """Number of the process; None while it is being started, or when it has ended."""
+        return self._process.pid if self._process is not None and self._process.returncode is None else None
+
+    async def start(self) -> None:
+        """Start the process and wait until the rules are loaded.
+
+        Raises
+        ------
+        InputError
+            When one of them cannot be had.
+        """
+        pipes: dict[str, Any] = {"stdin": asyncio.subprocess.PIPE, "stdout": asyncio.subprocess.PIPE}
+        # A session of its own: Ctrl-C is for the service, which ends it by closing its input.
+        process = await asyncio.create_subprocess_exec(*self._command, **pipes, start_new_session=True)
+        try:
+            status, content = await _receive(process)
+        except asyncio.IncompleteReadError:
+            raise EndedError(f"the rules' process ended with code {await process.wait()} as it started") from None
+        except BaseException:
+            _kill(process)
+            raise
+        if status == FAILED:
+            await process.wait()
+            raise InputError(*json.loads(content))
+        self.names = tuple(json.loads(content))
+        self._process = process
+
+    async def ask(self, content: bytes) -> Reply:
+        """Return the answer to a request.
+
+        Raises
+        ------
+        BusyError, LateError, EndedError
+            When there is none.
+        """
+        try:
+            async with asyncio.timeout(self.limit_s):
+                await self._turn.acquire()
+        except TimeoutError:
+            raise BusyError(f"others are before it; its turn did not come within {self.limit_s:g} s") from None
+        try:
+            if self._stopped:
+                raise EndedError("the service ends")
+            if self.pid is None:
+                await self._start_again()
+            return await self._exchange(content)
+        finally:
+            self._turn.release()
+
+    async def stop(self) -> None:
+        """End the process; whoever waits for an answer is told so."""
+        self._stopped = True
+        if self._replacing is not None:
+            self._replacing.cancel()
+        if self._process is not None:
+            process, self._process = self._process, None
+            _kill(process)  # it keeps nothing that were worth a farewell
+            await process.wait()
+
+    async def _exchange(self, content: bytes) -> Reply:
+        process = self._process
+        assert process is not None and process.stdin is not None
+        try:
+            async with asyncio.timeout(self.limit_s):
+                process.stdin.write(message(0, content))
+                await process.stdin.drain()
+                return Reply(*await _receive(process))
+        except BaseException as error:  # an answer that still came would be taken for the next request's
+            self._process = None
+            _kill(process)
+            if self._stopped:
+                raise EndedError("the service ends") from None
+            self._replacing = asyncio.create_task(self._replace())
+            if isinstance(error, TimeoutError):
+                raise LateError(f"no decision within {self.limit_s:g} s (`--limit-s`); it was given up") from None
+            if isinstance(error, asyncio.IncompleteReadError | ConnectionError):
+                raise EndedError(f"the rules' process ended with code {await process.wait()}") from None
+            raise
+
+    async def _replace(self) -> None:
+        async with self._turn:
+            if self._process is None and not self._stopped:
+                try:
+                    await self._start_again()
+                except EndedError as error:  # the next request tries again, and is told
+                    print(f"Note: {error}.", file=sys.stderr)
+
+    async def _start_again(self) -> None:
+        try:
+            await self.start()
+        except InputError as error:
+            raise EndedError(f"the rules cannot be loaded again: {error}") from error
+        self.restarts += 1
+
+
+def _kill(process: asyncio.subprocess.Process) -> None:
+    with suppress(ProcessLookupError):  # it has ended by itself
+        if sys.platform == "win32":
+            process.kill()
+        elif process.returncode is None:  # its own `kill` may take the code of one that has ended before asyncio does
+            os.kill(process.pid, signal.SIGKILL)
+
+
+async def _receive(process: asyncio.subprocess.Process) -> tuple[int, bytes]:
+    assert process.stdout is not None
+    status, length = HEAD.unpack(await process.stdout.readexactly(HEAD.size))
+    return status, await process.stdout.readexactly(length)

@@ -1,0 +1,138 @@
+"""Activation rules ``all``, ``backlog-threshold`` and ``constant-ratio``: which stations take orders."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from attrs import define, field, validators
+
+from rmfs_core import hookimpl
+
+if TYPE_CHECKING:
+    from rmfs_core.warehouse import Station, WarehouseView
+
+
+def _ids(stations: Sequence[Station]) -> list[int]:
+    return [station.id for station in stations]
+
+
+def _staffed(warehouse: WarehouseView) -> list[Station]:
+    """Return the stations whose timetables have them open, in the order in which they are activated.
+
+    The largest come first, so that no order waits for a station that is large enough and stays closed.
+    """
+    staffed = (station for station in warehouse.stations if station.staffed)
+    return sorted(staffed, key=lambda station: (-station.capacity, station.id))
+
+
+@define
+class All:
+    """Activate every station: each takes orders whenever its timetable has it open.
+
+    What a run without an activation rule does; there to be compared with the others.
+
+    References
+    ----------
+    M. Merschformann, L. Xie, H. Li: RAWSim-O: a simulation framework for robotic mobile fulfillment systems.
+    Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8 (station activation "activate all")
+    """
+
+    @hookimpl
+    def activate_stations(self, warehouse: WarehouseView) -> Sequence[int]:
+        """Activate them all."""
+        return _ids(warehouse.stations)
+
+
+@define
+class ConstantRatio:
+    """Activate a fixed share of the stations.
+
+    Of the n stations that their timetables have open, the max(1, floor(ratio * n)) with the highest capacity are active
+    (ties: lowest id).
+
+    Parameters
+    ----------
+    ratio
+        The share.
+
+    References
+    ----------
+    M. Merschformann, L. Xie, H. Li: RAWSim-O: a simulation framework for robotic mobile fulfillment systems.
+    Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8 (station activation "constant ratio", whose code has
+    the default, and activates none where the share comes to less than one)
+    """
+
+    ratio: float = field(default=0.5, validator=[validators.gt(0), validators.le(1)])
+
+    @hookimpl
+    def activate_stations(self, warehouse: WarehouseView) -> Sequence[int]:
+        """Activate the first ones."""
+        staffed = _staffed(warehouse)
+        return _ids(staffed[: max(1, math.floor(self.ratio * len(staffed)))])
+
+
+@define
+class BacklogThreshold:
+    """Open a station when many orders wait, close one when stations have little to do.
+
+    Of the stations that their timetables have open, all are active at first. At most once in ``timeout_s``,
+
+        more    if the backlog has more than ``open_above`` orders, one more is activated: that with the highest
+                capacity (ties: lowest id)
+        fewer   if the load of the active ones is less than ``close_below`` times their capacity, the one that would be
+                activated last is active no longer
+
+    and nothing changes where both hold. ``least`` of them stay active, or all if they are fewer.
+
+    Parameters
+    ----------
+    open_above
+        Orders in the backlog above which another station is activated.
+    close_below
+        Share of the active stations' capacity in use below which one is closed.
+    timeout_s
+        Time between two changes (s).
+    least
+        How many stations are always active.
+
+    References
+    ----------
+    M. Merschformann, L. Xie, H. Li: RAWSim-O: a simulation framework for robotic mobile fulfillment systems.
+    Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8 (station activation "backlog threshold", whose code
+    has the defaults; ``least`` is added, for there a backlog below the threshold may wait for ever)
+    """
+
+    open_above: int = field(default=50, validator=validators.ge(0))
+    close_below: float = field(default=0.7, validator=[validators.ge(0), validators.le(1)])
+    timeout_s: float = field(default=600.0, validator=validators.ge(0))
+    least: int = field(default=1, validator=validators.ge(1))
+    _changed_s: float = field(init=False, default=-math.inf, repr=False, eq=False)
+
+    @hookimpl
+    def run_started(self) -> None:
+        """Forget when the last run changed anything."""
+        self._changed_s = -math.inf
+
+    @hookimpl
+    def activate_stations(self, warehouse: WarehouseView) -> Sequence[int]:
+        """Keep the active ones, but for one more or less."""
+        active = {station.id for station in warehouse.stations if station.active}
+        staffed = _staffed(warehouse)
+        working = [station for station in staffed if station.active]
+        resting = [station for station in staffed if not station.active]
+        missing = max(self.least - len(working), 0)
+        active.update(_ids(resting[:missing]))
+        if missing or warehouse.now_s - self._changed_s < self.timeout_s:
+            return sorted(active)
+        more = len(warehouse.backlog) > self.open_above
+        room = sum(station.capacity for station in working)
+        fewer = sum(station.load for station in working) < self.close_below * room
+        if more and not fewer and resting:
+            active.add(resting[0].id)
+            self._changed_s = warehouse.now_s
+        elif fewer and not more and len(working) > self.least:
+            active.remove(working[-1].id)
+            self._changed_s = warehouse.now_s
+        return sorted(active)

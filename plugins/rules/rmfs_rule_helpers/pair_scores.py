@@ -1,0 +1,161 @@
+"""Scores of all pairs of order and station that are kept from call to call: what did not change is not read again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rmfs_core.decisions import OrderAssignment
+
+if TYPE_CHECKING:
+    from rmfs_core.warehouse import Station, WarehouseView
+
+Ints = NDArray[np.int64]
+Change = Callable[[int, int, int], None]
+
+
+class PairScores:
+    """How many items of each order of the backlog are available on the pods inbound to each station.
+
+    ``update`` takes in what a warehouse has become since the last call, in time that depends on what changed and not on
+    the size of the backlog; ``assign`` then assigns the best pairs, as `assign_best_pairs` with such scores does.
+
+    Attributes
+    ----------
+    available
+        Items by station and SKU that the scores are made of, shape (stations, SKUs).
+    """
+
+    def __init__(self) -> None:
+        self._log: object = None
+        self.available: Ints = np.zeros((0, 0), np.int64)
+
+    def load(self) -> None:
+        """Load what is compiled, or compile it."""
+        self._begin(1, 1)
+        self._join(np.array([[0], [0], [1]]))
+        self._work.change_all(np.ones_like(self.available), *self._arrays())
+        self._best(np.ones(1, np.int64), np.zeros(1, np.bool_), np.zeros(1, np.int64))
+        self._leave([0])
+        self._log = None
+
+    def update(self, warehouse: WarehouseView) -> None:
+        """Take in what joined and left the backlog, and what is available now."""
+        log = warehouse.backlog_log()
+        if log is not self._log:
+            self._begin(len(warehouse.stations), warehouse.n_skus)
+            self._log = log
+        joined, left = log.joined(self._joined), log.left(self._left)
+        if joined.size:
+            self._join(joined)
+        if left:
+            self._leave(left)
+        self._work.change_all(warehouse.available(), *self._arrays())
+
+    def lines_of(self, place: int) -> Iterable[tuple[int, int]]:
+        """Yield SKU and number of items of each line of the order at a place."""
+        begin, end = self._starts[place], self._starts[place + 1]
+        yield from zip(*self._lines[1:3, begin:end].tolist(), strict=True)
+
+    @property
+    def whole(self) -> bool:
+        """Whether no order of the backlog was assigned in part."""
+        return not self._parts
+
+    @property
+    def largest(self) -> int:
+        """Items of the largest order that was ever in the backlog."""
+        return self._largest
+
+    def change(self, station: int, sku: int, items: int) -> None:
+        """Let a station have another number of items of a SKU available, until the next update."""
+        self._work.change(station, sku, items, *self._arrays())
+
+    def assign(
+        self, stations: tuple[Station, ...], take: Callable[[Station, int], None] | None
+    ) -> list[OrderAssignment]:
+        """Assign whole orders, again and again the pair with the highest score that fits, and tell ``take`` of each."""
+        free = np.array([station.free_capacity for station in stations], np.int64)
+        load = np.array([station.load for station in stations], np.int64)
+        counts = np.array([station.counts_orders for station in stations], np.bool_)
+        chosen: list[OrderAssignment] = []
+        places: list[int] = []
+        while True:
+            place, at = self._best(free, counts, load)
+            if place < 0:
+                break
+            chosen.append(OrderAssignment(self._ids[place], at))
+            size = 1 if counts[at] else self._orders[1, place]
+            free[at] -= size
+            load[at] += size
+            self._taken[place] = True
+            places.append(place)
+            if take is not None:
+                take(stations[at], place)
+        self._taken[places] = False
+        return chosen
+
+    # What is kept
+
+    def _begin(self, stations: int, skus: int) -> None:
+        """Start anew with an empty backlog and nothing available."""
+        from rmfs_rule_helpers import pair_search  # compiled: imported when needed, for it takes its time
+
+        self._work: Any = pair_search
+        self._joined = self._left = self._parts = self._largest = self._first = 0
+        self._ids: list[int] = []
+        self._starts = [0]  # of each order's lines, and the end of all
+        self.available = np.zeros((stations, skus), np.int64)
+        self._heads = np.full(skus, -1, np.int64)
+        self._lines = np.zeros((5, 256), np.int64)
+        self._orders = np.zeros((2, 256), np.int64)
+        self._taken = np.zeros(256, np.bool_)
+        self._scores = np.zeros((stations, 256), np.int64)
+        self._best_scores = np.full((stations, 256 // pair_search.BLOCK, pair_search.SIZES), -1, np.int64)
+
+    def _arrays(self) -> tuple[Ints, ...]:
+        return self._lines, self._heads, self._orders, self._scores, self._best_scores, self.available
+
+    def _join(self, rows: Ints) -> None:
+        begin, end = self._joined, self._joined + rows.shape[1]
+        ids, _, quantities = rows
+        first = np.flatnonzero(np.concatenate(([True], ids[1:] != ids[:-1])))  # lines of an order join together
+        places = len(self._ids) + np.repeat(np.arange(len(first)), np.diff(first, append=len(ids)))
+        self._ids += ids[first].tolist()
+        self._starts[-1:] = [*(begin + first).tolist(), end]
+        self._largest = max(self._largest, int(np.add.reduceat(quantities, first).max()))
+        while end > self._lines.shape[1]:
+            self._lines = np.concatenate([self._lines, np.zeros_like(self._lines)], axis=1)
+        while len(self._ids) > len(self._taken):
+            for name in ("_orders", "_scores", "_taken"):
+                array = getattr(self, name)
+                setattr(self, name, np.concatenate([array, np.zeros_like(array)], axis=-1))
+            more = np.full_like(self._best_scores, -1)
+            self._best_scores = np.concatenate([self._best_scores, more], axis=1)
+        self._lines[0, begin:end] = places
+        self._lines[1:3, begin:end] = rows[1:]
+        self._work.add(begin, end, *self._arrays())
+        self._joined = end
+
+    def _leave(self, left: list[int]) -> None:
+        places = {self._lines[0, line].item() for line in left}
+        self._parts -= sum(self._in_part(place) for place in places)
+        self._work.close(np.array(left, np.int64), *self._arrays())
+        self._parts += sum(self._in_part(place) for place in places)
+        self._left += len(left)
+        while self._first < len(self._ids) and not self._orders[0, self._first]:
+            self._first += 1
+
+    def _in_part(self, place: int) -> bool:
+        """Whether some lines of the order at a place are in the backlog and some are not."""
+        return 0 < int(self._orders[0, place]) < self._starts[place + 1] - self._starts[place]
+
+    def _best(self, free: Ints, counts: NDArray[np.bool_], load: Ints) -> tuple[int, int]:
+        bounds = self._first, len(self._ids)
+        found: tuple[int, int] = self._work.best_pair(
+            free, counts, load, *bounds, self._orders, self._taken, self._scores, self._best_scores
+        )
+        return found

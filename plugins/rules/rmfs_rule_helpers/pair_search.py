@@ -1,0 +1,112 @@
+"""Compiled work on the scores of pairs of order and station; `pair_scores` says what the arrays are."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+BLOCK = 128
+"""Orders whose best scores are kept together."""
+SIZES = 8
+"""Sizes of orders whose best scores are kept apart; the last one has all that are larger, too."""
+ORDER, SKU, QUANTITY, BEFORE, AFTER = range(5)
+"""Rows of the lines: the order's place, SKU, items, and the lines of the same SKU before and after it (-1: none)."""
+OPEN, ITEMS = range(2)
+"""Rows of the orders: open lines (0: not in the backlog), and items."""
+
+
+@njit(cache=True, inline="always")
+def raise_best(station, order, orders, scores, best):  # type: ignore[no-untyped-def]
+    """Let the best score of an order's block be no lower than the order's."""
+    size, block = min(orders[ITEMS, order], SIZES) - 1, order // BLOCK
+    best[station, block, size] = max(best[station, block, size], scores[station, order])
+
+
+@njit(cache=True)
+def add(begin, end, lines, heads, orders, scores, best, known):  # type: ignore[no-untyped-def]
+    """Take in lines that joined the backlog."""
+    for line in range(begin, end):
+        order, sku, quantity = lines[ORDER, line], lines[SKU, line], lines[QUANTITY, line]
+        lines[BEFORE, line], lines[AFTER, line] = -1, heads[sku]
+        if heads[sku] >= 0:
+            lines[BEFORE, heads[sku]] = line
+        heads[sku] = line
+        orders[OPEN, order] += 1
+        orders[ITEMS, order] += quantity
+        for station in range(len(known)):
+            scores[station, order] += min(quantity, known[station, sku])
+            raise_best(station, order, orders, scores, best)
+
+
+@njit(cache=True)
+def close(left, lines, heads, orders, scores, best, known):  # type: ignore[no-untyped-def]
+    """Take out lines that left the backlog."""
+    for line in left:
+        order, sku, quantity = lines[ORDER, line], lines[SKU, line], lines[QUANTITY, line]
+        before, after = lines[BEFORE, line], lines[AFTER, line]
+        if before >= 0:
+            lines[AFTER, before] = after
+        else:
+            heads[sku] = after
+        if after >= 0:
+            lines[BEFORE, after] = before
+        orders[OPEN, order] -= 1
+        orders[ITEMS, order] -= quantity
+        for station in range(len(known)):
+            scores[station, order] -= min(quantity, known[station, sku])
+            if orders[OPEN, order]:
+                raise_best(station, order, orders, scores, best)
+
+
+@njit(cache=True)
+def change(station, sku, items, lines, heads, orders, scores, best, known):  # type: ignore[no-untyped-def]
+    """Let a station have another number of items of a SKU available."""
+    had = known[station, sku]
+    known[station, sku] = items
+    line = heads[sku]
+    while line >= 0:
+        order, quantity = lines[ORDER, line], lines[QUANTITY, line]
+        scores[station, order] += min(quantity, items) - min(quantity, had)
+        raise_best(station, order, orders, scores, best)
+        line = lines[AFTER, line]
+
+
+@njit(cache=True)
+def change_all(available, lines, heads, orders, scores, best, known):  # type: ignore[no-untyped-def]
+    """Let every station have available what it has now."""
+    for station in range(len(known)):
+        for sku in range(known.shape[1]):
+            if available[station, sku] != known[station, sku]:
+                change(station, sku, available[station, sku], lines, heads, orders, scores, best, known)
+
+
+@njit(cache=True)
+def best_pair(free, counts, load, first, number, orders, taken, scores, best):  # type: ignore[no-untyped-def]
+    """Place of the order and id of the station with the highest score that fits; (-1, -1) when none fits.
+
+    Ties go to the oldest order, then to the station with the lowest load, then the lowest id. ``best`` is at least the
+    highest score in each block, and is put right where a block is looked through.
+    """
+    found, at, where = -1, -1, -1
+    highest = np.empty(SIZES, np.int64)
+    for station in range(len(free)):
+        sizes = SIZES if counts[station] else min(free[station], SIZES)  # of orders that may fit
+        if free[station] <= 0:
+            continue
+        for block in range(first // BLOCK, (number + BLOCK - 1) // BLOCK):
+            bound = best[station, block, :sizes].max()
+            if bound < found or (bound == found and at < block * BLOCK):
+                continue
+            highest[:] = -1
+            for order in range(block * BLOCK, min((block + 1) * BLOCK, number)):
+                if not orders[OPEN, order]:
+                    continue
+                score, items = scores[station, order], orders[ITEMS, order]
+                size = min(items, SIZES) - 1
+                highest[size] = max(highest[size], score)
+                if score < found or taken[order] or (not counts[station] and items > free[station]):
+                    continue
+                if score > found or order < at or (order == at and load[station] < load[where]):
+                    found, at, where = score, order, station
+            best[station, block] = highest
+    return at, where

@@ -1,0 +1,65 @@
+"""Where bundles come from: a file, chance, or orders that are placed where stock has run low."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from rmfs_core.clock import to_ticks
+from rmfs_core.randomness import stream
+from rmfs_core.scenario.model import Replenishment, Scenario
+from rmfs_core.warehouse.parts import UNLIMITED
+from rmfs_core.world import BundleData, Instance
+
+
+class Supply:
+    """What is brought to a warehouse, as ``instance.replenishment`` says.
+
+    A bundle has at most ``bundle_items`` items, and no more than a pod can hold. Inventory position is what is on pods,
+    in bundles that are there, and on order: by it the reorder point is judged, so nothing is ordered twice.
+
+    Parameters
+    ----------
+    scenario, instance
+        What the run starts from.
+    """
+
+    def __init__(self, scenario: Scenario, instance: Instance) -> None:
+        self._given, self._instance = scenario.instance.replenishment or Replenishment(), instance
+        self.lead_ticks = to_ticks(self._given.lead_s)
+        self._rng = stream(scenario.seed, "bundles")
+        room, largest = scenario.instance.pod_capacity or UNLIMITED, self._given.bundle_items or UNLIMITED
+        self._largest = [min(largest, room // size) for size in instance.sizes or (1,) * len(instance.skus)]
+        self._position = [0] * len(instance.skus)
+        for pod in instance.pods:
+            for sku, items in pod.contents:
+                self._position[sku] += UNLIMITED if items is None else items
+
+    def coming(self) -> Iterator[BundleData]:
+        """Yield bundles in order of arrival that come whatever happens in the warehouse; by chance, for ever."""
+        yield from self._instance.bundles
+        if self._given.bundles_per_hour is not None:
+            wanted = np.zeros(len(self._instance.skus))
+            for order in self._instance.orders:
+                for sku, quantity in order.lines:
+                    wanted[sku] += quantity
+            chances = (wanted if wanted.any() else wanted + 1).cumsum()
+            time_s = 0.0
+            while True:
+                time_s += self._rng.exponential(3600 / self._given.bundles_per_hour)
+                sku = int(np.searchsorted(chances, self._rng.random() * chances[-1], side="right"))
+                yield BundleData("", to_ticks(time_s), sku, self._largest[sku])
+
+    def order(self, sku: int) -> list[int]:
+        """Return the items of each bundle of a SKU that is ordered now."""
+        if not self._instance.levels or self._position[sku] > self._instance.levels[sku][0]:
+            return []
+        missing = self._instance.levels[sku][1] - self._position[sku]
+        self._position[sku] += missing
+        full, rest = divmod(missing, self._largest[sku])
+        return [self._largest[sku]] * full + [rest] * (rest > 0)
+
+    def picked(self, sku: int) -> None:
+        """Take note that an item was picked."""
+        self._position[sku] -= 1

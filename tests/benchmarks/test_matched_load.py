@@ -1,0 +1,71 @@
+"""The load on which rmfs and RAWSim-O are compared: what four simulated hours take, in yardsticks.
+
+The map, orders, pods and rules of `scenarios/parity`, with backlog kept at 200. CPU time without start-up, beside a
+yardstick that runs in the same call, so that figures of different machines and days can be compared; those of releases
+are in history.json. What is more than 10 % slower than in the last release is named after the tests, and fails none.
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import rmfs_core
+from releases import held_against_release
+from rmfs_core import hookimpl
+from rmfs_core.traffic import roads_on
+from rmfs_core.world.travel import travel_on
+from yardstick import in_yardsticks
+
+SCENARIO = Path(__file__).parents[2] / "scenarios" / "parity" / "rawsim-o.toml"
+HOURS = 4
+
+
+class Clock:
+    """Observer that takes the processor time of a run, from its start to its end."""
+
+    @hookimpl
+    def run_started(self) -> None:
+        """Start the clock."""
+        self.cpu_s = -time.process_time()
+
+    @hookimpl
+    def run_ended(self) -> None:
+        """Stop it."""
+        self.cpu_s += time.process_time()
+
+
+@pytest.mark.parametrize("rule", ["whca-n", "sipp"])
+@pytest.mark.parametrize("robots", [8, 16, 32, 64])
+def test_matched_load(benchmark: Any, record_property: Any, robots: int, rule: str) -> None:
+    """Four hours of RAWSim-O's warehouse; `yardsticks` is what they take, `simulated_s_per_s` what that comes to."""
+    places = ["robots.file="] if robots > 16 else []  # the file has places for sixteen
+
+    clock, results = Clock(), []
+
+    def run(hours: float) -> rmfs_core.Result:
+        travel_on.cache_clear()  # tables of driving times that another run has left are not there in a first run
+        roads_on.cache_clear()
+        until = f"run.until_s={hours * 3600}"
+        overrides = [f"robots.count={robots}", f"rules.pp={rule}", until, *places]
+        return rmfs_core.run(SCENARIO, overrides=overrides, observers=[clock])
+
+    run(0.05)  # what is compiled is loaded, and compiled before if need be
+
+    def measure() -> float:
+        results.append(run(HOURS))
+        return clock.cpu_s
+
+    def measure_again() -> float:
+        return in_yardsticks(measure)
+
+    benchmarked = f"{robots} robots, {rule}"
+    least, slower = benchmark.pedantic(held_against_release, args=(benchmarked, measure_again), rounds=1)
+    benchmark.extra_info.update(yardsticks=least, simulated_s_per_s=HOURS * 3600 / clock.cpu_s)
+    if slower is not None:
+        record_property("slower", slower)
+    assert results[0].metrics["orders_completed"] > HOURS * 400
+    assert all(one.metrics == results[0].metrics for one in results)

@@ -1,0 +1,56 @@
+"""What is done with bundles."""
+
+from __future__ import annotations
+
+from corruptions.raw import Line, NotThereError, Raw, changed, doubled, dropped, kind
+
+ARRIVED, ASSIGNED, BOUND, STORED = "bundle_arrived", "bundle_assigned", "bundle_bound", "bundle_stored"
+for _name, _event in (("arrival", ARRIVED), ("assignment", ASSIGNED), ("choice of a pod", BOUND), ("storing", STORED)):
+    dropped(f"a bundle's {_name} dropped", _event)
+    dropped(f"the last bundle's {_name} dropped", _event, at=0.99)
+    doubled(f"a bundle's {_name} twice", _event)
+    changed(f"the {_name} of another bundle", _event, lambda line: {"bundle": line["bundle"] ^ 1})
+changed("a bundle that comes a tick later", ARRIVED, lambda line: {"tick": line["tick"] + 1})
+changed("a bundle of another sku comes", ARRIVED, lambda line: {"sku": line["sku"] ^ 1})
+changed("a bundle with an item more comes", ARRIVED, lambda line: {"items": line["items"] + 1})
+changed("a bundle for another station", ASSIGNED, lambda line: {"station": line["station"] ^ 1})
+changed("a bundle for another pod", BOUND, lambda line: {"pod": line["pod"] ^ 1})
+changed("a bundle stored on another pod", STORED, lambda line: {"pod": line["pod"] ^ 1})
+changed("a bundle stored at another station", STORED, lambda line: {"station": line["station"] ^ 1})
+changed("a bundle stored in another visit", STORED, lambda line: {"visit": line["visit"] + 1})
+changed("a bundle stored a tick faster", STORED, lambda line: {"start_tick": line["start_tick"] + 1})
+changed("an item lost in storing", STORED, lambda line: {"items": line["items"] - 1})
+changed("another sku stored", STORED, lambda line: {"sku": line["sku"] ^ 1})
+
+
+@kind
+def a_bundle_before_it_is_a_bundle(raw: Raw) -> None:
+    """It is assigned, and arrives then."""
+    i = raw.place(ASSIGNED)
+    bundle = raw.events[i]["bundle"]
+    raw.move(i, next(at for at, line in enumerate(raw.events) if line["e"] == ARRIVED and line["bundle"] == bundle))
+
+
+def _with(table: Line, key: str) -> Line:
+    """Return a table of the header, if it has a key."""
+    if key not in table:
+        raise NotThereError(key)
+    return table
+
+
+@kind
+def levels_that_are_others(raw: Raw) -> None:
+    """The header says another reorder point than the scenario makes."""
+    _with(raw.header, "levels")["levels"][0][0] += 1
+
+
+@kind
+def a_station_that_holds_a_bundle_more(raw: Raw) -> None:
+    """The header gives it another capacity than the scenario."""
+    _with(raw.header["stations"][-1], "bundle_capacity")["bundle_capacity"] += 1
+
+
+@kind
+def a_replenishment_station_for_picking(raw: Raw) -> None:
+    """The header says that orders are picked at all stations."""
+    del _with(raw.header["layout"], "replenishing")["replenishing"]

@@ -1,0 +1,126 @@
+"""States with bundles: what is asked about them, and what such a state may not say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import rmfs_core
+from rmfs_core import InputError
+from rmfs_core.cli import main
+from rmfs_core.scenario import RuleChoice
+from rmfs_states import decide, read_recording, state_from_dict
+from rmfs_states.stories import pod_story
+
+
+def state(**changes: Any) -> dict[str, Any]:
+    """Return a state: a station for picking, one for bundles; one bundle waits, the other is at its station."""
+    return {
+        "format": "rmfs-state",
+        "version": 2,
+        "time_s": 100,
+        "pods": {
+            "P": {"contents": {"a": 3}, "capacity": 10},
+            "Q": {"contents": {"b": 1}, "capacity": 10},
+        },
+        "stations": {"out": {"item_capacity": 5}, "in": {"bundle_capacity": 2}},
+        "orders": {},
+        "sizes": {"b": 2},
+        "bundles": [
+            {"name": "late", "sku": "a", "items": 4, "arrival_s": 90},
+            {"name": "early", "sku": "b", "items": 4, "arrival_s": 10, "station": "in"},
+        ],
+    } | changes
+
+
+@pytest.mark.parametrize(
+    ("rule", "decided", "outcome"),
+    [
+        ("first-bundle", {"bundles": [{"bundle": "late", "station": "in"}]}, (1, 0, 0, 0, 2)),
+        ("same-sku", {"stores": [{"bundle": "early", "pod": "Q"}]}, (0, 4, 1, 1, 0)),
+        (
+            {"rule": "pod-first", "parameters": {"pod": "same-sku"}},
+            {
+                "bundles": [{"bundle": "late", "station": "in"}],
+                "stores": [{"bundle": "early", "pod": "Q"}, {"bundle": "late", "pod": "P"}],
+            },
+            (1, 8, 2, 0, 0),
+        ),
+    ],
+)
+def test_each_decision_has_its_answer_and_outcome(rule: Any, decided: dict[str, Any], outcome: tuple[int, ...]) -> None:
+    """Four items of b take 8 of the 8 that are free on Q. No rule needs a layout here, and no robot is told of."""
+    choice = RuleChoice(**rule) if isinstance(rule, dict) else RuleChoice(rule)
+    answer = decide(state_from_dict(state()), choice).to_dict()
+    assert {key: answer[key] for key in ("bundles", "stores") if key in answer} == decided
+    assert tuple(answer["outcome"].values()) == outcome
+
+
+def test_pods_that_may_be_sent_are_limited() -> None:
+    """By what is asked, or by the robots."""
+    for more in ({"ask": {"max_fetches": 0}}, {"robots": {}}):
+        assert decide(state_from_dict(state(**more)), RuleChoice("same-sku")).decision == {"stores": []}
+
+
+LATE = {"name": "late", "sku": "a", "items": 4}
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"version": 1}, "`bundle_capacity` or `bundles` in a state of version 1"),
+        ({"bundles": [LATE, LATE]}, r'bundles\[1\]\.name: found "late" twice'),
+        (
+            {"bundles": [LATE | {"station": "on"}]},
+            r'bundles\[0\]\.station: names station "on"',
+        ),
+        ({"bundles": [LATE | {"station": "out"}]}, r"bundles\[0\]\.station: expected one that holds more bundles"),
+        (
+            {"bundles": [LATE | {"station": "in", "pod": "P"}]},
+            r"bundles\[0\]\.pod: expected a pod with room",
+        ),
+        ({"bundles": [LATE | {"arrival_s": 101}]}, r"bundles\[0\]\.arrival_s: found 101.*later than now"),
+        ({"bundles": [LATE | {"items": 0}]}, r"bundles\[0\]\.items: expected a whole number from 1"),
+        ({"sizes": {"z": 1}}, r'sizes\.z: names SKU "z"'),
+        (
+            {"stations": {"in": {"bundle_capacity": 2}}, "bundles": []},
+            "stations: found none; expected at least one",
+        ),
+        (
+            {"stations": {"in": {"bundle_capacity": 2}, "out": {"item_capacity": 5}}, "bundles": []},
+            r"stations\.out: found one that picks orders; expected those that only store bundles last",
+        ),
+        ({"stations": {"out": {"queue_length": 2}}}, "expected either `item_capacity` or `order_capacity`"),
+    ],
+)
+def test_what_cannot_be_is_refused(changes: dict[str, Any], problem: str) -> None:
+    """With the place, and one sentence."""
+    with pytest.raises(InputError, match=problem):
+        decide(state_from_dict(state(**changes)), RuleChoice("first-bundle"))
+
+
+def test_stations_are_of_the_kinds_that_the_layout_has() -> None:
+    """The last one here stores bundles."""
+    wrong = {"out": {"item_capacity": 5, "queue_length": 1}, "in": {"item_capacity": 2, "queue_length": 1}}
+    layout = {"blocks": {"block_rows": 3, "block_columns": 1, "stations_east": 1, "replenishment_west": 1}}
+    given = state(stations=wrong, pods={}, sizes={}, skus=["a", "b"], layout=layout, bundles=[])
+    with pytest.raises(InputError, match=r"stations\.in: found one that picks orders; expected one that stores"):
+        decide(state_from_dict(given), RuleChoice("first-bundle"))
+
+
+def test_a_run_explains_what_was_decided_for_bundles(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The bundles, their stations and pods, what other rules would have done; and it is part of a pod's story."""
+    rmfs_core.run("examples/replenished", overrides=["instance.orders=40"], out=tmp_path, record=["decisions"])
+    chosen = next(recorded for recorded in read_recording(tmp_path) if recorded.decides.label == "RPS")
+    assert chosen.decision is not None
+    (store,) = chosen.decision["stores"]
+    against = ("--against", "spread-sku", "--against", "random")
+    main(["explain", str(tmp_path), "--decision", str(chosen.number), *against])
+    shown = capsys.readouterr().out
+    assert f"RPS by emptiest-pod, period {chosen.period}" in shown
+    assert "Without" in shown
+    assert f"bundles {store['bundle']} to pod {store['pod']}" in shown
+    told = [episode.what for episode in pod_story(read_recording(tmp_path), store["pod"])]
+    assert any(what.startswith(f"chosen for bundle {store['bundle']}: ") for what in told)

@@ -1,0 +1,457 @@
+"""Bundles, from their arrival to the pod, in small warehouses and in random ones."""
+
+from __future__ import annotations
+
+import tempfile
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import pytest
+from attrs import define, evolve
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import rmfs_core
+from replenished import prepared, replenished_world, scenario_of
+from rmfs_core import BundleAssignment, BundleDecision, InputError, StandstillError, StoreBundle, hookimpl
+from rmfs_core.events import (
+    BundleArrived,
+    BundleBound,
+    BundleStored,
+    Event,
+    ItemPicked,
+    OrderCompleted,
+    TripDecided,
+    VisitEnded,
+    VisitStarted,
+)
+from rmfs_core.info import RunInfo
+from rmfs_core.roles import Role
+from rmfs_core.scenario import Scenario, scenario_from_dict
+from rmfs_core.scenario.model import RuleChoice, RunSection
+from rmfs_core.simulation.applying import apply_replenishment
+from rmfs_core.simulation.asking import ImpossibleError
+from rmfs_core.simulation.setup import open_warehouse
+from rmfs_core.warehouse import Bundle, Warehouse, WarehouseView
+from rmfs_core.warehouse.memento import BundleMemento, ContradictionError, Memento, restore
+from rmfs_core.world import BundleData, Instance, make_instance, make_layout
+from rmfs_testing import small_instance, validate_trace
+
+FILE = {"process": "file", "file": "bundles.csv"}
+
+
+def brought(instance: Instance, *bundles: tuple[float, int, int]) -> Instance:
+    """Return an instance with bundles, (seconds, SKU id, items) each, as if a file had them."""
+    data = [BundleData(f"B{i}", round(s * 1000), sku, items) for i, (s, sku, items) in enumerate(bundles, 1)]
+    return evolve(instance, bundles=tuple(data))
+
+
+# The state
+
+
+def at_station(warehouse: Warehouse, sku: int, items: int) -> Bundle:
+    """Let a bundle arrive and be assigned to the replenishment station."""
+    bundle = warehouse.bundle_arrives(sku, items)
+    warehouse.assign_bundle(bundle, warehouse.stations[1])
+    return bundle
+
+
+def test_rules_see_picking_stations_and_replenishment_stations_apart() -> None:
+    """Ids are one sequence, picking first."""
+    view = WarehouseView(replenished_world({}, {"p": {"a": 1}}))
+    assert [station.id for station in view.stations] == [0]
+    assert [station.id for station in view.replenishment_stations] == [1]
+    assert view.station(1).stores
+    assert not view.station(1).picks
+    assert view.available().shape == (1, 1)
+
+
+def test_a_bundle_takes_space_as_soon_as_its_pod_is_chosen() -> None:
+    """Items of size 2 on a pod of 10: 3 are there, 2 are promised space; a pick gives some back."""
+    warehouse = replenished_world({"1": {"a": 1}}, {"p": {"a": 3}}, pod_capacity=10, sizes=(2,))
+    pod, (station, _) = warehouse.pods[0], warehouse.stations
+    assert pod.free_space == 4
+    bundle = at_station(warehouse, 0, 2)
+    assert warehouse.bind_bundle(bundle, pod) is warehouse.stations[1]
+    assert (bundle.size, pod.free_space, pod.bundles, pod.bound_for) == (4, 0, (bundle,), (1,))
+    warehouse.store_bundle(bundle, pod)
+    assert (pod.free_space, pod.contents, pod.bundles, warehouse.stations[1].bundles) == (0, {0: 5}, (), ())
+    warehouse.bind(pod, station)
+    warehouse.assign(warehouse.orders[0], station, [0])
+    warehouse.fulfil(station.open_requests[0], pod)
+    assert pod.free_space == 2
+
+
+def test_stored_items_cover_requests_where_the_pod_is_bound_for() -> None:
+    """A pod on its way to a station brings what nobody there had."""
+    warehouse = replenished_world({"1": {"b": 1}}, {"p": {"a": 1}})
+    pod, station = warehouse.pods[0], warehouse.stations[0]
+    warehouse.assign(warehouse.orders[0], station, [1])
+    warehouse.bind(pod, station)
+    bundle = at_station(warehouse, 1, 4)
+    warehouse.bind_bundle(bundle, pod)
+    assert len(station.uncovered_requests) == 1
+    warehouse.store_bundle(bundle, pod)
+    assert station.open_requests[0].pod is pod
+    assert pod.free_items(1) == 3
+
+
+def test_a_new_sku_on_a_pod_is_found() -> None:
+    """By `pods_with` and in `free_items`, in the order of ids."""
+    warehouse = replenished_world({}, {"p": {"a": 1}, "q": {"b": 1}})
+    view = WarehouseView(warehouse)
+    before = view.free_items
+    bundle = at_station(warehouse, 1, 4)
+    warehouse.bind_bundle(bundle, warehouse.pods[0])
+    warehouse.store_bundle(bundle, warehouse.pods[0])
+    assert [pod.name for pod in view.pods_with(1)] == ["p", "q"]
+    assert view.free_items.pod is not before.pod
+    assert list(zip(view.free_items.pod, view.free_items.sku, view.free_items.number, strict=True)) == [
+        (0, 0, 1),
+        (0, 1, 4),
+        (1, 1, 1),
+    ]
+
+
+def test_a_memento_has_the_bundles() -> None:
+    """Waiting, at the station, and on a pod: what is restored is the same again."""
+    warehouse = replenished_world({"1": {"a": 1}}, {"p": {"a": 3}}, pod_capacity=12, bundle_capacity=3, sizes=(2,))
+    warehouse.advance(5000)
+    first, second, _ = (warehouse.bundle_arrives(0, 2, name) for name in ("x", "y", "z"))
+    for bundle in (second, first):
+        warehouse.assign_bundle(bundle, warehouse.stations[1])
+    warehouse.bind_bundle(first, warehouse.pods[0])
+    memento = Memento.of(WarehouseView(warehouse), ("a",))
+    again = restore(memento, warehouse.travel)
+    assert Memento.of(WarehouseView(again), ("a",)) == memento
+    assert [bundle.name for bundle in again.stations[1].bundles] == ["y", "x"]
+    assert [bundle.arrival_s for bundle in again.bundles.values()] == [5.0]
+    assert again.pods[0].free_space == 2
+    assert again.bundle_arrives(0, 1).id == 3
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        BundleMemento(0, "x", 7, 1, 0),  # there is no such SKU
+        BundleMemento(0, "x", 0, 1, 0, station=0),  # nothing is stored there
+        BundleMemento(0, "x", 0, 1, 0, station=1, pod=0),  # the pod is bound nowhere
+    ],
+)
+def test_bundles_that_cannot_be_are_refused(wrong: BundleMemento) -> None:
+    """The error leads to the bundle."""
+    warehouse = replenished_world({}, {"p": {"a": 3}})
+    memento = evolve(Memento.of(WarehouseView(warehouse), ("a",)), bundles=(wrong,))
+    with pytest.raises(ContradictionError) as caught:
+        restore(memento, warehouse.travel)
+    assert caught.value.path[:2] == ("bundles", 0)
+
+
+# Decisions
+
+
+def waiting_and_assigned() -> Warehouse:
+    """Return a warehouse with bundles 0 and 1 at a station that holds two, and 2, which waits; pods of 6."""
+    warehouse = replenished_world({}, {"p": {"a": 3}, "q": {"b": 6}, "r": {"a": 1}}, pod_capacity=6)
+    at_station(warehouse, 0, 2)
+    at_station(warehouse, 1, 2)
+    warehouse.bundle_arrives(0, 1)
+    warehouse.bind(warehouse.pods[2], warehouse.stations[0])
+    return warehouse
+
+
+@pytest.mark.parametrize(
+    ("role", "answer", "problem"),
+    [
+        (
+            Role.ROA,
+            [BundleAssignment(2, 1)],
+            "bundle 3 (id 2) to station 2 (id 1), but all 2 places for bundles are taken",
+        ),
+        (Role.ROA, [BundleAssignment(2, 0)], "bundle 3 (id 2) to station 1 (id 0), but it stores none"),
+        (Role.ROA, [BundleAssignment(0, 1)], "assigned bundle 0 to station 2 (id 1), but no such bundle waits"),
+        (Role.ROA, [BundleAssignment(2, 5)], "named station 5, which does not exist"),
+        (Role.ROA, [StoreBundle(0, 0)], "expected BundleAssignment only"),
+        (Role.RPS, [StoreBundle(2, 0)], "no such bundle is at a station without a pod"),
+        (Role.RPS, [StoreBundle(0, 0), StoreBundle(0, 2)], "no such bundle is at a station without a pod"),
+        (Role.RPS, [StoreBundle(0, 1)], "which takes 2 of space; the pod has 0 left"),
+        (Role.RPS, [StoreBundle(0, 0), StoreBundle(1, 0)], "which takes 2 of space; the pod has 1 left"),
+        (Role.RPS, [StoreBundle(0, "p")], "named pod 'p'; expected a whole number"),
+        (Role.ROA_RPS, [StoreBundle(0, 0)], "expected BundleDecision"),
+    ],
+)
+def test_impossible_decisions_are_refused(role: Role, answer: Any, problem: str) -> None:
+    """Each with the bundle, the station or pod, and what is wrong."""
+    with pytest.raises(ImpossibleError) as caught:
+        apply_replenishment(waiting_and_assigned(), answer, role=role, max_fetches=9, keep=lambda _: None)
+    assert problem in str(caught.value)
+
+
+def test_pods_that_are_bound_already_need_no_robot() -> None:
+    """A pod counts as a fetch where it is bound nowhere; the one that waits for a robot takes a bundle with it."""
+    warehouse = waiting_and_assigned()
+    events: list[Any] = []
+    answer = BundleDecision(stores=[StoreBundle(0, 2)])
+    apply_replenishment(warehouse, answer, role=Role.ROA_RPS, max_fetches=0, keep=events.append)
+    assert [type(event) for event in events] == [BundleBound, TripDecided]
+    assert warehouse.pods[2].bound_for == (0, 1)
+    with pytest.raises(ImpossibleError, match="sent 1 stored pods on their way; at most 0 robots can start"):
+        apply_replenishment(warehouse, [StoreBundle(1, 0)], role=Role.RPS, max_fetches=0, keep=events.append)
+
+
+# Runs
+
+
+def test_storing_holds_pod_and_worker() -> None:
+    """Two bundles for one pod: one visit, 10 s each; then the order that nobody could serve is picked."""
+    instance = brought(small_instance({"1": {"a": 3}}, {"p": {"a": 1}}), (0, 0, 1), (0, 0, 2))
+    run = prepared(scenario_of(FILE), instance)
+    run.simulation.run()
+    stored = run.of(BundleStored)
+    assert [event.tick - event.start_tick for event in stored] == [10_000, 10_000]
+    assert stored[1].start_tick == stored[0].tick
+    assert {(event.visit, event.station) for event in stored} == {(stored[0].visit, 1)}
+    ended = next(event for event in run.of(VisitEnded) if event.station == 1)
+    assert (ended.tick, ended.picks) == (stored[1].tick, 0)
+    assert len(run.of(ItemPicked)) == 3
+    assert run.simulation.status == "complete"
+
+
+def test_a_pod_picks_and_replenishes_on_one_way() -> None:
+    """It leaves the picking station for the replenishment station: one task, two visits."""
+    orders, pods = {"1": {"a": 1}, "2": {"b": 1}}, {"p": {"a": 1}}
+    instance = brought(small_instance(orders, pods, arrivals_s={"2": 200}), (5, 1, 1))
+    run = prepared(scenario_of(FILE, robots=1), instance)
+    run.simulation.run()
+    assert [event.station for event in run.of(VisitStarted)[:2]] == [0, 1]
+    assert run.of(VisitEnded)[0].next_station == 1
+    assert run.simulation.status == "complete"
+
+
+def test_pick_and_replenish_at_one_station() -> None:
+    """A station that does both stores what the same visit then picks."""
+    supply = {"replenishment": {"process": "file", "file": "b"}}
+    layout = {"replenishment_west": 1}
+    scenario = scenario_of({}, instance=supply, stations={"also_replenish": True, "queue_length": 3}, layout=layout)
+    run = prepared(scenario, brought(small_instance({"1": {"a": 1}}, {"p": {"b": 1}}), (0, 1, 1)))
+    run.simulation.run()
+    assert [station.id for station in run.simulation.view.replenishment_stations] == [0, 1]
+    assert run.of(BundleStored)[0].station == 0
+    assert run.of(BundleStored)[0].visit == run.of(ItemPicked)[0].visit
+    assert run.simulation.status == "complete"
+
+
+def test_the_run_waits_for_stock_that_is_to_come() -> None:
+    """Ten hours without anything to do are no standstill."""
+    run = prepared(scenario_of(FILE), brought(small_instance({"1": {"a": 1}}, {"p": {"b": 1}}), (36_000, 1, 1)))
+    run.simulation.run()
+    assert run.of(BundleArrived)[0].tick == 36_000_000
+    assert len(run.of(OrderCompleted)) == 1
+
+
+def test_a_standstill_names_the_bundles_without_room() -> None:
+    """Pods are full of what nobody wants, so what is wanted cannot be stored."""
+    instance = brought(small_instance({"1": {"a": 1}}, {"p": {"b": 3}}), (0, 1, 1))
+    run = prepared(scenario_of(FILE, instance={"pod_capacity": 3, "replenishment": FILE}), instance)
+    with pytest.raises(StandstillError, match=r"no pod has room for bundles: B1\."):
+        run.simulation.run()
+
+
+def test_endless_bundles_do_not_hide_a_standstill(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By chance bundles come for ever: after as many in vain as alarms are allowed, nothing else will happen."""
+    monkeypatch.setattr("rmfs_core.simulation.engine.MOST_ALARMS", 50)
+    supply = {"process": "poisson", "bundles_per_hour": 60.0, "bundle_items": 1}
+    scenario = scenario_of(supply, instance={"pod_capacity": 3, "replenishment": supply})
+    run = prepared(scenario, small_instance({"1": {"a": 1}}, {"p": {"b": 3}}))
+    with pytest.raises(StandstillError, match="no pod has room for bundles"):
+        run.simulation.run()
+    assert len(run.of(BundleArrived)) < 60
+
+
+def test_a_joint_rule_decides_both() -> None:
+    """It is asked while bundles wait for a station, and while those at stations wait for a pod."""
+
+    @define
+    class Both:
+        @hookimpl
+        def assign_bundles_and_pods(self, warehouse: WarehouseView, max_fetches: int) -> BundleDecision:
+            """Everything to the first station, and to the first stored pod if a robot can fetch it."""
+            station = warehouse.replenishment_stations[0]
+            new = [bundle.id for bundle in warehouse.bundles]
+            left = [bundle.id for bundle in station.bundles if bundle.pod is None]
+            stored = [pod.id for pod in warehouse.free_pods][:max_fetches]
+            stores = [StoreBundle(bundle, stored[0]) for bundle in (*left, *new)] if stored else []
+            return BundleDecision([BundleAssignment(bundle, station.id) for bundle in new], stores)
+
+    instance = {"orders": 6, "skus": 2, "pods": 2, "skus_per_pod": 1, "items_per_sku": 2, "replenishment": REORDER}
+    result = rmfs_core.run(scenario_of(REORDER, instance=instance), rules={"roa_rps": Both()})
+    assert result.status == "complete"
+    assert result.metrics["bundles_stored"]
+
+
+# What scenarios are refused for
+
+REORDER = {"process": "reorder-point", "reorder_point": 1, "order_up_to": 4}
+
+
+def refusal(**instance: Any) -> str:
+    """Return why a scenario with these keys of its instance cannot be run."""
+    with pytest.raises(InputError) as caught:
+        make_instance(scenario_of({}, instance={"orders": 5, "skus": 4, "pods": 4, "skus_per_pod": 1} | instance))
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("instance", "problem"),
+    [
+        ({"replenishment": {"process": "poisson"}}, "expected `bundles_per_hour` and `bundle_items`"),
+        (
+            {"replenishment": {"process": "reorder-point"}},
+            "reorder_point: expected a number, or one for SKU 1 in the file",
+        ),
+        ({"replenishment": {"process": "file"}}, 'expected `file` with process "file"'),
+        ({"replenishment": REORDER | {"order_up_to": 1}}, "expected order_up_to > reorder_point, found 1 <= 1"),
+        ({"replenishment": REORDER | {"unit": "crates"}}, 'found "crates"'),
+        ({"replenishment": REORDER, "items_per_sku": 9, "pod_capacity": 8}, "found 8; expected at least 9, what pod 1"),
+    ],
+)
+def test_what_cannot_be_replenished_is_refused(instance: dict[str, Any], problem: str) -> None:
+    """Before the run, with the key and what would be right."""
+    assert problem in refusal(**instance)
+
+
+def test_a_process_needs_rules() -> None:
+    """ROA and RPS, or a joint rule: what is missing is said when the scenario is read."""
+    tables = {"rules": {"poa": "pod-match", "pps": "demand"}, "instance": {"replenishment": REORDER}}
+    with pytest.raises(
+        InputError, match=r'expected `rules.roa` and `rules.rps`, or `rules.roa_rps`, .* "reorder-point"'
+    ):
+        scenario_from_dict(tables)
+    tables["rules"]["roa"] = "first-bundle"
+    with pytest.raises(InputError, match="expected `roa` and `rps`, or `roa_rps`, found `roa`"):
+        scenario_from_dict(tables)
+
+
+def test_a_process_needs_a_station() -> None:
+    """Where bundles are stored."""
+    scenario = scenario_of(REORDER, layout={"replenishment_west": 0}, instance={"pods": 9, "replenishment": REORDER})
+    with pytest.raises(InputError, match=r"found no replenishment station; expected `I` in the map"):
+        open_warehouse(scenario, make_instance(scenario), make_layout(scenario))
+
+
+# Random worlds
+
+SUPPLIES: tuple[dict[str, Any], ...] = (
+    {"process": "reorder-point", "reorder_point": 2, "order_up_to": 6, "bundle_items": 4, "lead_s": 60.0},
+    {"process": "reorder-point", "reorder_point": 0, "order_up_to": 3, "lead_s": 600.0},
+    {"process": "poisson", "bundles_per_hour": 120.0, "bundle_items": 2},
+)
+
+
+@st.composite
+def worlds(draw: st.DrawFn) -> Scenario:
+    """Orders that want more than there is, pods with room for what comes, one to six robots, and any supply."""
+    supply, both, skus = draw(st.sampled_from(SUPPLIES)), draw(st.booleans()), draw(st.integers(1, 5))
+    joint = draw(st.sampled_from([None, None, "split-over-time", "pod-index"]))
+    deciders = (
+        {"poa_pps": joint} if joint else {"poa": draw(st.sampled_from(["pod-match", "first-come"])), "pps": "demand"}
+    )
+    return scenario_from_dict(
+        {
+            "seed": draw(st.integers(0, 1000)),
+            "rules": {
+                **deciders,
+                "roa": "first-bundle",
+                "rps": "emptiest-pod",
+                "ta": draw(st.sampled_from(["nearest-robot", "balanced"])),
+            },
+            "instance": {
+                "orders": draw(st.integers(1, 25)),
+                "skus": skus,
+                "pods": draw(st.integers(max(3, skus), 8)),
+                "skus_per_pod": 1,
+                "items_per_sku": draw(st.integers(1, 4)),
+                "replenishment": supply,
+                **({} if supply["process"] == "poisson" else {"pod_capacity": draw(st.sampled_from([24, 40]))}),
+            },
+            "layout": {
+                "block_rows": 5,
+                "block_columns": draw(st.integers(1, 3)),
+                "block_length": 2,
+                "hall_width": 1,
+                "stations_east": draw(st.integers(1, 2)),
+                "replenishment_west": 0 if both else draw(st.integers(1, 2)),
+                "pod_fill": draw(st.floats(0.1, 0.9)),
+            },
+            "robots": {"count": draw(st.integers(1, 6))},
+            "stations": {
+                "queue_length": draw(st.integers(1, 4)),
+                "bundle_capacity": draw(st.integers(1, 4)),
+                "also_replenish": both,
+                "item_capacity": draw(st.integers(3, 15)),
+            },
+        }
+    )
+
+
+class Stock:
+    """Observer that holds what the pods hold against what was there, stored and picked, at every event."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario
+
+    @hookimpl
+    def run_started(self, run: RunInfo) -> None:
+        """Take stock."""
+        self.view, self.sizes = run.warehouse, run.instance.sizes
+        self.held = [Counter(dict(pod.contents)) for pod in run.instance.pods]
+        self.sent = self.stored = 0
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        """Nothing is lost, nothing negative, and no pod holds, or is promised, more than fits on it."""
+        if isinstance(event, BundleArrived):
+            self.sent += 1
+        elif isinstance(event, BundleStored):
+            self.held[event.pod][event.sku] += event.items
+            self.stored += 1
+        elif isinstance(event, ItemPicked):
+            self.held[event.pod][event.sku] -= 1
+        for pod, held in zip(self.view.pods, self.held, strict=True):
+            assert +held == +Counter(dict(pod.contents))
+            assert pod.free_space >= 0
+            assert all(number >= 0 and pod.free_items(sku) >= 0 for sku, number in pod.contents.items())
+        stations = self.view.replenishment_stations
+        under_way = len(self.view.bundles) + sum(len(station.bundles) for station in stations)
+        assert self.sent == self.stored + under_way
+
+
+def survives(scenario: Scenario, pp: str) -> None:
+    """Run to the end; every order is complete, and the validator finds no fault in the trace."""
+    scenario = evolve(scenario, rules=evolve(scenario.rules, pp=RuleChoice(pp)), run=RunSection(standstill_s=900.0))
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            observers = [Stock(scenario)]
+            result = rmfs_core.run(scenario, out=folder, record=["trace"], observers=observers)
+        except StandstillError as error:
+            assert pp == "whca-n"
+            assert " waits for row " in str(error)
+            return
+        assert result.status == "complete"
+        assert validate_trace(Path(folder)) == []
+
+
+@given(scenario=worlds())
+@settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
+def test_nothing_is_lost_and_nothing_stands_still(scenario: Scenario) -> None:
+    """Whatever the world: every order is completed from stock that had to be brought, without traffic and with."""
+    for pp in ("free-flow", "sipp"):
+        survives(scenario, pp)
+
+
+@given(scenario=worlds())
+@settings(max_examples=6, deadline=None, suppress_health_check=list(HealthCheck))
+def test_the_same_with_windows(scenario: Scenario) -> None:
+    """Under `whca-n`, or it says who waits for whom: that one has no proof."""
+    survives(scenario, "whca-n")

@@ -1,0 +1,105 @@
+"""Put the league's figures and pictures into docs/paper/league.
+
+Usage: python tools/update_league.py DIR...
+
+Each DIR is what `rmfs compare EXPERIMENT --bounds --out DIR` has written of a league. docs/paper/league.md, which says
+what the figures mean, is yours to bring up to date.
+"""
+
+from __future__ import annotations
+
+import csv
+import shutil
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+LEAGUE = Path(__file__).resolve().parent.parent / "docs" / "paper" / "league"
+COLUMNS = {
+    "psv_per_order": ("Visits /order", 1, 3),
+    "distance_per_order_m": ("Metres /order", 1, 1),
+    "turnover_s": ("Turn-over (s)", 1, 0),
+    "turnover_p95_s": ("95 % (s)", 1, 0),
+    "makespan_s": ("Makespan (s)", 1, 0),
+}
+"""Heading, factor and digits of each metric."""
+BOUNDED = ("psv_per_order", "turnover_s")
+FRONTS = (("psv_per_order", "turnover_s"), ("distance_per_order_m", "turnover_s"))
+Row = Mapping[str, str]
+
+
+def report(rows: Sequence[Row], name: str) -> str:
+    """Return the tables of an experiment as Markdown, its pictures beside it."""
+    parts = []
+    for instances in dict.fromkeys(row["instances"] for row in rows if row["instances"] != "overall"):
+        figures: dict[str, dict[str, Row]] = {}
+        for row in rows:
+            if row["instances"] == instances:
+                figures.setdefault(row["rule_set"], {})[row["metric"]] = row
+        parts.append(_table(instances.removeprefix("scenario="), figures))
+    pictures = [f"![Rule sets that none beats]({name}-{'-'.join(front)}.png)\n" for front in FRONTS]
+    return "\n".join([*pictures, *parts])
+
+
+def _table(title: str, figures: Mapping[str, Mapping[str, Row]]) -> str:
+    """Return the rule sets of an instance set, those with fewest visits first; who is on a front is said."""
+    fronts = [_front(figures, *front) for front in FRONTS]
+    bounds = [f"{COLUMNS[metric][0].partition(' ')[0]}, x bound" for metric in BOUNDED]
+    heads = ["Rule set", *(heading for heading, _, _ in COLUMNS.values()), *bounds, "Not done", "Front"]
+    lines = [f"### {title}\n", _line(heads), _line(["---", *["---:"] * (len(heads) - 2), "---"])]
+    for rule_set in sorted(figures, key=lambda one: float(figures[one]["psv_per_order"]["mean"] or "inf")):
+        found = figures[rule_set]
+        cells = [_shown(found[metric]["mean"], factor, digits) for metric, (_, factor, digits) in COLUMNS.items()]
+        times = [_shown(found[metric].get("times_bound", ""), 1, 2) for metric in BOUNDED]
+        some = found["psv_per_order"]
+        on = ["visits"] * (rule_set in fronts[0]) + ["metres"] * (rule_set in fronts[1])
+        lines.append(_line([rule_set, *cells, *times, str(int(some["runs"]) - int(some["complete"])), ", ".join(on)]))
+    return "\n".join([*lines, ""])
+
+
+def _front(figures: Mapping[str, Mapping[str, Row]], first: str, second: str) -> set[str]:
+    """Return the rule sets that none beats in two metrics."""
+    points = {
+        rule_set: (float(found[first]["mean"]), float(found[second]["mean"]))
+        for rule_set, found in figures.items()
+        if found[first]["mean"] and found[second]["mean"]
+    }
+    return {
+        rule_set
+        for rule_set, (x, y) in points.items()
+        if not any(a <= x and b <= y and (a, b) != (x, y) for a, b in points.values())
+    }
+
+
+def _shown(value: str, factor: float, digits: int) -> str:
+    return f"{factor * float(value):,.{digits}f}" if value else "-"
+
+
+def _line(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def update(folder: Path, league: Path) -> None:
+    """Write an experiment's report, and copy its pictures."""
+    name = folder.resolve().name
+    with (folder / "summary.csv").open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    league.mkdir(parents=True, exist_ok=True)
+    (league / f"{name}.md").write_text(report(rows, name), encoding="utf-8")
+    for front in FRONTS:
+        shutil.copyfile(folder / "plots" / f"front.{'.'.join(front)}.png", league / f"{name}-{'-'.join(front)}.png")
+
+
+def main() -> int:
+    """Update the checkout from the folders on the command line."""
+    folders = [Path(folder) for folder in sys.argv[1:]]
+    if not folders or not all((folder / "summary.csv").is_file() for folder in folders):
+        print("expected folders that `rmfs compare --out` has written", file=sys.stderr)
+        return 2
+    for folder in folders:
+        update(folder, LEAGUE)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
