@@ -263,13 +263,14 @@ class DecisionHooks:
     def move_pods(self, warehouse: WarehouseView, max_moves: int, rng: np.random.Generator) -> Sequence[PodMove]:
         """Carry stored pods to other storage locations while there are idle robots: active repositioning.
 
-        Called in a decision round after TA while there are more idle robots than waiting pods. For each pod, first to
-        last, the kernel takes the idle robot that is there first.
+        Called in a decision round after TA while a pod may be moved. For each pod, first to last, the kernel takes the
+        idle robot that is there first.
 
         Parameters
         ----------
         max_moves
-            How many pods may be moved now.
+            How many pods may be moved now: as many as robots can start, and as there are free storage locations beyond
+            one for each pod that is being carried.
 
         Returns
         -------

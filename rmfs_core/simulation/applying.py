@@ -175,7 +175,7 @@ def apply_moves(
     """Let idle robots carry the pods of a repositioning decision, each the robot that is there first."""
     moves = sequence_of(answer, PodMove)
     if len(moves) > max_moves:
-        raise ImpossibleError(f"moves {len(moves)} pods; at most {max_moves} robots can start")
+        raise ImpossibleError(f"moves {len(moves)} pods; at most {max_moves} can be moved now")
     for given in moves:
         pod, cell = checks.move(warehouse, given)
         ticks = warehouse.travel.times_to(pod.cell, False)

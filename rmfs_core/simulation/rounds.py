@@ -174,9 +174,10 @@ class Decisions:
     # Robots that TA has left without a task
 
     def _move_pods(self, rule: BoundRule) -> None:
-        if spare := self._max_fetches():
-            answer, _ = self._run.ask(rule, max_moves=spare)
-            self._apply(rule, lambda: apply_moves(self.warehouse, answer, spare, self._keep, self._start_move))
+        most = min(self._max_fetches(), self.warehouse.spare_locations)
+        if most > 0:
+            answer, _ = self._run.ask(rule, max_moves=most)
+            self._apply(rule, lambda: apply_moves(self.warehouse, answer, most, self._keep, self._start_move))
 
     def _rest_robots(self, rule: BoundRule) -> None:
         if any(robot.resting for robot in self.warehouse.robots):

@@ -148,6 +148,11 @@ class Warehouse:
             return 0 if order._open and order.has_place_at(station.id) else 1
         return min(order.open_items, station.capacity) if order.open_items > self._largest else order.open_items
 
+    @property
+    def spare_locations(self) -> int:
+        """Free storage locations beyond one for each pod that is being carried and may go back there."""
+        return len(self.free_locations) - sum(robot._pod is not None for robot in self.robots)
+
     def in_backlog(self, order: Order) -> bool:
         """Whether an order has arrived and has open lines."""
         return order.id in self._backlog

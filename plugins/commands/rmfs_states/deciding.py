@@ -236,7 +236,7 @@ def _given(opened: OpenState, role: Role) -> dict[str, Any]:
             fetches = max(len(opened.view.idle_robots) - len(warehouse.waiting), 0)
         return {"max_fetches": fetches}
     if role is Role.MOVE:
-        spare = max(len(opened.view.idle_robots) - len(warehouse.waiting), 0)
+        spare = max(min(len(opened.view.idle_robots) - len(warehouse.waiting), warehouse.spare_locations), 0)
         return {"max_moves": spare if asked.max_moves is None else asked.max_moves}
     if role is Role.PR:
         if asked.pod is None:

@@ -113,7 +113,7 @@ WRONG = [
     ("idle", "return [RobotMove(0, 0)] if warehouse.resting_robots else []", "to rest in cell 0, no storage location"),
     ("move", "return [3]", "returned a sequence with int 3 in it; expected PodMove only"),
     ("move", "return [PodMove(9, 0)]", "named pod 9, which does not exist; ids are 0 to 2"),
-    ("move", "return [PodMove(2, 0), PodMove(2, 0), PodMove(2, 0)]", "moves 3 pods; at most 1 robots can start"),
+    ("move", "return [PodMove(2, 0), PodMove(2, 0), PodMove(2, 0)]", "moves 3 pods; at most 1 can be moved now"),
     ("move", "return [PodMove(2, warehouse.pods[2].cell)]", "stores pod r (id 2) at row"),
     # PP
     ("pp", "return Path()", "gave robot 1 (id 0) an empty path to "),

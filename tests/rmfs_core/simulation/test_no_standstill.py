@@ -360,3 +360,13 @@ def test_robots_rest_where_pods_are_stored(attack: tuple[Scenario, Instance, Lay
     scenario, instance, layout = attack
     rules = evolve(scenario.rules, pr=FIRST_FREE, idle=FIRST_FREE, pp=RuleChoice(pp))
     completes(evolve(scenario, rules=rules), instance, layout)
+
+
+@given(attack=attacks(max_robots=12))
+@settings(max_examples=25, **ANYTHING_GOES)
+def test_moved_pods_leave_room_for_those_that_come_back(attack: tuple[Scenario, Instance, Layout]) -> None:
+    """Storage is almost full, and idle robots carry pods about: each pod that comes from a station finds a place."""
+    scenario, instance, layout = attack
+    often = evolve(RESTLESS, parameters={"often": 1.0})
+    full = evolve(scenario, layout=evolve(scenario.layout, pod_fill=0.97), rules=evolve(scenario.rules, move=often))
+    completes(evolve(full, run=RunSection(until_s=1_000_000.0)), instance, layout)
