@@ -26,6 +26,7 @@ long: $(VENV)/installed-dev
 	$(BIN)/python -m pytest tests/benchmarks/test_multi_day.py --benchmark-enable
 	$(BIN)/python tools/pages.py --long docs/how-to/train-a-policy.md
 	$(BIN)/python tools/load.py
+	$(BIN)/python -m pytest -m hypothesis -n $(JOBS) --hypothesis-profile=explore
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .

@@ -21,7 +21,10 @@ from rmfs_core.warehouse import WarehouseView
 from rmfs_testing import small_instance, small_layout, small_world
 
 ROOT = Path(__file__).resolve().parent.parent
-settings.register_profile("rmfs", deadline=None)  # how long an example takes says more of the machine than of the code
+# How long an example takes says more of the machine than of the code. Every run of the tests tries the same examples;
+# `make long` draws others: pytest -m hypothesis --hypothesis-profile=explore.
+settings.register_profile("rmfs", deadline=None, derandomize=True)
+settings.register_profile("explore", deadline=None)
 settings.load_profile("rmfs")
 
 Install = Callable[..., None]

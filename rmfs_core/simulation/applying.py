@@ -82,7 +82,7 @@ def apply_assignments(
     for given in sequence_of(decision.assignments, OrderAssignment):
         _assign(warehouse, given, shown, period, keep)
     for pod, station in trips:  # what the decision assigns comes before what was uncovered already
-        warehouse.promise_items(pod, station)
+        warehouse.promises.promise_items(pod, station)
     if joint:
         checks.covered(warehouse.stations, uncovered)
         checks.wanted(trips)

@@ -57,7 +57,7 @@ def assignment(
     """
     order = known("order", given.order, warehouse.orders)
     station = known("station", given.station, warehouse.picking)
-    if not warehouse.in_backlog(order) or not (seen is None or order.id in seen):
+    if order not in warehouse.backlog or not (seen is None or order.id in seen):
         why = "was not in the backlog it was shown" if order.open_lines else "has no open line left"
         raise ImpossibleError(f"assigned order {order.label} to station {station.label}, but the order {why}")
     quantities = {line.sku: line.quantity for line in order.open_lines}

@@ -38,6 +38,7 @@ from rmfs_core.simulation.setup import open_warehouse, unmet_needs
 from rmfs_core.simulation.supply import Supply
 from rmfs_core.traffic import roads_on
 from rmfs_core.warehouse import Bundle, Order, Pod, Request, Robot, Station
+from rmfs_core.warehouse.promises import next_request
 from rmfs_core.wording import counted, first_few, one_line
 from rmfs_core.world import Instance, Layout
 
@@ -211,9 +212,9 @@ class Simulation:
         visit, picks = self._visits, 0
         self._tell(VisitStarted(tick=self.now, visit=visit, robot=robot.id, pod=pod.id, station=station.id))
         while True:
-            request, bundle = self.warehouse.next_request(station, pod), self.warehouse.next_bundle(station, pod)
+            request, bundle = next_request(station, pod), self.warehouse.next_bundle(station, pod)
             if request is not None:
-                self.warehouse.secure(request, pod)
+                self.warehouse.promises.secure(request, pod)
             elif bundle is None:
                 break
             if (free := to_ticks(station.picker_free_s)) > self.now:
@@ -317,7 +318,7 @@ class Simulation:
     def _refill(self) -> None:
         """Let the next orders arrive where the backlog is to be kept filled."""
         wanted = self.scenario.instance.arrivals.backlog or 0
-        for _ in range(min(wanted - self.warehouse.backlog_size, len(self._coming))):
+        for _ in range(min(wanted - len(self.warehouse.backlog), len(self._coming))):
             self._arrive(self._coming.pop())
 
     def _starting(self, story: Callable[..., Process]) -> Callable[..., None]:
@@ -372,7 +373,7 @@ class Simulation:
 
     def _too_large(self) -> str:
         largest = max([s.capacity for s in self.warehouse.stations if not s.counts_orders], default=0)
-        large = sum(order.open_items > largest > 0 for order in self.warehouse.backlog)
+        large = sum(order.open_items > largest > 0 for order in self.warehouse.backlog.orders)
         if not large:
             return ""
         return f"; {large} in the backlog have more than {largest} items and fit an empty station alone, as `fits` says"
@@ -395,7 +396,7 @@ class Simulation:
         deciding = (rules.activate, rules.poa_pps, rules.poa, rules.pps, *rules.deciding_bundles, rules.ta)
         asked = ", ".join(rule.describe() for rule in deciding if rule is not None)
         left = [order for order in self.warehouse.orders if not order.complete]
-        waiting = self.warehouse.backlog_size
+        waiting = len(self.warehouse.backlog)
         closed = sum(not station.open for station in self.warehouse.stations)
         shut = f"; {counted(closed, 'station')} closed" if closed else ""
         uncovered = sum(len(station.uncovered_requests) for station in self.warehouse.stations)

@@ -120,7 +120,7 @@ class Decisions:
         """Pass the backlog through the prefilters; return the view, the ids shown (None: all), and the seconds."""
         if not self.rules.filters:
             return self._run.view, None, 0.0
-        orders, total = self.warehouse.backlog, 0.0
+        orders, total = self.warehouse.backlog.orders, 0.0
         for rule in self.rules.filters:
             answer, seconds = self._run.ask(rule, orders=orders)
             orders = self.asker.apply(rule, partial(_kept, answer, orders))
@@ -140,7 +140,7 @@ class Decisions:
         decision = self._apply(
             rule, partial(apply_selection, self.warehouse, answer, max_fetches=max_fetches, keep=self._keep)
         )
-        self._tell_decision(rule, self.warehouse.backlog_size, decision, seconds)
+        self._tell_decision(rule, len(self.warehouse.backlog), decision, seconds)
 
     def _max_fetches(self) -> int:
         """How many robots could start now."""

@@ -10,7 +10,8 @@ from attrs import field, frozen, validators
 from rmfs_core.scenario.model import BatterySection
 from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Pod, Request, Robot, Station
-from rmfs_core.warehouse.state import Warehouse, promise
+from rmfs_core.warehouse.promises import promise
+from rmfs_core.warehouse.state import Warehouse
 from rmfs_core.warehouse.view import WarehouseView
 from rmfs_core.world import Instance, OrderData, PodData
 from rmfs_core.world.travel import Travel
@@ -434,4 +435,4 @@ def _promise(warehouse: Warehouse, memento: Memento) -> None:
                 promise(request, pod)
     for station in warehouse.stations:
         for pod in station.inbound_pods:
-            warehouse.promise_items(pod, station)
+            warehouse.promises.promise_items(pod, station)

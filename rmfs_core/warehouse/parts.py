@@ -9,10 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
-import numpy as np
-from attrs import frozen
-from numpy.typing import NDArray
-
 from rmfs_core.clock import to_seconds
 from rmfs_core.warehouse.battery import Battery
 from rmfs_core.world import OrderData, PodData, StationCells
@@ -134,108 +130,6 @@ class Order(ReadOnly):
 
     def __repr__(self) -> str:
         return f"Order({self.name!r}, lines={self.lines})"
-
-
-@frozen(eq=False)
-class BacklogLines:
-    """Open lines of the backlog as arrays of equal length n, sorted by position.
-
-    Parameters
-    ----------
-    order
-        Position of the line's order in ``WarehouseView.backlog``, int64, shape (n,).
-    order_id, sku, quantity
-        Ids of order and SKU, and number of items, int64, shape (n,).
-    """
-
-    order: NDArray[np.int64]
-    order_id: NDArray[np.int64]
-    sku: NDArray[np.int64]
-    quantity: NDArray[np.int64]
-
-    def __attrs_post_init__(self) -> None:
-        for array in (self.order, self.order_id, self.sku, self.quantity):
-            array.setflags(write=False)
-
-
-def lines_of(orders: Sequence[Order]) -> BacklogLines:
-    """Return the open lines of orders as arrays, in which ``order`` is the position in ``orders``.
-
-    For orders that are not the whole backlog; ``WarehouseView.backlog_lines`` is quicker.
-    """
-    rows = [(i, order.id, line.sku, line.quantity) for i, order in enumerate(orders) for line in order.open_lines]
-    return BacklogLines(*np.array(rows, dtype=np.int64).reshape(-1, 4).T.copy())
-
-
-class BacklogLog:
-    """Lines that joined the backlog and that left it so far, for rules that keep an account of it from call to call.
-
-    A rule remembers how many of each it has seen, and asks for what came since; another run has another log.
-    """
-
-    def __init__(self) -> None:
-        self._rows = np.empty((3, 1024), dtype=np.int64)
-        self._open = np.empty(1024, dtype=bool)
-        self._joined = 0
-        self._left: list[int] = []
-        self._first: dict[int, int] = {}
-        self._current = np.zeros(0, dtype=np.int64)
-        self._taken_in = 0
-
-    def joined(self, since: int = 0) -> NDArray[np.int64]:
-        """Order ids, SKU ids and numbers of items of lines from number ``since`` on, oldest first. Shape (3, n)."""
-        return self._rows[:, since : self._joined].copy()
-
-    def left(self, since: int = 0) -> list[int]:
-        """Numbers, among those that joined, of the lines that left; the first ``since`` left out."""
-        return self._left[since:]
-
-    def _add(self, order: Order) -> None:
-        """Take in the lines of an order that arrived."""
-        begin, end = self._joined, self._joined + len(order.lines)
-        while end > len(self._open):
-            self._rows = np.concatenate([self._rows, np.empty_like(self._rows)], axis=1)
-            self._open = np.concatenate([self._open, np.empty_like(self._open)])
-        for row, line in enumerate(order.lines, begin):
-            self._rows[:, row] = order.id, line.sku, line.quantity
-        self._open[begin:end] = True
-        self._first[order.id], self._joined = begin, end
-
-    def _close(self, order: Order, sku: int) -> None:
-        """Mark a line as assigned."""
-        row = self._first[order.id] + next(i for i, line in enumerate(order.lines) if line.sku == sku)
-        self._open[row] = False
-        self._left.append(row)
-
-    def _lines(self) -> BacklogLines:
-        """Return the open lines, oldest order first."""
-        current = np.concatenate([self._current, np.arange(self._taken_in, self._joined)])
-        self._current, self._taken_in = current[self._open[current]], self._joined
-        order, sku, quantity = self._rows[:, self._current]
-        position = np.zeros(len(order), dtype=np.int64)
-        np.cumsum(order[1:] != order[:-1], out=position[1:])
-        return BacklogLines(position, order, sku, quantity)
-
-
-@frozen(eq=False)
-class FreeItems:
-    """What the pods hold and no request was promised, as arrays of equal length n, sorted by pod and SKU.
-
-    Parameters
-    ----------
-    pod, sku
-        Pod id and SKU id, int64, shape (n,): every SKU that the pod ever held.
-    number
-        Free items, also none; `UNLIMITED` (2**40) where the stock is unlimited. int64, shape (n,).
-    """
-
-    pod: NDArray[np.int64]
-    sku: NDArray[np.int64]
-    number: NDArray[np.int64]
-
-    def __attrs_post_init__(self) -> None:
-        for array in (self.pod, self.sku, self.number):
-            array.setflags(write=False)
 
 
 class Part(ReadOnly):

@@ -8,18 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.clock import to_seconds
-from rmfs_core.warehouse.parts import (
-    BacklogLines,
-    BacklogLog,
-    Bundle,
-    FreeItems,
-    Order,
-    Pod,
-    ReadOnly,
-    Robot,
-    Station,
-    lines_of,
-)
+from rmfs_core.warehouse.accounts import BacklogLines, BacklogLog, FreeItems, lines_of
+from rmfs_core.warehouse.parts import Bundle, Order, Pod, ReadOnly, Robot, Station
 from rmfs_core.warehouse.state import Warehouse
 from rmfs_core.world.travel import Travel
 
@@ -60,13 +50,13 @@ class WarehouseView(ReadOnly):
     @property
     def backlog(self) -> tuple[Order, ...]:
         """Orders with open lines, oldest first (arrival, then id); what the prefilters left when POA is decided."""
-        return self._state.backlog if self._backlog is None else self._backlog
+        return self._state.backlog.orders if self._backlog is None else self._backlog
 
     @property
     def backlog_lines(self) -> BacklogLines:
         """The open lines of ``backlog`` as arrays, for rules that score all orders at once."""
         if self._backlog is None:
-            return self._state.backlog_lines
+            return self._state.backlog.lines
         if self._lines is None:
             self._lines = lines_of(self._backlog)
         return self._lines
@@ -74,11 +64,11 @@ class WarehouseView(ReadOnly):
     @property
     def backlog_size(self) -> int:
         """Number of orders in ``backlog``; quicker than to make it."""
-        return self._state.backlog_size if self._backlog is None else len(self._backlog)
+        return len(self._state.backlog) if self._backlog is None else len(self._backlog)
 
     def backlog_log(self) -> BacklogLog:
         """Return what joined and left the backlog so far, for rules that keep account; filters leave nothing out."""
-        return self._state.log
+        return self._state.backlog.log
 
     @property
     def n_skus(self) -> int:
@@ -218,4 +208,4 @@ class WarehouseView(ReadOnly):
 
     def available(self) -> NDArray[np.int64]:
         """Items on each station's inbound pods that are not promised to any request. Shape (stations, n_skus)."""
-        return self._state.available.copy()
+        return self._state.promises.available[: len(self._state.picking)].copy()

@@ -293,7 +293,7 @@ def carry_out(
         return None
     if role in (Role.ROA, Role.RPS, Role.ROA_RPS):
         return _replenished(opened, role, answer, arguments.get("max_fetches", 0))
-    open_before = sum(order.open_items for order in warehouse.backlog)
+    open_before = sum(order.open_items for order in warehouse.backlog.orders)
     if role is Role.PPS:
         decision = apply_selection(warehouse, answer, keep=_forget, **arguments)
     else:
@@ -308,7 +308,7 @@ def carry_out(
         )
     return Outcome(
         orders=len({given.order for given in decision.assignments}),
-        items=open_before - sum(order.open_items for order in warehouse.backlog),
+        items=open_before - sum(order.open_items for order in warehouse.backlog.orders),
         visits=len(decision.trips),
         unused=sum(station.free_capacity for station in warehouse.picking),
         uncovered=sum(len(station.uncovered_requests) for station in warehouse.stations),

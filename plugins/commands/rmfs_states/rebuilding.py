@@ -119,7 +119,7 @@ def open_state(state: State, source: str = "state") -> OpenState:
         restocked=bool(warehouse.storing),
     )
     shown = _shown(state, names, warehouse)
-    backlog = None if shown is None else [order for order in warehouse.backlog if order.id in shown]
+    backlog = None if shown is None else [order for order in warehouse.backlog.orders if order.id in shown]
     view = (_WithoutPlaces if state.layout is None else WarehouseView)(warehouse, backlog)
     return OpenState(state, names, instance, warehouse, view, shown, _period(state, warehouse))
 
@@ -135,7 +135,7 @@ def _shown(state: State, names: Names, warehouse: Warehouse) -> frozenset[int] |
         return None
     shown = [names.order(order, "backlog", i) for i, order in enumerate(state.backlog)]
     for i, order in enumerate(shown):
-        if not warehouse.in_backlog(warehouse.orders[order]):
+        if warehouse.orders[order] not in warehouse.backlog:
             names.wrong(("backlog", i), f'names order "{state.backlog[i]}", which has no open line left')
     return frozenset(shown)
 

@@ -92,14 +92,14 @@ def literal_assignments(world: Warehouse, score: Score) -> Iterator[tuple[int, i
     while True:
         pairs = [
             (negative(score(world, order, station)), age, station.load, station.id)
-            for age, order in enumerate(world.backlog)
+            for age, order in enumerate(world.backlog.orders)
             for station in world.stations
             if world.size_at(order, station) <= station.free_capacity
         ]
         if not pairs:
             return
         _, age, _, station_id = min(pairs)
-        order = world.backlog[age]
+        order = world.backlog.orders[age]
         yield order.id, station_id
         world.assign(order, world.stations[station_id], [line.sku for line in order.open_lines], period=2)
 
@@ -173,7 +173,7 @@ def near_best_pod(world: Warehouse, order: Order, station: Station) -> tuple[int
     most = max(items.values(), default=0)
     times = world.travel.times_to(station.cell, True)
     near = min((times[pod.cell].min() for pod in items if items[pod] == most > 0), default=0)
-    return -world.backlog.index(order), -int(near)
+    return -world.backlog.orders.index(order), -int(near)
 
 
 def wanted_at(station: Station) -> dict[int, Counter[int]]:
@@ -209,7 +209,7 @@ def completes_backlog(world: Warehouse, pod: Pod, station: Station) -> tuple[int
     """The same, with the orders of the backlog that what is left completes."""
     items = Counter({sku: pod.free_items(sku) for sku in pod.contents})
     here, served = completes(world, pod, station)
-    lines = [Counter({line.sku: line.quantity for line in order.open_lines}) for order in world.backlog]
+    lines = [Counter({line.sku: line.quantity for line in order.open_lines}) for order in world.backlog.orders]
     return here + sum(completed(lines, items - picks(station, items))), served
 
 
@@ -225,7 +225,7 @@ def work(world: Warehouse, pod: Pod, station: Station) -> tuple[float]:
         if items[request.sku] > 0:
             items[request.sku] -= 1
             total += share
-    for order in world.backlog:
+    for order in world.backlog.orders:
         for line in order.open_lines:
             served = min(items[line.sku], line.quantity)
             items[line.sku] -= served

@@ -50,7 +50,7 @@ def test_an_order_is_assigned_whole_or_line_by_line() -> None:
     assert assigned(world, [OrderAssignment(0, 0)], period=5) == [
         OrderAssigned(70, order=0, station=0, skus=(0,), items=2, period=5, complete=True)
     ]
-    assert world.backlog == ()
+    assert not world.backlog
     assert world.stations[0].load == 4
 
 

@@ -140,7 +140,7 @@ def test_filters_show_the_rule_what_they_leave(tmp_path: Path) -> None:
     assert rule.asked[0][1]["warehouse"].backlog == (three,)
     assert (events[0].backlog, events[0].status) == (1, "decided")
     assert events[0].wall_s >= 0.02
-    assert world.backlog == (one, two, three)
+    assert world.backlog.orders == (one, two, three)
 
 
 def test_what_a_filter_was_not_given_it_may_not_return(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from rmfs_core.info import Question, RunInfo
 from rmfs_core.roles import Role
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_core.warehouse.memento import ContradictionError, Memento, PartMemento, RequestMemento, restore
+from rmfs_core.warehouse.promises import next_request
 from rmfs_core.world import OrderData, PodData
 from rmfs_testing import small_world
 
@@ -85,7 +86,7 @@ def at_work() -> Warehouse:
     world.assign(world.orders[0], world.stations[0], [0, 1])
     world.place_at_station(world.robots[0], world.pods[0], world.stations[0])
     world.bind(world.pods[1], world.stations[0])
-    request = world.next_request(world.stations[0], world.pods[0])
+    request = next_request(world.stations[0], world.pods[0])
     assert request is not None
     world.fulfil(request, world.pods[0])
     return world
@@ -98,11 +99,11 @@ def test_a_restored_warehouse_is_another_one() -> None:
     again = restore(before, world.travel)
     for warehouse in (again, world):
         station, pod = warehouse.stations[0], warehouse.pods[0]
-        request = warehouse.next_request(station, pod)
+        request = next_request(station, pod)
         assert request is not None
         assert (request.id, request.pod) == (1, pod)
         warehouse.fulfil(request, pod)
-        assert warehouse.next_request(station, pod) is None
+        assert next_request(station, pod) is None
         if warehouse is again:
             assert Memento.of(WarehouseView(world), SKUS) == before
     assert Memento.of(WarehouseView(again), SKUS) == Memento.of(WarehouseView(world), SKUS)

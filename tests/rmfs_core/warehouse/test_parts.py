@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from rmfs_core.warehouse import Order, Pod, Robot, Station, Warehouse
-from rmfs_core.warehouse.parts import UNLIMITED, OrderLine, lines_of
+from rmfs_core.warehouse.parts import UNLIMITED, OrderLine
 from rmfs_core.world import NORTH, OrderData, PodData, StationCells
 from rmfs_testing import small_world
 
@@ -74,17 +74,6 @@ def test_stations_of_an_order_are_told_once() -> None:
         world.assign(order, station, [sku], period)
     assert len(order.parts) == 3
     assert order.stations == (1, 0)
-
-
-def test_open_lines_of_any_orders_as_arrays(world: Warehouse) -> None:
-    """The position is that in the sequence, not the order's id; closed lines are left out, and nobody changes them."""
-    first, second = world.orders
-    world.assign(first, world.stations[0], [1])
-    lines = lines_of((second, first))
-    assert [lines.order.tolist(), lines.sku.tolist(), lines.quantity.tolist()] == [[0, 1], [1, 0], [2, 2]]
-    assert [len(array) for array in (lines_of(()).order, lines_of(()).sku, lines_of(()).quantity)] == [0, 0, 0]
-    with pytest.raises(ValueError, match="read-only"):
-        lines.quantity[0] = 1
 
 
 def test_a_pods_free_items_are_what_it_has_not_promised(world: Warehouse) -> None:

@@ -1,18 +1,9 @@
-"""The warehouse's state: capacity, promises, stock."""
+"""The warehouse's state: capacity, parts, the backlog."""
 
-import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-
-from rmfs_core.warehouse import Warehouse, WarehouseView
-from rmfs_core.warehouse.parts import UNLIMITED
+from rmfs_core.warehouse import WarehouseView
+from rmfs_core.warehouse.promises import next_request
 from rmfs_testing import small_world
-
-
-def put_at_station(world: Warehouse, pod_id: int, station_id: int = 0) -> None:
-    """Bind a pod for a station and let a robot stand there with it."""
-    pod, station = world.pods[pod_id], world.stations[station_id]
-    world.place_at_station(next(robot for robot in world.robots if robot.idle), pod, station)
+from standing import put_at_station
 
 
 def test_a_part_takes_up_capacity_until_its_last_item_is_picked() -> None:
@@ -22,7 +13,7 @@ def test_a_part_takes_up_capacity_until_its_last_item_is_picked() -> None:
     put_at_station(world, 0)
     world.assign(world.orders[0], station, [0, 1, 2])
     free = []
-    while (request := world.next_request(station, pod)) is not None:
+    while (request := next_request(station, pod)) is not None:
         free.append(station.free_capacity)
         world.fulfil(request, pod)
     assert free == [2, 2, 2]
@@ -50,7 +41,7 @@ def test_with_order_capacity_a_later_part_joins_the_earlier_one() -> None:
     assert (world.size_at(order, station), world.size_at(world.orders[1], station)) == (0, 1)
     world.assign(order, station, [1], period=2)
     free = []
-    while (request := world.next_request(station, world.pods[0])) is not None:
+    while (request := next_request(station, world.pods[0])) is not None:
         free.append(station.free_capacity)
         world.fulfil(request, world.pods[0])
     assert free == [0, 0]
@@ -76,7 +67,7 @@ def test_a_rule_is_asked_when_a_station_is_empty_for_an_order_larger_than_any() 
     world.assign(world.orders[1], world.stations[0], [0])
     put_at_station(world, 0)
     assert not world.fits_smallest(single_line=False)
-    request = world.next_request(world.stations[0], world.pods[0])
+    request = next_request(world.stations[0], world.pods[0])
     assert request is not None
     world.fulfil(request, world.pods[0])
     assert world.fits_smallest(single_line=False)
@@ -91,176 +82,23 @@ def test_one_period_makes_one_part_of_an_order_at_a_station() -> None:
         world.assign(order, station, [sku], period=1)
     assert not order.split
     assert world.split_orders_open == 0
-    first = world.next_request(station, world.pods[0])
+    first = next_request(station, world.pods[0])
     assert first is not None
     world.fulfil(first, world.pods[0])
     assert station.load == 3
-
-
-def test_a_secured_item_is_not_given_away() -> None:
-    """From the start of a pick its item is promised to it: an order that comes meanwhile is not covered by it."""
-    world = small_world({"1": ["a"], "2": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}}, capacities=[5, 5])
-    here, there = world.stations
-    first, second = world.pods
-    world.bind(second, here)
-    world.assign(world.orders[0], here, [0])
-    put_at_station(world, first.id)
-    world.bind(first, there)
-    request = world.next_request(here, first)
-    assert request is not None
-    world.secure(request, first)
-    world.assign(world.orders[1], there, [0], period=2)
-    assert [r.covered for r in there.open_requests] == [False]
-    world.fulfil(request, first)
-    assert first.free_items(0) == 0
-    check_promises(world)
-
-
-def test_an_item_is_promised_once() -> None:
-    """Two requests for a SKU, one item inbound: one request is covered, the other waits for a second pod."""
-    world = small_world({"1": ["a"], "2": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}})
-    station = world.stations[0]
-    world.bind(world.pods[0], station)
-    for order in world.orders:
-        world.assign(order, station, [0])
-    assert [request.covered for request in station.open_requests] == [True, False]
-    assert WarehouseView(world).available()[0, 0] == 0
-    world.bind(world.pods[1], station)
-    assert all(request.covered for request in station.open_requests)
-
-
-def test_what_comes_first_serves_the_oldest_and_promises_follow() -> None:
-    """A pod that overtakes serves the oldest request although its item was promised to a younger one."""
-    world = small_world({"1": ["a"], "2": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}})
-    station, (first, second) = world.stations[0], world.pods
-    for order in world.orders:
-        world.assign(order, station, [0])
-    world.bind(first, station)
-    put_at_station(world, second.id)
-    oldest, younger = station.open_requests
-    assert world.next_request(station, second) is oldest
-    world.fulfil(oldest, second)
-    assert younger.covered
-    assert second.contents[0] == 0
-    assert first.free_items(0) == 0
-    assert world.next_request(station, second) is None
-
-
-def test_an_item_promised_elsewhere_is_not_served_here() -> None:
-    """A pod bound for two stations keeps the item it promised to the second when it stands at the first."""
-    world = small_world({"1": ["a"], "2": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}}, capacities=[5, 5])
-    here, there = world.stations
-    pod = world.pods[0]
-    world.bind(pod, here)
-    world.bind(pod, there)
-    world.assign(world.orders[0], there, [0])
-    put_at_station(world, 1, 0)
-    world.assign(world.orders[1], here, [0])
-    assert [request.pod for request in here.open_requests] == [world.pods[1]]
-    assert world.next_request(here, pod) is None
-
-
-def test_a_later_request_of_the_period_moves_an_earlier_promise() -> None:
-    """The first pod goes to both stations, the second to one: an item moves to the second, but not to a later period's.
-
-    So a decision is refused only if no choice of promises serves it.
-    """
-    for later in (1, 2):
-        world = small_world({"1": ["a"], "2": ["a"]}, {"p": {"a": 1}, "q": {"a": 1}}, capacities=[5, 5])
-        here, there = world.stations
-        for station, pod in ((here, 0), (here, 1), (there, 0)):
-            world.bind(world.pods[pod], station)
-        world.assign(world.orders[0], here, [0])
-        world.assign(world.orders[1], there, [0], period=later)
-        assert [r.covered for r in (*here.open_requests, *there.open_requests)] == [True, later == 1]
-        check_promises(world)
-
-
-def test_free_items_are_told_as_arrays() -> None:
-    """Every SKU of every pod, by pod and SKU; the same object until a promise or a pick changes them."""
-    world = small_world({"1": ["a", "b"], "2": ["a"]}, {"p": {"a": 2, "b": 1}, "q": ["a"]}, capacities=[5])
-    view, station = WarehouseView(world), world.stations[0]
-    before = view.free_items
-    assert (before.pod.tolist(), before.sku.tolist()) == ([0, 0, 1], [0, 1, 0])
-    assert before.number.tolist() == [2, 1, UNLIMITED]
-    assert view.free_items is before
-    put_at_station(world, 0)
-    assert view.free_items is before
-    world.assign(world.orders[0], station, [0, 1])
-    assert view.free_items.number.tolist() == [1, 0, UNLIMITED]
-    assert before.number.tolist() == [2, 1, UNLIMITED]
-    world.fulfil(station.open_requests[0], world.pods[0])
-    assert view.free_items.number.tolist() == [1, 0, UNLIMITED]
-    with pytest.raises(ValueError, match="read-only"):
-        view.free_items.number[0] = 9
 
 
 def test_a_partly_assigned_order_keeps_its_age() -> None:
     """Lines left over stay in the backlog in the order's old place; the order counts as split until it is picked."""
     world = small_world({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]})
     world.assign(world.orders[0], world.stations[0], [1])
-    assert [order.name for order in world.backlog] == ["1", "2"]
+    assert [order.name for order in world.backlog.orders] == ["1", "2"]
     assert [line.sku for line in world.orders[0].open_lines] == [0]
     assert world.split_orders_open == 1
-    lines = world.backlog_lines
+    lines = world.backlog.lines
     assert (lines.order.tolist(), lines.sku.tolist()) == ([0, 1], [0, 0])
     world.assign(world.orders[0], world.stations[0], [0], period=2)
     put_at_station(world, 0)
-    while (request := world.next_request(world.stations[0], world.pods[0])) is not None:
+    while (request := next_request(world.stations[0], world.pods[0])) is not None:
         world.fulfil(request, world.pods[0])
     assert world.split_orders_open == 0
-
-
-@given(
-    stock=st.lists(st.dictionaries(st.sampled_from("abc"), st.integers(1, 3), min_size=1), min_size=1, max_size=4),
-    orders=st.lists(st.dictionaries(st.sampled_from("abc"), st.integers(1, 2), min_size=1), min_size=1, max_size=5),
-    data=st.data(),
-)
-@settings(deadline=None)
-def test_promises_never_exceed_stock(
-    stock: list[dict[str, int]], orders: list[dict[str, int]], data: st.DataObject
-) -> None:
-    """Whatever is bound, assigned and picked in whatever order: promises fit stock and covered requests."""
-    names = {sku for wanted in orders for sku in wanted} - {sku for held in stock for sku in held}
-    orders = [{sku: n for sku, n in wanted.items() if sku not in names} for wanted in orders]
-    world = small_world(
-        {str(i): wanted for i, wanted in enumerate(orders) if wanted},
-        {str(i): held for i, held in enumerate(stock)},
-        capacities=[50, 50],
-        robots=len(stock),
-    )
-    for _ in range(data.draw(st.integers(1, 25))):
-        step = data.draw(st.sampled_from(["assign", "bind", "pick"]))
-        station = data.draw(st.sampled_from(world.stations))
-        if step == "assign" and world.backlog:
-            order = data.draw(st.sampled_from(world.backlog))
-            world.assign(order, station, [line.sku for line in order.open_lines])
-        elif step == "bind":
-            pod = data.draw(st.sampled_from(world.pods))
-            if station.id not in pod.bound_for:
-                world.bind(pod, station)
-        elif station.inbound_pods:
-            pod = data.draw(st.sampled_from(station.inbound_pods))
-            request = world.next_request(station, pod)
-            if request is not None:
-                world.fulfil(request, pod)
-        check_promises(world)
-        free = WarehouseView(world).free_items
-        for pod, sku, number in zip(free.pod.tolist(), free.sku.tolist(), free.number.tolist(), strict=True):
-            assert world.pods[pod].free_items(sku) == number
-
-
-def check_promises(world: Warehouse) -> None:
-    """Compare promises with stock and requests."""
-    requests = [request for station in world.stations for request in station.open_requests]
-    for pod in world.pods:
-        for sku, number in pod.contents.items():
-            promised = [r for r in requests if r.pod is pod and r.sku == sku]
-            assert 0 <= len(promised) <= number
-            assert pod.free_items(sku) == number - len(promised)
-    for request in requests:
-        inbound = world.stations[request.station].inbound_pods
-        if request.covered:
-            assert request.pod in inbound
-        else:
-            assert all(pod.free_items(request.sku) <= 0 for pod in inbound)

@@ -184,6 +184,6 @@ def test_the_state_describes_the_warehouse(run: Run) -> None:
         assert found.free_capacity == expected.free_capacity
         assert [request.sku for request in found.open_requests] == [request.sku for request in expected.open_requests]
         assert [pod.name for pod in found.inbound_pods] == [pod.name for pod in expected.inbound_pods]
-    assert [order.name for order in opened.backlog] == ["A"]
+    assert [order.name for order in opened.backlog.orders] == ["A"]
     assert [pod.contents for pod in opened.pods] == [pod.contents for pod in run.world.pods]
     assert [robot.cell for robot in opened.robots] == [robot.cell for robot in run.world.robots]

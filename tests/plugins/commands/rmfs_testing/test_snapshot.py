@@ -9,6 +9,7 @@ import pytest
 from reserving import hold_until
 from rmfs_core.traffic import Query, Reservations, Roads, Traffic
 from rmfs_core.warehouse import Warehouse, WarehouseView
+from rmfs_core.warehouse.promises import next_request
 from rmfs_testing import small_world
 from rmfs_testing.snapshot import Snapshot
 
@@ -87,9 +88,9 @@ def test_items_are_told_apart_from_those_that_are_free() -> None:
     before = Snapshot.of(view)
     built.place_at_station(built.robots[0], pod, station)
     promised = Snapshot.of(view)
-    request = built.next_request(station, pod)
+    request = next_request(station, pod)
     assert request is not None
-    built.secure(request, pod)
+    built.promises.secure(request, pod)
     built.fulfil(request, pod)
     picked = Snapshot.of(view)
     assert [note.stock[pod] for note in (before, promised, picked)] == [((0, 2, 2),), ((0, 2, 1),), ((0, 1, 1),)]

@@ -57,7 +57,7 @@ def test_a_world_begins_with_everything_waiting() -> None:
     world = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=(4, 9), robots=3)
     locations = world.travel.layout.storage_locations
     assert world.now == 0
-    assert [order.name for order in world.backlog] == ["1", "2"]
+    assert [order.name for order in world.backlog.orders] == ["1", "2"]
     assert [pod.location for pod in world.pods] == list(locations[:2])
     assert [(robot.cell, robot.heading, robot.idle) for robot in world.robots] == [
         (locations[-1 - i], NORTH, True) for i in range(3)

@@ -52,7 +52,7 @@ def test_no_order_that_fits_has_to_wait_for_one_with_more_time(seed: int) -> Non
             return due_s.get(name, np.inf) - item_s * orders[name]["a"], int(name)
 
         for name, station in decide(world, rule):
-            open_orders = [(order, at) for order in world.backlog for at in world.stations]
+            open_orders = [(order, at) for order in world.backlog.orders for at in world.stations]
             fitting = {order.name for order, at in open_orders if world.size_at(order, at) <= at.free_capacity}
             assert name == min(fitting, key=rank)
             assert station == min((s.load, s.id) for s in world.stations if s.free_capacity >= orders[name]["a"])[1]

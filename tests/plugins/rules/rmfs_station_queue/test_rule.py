@@ -100,7 +100,7 @@ def literal(world: Warehouse, rule: StationQueue) -> list[tuple[str, int]]:
         share = sum(line.sku in wanted for line in order.open_lines) / len(order.open_lines)
         return -items, -share, due[order.id], order.id, len(queues[station.id]), station.id
 
-    backlog = list(world.backlog)
+    backlog = list(world.backlog.orders)
     while pairs := [
         (suits(order, station), order, station)
         for order in backlog

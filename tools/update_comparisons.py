@@ -1,9 +1,11 @@
-"""Put the league's figures and pictures into docs/paper/league.
+"""Put the figures and pictures of leagues and studies into docs/paper/league and docs/paper/study.
 
-Usage: python tools/update_league.py DIR...
+Usage: python tools/update_comparisons.py DIR...
 
-Each DIR is what `rmfs compare EXPERIMENT --bounds --out DIR` has written of a league. docs/paper/league.md, which says
-what the figures mean, is yours to bring up to date.
+Each DIR is what `rmfs compare EXPERIMENT --bounds --out DIR` has written. A comparison with fronts is a league: a table
+of figures for each instance set, and the pictures of the fronts. One without is a study: what each rule set changes,
+with the intervals that hold for all of them at once. docs/paper/league.md and study.md, which say what the figures
+mean, are yours to bring up to date.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-LEAGUE = Path(__file__).resolve().parent.parent / "docs" / "paper" / "league"
+PAPER = Path(__file__).resolve().parent.parent / "docs" / "paper"
 COLUMNS = {
     "psv_per_order": ("Visits /order", 1, 3),
     "distance_per_order_m": ("Metres /order", 1, 1),
@@ -79,15 +81,48 @@ def _line(cells: Sequence[str]) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def update(folder: Path, league: Path) -> None:
+def effects(rows: Sequence[Row]) -> str:
+    """Return what each rule set changes against the baseline: overall, and by metric for each instance set."""
+    baseline = rows[0]["baseline"]
+    found = {(row["instances"], row["metric"], row["rule_set"]): row for row in rows}
+    instances, metrics, every = (list(dict.fromkeys(key[part] for key in found)) for part in range(3))
+    others, sets = [rule_set for rule_set in every if rule_set != baseline], instances[:-1]
+    runs = found[instances[-1], metrics[0], baseline]
+    heads = [COLUMNS[metric][0].partition(" ")[0] for metric in metrics]
+    parts = [f"### Against {baseline}, {runs['runs']} runs each\n", _line(["Rule set", *heads]), _ruled(len(heads))]
+    parts += [_line([who, *(_effect(found[instances[-1], metric, who]) for metric in metrics)]) for who in others]
+    if len(sets) > 1:
+        for metric in metrics:
+            heading, factor, digits = COLUMNS[metric]
+            parts += [f"\n### {heading}\n", _line(["", baseline, *others]), _ruled(len(others) + 1)]
+            for each in sets:
+                base = _shown(found[each, metric, baseline]["mean"], factor, digits)
+                cells = [_effect(found[each, metric, who]) for who in others]
+                parts.append(_line([each.partition("=")[2], base, *cells]))
+    return "\n".join([*parts, ""])
+
+
+def _ruled(columns: int) -> str:
+    return _line(["---", *["---:"] * columns])
+
+
+def _effect(row: Row) -> str:
+    low, high = (f"{100 * float(row[f'relative_{end}_holm']):+.0f}" for end in ("low", "high"))
+    return f"{100 * float(row['relative']):+.0f} % [{low}, {high}]"
+
+
+def update(folder: Path, paper: Path) -> None:
     """Write an experiment's report, and copy its pictures."""
     name = folder.resolve().name
     with (folder / "summary.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
-    league.mkdir(parents=True, exist_ok=True)
-    (league / f"{name}.md").write_text(report(rows, name), encoding="utf-8")
-    for front in FRONTS:
-        shutil.copyfile(folder / "plots" / f"front.{'.'.join(front)}.png", league / f"{name}-{'-'.join(front)}.png")
+    pictures = {f"{name}-{'-'.join(front)}.png": folder / "plots" / f"front.{'.'.join(front)}.png" for front in FRONTS}
+    fronts = all(path.is_file() for path in pictures.values())
+    to = paper / ("league" if fronts else "study")
+    to.mkdir(parents=True, exist_ok=True)
+    (to / f"{name}.md").write_text(report(rows, name) if fronts else effects(rows), encoding="utf-8")
+    for picture, path in pictures.items() if fronts else ():
+        shutil.copyfile(path, to / picture)
 
 
 def main() -> int:
@@ -97,7 +132,7 @@ def main() -> int:
         print("expected folders that `rmfs compare --out` has written", file=sys.stderr)
         return 2
     for folder in folders:
-        update(folder, LEAGUE)
+        update(folder, PAPER)
     return 0
 
 

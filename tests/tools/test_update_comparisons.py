@@ -1,4 +1,4 @@
-"""tools/update_league.py: from a comparison of all rules to docs/paper/league."""
+"""tools/update_comparisons.py: from comparisons to docs/paper/league and docs/paper/study."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import csv
 import runpy
 from pathlib import Path
 
-TOOL = runpy.run_path(str(Path(__file__).resolve().parents[2] / "tools" / "update_league.py"))
+TOOL = runpy.run_path(str(Path(__file__).resolve().parents[2] / "tools" / "update_comparisons.py"))
 FIGURES = {"good": (0.1, 10.0), "dear": (0.2, 5.0), "bad": (0.3, 20.0)}
 """Visits, and what all other figures are, by rule set; and one that was never done."""
 
@@ -32,7 +32,7 @@ def written(folder: Path) -> Path:
 def test_a_table_for_each_instance_set(tmp_path: Path) -> None:
     """Fewest visits first; whom none beats in two figures is on a front; what was not done is counted."""
     league = tmp_path / "league"
-    TOOL["update"](written(tmp_path / "all"), league)
+    TOOL["update"](written(tmp_path / "all"), tmp_path)
     lines = (league / "all.md").read_text(encoding="utf-8").splitlines()
     assert [line for line in lines if line.startswith("#")] == ["### small"]
     assert [line.split(" | ") for line in lines[-4:]] == [
@@ -48,8 +48,36 @@ def test_a_table_for_each_instance_set(tmp_path: Path) -> None:
     }
 
 
+def test_a_study_says_what_rule_sets_change(tmp_path: Path) -> None:
+    """Against the baseline, with intervals; and by metric, where there is more than one instance set."""
+    folder = tmp_path / "rules"
+    folder.mkdir()
+    columns = ("instances", "metric", "rule_set", "baseline", "mean", "runs", "relative", "low", "high")
+    with (folder / "summary.csv").open("w", encoding="utf-8", newline="") as stream:
+        rows = csv.writer(stream)
+        rows.writerow(column if column not in ("low", "high") else f"relative_{column}_holm" for column in columns)
+        for instances in ("robots=8", "robots=16", "overall"):
+            rows.writerow((instances, "turnover_s", "plain", "plain", 900.2, 5, "", "", ""))
+            rows.writerow((instances, "turnover_s", "clever", "plain", 800.2, 5, -0.111, -0.2, 0.004))
+    TOOL["update"](folder, tmp_path)
+    assert (tmp_path / "study" / "rules.md").read_text(encoding="utf-8").splitlines() == [
+        "### Against plain, 5 runs each",
+        "",
+        "| Rule set | Turn-over |",
+        "| --- | ---: |",
+        "| clever | -11 % [-20, +0] |",
+        "",
+        "### Turn-over (s)",
+        "",
+        "|  | plain | clever |",
+        "| --- | ---: | ---: |",
+        "| 8 | 900 | -11 % [-20, +0] |",
+        "| 16 | 900 | -11 % [-20, +0] |",
+    ]
+
+
 def test_other_folders_are_refused(tmp_path: Path, monkeypatch, capsys) -> None:
     """One sentence, exit code 2."""
-    monkeypatch.setattr("sys.argv", ["update_league.py", str(tmp_path)])
+    monkeypatch.setattr("sys.argv", ["update_comparisons.py", str(tmp_path)])
     assert TOOL["main"]() == 2
     assert "expected folders that" in capsys.readouterr().err
