@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -87,15 +87,15 @@ def check_layout(layout: Layout, place: str) -> None:
     for cell, targets in steps.items():
         for beside in targets:
             backward[beside].append(cell)
-    aisles = _reached([start], steps)
+    aisles = reached([start], steps)
     exits = [beside for cells in layout.stations for beside in _steps(layout, cells.station)]
     home = layout.where(start)
-    _refuse(layout, place, floor, aisles | _reached(exits, steps), f"cannot be reached over the floor from {home}")
-    _refuse(layout, place, floor, _reached([start], backward), f"have no way over the floor to {home}")
+    _refuse(layout, place, floor, aisles | reached(exits, steps), f"cannot be reached over the floor from {home}")
+    _refuse(layout, place, floor, reached([start], backward), f"have no way over the floor to {home}")
     served = {cell for cell in storage if aisles.intersection(_floor_beside(layout, cell))}
     _refuse(layout, place, storage, served, f"cannot be reached with a pod from {home}")
-    reached = {cell for cell in layout.chargers if aisles.intersection(_floor_beside(layout, cell))}
-    _refuse(layout, place, layout.chargers, reached, f"are chargers that cannot be reached from {home}")
+    served = {cell for cell in layout.chargers if aisles.intersection(_floor_beside(layout, cell))}
+    _refuse(layout, place, layout.chargers, served, f"are chargers that cannot be reached from {home}")
     for cells in layout.stations:
         _check_station(layout, place, cells.station, cells.queue[-1], aisles)
 
@@ -125,15 +125,16 @@ def _floor_beside(layout: Layout, cell: int) -> list[int]:
     return [n for n in _neighbours(layout, cell) if n is not None and layout.kind[n] == CellKind.FLOOR]
 
 
-def _reached(starts: list[int], steps: dict[int, list[int]]) -> set[int]:
-    reached = set(starts)
-    frontier = deque(starts)
+def reached(starts: Iterable[int], steps: Mapping[int, Sequence[int]]) -> set[int]:
+    """Return where steps lead from some cells, these included; ``steps`` has the cells beside each."""
+    found = set(starts)
+    frontier = deque(found)
     while frontier:
         for beside in steps[frontier.popleft()]:
-            if beside not in reached:
-                reached.add(beside)
+            if beside not in found:
+                found.add(beside)
                 frontier.append(beside)
-    return reached
+    return found
 
 
 def _refuse(layout: Layout, place: str, cells: Iterable[int], good: set[int], problem: str) -> None:

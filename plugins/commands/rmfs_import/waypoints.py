@@ -7,7 +7,6 @@ cannot say is left out and counted: the map is drawn, read back, and held agains
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Container, Iterable, Mapping, Sequence
 
 import numpy as np
@@ -18,6 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_CELLS
 from rmfs_core.world import CellKind, Layout, StationCells, check_layout, parse_map
+from rmfs_core.world.layout_making import reached
 from rmfs_core.world.textmap import FLOOR_SIGN, QUEUE_SIGN
 from rmfs_import.notes import Notes
 
@@ -207,7 +207,7 @@ class _Graph:
                 back[n].append(cell)
         stations = np.flatnonzero(self.kind == CellKind.STATION)
         exits = [n for cell in map(int, stations) for bit, n in self.beside(cell) if self.ways.get(cell, 0) & bit]
-        keep = aisles | (_reached([n for n in exits if n in steps], steps) & _reached(aisles, back))
+        keep = aisles | (reached([n for n in exits if n in steps], steps) & reached(aisles, back))
         closed = [cell for cell in steps if cell not in keep]
         self.kind[closed] = CellKind.WALL
         notes.add("waypoints of lanes that lead nowhere, such as those of replenishment", len(closed), "walls")
@@ -311,17 +311,6 @@ def _longest_chain(station: int, cells: Sequence[int], graph: _Graph) -> list[in
         return found
 
     return max(chain(cells), chain(reversed(cells)), key=len)
-
-
-def _reached(starts: Iterable[int], steps: Mapping[int, Sequence[int]]) -> set[int]:
-    reached = set(starts)
-    frontier = deque(reached)
-    while frontier:
-        for beside in steps[frontier.popleft()]:
-            if beside not in reached:
-                reached.add(beside)
-                frontier.append(beside)
-    return reached
 
 
 def nearest(layout: Layout, cell: int, kinds: frozenset[CellKind], taken: Iterable[int]) -> int | None:
