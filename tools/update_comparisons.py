@@ -88,7 +88,7 @@ def effects(rows: Sequence[Row]) -> str:
     instances, metrics, every = (list(dict.fromkeys(key[part] for key in found)) for part in range(3))
     others, sets = [rule_set for rule_set in every if rule_set != baseline], instances[:-1]
     runs = found[instances[-1], metrics[0], baseline]
-    heads = [COLUMNS[metric][0].partition(" ")[0] for metric in metrics]
+    heads = [COLUMNS[metric][0].removesuffix(" /order").removesuffix(" (s)") for metric in metrics]
     parts = [f"### Against {baseline}, {runs['runs']} runs each\n", _line(["Rule set", *heads]), _ruled(len(heads))]
     parts += [_line([who, *(_effect(found[instances[-1], metric, who]) for metric in metrics)]) for who in others]
     if len(sets) > 1:
