@@ -108,7 +108,7 @@ def _ruled(columns: int) -> str:
 
 def _effect(row: Row) -> str:
     low, high = (f"{100 * float(row[f'relative_{end}_holm']):+.0f}" for end in ("low", "high"))
-    return f"{100 * float(row['relative']):+.0f} % [{low}, {high}]"
+    return f"{100 * float(row['relative']):+.0f} % [{low}, {high}]".replace(" ", "\u00a0")  # in one line
 
 
 def update(folder: Path, paper: Path) -> None:
