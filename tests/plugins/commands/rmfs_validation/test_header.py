@@ -135,3 +135,10 @@ def test_a_capacity_for_each_station_is_understood(day: Trace) -> None:
     """A scenario may list capacities; each station has its own."""
     stations = {**day.scenario["stations"], "item_capacity": [15]}
     assert told(evolve(day, scenario={**day.scenario, "stations": stations})) == []
+
+
+@pytest.mark.parametrize(("skus", "faults"), [(2, ["header: there are 3 SKUs; the scenario says 2"]), (9, [])])
+def test_skus_on_no_pod_may_be_left_out(day: Trace, skus: int, faults: list[str]) -> None:
+    """The generator leaves them out; more than the scenario has there cannot be."""
+    instance = {**day.scenario.get("instance", {}), "skus": skus}
+    assert told(evolve(day, scenario={**day.scenario, "instance": instance})) == faults
