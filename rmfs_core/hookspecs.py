@@ -47,7 +47,10 @@ hookimpl = pluggy.HookimplMarker("rmfs")
 
 
 class DecisionHooks:
-    """Exactly one selected rule answers each of these; the last two, none unless the scenario names one."""
+    """Exactly one selected rule answers each of these.
+
+    Of those for bundles, active stations, resting robots and moved pods none does unless the scenario names one.
+    """
 
     @hookspec(firstresult=True)
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:

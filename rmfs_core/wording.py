@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
@@ -56,6 +57,6 @@ def sentence(text: str) -> str:
 def shown_short(value: object) -> str:
     """Any value as one line of at most 80 characters."""
     try:
-        return " ".join(repr(value).split())[:80]
+        return re.sub(r" at 0x[0-9A-Fa-f]+", "", " ".join(repr(value).split()))[:80]  # each run would have another
     except Exception as error:  # of a class that cannot say what it is
         return f"a {type(value).__name__}{' with hundreds in one another' * isinstance(error, RecursionError)}"

@@ -349,7 +349,9 @@ def load_rule(
         wanted = listed((role.label for role in roles), "or")
         raise InputError(place, f"{source.describe()} decides {decided(able)}; expected a rule for {wanted}")
     if len(playable) > 1:
-        raise InputError(place, f"{source.describe()} decides {decided(playable)}; say which of them is asked")
+        raise InputError(
+            place, f"{source.describe()} decides {decided(playable)}; say which of them is asked (`decides`)"
+        )
     return _bind(sources, [(playable[0], choice, place)], {})[1][0]
 
 

@@ -72,7 +72,7 @@ class Spans:
     def __call__(self, _instance: object, _attribute: Any, value: Any) -> None:
         """Raise ValueError for a span that is none, or where there is none at all."""
         tables = [] if value is None else [*value.values()] if isinstance(value, Mapping) else [value]
-        if value is not None and not any(tables):
+        if value is not None and not isinstance(value, Mapping) and not value:
             raise ValueError("found no span of times of the day; expected at least one")
         for spans in tables:
             read_spans(spans, self.most)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from datetime import date, time
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -73,8 +74,9 @@ def _value(raw: str, place: str) -> Any:
         if raw[0] in "{[":
             raise InputError(place, f"this is no valid TOML value: {error}; texts in it need quotes") from None
         return raw
-    # More than one key: the text had a line break in it and only looked like TOML.
-    return document["value"] if len(document) == 1 else raw
+    value = document["value"]
+    # More than one key: the text had a line break in it and only looked like TOML. Scenarios have times as texts.
+    return raw if len(document) > 1 or isinstance(value, date | time) else value
 
 
 def apply_overrides(data: dict[str, Any], overrides: Sequence[Override]) -> dict[str, Any]:

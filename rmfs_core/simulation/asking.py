@@ -178,7 +178,7 @@ def fault(warehouse: Warehouse, name: str, hook: str, problem: str) -> RuleError
 def sequence_of(answer: object, kind: type[T]) -> Sequence[T]:
     """Check that an answer is a sequence of ``kind``."""
     if isinstance(answer, (str, bytes)) or not isinstance(answer, Sequence):
-        raise ImpossibleError(f"returned {_a(answer)}; expected a sequence of {kind.__name__}")
+        raise ImpossibleError(f"returned {_a(answer)}; expected a sequence of {_named(kind)}")
     for entry in answer:
         if not isinstance(entry, kind):
             raise ImpossibleError(f"returned a sequence with {_a(entry)} in it; expected {kind.__name__} only")
@@ -210,6 +210,10 @@ def _numbers(answer: object, known: Container[str]) -> dict[str, float | None]:
             told = f"measured {name} = {shown_short(number)}"
             raise ImpossibleError(f"{told}; expected an int or float below 2^63, or None")
     return numbers
+
+
+def _named(kind: type) -> str:
+    return "ids" if kind is object else kind.__name__
 
 
 def _a(answer: object) -> str:

@@ -194,10 +194,10 @@ def rest(warehouse: Warehouse, given: RobotMove) -> tuple[Robot, int, float]:
         problem = "no storage location or charger"
     elif cell in warehouse.taken_cells():
         problem = "where another robot or pod is or goes, or a pod is to be fetched, or the robot is"
+    elif not 0 <= share <= 1:
+        problem = f"until its charge is {share}; expected a share from 0 to 1"
     elif not charges and (robot.low or share):
         problem = f"no charger; its charge is {robot.charge or 0:.3f}, and it was to go where it charges"
-    elif not 0 <= share <= 1:
-        problem = f"until its charge is {share}; expected at most 1"
     if problem:
         raise ImpossibleError(f"sent robot {robot.label} to rest in cell {cell}, {problem}")
     return robot, cell, share

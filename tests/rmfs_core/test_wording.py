@@ -55,6 +55,7 @@ def test_a_value_that_cannot_be_shown_has_its_type() -> None:
     for _ in range(100_000):
         nested = [nested]
     assert shown_short(Mute()) == "a Mute"
+    assert shown_short(object()) == "<object object>", "in every run"
     assert shown_short(nested) == "a list with hundreds in one another"
 
 

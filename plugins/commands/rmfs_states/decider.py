@@ -55,7 +55,9 @@ class Decider:
         self, choice: RuleChoice, *, decides: Role | None = None, folder: str = ".", allow_inline: bool = True
     ) -> None:
         if decides is not None and decides not in DECIDING:
-            raise InputError("decides", f"expected {listed(DECIDES, 'or')}, found {decides.label!r}")
+            raise InputError(
+                "decides", f"expected {listed(DECIDES, 'or')}, found {getattr(decides, 'label', decides)!r}"
+            )
         self.choice, self.decides = choice, decides
         self._sources = RuleSources(folder, allow_inline)
         self._rules: dict[Role | None, BoundRule] = {}

@@ -237,6 +237,11 @@ def _given(opened: OpenState, role: Role) -> dict[str, Any]:
         return {"max_fetches": fetches}
     if role is Role.MOVE:
         spare = max(min(len(opened.view.idle_robots) - len(warehouse.waiting), warehouse.spare_locations), 0)
+        if asked.max_moves is not None and asked.max_moves > spare:
+            what = "idle robots that no pod waits for, and free locations that no carried pod needs"
+            opened.names.wrong(
+                ("ask", "max_moves"), f"found {asked.max_moves}; expected at most {spare}, the number of {what}"
+            )
         return {"max_moves": spare if asked.max_moves is None else asked.max_moves}
     if role is Role.PR:
         if asked.pod is None:

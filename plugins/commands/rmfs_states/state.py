@@ -253,7 +253,9 @@ class AskState:
         check=_number(0),
     )
     max_moves: int | None = key(
-        "Repositioning: pods that may be moved; left out: idle robots less waiting pods", None, check=_number(0)
+        "Repositioning: pods that may be moved; left out, and at most: idle robots less waiting pods",
+        None,
+        check=_number(0),
     )
     pod: str | None = key("PR: the pod to store", None)
 

@@ -70,8 +70,10 @@ def test_values_are_toml_or_plain_text() -> None:
             "stations.item_capacity=[1, 2, 3, 4]",
             "rules.poa=first-come",
             'rules.pps="nearest-pod"',
+            "instance.start=2026-03-02T06:00:00",
         ],
     )
+    assert scenario.instance.start == "2026-03-02T06:00:00"
     assert scenario.instance.orders == 50
     assert scenario.stations.item_capacity == (1, 2, 3, 4)
     assert scenario.rules.poa == RuleChoice("first-come")

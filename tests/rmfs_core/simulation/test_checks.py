@@ -281,6 +281,7 @@ def test_robots_without_a_task_rest_where_nobody_else_does(world: Warehouse) -> 
         world.reserve(cell) if cell in world.free_locations else None
         assert "where another robot or pod is or goes" in impossible(checks.rest, world, RobotMove(0, cell))
     assert "no charger" in impossible(checks.rest, world, RobotMove(0, world.free_locations[3], 0.5))
+    assert "is 2.0; expected a share from 0 to 1" in impossible(checks.rest, world, RobotMove(0, free[3], 2.0))
     world.send(one, world.free_locations[3])
     assert impossible(checks.rest, world, RobotMove(0, world.free_locations[0])).endswith("to rest, which is busy")
 

@@ -127,6 +127,15 @@ def test_a_run_stands_still_when_a_whole_day_brings_nothing(tiny_run: Prepare) -
     assert run.simulation.now <= 4 * DAY
 
 
+def test_a_station_without_a_span_is_never_open(tiny_run: Prepare) -> None:
+    """Those that are not named always are; where none opens, that is told."""
+    run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), change=hours({}))
+    run.simulation.run()
+    assert run.simulation.status == "complete"
+    with pytest.raises(InputError, match="found no span for any station; expected one that opens"):
+        tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), change=hours({"1": ()}))
+
+
 def test_orders_days_apart_are_no_standstill(tiny_run: Prepare) -> None:
     """Ten days pass in which stations open and close for nothing."""
     instance = small_instance({"1": ["a"], "2": ["a"]}, {"p": ["a"]}, arrivals_s={"2": 864_000})

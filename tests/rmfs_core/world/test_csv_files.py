@@ -288,6 +288,7 @@ def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
     [
         ("B,1,a,0", 'items: expected a whole number >= 1, found "0"'),  # nothing to store
         ("B,soon,a,1", 'arrival_s: expected a number of seconds >= 0, found "soon"'),
+        ("B,400000000,a,1", "arrival_s: found 400000000; expected a time within ten years from time 0 on"),
         ("A,1,a,1", "found bundle A again; expected each once"),
         (",1,a,1", "bundle: expected a name, found nothing"),
     ],

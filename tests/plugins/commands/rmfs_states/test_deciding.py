@@ -151,6 +151,16 @@ def test_pods_to_send(at_work: dict[str, Any]) -> None:
         assert len(answer.decision["trips"]) == trips
 
 
+def test_no_more_pods_are_moved_than_robots_can(at_work: dict[str, Any]) -> None:
+    """A state that asks for more moves than it has idle robots is refused."""
+    ask = {"decides": "repositioning", "max_moves": 60}
+    with pytest.raises(InputError, match=r"ask.max_moves: found 60; expected at most \d, the number of idle robots"):
+        decide(state_from_dict(at_work | {"ask": ask}), RuleChoice("cache"))
+    assert decide(state_from_dict(at_work | {"ask": ask | {"max_moves": 0}}), RuleChoice("cache")).decision == {
+        "moves": []
+    }
+
+
 def test_places_to_store(at_work: dict[str, Any]) -> None:
     """PR is asked where the pod in `ask` goes back to; it must be named, and be carried."""
     at_work["stations"]["north"] = {"item_capacity": 4}
