@@ -26,8 +26,10 @@ from rmfs_core.scenario.source import KeyPath, dotted, undotted
 from rmfs_core.scenario.structuring import KeyProblem, fields_of, section_class
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.simulation.setup import open_warehouse, unmet_needs
-from rmfs_core.wording import sentence
+from rmfs_core.timetable import read_spans
+from rmfs_core.wording import first_few, sentence
 from rmfs_core.world import Instance, Layout, make_layout
+from rmfs_core.world.csv_files import read_skus
 from rmfs_core.world.instance_making import instance_problems, oversize_orders, unchecked_instance
 
 ROLES = {role.key: role for role in Role}
@@ -287,7 +289,7 @@ class _Check:
                 self.found.notes.append(
                     f"Note: {problem.problem.partition(';')[0]}; rules that do not split them give each an empty one."
                 )
-        self.found.notes += _starving(scenario, instance, rules)
+        self.found.notes += [*_starving(scenario, instance, rules), *_misspelt(scenario, instance), *_idle(scenario)]
 
 
 def _starving(scenario: Scenario, instance: Instance, rules: RuleSet) -> list[str]:
@@ -302,6 +304,29 @@ def _starving(scenario: Scenario, instance: Instance, rules: RuleSet) -> list[st
         f"large ones wait; parameter `max_wait_s` of {poa.name} limits how long, and `stations.order_capacity` counts "
         "orders instead."
     ]
+
+
+def _misspelt(scenario: Scenario, instance: Instance) -> list[str]:
+    """Say which SKUs files name and nothing else does: they may be slips of the pen."""
+    notes, file = [], scenario.instance.skus_file
+    if file is not None:
+        unknown = [sku for sku in read_skus(Path(scenario.folder) / file) if sku not in {*instance.skus}]
+        if unknown:
+            notes.append(f"Note: {file} has SKUs that no pod, order or bundle has: {first_few(unknown)}.")
+    known = {sku for order in instance.orders for sku, _ in order.lines}
+    known |= {sku for pod in instance.pods for sku, _ in pod.contents}
+    unwanted = [instance.skus[sku] for sku in sorted({bundle.sku for bundle in instance.bundles} - known)]
+    if unwanted:
+        notes.append(f"Note: bundles bring SKUs that no pod has and no order wants: {first_few(unwanted)}.")
+    return notes
+
+
+def _idle(scenario: Scenario) -> list[str]:
+    """Say that no robot ever works, where that is so."""
+    available, most = scenario.robots.available, scenario.robots.count
+    if available is None or any(number for _, _, number in read_spans(available, most)):
+        return []
+    return ["Note: `robots.available` has no robot on duty at any time."]
 
 
 def _mended_opening(scenario: Scenario, path: KeyPath, layout: Layout) -> Scenario:

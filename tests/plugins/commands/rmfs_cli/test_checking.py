@@ -241,3 +241,43 @@ def test_after_many_mistakes_it_is_enough() -> None:
     found = check_scenario("paper-250", [f"rules.observers=[{2000 * '0,'}]"], None, allow_inline=False).problems
     assert len(found) == 51
     assert found[-1]["problem"] == "is checked no farther after 50 mistakes"
+
+
+def test_what_may_be_a_slip_is_noted(tmp_path: Path) -> None:
+    """SKUs that only the file of SKUs has, or only bundles have; robots that are never on duty."""
+    (tmp_path / "orders.csv").write_text("order,arrival_s,sku,quantity\n1,0,mug,1\n", encoding="utf-8")
+    (tmp_path / "pods.csv").write_text("pod,sku,quantity\n1,mug,5\n", encoding="utf-8")
+    (tmp_path / "skus.csv").write_text("sku,size\nmug,1\nmugg,3\n", encoding="utf-8")
+    (tmp_path / "bundles.csv").write_text("bundle,arrival_s,sku,items\nA,0,fork,1\n", encoding="utf-8")
+    (tmp_path / "own.toml").write_text(
+        """
+        [instance]
+        orders_file = "orders.csv"
+        pods_file = "pods.csv"
+        skus_file = "skus.csv"
+        replenishment = { process = "file", file = "bundles.csv" }
+        [layout]
+        block_rows = 3
+        block_columns = 2
+        stations_east = 1
+        replenishment_west = 1
+        [robots]
+        count = 1
+        available = [["06:00", "22:00", 0]]
+        [rules]
+        poa = "pod-match"
+        pps = "demand"
+        roa = "first-bundle"
+        rps = "emptiest-pod"
+        """,
+        encoding="utf-8",
+    )
+    checked = check_scenario(str(tmp_path / "own.toml"), (), None, allow_inline=False)
+    assert (checked.problems, checked.notes) == (
+        [],
+        [
+            "Note: skus.csv has SKUs that no pod, order or bundle has: mugg.",
+            "Note: bundles bring SKUs that no pod has and no order wants: fork.",
+            "Note: `robots.available` has no robot on duty at any time.",
+        ],
+    )
