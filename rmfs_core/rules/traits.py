@@ -25,6 +25,10 @@ NEEDS: dict[str, tuple[Callable[[Scenario, Instance], bool], str]] = {
         lambda scenario, _: scenario.stations.order_capacity is None,
         "stations that count items, but the scenario sets `stations.order_capacity`",
     ),
+    "no batteries": (
+        lambda scenario, _: scenario.robots.battery is None,
+        "robots without batteries, as it sends none to a charger, but the scenario sets `robots.battery`",
+    ),
 }
 """What a rule's ``needs`` may name: the test, and the end of the sentence when it fails."""
 

@@ -18,6 +18,7 @@ from rmfs_core.rules import BoundRule, RuleSet
 from rmfs_core.rules.hooks import OBSERVER_HOOKS, marked_methods, new_manager
 from rmfs_core.rules.sources import RuleSource
 from rmfs_core.rules.traits import RuleTraits
+from rmfs_core.scenario.model import RuleChoice
 from rmfs_core.simulation.engine import Simulation
 from rmfs_testing.snapshot import Snapshot
 from rmfs_testing.traces import Recorder
@@ -36,6 +37,9 @@ RAISED = "exception"
 STARVED = "starved order"
 MUTATED = "mutation of the view"
 IMPOSSIBLE_TRACE = "impossible trace"
+
+UNCHARGED = ' (a rule that sends no robot to a charger says so by needs = ("no batteries",))'
+"""What rules for idle robots are told where orders starve in a world with batteries."""
 
 
 class _EndlessError(Exception):
@@ -152,7 +156,7 @@ class _Forwarding:
 
 def run_trial(world: TrialWorld, rule: WatchedRule, roles: tuple[Role, ...]) -> Outcome:
     """Run a world with a rule in these roles, and the plain rules in the others."""
-    rules = _rules(rule, roles)
+    rules = _rules(world, rule, roles)
     recorder = Recorder()
     rules.register_observer(recorder)
     simulation = Simulation(world.scenario, world.instance, world.layout, rules)
@@ -166,24 +170,29 @@ def run_trial(world: TrialWorld, rule: WatchedRule, roles: tuple[Role, ...]) -> 
             problems += _impossible(simulation, recorder, rule, roles)
     except Exception as error:  # what an observer raises comes as it is, what a rule raises as a RuleError
         problems = [_problem(error)]
+    if Role.IDLE in roles and world.scenario.robots.battery is not None:
+        problems = [(kind, problem + UNCHARGED * (kind == STARVED)) for kind, problem in problems]
     if rule.mutation is not None:  # first: it may well be the cause of the others
         problems.insert(0, (MUTATED, rule.mutation))
     return Outcome(tuple(recorder.events), tuple(problems))
 
 
 @cache
-def _plain_rules() -> RuleSet:
-    """Return the rules around the one under test; they remember nothing, so all runs share them."""
-    return RuleSet.load(PLAIN_RULES, ".", allow_inline=False)
+def _plain_rules(idle: str | None, move: str | None) -> RuleSet:
+    """Return the rules around the one under test; they remember nothing of a run, so all runs share them."""
+    resting, moving = (None if name is None else RuleChoice(name) for name in (idle, move))
+    return RuleSet.load(evolve(PLAIN_RULES, idle=resting, move=moving), ".", allow_inline=False)
 
 
-def _rules(rule: WatchedRule, roles: tuple[Role, ...]) -> RuleSet:
+def _rules(world: TrialWorld, rule: WatchedRule, roles: tuple[Role, ...]) -> RuleSet:
+    given = world.scenario.rules
+    plain = _plain_rules(given.idle and given.idle.rule, given.move and given.move.rule)
     observes = bool(OBSERVER_HOOKS & marked_methods(rule.instance).keys())
     chosen: dict[str, Any] = dict.fromkeys(other for role in roles for other in role.excludes)
     for role in roles:
         if role is not Role.OBSERVER:
             chosen[role.key] = (rule.bound(role),) if role is Role.FILTER else rule.bound(role)
-    rules = evolve(_plain_rules(), pm=new_manager(), **chosen)
+    rules = evolve(plain, pm=new_manager(), **chosen)
     if observes:
         rules.register_observer(_Forwarding(rule), rule.bound(Role.OBSERVER).describe())
     return rules

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from attrs import evolve, frozen
 
 from rmfs_core.scenario.model import (
+    BatterySection,
     InstanceSection,
     LayoutSection,
     Replenishment,
@@ -33,7 +34,8 @@ PLAIN_RULES = RulesSection(
     roa=RuleChoice("first-bundle"),
     rps=RuleChoice("emptiest-pod"),
 )
-"""What decides whatever the rule under test does not: simple, quick, and free of randomness."""
+"""What decides whatever the rule under test does not: simple, quick, and free of randomness. In some worlds rules for
+robots without a task come in."""
 
 
 @frozen(eq=False)
@@ -45,7 +47,7 @@ class TrialWorld:
     name
         What findings call it.
     scenario
-        Robots, stations and limits, with `PLAIN_RULES`.
+        Robots, stations and limits, with `PLAIN_RULES`, and in some worlds rules for robots without a task.
     instance, layout
         Orders, pods and grid.
     """
@@ -84,6 +86,9 @@ class TrialWorld:
         return evolve(self, name=f"{self.name}, finite stock", instance=evolve(given, pods=pods))
 
 
+BATTERY = BatterySection(capacity_wh=40, idle_w=400, charging_w=5000)
+"""Standing makes robots too low for a task within minutes, and the only charger has them back in half a minute."""
+
 ORDERS = {"1": "ab", "2": "c", "3": "ade", "4": "b", "5": "bcdf", "6": "ef", "7": "a", "8": "cf", "9": "bde", "10": "d"}
 PODS = {"A": "ab", "B": "bc", "C": "cd", "D": "de", "E": "ef", "F": "fa"}
 
@@ -106,6 +111,8 @@ def trial_worlds() -> tuple[TrialWorld, ...]:
         _world("an order larger than the largest station", _large(), capacities=(4, 6, 5)),
         _world("order capacity", plain, capacities=(2, 1), counts_orders=True),
         _world("a station that closes", _later(), capacities=(5, 5), opening={"1": (("00:00", "00:02"),)}),
+        _world("batteries", _later(), capacities=(5, 5), battery=BATTERY, idle="charge-when-low"),
+        _world("moved pods", _later(), capacities=(5, 5), robots=5, move="utility", pod_fill=0.95),
         _reordered(),
         _delivered(),
     )
@@ -194,13 +201,18 @@ def _world(
     pod_capacity: int | None = None,
     replenishment_stations: int = 0,
     bundle_capacity: int | None = None,
+    battery: BatterySection | None = None,
+    idle: str | None = None,
+    move: str | None = None,
+    pod_fill: float = 0.6,
 ) -> TrialWorld:
     capacity = tuple(capacities)
+    resting, moving = (RuleChoice(name) if name else None for name in (idle, move))
     scenario = Scenario(
-        rules=PLAIN_RULES,
+        rules=evolve(PLAIN_RULES, idle=resting, move=moving),
         instance=InstanceSection(replenishment=replenishment, pod_capacity=pod_capacity),
-        layout=LayoutSection(pod_fill=0.6),
-        robots=RobotsSection(count=robots),
+        layout=LayoutSection(pod_fill=pod_fill),
+        robots=RobotsSection(count=robots, battery=battery),
         stations=StationsSection(
             item_capacity=capacity,
             order_capacity=capacity if counts_orders else None,
@@ -211,5 +223,7 @@ def _world(
         ),
         run=RunSection(until_s=LONGEST_S, standstill_s=2 * LONGEST_S),
     )
-    layout = small_layout(len(capacity), queue_length=queue_length, replenishment=replenishment_stations)
+    layout = small_layout(
+        len(capacity), queue_length=queue_length, replenishment=replenishment_stations, chargers=1 if battery else 0
+    )
     return TrialWorld(name, scenario, instance, layout)

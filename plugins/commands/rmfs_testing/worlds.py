@@ -59,8 +59,13 @@ def _numbers(skus: Sequence[str] | Mapping[str, int], default: int | None) -> It
 
 
 @lru_cache(maxsize=16)
-def small_layout(stations: int = 1, block_columns: int = 2, queue_length: int = 3, replenishment: int = 0) -> Layout:
-    """Return a block layout that is just large enough for so many stations, and for replenishment, on its east side."""
+def small_layout(
+    stations: int = 1, block_columns: int = 2, queue_length: int = 3, replenishment: int = 0, chargers: int = 0
+) -> Layout:
+    """Return a block layout that is just large enough for so many stations, and for replenishment, on its east side.
+
+    Chargers are in place of storage locations.
+    """
     section = LayoutSection(
         block_rows=2 * (stations + replenishment) + 1,
         block_columns=block_columns,
@@ -68,6 +73,7 @@ def small_layout(stations: int = 1, block_columns: int = 2, queue_length: int = 
         stations_east=stations,
         stations_west=0,
         replenishment_east=replenishment or None,
+        chargers=chargers or None,
     )
     layout = parse_map(block_map(section, queue_length), "small layout")
     check_layout(layout, "small layout")

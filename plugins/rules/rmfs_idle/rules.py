@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from attrs import define, field, validators
 
@@ -25,6 +25,8 @@ class Stay:
     Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8
     """
 
+    needs: ClassVar[tuple[str, ...]] = ("no batteries",)
+
     @hookimpl
     def idle_robots(self) -> Sequence[RobotMove]:
         """Send nobody anywhere."""
@@ -44,6 +46,8 @@ class RestNearest:
     Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8
     """
 
+    needs: ClassVar[tuple[str, ...]] = ("no batteries",)
+
     @hookimpl
     def idle_robots(self, warehouse: WarehouseView) -> Sequence[RobotMove]:
         """Send robots to the nearest free locations."""
@@ -62,6 +66,8 @@ class RestMiddle:
     M. Merschformann, L. Xie, H. Li: RAWSim-O: a simulation framework for robotic mobile fulfillment systems.
     Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8
     """
+
+    needs: ClassVar[tuple[str, ...]] = ("no batteries",)
 
     @hookimpl
     def idle_robots(self, warehouse: WarehouseView) -> Sequence[RobotMove]:

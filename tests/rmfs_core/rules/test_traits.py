@@ -13,8 +13,10 @@ from attrs import evolve
 from rmfs_core.errors import InputError
 from rmfs_core.info import RunInfo
 from rmfs_core.rules.traits import RuleTraits
-from rmfs_core.scenario.model import RuleChoice, StationsSection
+from rmfs_core.scenario.model import BatterySection, RobotsSection, RuleChoice, StationsSection
 from rmfs_testing import small_instance
+
+NEEDED = "a tuple of 'unlimited stock', 'item capacity' or 'no batteries'"
 
 Refusal = Callable[..., str]
 
@@ -60,8 +62,8 @@ def test_roles_may_be_given_as_texts() -> None:
 @pytest.mark.parametrize(
     ("trait", "value", "expected"),
     [
-        ("needs", "unlimited stock", "a tuple of 'unlimited stock' or 'item capacity'"),  # a text is no tuple of them
-        ("needs", ("luck",), "a tuple of 'unlimited stock' or 'item capacity'"),
+        ("needs", "unlimited stock", NEEDED),  # a text is no tuple of them
+        ("needs", ("luck",), NEEDED),
         ("libraries", ["highspy"], "a tuple of installed distributions' names"),
         ("libraries", (1,), "a tuple of installed distributions' names"),
         ("libraries", ("no-such-distribution",), "a tuple of installed distributions' names"),
@@ -101,6 +103,12 @@ def test_what_a_rule_needs_is_held_against_the_scenario(tiny: RunInfo) -> None:
     assert both.lacks(tiny.scenario, finite) == [stock]
     assert both.lacks(by_orders, finite) == [items, stock]
     assert RuleTraits().lacks(by_orders, finite) == []
+    charged = evolve(tiny.scenario, robots=RobotsSection(battery=BatterySection()))
+    without = RuleTraits(needs=("no batteries",))
+    assert without.lacks(tiny.scenario, finite) == []
+    assert without.lacks(charged, finite) == [
+        "robots without batteries, as it sends none to a charger, but the scenario sets `robots.battery`"
+    ]
 
 
 def test_a_trait_that_cannot_be_read_or_compared_is_one_sentence() -> None:

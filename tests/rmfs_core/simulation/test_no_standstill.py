@@ -353,6 +353,17 @@ def test_no_robot_strands_without_traffic(attack: tuple[Scenario, Instance, Layo
     completes(*attack)
 
 
+@given(attack=with_batteries(max_robots=10, pp="whca-n"))
+@settings(max_examples=15, **ANYTHING_GOES)
+def test_no_robot_strands_with_windows(attack: tuple[Scenario, Instance, Layout]) -> None:
+    """Under `whca-n` no charge falls below 0 either, but where the run ends with the reason: who waits for whom."""
+    scenario, instance, layout = attack
+    try:
+        completes(evolve(scenario, run=evolve(scenario.run, standstill_s=600.0)), instance, layout)
+    except StandstillError as error:
+        assert " waits for row " in str(error)
+
+
 @given(attack=attacks(max_robots=8), pp=st.sampled_from(["sipp", "free-flow"]))
 @settings(max_examples=15, **ANYTHING_GOES)
 def test_robots_rest_where_pods_are_stored(attack: tuple[Scenario, Instance, Layout], pp: str) -> None:

@@ -19,11 +19,14 @@ from rmfs_core import (
     Leg,
     OrderAssignment,
     Path,
+    PodMove,
+    RobotMove,
     hookimpl,
 )
-from rmfs_core.events import ItemPicked
+from rmfs_core.events import ItemPicked, PodLifted
 from rmfs_core.rule_helpers import nearest_free_location, send_pods, store_bundles
 from rmfs_core.warehouse import Order, WarehouseView
+from rmfs_idle import ChargeWhenLow, RestMiddle, RestNearest, Stay
 from rmfs_testing import ConformanceError, check_rule, conformance_report, trial
 
 numbers = itertools.count()
@@ -299,7 +302,8 @@ class AnyPlace:
     @hookimpl
     def choose_storage_location(self, warehouse, rng):
         self.asked += 1
-        return warehouse.free_storage_locations[(self.asked + int(rng.integers(9))) % 20]
+        free = warehouse.free_storage_locations
+        return free[(self.asked + int(rng.integers(9))) % len(free)]
 
 
 @define
@@ -318,7 +322,7 @@ def test_rules_that_do_nothing_wrong_have_no_findings(rule: object) -> None:
     """All worlds are run, and the report has the time of each hook's calls."""
     report = check_rule(rule)
     assert report.findings == ()
-    assert len(report.worlds) == 23
+    assert len(report.worlds) == 27
     assert all(
         times.calls >= len(report.worlds) and 0 < times.total_s / times.calls <= times.longest_s
         for times in report.times.values()
@@ -345,8 +349,8 @@ def test_worlds_without_what_a_rule_needs_are_left_out() -> None:
     report = check_rule(NeedsEndlessPods())
     lacking = {"order capacity", "replenishment at picking stations", "replenishment stations"}
     assert {name for name in report.left_out if "finite stock" not in name} == lacking
-    assert len(report.left_out) == 14
-    assert len(report.worlds) == 9
+    assert len(report.left_out) == 16
+    assert len(report.worlds) == 11
     assert 'Left out: "finite stock", for it needs pods whose SKUs never run out' in str(report)
 
 
@@ -397,6 +401,76 @@ def test_rules_for_bundles_are_tried_where_stock_is_replenished() -> None:
 
 
 @define
+class NeverCharges:
+    """Leaves idle robots where they are, and does not say that it needs no batteries."""
+
+    often: float = 0.0
+
+    @hookimpl
+    def idle_robots(self, warehouse, rng):
+        chargers = [cell for cell in warehouse.free_rest_cells if cell in warehouse.travel.layout.chargers]
+        low = [robot for robot in warehouse.resting_robots if robot.low and robot.cell not in chargers]
+        sent = zip(low, chargers, strict=False) if rng.random() < self.often else ()
+        return [RobotMove(robot.id, cell, 0.9) for robot, cell in sent]
+
+
+def test_rules_for_idle_robots_are_tried_where_these_have_to_charge() -> None:
+    """Orders starve under one that sends no robot to a charger, in those worlds alone; the report says what to do."""
+    found = conformance_report(NeverCharges()).findings
+    worlds = {"batteries", "batteries, finite stock"}
+    assert {(finding.kind, finding.world) for finding in found} == {("starved order", world) for world in worlds}
+    for finding in found:
+        assert "3 robots with too little charge for a task" in finding.problem
+        assert finding.problem.endswith('by needs = ("no batteries",))')
+
+
+def test_a_rule_that_says_it_needs_no_batteries_is_not_tried_with_any() -> None:
+    """All shipped rules for idle robots but one say so."""
+    for rule in (Stay(), RestNearest(), RestMiddle()):
+        assert {*check_rule(rule).left_out} == {"batteries", "batteries, finite stock"}
+    assert not check_rule(ChargeWhenLow()).left_out
+
+
+@define
+class MovesWhatIsInUse:
+    """Carries away the first pod, even one that waits for its robot."""
+
+    @hookimpl
+    def move_pods(self, warehouse):
+        used = [pod for pod in warehouse.pods if pod.location is not None and pod.bound_for]
+        return [PodMove(pod.id, warehouse.free_storage_locations[0]) for pod in used[:1]]
+
+
+@define
+class KeepsBooks:
+    """PR that takes it for granted that only pods on their way from stations are stored."""
+
+    free: set[int] = field(factory=set, init=False)
+
+    @hookimpl
+    def run_started(self, run):
+        self.free = {*run.warehouse.free_storage_locations}
+
+    @hookimpl
+    def on_event(self, event):
+        if isinstance(event, PodLifted):
+            self.free.add(event.cell)
+
+    @hookimpl
+    def choose_storage_location(self):
+        cell = min(self.free)
+        self.free.remove(cell)
+        return cell
+
+
+def test_rules_are_tried_where_pods_are_moved() -> None:
+    """A move of a pod in use is refused; a rule that does not reckon with moves is found out there alone."""
+    assert {finding.kind for finding in conformance_report(MovesWhatIsInUse()).findings} == {"impossible decision"}
+    found = conformance_report(KeepsBooks()).findings
+    assert {(finding.kind, finding.world.split(",")[0]) for finding in found} == {("impossible decision", "moved pods")}
+
+
+@define
 class EmptiesBundles:
     """ROA that changes what it is asked about."""
 
@@ -442,7 +516,7 @@ class NeedsMagic(AnyPod):
         (Idle(), "class Idle: it implements no hook"),
         (
             NeedsMagic(),
-            r"class NeedsMagic: .*needs = \('magic',\); expected a tuple of 'unlimited stock' or",
+            r"class NeedsMagic: .*needs = \('magic',\); expected a tuple of 'unlimited stock', 'item",
         ),
         (object(), "expected a class decorated with @attrs.define"),
         (AnyPod, r"class AnyPod: expected an instance with its parameters: AnyPod\(...\)"),

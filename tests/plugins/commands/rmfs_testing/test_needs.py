@@ -49,6 +49,13 @@ def test_a_scenario_that_lacks_it_is_refused(install: Callable[..., None], need:
         assert sentence in str(caught.value)
 
 
+@pytest.mark.parametrize("rule", ["stay", "rest-nearest", "rest-middle"])
+def test_rules_that_send_nobody_to_chargers_are_refused_with_batteries(rule: str) -> None:
+    """Before the run, not when the last battery is empty."""
+    with pytest.raises(InputError, match=f'^rules.idle: rule "{rule}" .* needs robots without batteries, as it sends'):
+        rmfs_core.run("examples/charging", overrides=[f"rules.idle={rule}"])
+
+
 def test_a_scenario_that_has_it_runs(install: Callable[..., None]) -> None:
     """With unlimited stock the rule decides, and the conformance suite tries it in the worlds that have that."""
     install("acme", {"eager": "acme_rules:Eager"}, acme_rules=RULE.format(need="unlimited stock"))
@@ -57,15 +64,18 @@ def test_a_scenario_that_has_it_runs(install: Callable[..., None]) -> None:
     import acme_rules  # type: ignore[import-not-found]
 
     left_out = check_rule(acme_rules.Eager()).left_out
-    assert len(left_out) == 13
+    assert len(left_out) == 15
     assert all("finite stock" in name or "replenishment" in name for name in left_out)
 
 
 @pytest.mark.parametrize(
     ("trait", "sentence"),
     [
-        ("needs = ('magic',)", "has needs = ('magic',); expected a tuple of 'unlimited stock' or 'item capacity'"),
-        ("needs = 'unlimited stock'", "has needs = 'unlimited stock'; expected a tuple of 'unlimited stock' or"),
+        (
+            "needs = ('magic',)",
+            "has needs = ('magic',); expected a tuple of 'unlimited stock', 'item capacity' or 'no batteries'",
+        ),
+        ("needs = 'unlimited stock'", "has needs = 'unlimited stock'; expected a tuple of 'unlimited stock', 'item"),
         (
             "libraries = ('numpy', 3)",
             "has libraries = ('numpy', 3); expected a tuple of installed distributions' names",

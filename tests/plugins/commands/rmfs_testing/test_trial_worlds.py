@@ -8,8 +8,10 @@ import pytest
 from attrs import define, evolve, field
 
 from rmfs_core import hookimpl
-from rmfs_core.events import Event
+from rmfs_core.events import Event, PodMoveDecided, RobotRested
+from rmfs_core.info import RunInfo
 from rmfs_core.roles import Role
+from rmfs_core.warehouse import WarehouseView
 from rmfs_testing.trial import WatchedRule, run_trial
 from rmfs_testing.trial_worlds import TrialWorld, trial_worlds
 
@@ -121,6 +123,37 @@ def test_orders_come_later() -> None:
     ticks = [order.arrival_tick for order in WORLDS["later orders"].instance.orders]
     assert min(ticks) > 0
     assert ticks[-1] - ticks[-2] > 1_000_000
+
+
+@define
+class Idleness:
+    """Observer that notes what robots without a task do, and whether orders were under way meanwhile."""
+
+    beside_picking: list[Event] = field(factory=list, init=False)
+    low: bool = field(default=False, init=False)
+    warehouse: WarehouseView | None = field(default=None, init=False)
+
+    @hookimpl
+    def run_started(self, run: RunInfo):
+        self.warehouse = run.warehouse
+
+    @hookimpl
+    def on_event(self, event: Event):
+        assert self.warehouse is not None
+        self.low |= any(robot.low for robot in self.warehouse.robots)
+        if any(station.open_requests for station in self.warehouse.stations):
+            self.beside_picking.append(event)
+
+
+@pytest.mark.parametrize("stock", ["", ", finite stock"])
+def test_robots_charge_and_pods_are_moved_while_orders_are_picked(stock: str) -> None:
+    """In the worlds of that name."""
+    charging, moving = Idleness(), Idleness()
+    run_trial(WORLDS[f"batteries{stock}"], WatchedRule(charging, {}), (Role.OBSERVER,))
+    run_trial(WORLDS[f"moved pods{stock}"], WatchedRule(moving, {}), (Role.OBSERVER,))
+    assert charging.low
+    assert any(isinstance(event, RobotRested) for event in charging.beside_picking)
+    assert sum(isinstance(event, PodMoveDecided) for event in moving.beside_picking) >= 3
 
 
 def test_robots_stations_and_capacity_are_as_named() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from attrs import define
 
@@ -20,6 +20,8 @@ class TheRule:
     A robot that rests beneath a pod goes to the free storage location from which the drive to a station is shortest.
     Ties go to the lowest cell index.
     """
+
+    needs: ClassVar[tuple[str, ...]] = ("no batteries",)  # it sends none to a charger
 
     @hookimpl
     def idle_robots(self, warehouse: WarehouseView) -> Sequence[RobotMove]:
