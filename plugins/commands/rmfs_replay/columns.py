@@ -21,6 +21,7 @@ from rmfs_core.events import Event, RobotMoved
 from rmfs_core.motion import Motion
 from rmfs_core.results.tables import finite
 from rmfs_core.roles import Role
+from rmfs_replay.charges import Charges
 from rmfs_trace import KnownIds, Trace
 from rmfs_trace.writer import EVENTS, NOT_TRACED
 
@@ -113,12 +114,20 @@ class Columns:
         Kind of each event.
     texts
         What texts in columns stand for.
+    charges
+        Of the robots' batteries.
     """
 
     legs: Sequence[Legs]
     events: Mapping[str, Mapping[str, Any]]
     order: array[int]
     texts: Mapping[str, int]
+    charges: Charges
+
+    def bundles(self) -> Sequence[str]:
+        """Return the names of the bundles by their ids."""
+        texts = list(self.texts)
+        return [texts[text] for text in self.events["bundle_arrived"]["name"]]
 
 
 class ColumnsBuilder:
@@ -138,6 +147,7 @@ class ColumnsBuilder:
         self._last: dict[str, int] = {}
         self._codes = {kind: code for code, kind in enumerate(KINDS)}
         self._ids = KnownIds(start)
+        self._charges = Charges(start)
         self._columns: dict[str, dict[str, Any]] = {}
         for kind, name in KINDS.items():
             fields = [one.name for one in attrs.fields(kind) if one.name not in NOT_TRACED]
@@ -155,6 +165,7 @@ class ColumnsBuilder:
         """
         if (unknown := self._ids.unknown(event)) is not None:
             raise InputError("the trace", f"{type(event).__name__} names {unknown}, which does not exist")
+        self._charges.add(event)
         if isinstance(event, RobotMoved):
             self._legs[event.robot].add(event, self._start.motion)
             return
@@ -186,4 +197,4 @@ class ColumnsBuilder:
 
     def columns(self) -> Columns:
         """Return what was added."""
-        return Columns(self._legs, self._columns, self._order, self._texts)
+        return Columns(self._legs, self._columns, self._order, self._texts, self._charges)

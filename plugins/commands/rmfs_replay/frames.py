@@ -21,6 +21,8 @@ FINER = 2
 BESIDE, ABOVE = 3.5, 2
 """Cells beside the layout for stations and their orders, and above it for the caption."""
 CHIPS, MOST_CHIPS = 5, 15
+BOLT = ((0.58, 0.1), (0.24, 0.56), (0.46, 0.56), (0.4, 0.9), (0.76, 0.42), (0.53, 0.42))
+"""Corners of the sign of a charger, as shares of a cell."""
 SAMPLES = 20
 Box = tuple[float, float, float, float]
 
@@ -73,6 +75,7 @@ class Camera:
         self._world = WarehouseAt(replay)
         self._colours = palette()
         self._most = most_open(replay) if most is None else most
+        self._charges = replay.columns.charges.lines(replay.tick)
         columns = self._layout.width + 2 * BESIDE
         self._scale = width * FINER / columns
         rows = self._layout.height + ABOVE + 1
@@ -106,6 +109,10 @@ class Camera:
             pen.draw.rectangle(pen.box(column, row, 0), fill=colours["lane" if lane else "floor"])
             if kind in (CellKind.STORAGE, CellKind.CHARGER):
                 pen.draw.rectangle(pen.box(column, row, 0.06), fill=colours["place"])
+            if kind == CellKind.CHARGER:
+                left, top, right, bottom = pen.box(column, row, 0)
+                bolt = [(left + x * (right - left), top + y * (bottom - top)) for x, y in BOLT]
+                pen.draw.polygon(bolt, fill=colours["charge"])
         for cell in self._replay.start.blocked:
             row, column = divmod(cell, layout.width)
             pen.draw.rectangle(pen.box(column, row, 0.2), outline=colours["empty"], width=FINER)
@@ -129,26 +136,37 @@ class Camera:
         outward = -1 if column < width / 2 else 1
         working = self._world.is_picking(station)
         picker = pen.box(column + 1.05 * outward, row, 0.04)
-        pen.draw.ellipse(picker, fill=colours["work" if working else "rest"])
+        stores, picks = (self._replay.start.stations[station].get(name) for name in ("bundle_capacity", "capacity"))
+        shape = pen.draw.ellipse if picks or not stores else pen.draw.rectangle
+        shape(picker, fill=colours["work" if working else "rest"])
         centre = ((picker[0] + picker[2]) / 2, (picker[1] + picker[3]) / 2)
         name = self._replay.start.stations[station]["name"]
         pen.draw.text(
             centre, name, colours["card" if working else "ink"], _font(self._scale * 0.62 / FINER), anchor="mm"
         )
+        if station in self._world.closed:
+            left, top, right, bottom = picker
+            pen.draw.line((left, bottom, right, top), fill=colours["wait"], width=max(round(self._scale * 0.1), FINER))
         faint, full = (ImageColor.getrgb(colours[one]) for one in ("page", "accent"))
-        for i, items in enumerate(list(self._world.open[station].values())[:MOST_CHIPS]):
+        chips = [(min(0.35 + 0.2 * n, 1), full, True) for n in self._world.open[station].values()]
+        bundle = ImageColor.getrgb(colours["bundle"])
+        chips += [(1, bundle, bound) for bound in self._world.bundles[station].values()]
+        for i, (share, most, filled) in enumerate(chips[:MOST_CHIPS]):
             across, down = (i % CHIPS) * 0.48, i // CHIPS * 0.48
             left = column + (1.1 + across if outward > 0 else -0.48 - across)
-            share = min(0.35 + 0.2 * items, 1)
-            colour = tuple(round(a + (b - a) * share) for a, b in zip(faint, full, strict=True))
-            pen.draw.rectangle(pen.box(left, row + 1.1 + down, 0, 0.38), fill=colour)
+            colour = tuple(round(a + (b - a) * share) for a, b in zip(faint, most, strict=True))
+            fill = colour if filled else None
+            pen.draw.rectangle(pen.box(left, row + 1.1 + down, 0, 0.38), fill=fill, outline=colour, width=FINER)
 
     def _robot(self, pen: _Pen, robot: int, way: Way) -> None:
         colours, place = self._colours, way.at(self._world.tick)
         pod = self._world.robot_pod.get(robot)
         if pod is not None:
             pen.draw.rectangle(
-                pen.box(place.column, place.row, 0.07), fill=self._pod_colour(pod), outline=colours["ink"], width=FINER
+                pen.box(place.column, place.row, 0.07),
+                fill=self._pod_colour(pod),
+                outline=colours["moved" if robot in self._world.moving else "ink"],
+                width=FINER * 2 if robot in self._world.moving else FINER,
             )
         size = 0.34 if pod is None else 0.27
         body = pen.box(place.column, place.row, 0.5 - size)
@@ -157,6 +175,12 @@ class Camera:
         angle, length = place.heading * math.pi / 2, size * self._scale * 1.2
         end = (x + math.cos(angle) * length, y - math.sin(angle) * length)
         pen.draw.line((x, y, *end), fill=colours["card"], width=max(round(self._scale * 0.11), FINER))
+        cell = round(place.row) * self._layout.width + round(place.column)
+        if self._charges and cell in self._layout.chargers and not place.moving:
+            ring, share = pen.box(place.column, place.row, 0.04), self._charges[robot].at(self._world.tick)
+            width = max(round(self._scale * 0.12), FINER)
+            pen.draw.arc(ring, 0, 360, fill=colours["rest"], width=width)
+            pen.draw.arc(ring, -90, -90 + 360 * share, fill=colours["charge"], width=width)
 
 
 def _font(size: float) -> Any:

@@ -68,9 +68,10 @@ def read_replay(path: str | Path) -> Replay:
         builder = ColumnsBuilder(stream.start)
         for event in stream:
             builder.add(event)
-    decisions = recorded_decisions(file.parent, stream.start)
+    columns = builder.columns()
+    decisions = recorded_decisions(file.parent, stream.start, columns.bundles())
     name = file.resolve().parent.name
-    return Replay(name, stream.start, stream.tick, stream.status, builder.columns(), metrics, decisions)
+    return Replay(name, stream.start, stream.tick, stream.status, columns, metrics, decisions)
 
 
 def _metrics(file: Path, start: Trace) -> Mapping[str, Any]:

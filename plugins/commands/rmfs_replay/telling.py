@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import EntryPoint
-from itertools import chain
+from itertools import chain, pairwise
 from typing import Any
 
 from rmfs_core import entrypoints
 from rmfs_core.results.catalogue import METRICS, show
+from rmfs_core.roles import Role
 from rmfs_core.world import Instance, Layout
+from rmfs_replay.charges import Line
 from rmfs_replay.columns import COLUMNS_OF_LEGS, Columns
 from rmfs_replay.reading import Replay
 from rmfs_trace import Trace
@@ -20,7 +22,8 @@ SHOWN = (
     *("orders_per_hour", "picks_per_hour", "picker_utilisation"),
 )
 """Metrics of the result that the page shows beside what is so at a time."""
-ROLES = ("poa", "pps", "poa_pps", "pr", "ta", "pp")
+ROLES = tuple(role for role in Role if not role.many)
+"""All that are decided by one rule at a time."""
 
 
 def told(replay: Replay) -> dict[str, Any]:
@@ -46,10 +49,12 @@ def told(replay: Replay) -> dict[str, Any]:
         "pods": _pods(start),
         "robots": {name: [robot[name] for robot in start.robots] for name in ("cell", "heading")},
         "stations": {
-            name: [station[name] for station in start.stations] for name in ("name", "capacity", "counts_orders")
+            **{name: [station[name] for station in start.stations] for name in ("name", "capacity", "counts_orders")},
+            "bundle_capacity": [station.get("bundle_capacity", 0) for station in start.stations],
         },
         "blocked": list(start.blocked),
         **_columns(replay.columns),
+        "charges": _charges(replay.columns.charges.lines(replay.tick)),
         "decisions": None if decisions is None else {name: list(values) for name, values in decisions.items()},
     }
 
@@ -100,6 +105,15 @@ def _columns(columns: Columns) -> dict[str, Any]:
     }
 
 
+def _charges(lines: Sequence[Line]) -> dict[str, list[int]]:
+    """Return the charges, robot by robot: how many points each has, their times as differences, and how full."""
+    return {
+        "n": [len(line.ticks) for line in lines],
+        "tick": [tick - before for line in lines for before, tick in pairwise([0, *line.ticks])],
+        "charge": [charge for line in lines for charge in line.charges],
+    }
+
+
 def metrics_of(values: Mapping[str, Any]) -> list[list[str]]:
     """Return label and value of metrics, as people read them; none where there is no result."""
     known = {metric.name: metric for group in METRICS.values() for metric in group}
@@ -112,10 +126,10 @@ def rules_of(scenario: Mapping[str, Any]) -> dict[str, str]:
     rules = scenario.get("rules") or {}
     found = {}
     for role in ROLES:
-        choice = rules.get(role)
+        choice = rules.get(role.key)
         name = choice.get("rule") if isinstance(choice, Mapping) else choice
         if isinstance(name, str):
-            found[role.upper().replace("_", "+")] = name
+            found[role.label] = name
     return found
 
 

@@ -23,10 +23,15 @@ class WarehouseAt:
 
     Attributes
     ----------
-    pod_cell, robot_pod, busy
-        Cell of each pod that is stored, pod of each robot that carries one, robots that have a task.
+    pod_cell, robot_pod, busy, moving
+        Cell of each pod that is stored, pod of each robot that carries one, robots that have a task, and of them those
+        that carry a pod elsewhere without a visit.
     open
         Items of each order that are to be picked at each station.
+    bundles
+        Bundles that are to be stored at each station, and whether their pods are known.
+    closed
+        Stations that take no orders.
     backlog, done, picks
         Orders in the backlog and complete, and items picked.
     """
@@ -45,16 +50,27 @@ class WarehouseAt:
         self.pod_cell = {i: pod["cell"] for i, pod in enumerate(start.pods) if pod["robot"] is None}
         self.robot_pod = {pod["robot"]: i for i, pod in enumerate(start.pods) if pod["robot"] is not None}
         self.busy = set(self.robot_pod)
+        self.moving: set[int] = set()
+        self.bundles: list[dict[int, bool]] = [{} for _ in start.stations]
+        self.closed: set[int] = set()
         self.open: list[Counter[int]] = [Counter() for _ in start.stations]
         self.tick = self.backlog = self.done = self.picks = 0
         self._handlers: dict[str, Callable[[Mapping[str, Any], int], None]] = {
             "order_arrived": self._arrived,
             "order_assigned": self._assigned,
             "task_assigned": lambda e, i: self.busy.add(e["robot"][i]),
+            "pod_move_decided": self._moves,
+            "robot_sent": lambda e, i: self.busy.add(e["robot"][i]),
+            "robot_rested": lambda e, i: self.busy.discard(e["robot"][i]),
             "pod_lifted": self._lifted,
             "pod_stored": self._stored,
             "item_picked": self._picked,
             "order_completed": self._completed,
+            "bundle_assigned": lambda e, i: self.bundles[e["station"][i]].update({e["bundle"][i]: False}),
+            "bundle_bound": self._bound,
+            "bundle_stored": self._bundle_stored,
+            "station_opened": lambda e, i: self.closed.discard(e["station"][i]),
+            "station_closed": lambda e, i: self.closed.add(e["station"][i]),
         }
 
     def go(self, tick: int) -> None:
@@ -79,19 +95,21 @@ class WarehouseAt:
         )
 
     def is_picking(self, station: int) -> bool:
-        """Whether a station's picker handles an item."""
+        """Whether a station's picker handles an item, or stores a bundle."""
         picks = self._picks[station]
         while picks and picks[-1][1] <= self.tick:
             picks.pop()
         return bool(picks) and picks[-1][0] <= self.tick
 
     def _note_picks(self) -> None:
-        """Note begin and end of each pick, last one first."""
-        columns = self._events["item_picked"]
-        ticks = self._ticks["item_picked"]
-        for i in reversed(range(len(ticks))):
-            begin, end = ticks[i] - columns["start_tick"][i], ticks[i] + columns["picker_free_tick"][i]
-            self._picks[columns["station"][i]].append((begin, end))
+        """Note begin and end of each pick, and of storing each bundle, last one first."""
+        for kind in ("item_picked", "bundle_stored"):
+            columns, ticks = self._events[kind], self._ticks[kind]
+            later = columns.get("picker_free_tick") or [0] * len(ticks)
+            for i, tick in enumerate(ticks):
+                self._picks[columns["station"][i]].append((tick - columns["start_tick"][i], tick + later[i]))
+        for picks in self._picks:
+            picks.sort(reverse=True)
 
     def _arrived(self, event: Mapping[str, Any], i: int) -> None:
         self._demand.update(dict(self._replay.start.instance.orders[event["order"][i]].lines))
@@ -105,9 +123,24 @@ class WarehouseAt:
         self.pod_cell.pop(event["pod"][i], None)
         self.robot_pod[event["robot"][i]] = event["pod"][i]
 
+    def _moves(self, event: Mapping[str, Any], i: int) -> None:
+        self.busy.add(event["robot"][i])
+        self.moving.add(event["robot"][i])
+
+    def _bound(self, event: Mapping[str, Any], i: int) -> None:
+        for bundles in self.bundles:
+            if event["bundle"][i] in bundles:
+                bundles[event["bundle"][i]] = True
+
+    def _bundle_stored(self, event: Mapping[str, Any], i: int) -> None:
+        del self.bundles[event["station"][i]][event["bundle"][i]]
+        contents, sku = self._contents[event["pod"][i]], event["sku"][i]
+        contents[sku] = (contents.get(sku) or 0) + event["items"][i]
+
     def _stored(self, event: Mapping[str, Any], i: int) -> None:
         self.robot_pod.pop(event["robot"][i], None)
         self.busy.discard(event["robot"][i])
+        self.moving.discard(event["robot"][i])
         self.pod_cell[event["pod"][i]] = event["cell"][i]
 
     def _picked(self, event: Mapping[str, Any], i: int) -> None:

@@ -4,7 +4,8 @@ import { heatClass } from "./heat.mjs";
 import { lastUpTo, place, STEP_X, STEP_Y } from "./motion.mjs";
 import { phaseOf, waitsOn } from "./story.mjs";
 
-const [WALL, STORAGE, QUEUE, STATION] = [0, 2, 3, 4];
+const [WALL, STORAGE, QUEUE, STATION, CHARGER] = [0, 2, 3, 4, 5];
+const BOLT = [[0.58, 0.1], [0.24, 0.56], [0.46, 0.56], [0.4, 0.9], [0.76, 0.42], [0.53, 0.42]]; // the sign of a charger in its cell
 const MARGIN = 1;
 const BESIDE = 3.2; // columns for the open orders of stations on an edge
 const CHIPS = 5; // in a row
@@ -25,7 +26,7 @@ export function levelOf(edges, number) {
 export function paletteOf(element) {
   const style = getComputedStyle(element);
   const colour = (name) => style.getPropertyValue(`--${name}`).trim();
-  const names = ["ink", "soft", "line", "floor", "place", "lane", "robot", "idle", "work", "rest", "accent", "wait", "card", "empty"];
+  const names = ["ink", "soft", "line", "floor", "place", "lane", "robot", "idle", "work", "rest", "accent", "wait", "card", "empty", "charge", "bundle", "moved"];
   return {
     ...Object.fromEntries(names.map((name) => [name, colour(name)])),
     levels: [0, 1, 2, 3, 4].map((level) => colour(`level-${level}`)),
@@ -98,9 +99,15 @@ export class Scene {
       const [x, y] = [this.toX(cell % width), this.toY(Math.floor(cell / width))];
       pen.fillStyle = what === QUEUE || what === STATION ? p.lane : p.floor;
       this.tile(pen, cell);
-      if (what === STORAGE) {
+      if (what === STORAGE || what === CHARGER) {
         pen.fillStyle = p.place;
         pen.fillRect(x + 0.06 * s, y + 0.06 * s, 0.88 * s, 0.88 * s);
+      }
+      if (what === CHARGER) {
+        pen.beginPath();
+        for (const [right, down] of BOLT) pen.lineTo(x + right * s, y + down * s);
+        pen.fillStyle = p.charge;
+        pen.fill();
       }
     }
     if (this.heat?.by === "cell") this.drawHeat(pen);
@@ -178,14 +185,18 @@ export class Scene {
       if (pod >= 0) {
         pen.fillStyle = this.podColour(pod, open);
         pen.fillRect(x - 0.43 * s, y - 0.43 * s, 0.86 * s, 0.86 * s);
-        pen.strokeStyle = p.ink;
-        pen.lineWidth = Math.max(0.05 * s, 1);
+        const moved = phase.cell !== undefined; // it has no visit before it
+        if (moved) this.drawGoal(pen, here, phase.cell);
+        pen.strokeStyle = moved ? p.moved : p.ink;
+        pen.lineWidth = Math.max((moved ? 0.1 : 0.05) * s, 1);
+        pen.setLineDash(moved ? [0.18 * s, 0.12 * s] : []);
         pen.strokeRect(x - 0.43 * s, y - 0.43 * s, 0.86 * s, 0.86 * s);
+        pen.setLineDash([]);
       }
       const size = (pod >= 0 ? 0.27 : 0.34) * s;
       pen.beginPath();
       pen.arc(x, y, size, 0, FULL);
-      pen.fillStyle = phase.phase === "idle" ? p.idle : waitsOn(phase, here, this.run.legs[robot]) ? p.wait : p.robot;
+      pen.fillStyle = phase.phase === "idle" || phase.phase === "charging" ? p.idle : waitsOn(phase, here, this.run.legs[robot]) ? p.wait : p.robot;
       pen.fill();
       const angle = (-here.heading * Math.PI) / 2;
       pen.beginPath();
@@ -194,7 +205,38 @@ export class Scene {
       pen.strokeStyle = p.card;
       pen.lineWidth = Math.max(0.11 * s, 1.5);
       pen.stroke();
+      if (phase.phase === "charging") this.drawCharge(pen, x, y, world.charge(robot));
     }
+  }
+
+  /** A ring around a robot at a charger, closed when the battery is full. */
+  drawCharge(pen, x, y, share) {
+    const s = this.scale;
+    pen.lineWidth = Math.max(0.13 * s, 2);
+    for (const [colour, part] of [[this.palette.rest, 1], [this.palette.charge, share]]) {
+      pen.beginPath();
+      pen.arc(x, y, 0.44 * s, -FULL / 4, -FULL / 4 + part * FULL);
+      pen.strokeStyle = colour;
+      pen.stroke();
+    }
+  }
+
+  /** Where a pod is carried without a visit, and a line there. */
+  drawGoal(pen, here, cell) {
+    const { scale: s, palette: p } = this;
+    const { width } = this.run.layout;
+    const [column, row] = [cell % width, Math.floor(cell / width)];
+    pen.strokeStyle = p.moved;
+    pen.lineWidth = Math.max(0.06 * s, 1);
+    pen.setLineDash([0.18 * s, 0.18 * s]);
+    pen.strokeRect(this.toX(column) + 0.12 * s, this.toY(row) + 0.12 * s, 0.76 * s, 0.76 * s);
+    pen.globalAlpha = 0.5;
+    pen.beginPath();
+    pen.moveTo(this.toX(here.x + 0.5), this.toY(here.y + 0.5));
+    pen.lineTo(this.toX(column + 0.5), this.toY(row + 0.5));
+    pen.stroke();
+    pen.globalAlpha = 1;
+    pen.setLineDash([]);
   }
 
   drawStations(pen, world) {
@@ -211,33 +253,44 @@ export class Scene {
       const px = x + (outward > 0 ? 1.55 : -0.55) * s;
       const py = y + 0.5 * s;
       pen.beginPath();
-      pen.arc(px, py, 0.46 * s, 0, FULL);
+      if (run.stations.capacity[i] || !run.stations.bundle_capacity?.[i]) pen.arc(px, py, 0.46 * s, 0, FULL);
+      else pen.rect(px - 0.44 * s, py - 0.44 * s, 0.88 * s, 0.88 * s); // it does nothing but store bundles
       pen.fillStyle = this.isPicking(i, world.tick) ? p.work : p.rest;
       pen.fill();
+      if (world.closed.has(i)) {
+        pen.beginPath();
+        pen.moveTo(px - 0.46 * s, py + 0.46 * s);
+        pen.lineTo(px + 0.46 * s, py - 0.46 * s);
+        pen.strokeStyle = p.wait;
+        pen.lineWidth = Math.max(0.12 * s, 1.5);
+        pen.stroke();
+      }
       pen.fillStyle = this.isPicking(i, world.tick) ? p.card : p.ink;
       pen.font = `600 ${Math.max(0.6 * s, 8)}px system-ui, sans-serif`;
       pen.textAlign = "center";
       pen.textBaseline = "middle";
       if (s > 11 * this.ratio) pen.fillText(run.stations.name[i], px, py + 0.03 * s);
-      this.drawOrders(pen, world.stations[i].open, x, y, outward);
+      this.drawChips(pen, world, i, x, y, outward);
     });
   }
 
-  /** Each open order of a station is a chip: fuller with more items to pick. */
-  drawOrders(pen, open, x, y, outward) {
+  /** Each open order of a station is a chip, fuller with more items to pick; each bundle one, hollow until it has a pod. */
+  drawChips(pen, world, station, x, y, outward) {
     const { palette: p, scale: s } = this;
     const step = 0.48 * s;
-    let i = 0;
-    pen.fillStyle = p.accent;
-    for (const items of open.values()) {
-      if (i >= MOST_CHIPS) break;
+    const { open, bundles } = world.stations[station];
+    const chips = Array.from(open.values(), (items) => ({ colour: p.accent, alpha: Math.min(0.35 + 0.2 * items, 1), full: true }));
+    for (const id of bundles) chips.push({ colour: p.bundle, alpha: 1, full: world.bundles[id].pod >= 0 });
+    chips.slice(0, MOST_CHIPS).forEach(({ colour, alpha, full }, i) => {
       const across = (i % CHIPS) * step;
       const cx = outward > 0 ? x + 1.1 * s + across : x - 0.48 * s - across;
       const cy = y + 1.1 * s + Math.floor(i / CHIPS) * step;
-      pen.globalAlpha = Math.min(0.35 + 0.2 * items, 1);
-      pen.fillRect(cx, cy, 0.38 * s, 0.38 * s);
-      i++;
-    }
+      const line = Math.max(0.08 * s, 1);
+      pen.globalAlpha = alpha;
+      [pen.fillStyle, pen.strokeStyle, pen.lineWidth] = [colour, colour, line];
+      if (full) pen.fillRect(cx, cy, 0.38 * s, 0.38 * s);
+      else pen.strokeRect(cx + line / 2, cy + line / 2, 0.38 * s - line, 0.38 * s - line);
+    });
     pen.globalAlpha = 1;
   }
 
@@ -245,6 +298,12 @@ export class Scene {
     const { start, free } = this.picking[station];
     const i = lastUpTo(start, tick);
     return i >= 0 && tick < free[i];
+  }
+
+  /** Whether what a picker is at is to store a bundle. */
+  isStoring(station, tick) {
+    const { start, stores } = this.picking[station];
+    return this.isPicking(station, tick) && stores[lastUpTo(start, tick)];
   }
 
   /** The way of a robot until it has something else to do. */
@@ -286,11 +345,16 @@ export class Scene {
     const centre = (cell) => ({ x: cell % width, y: Math.floor(cell / width) });
     if (kind === "robot") return [this.places[id]];
     if (kind === "station") return [centre(queues[id][0])];
+    if (kind === "charger") return [centre(id)];
+    if (kind === "bundle") {
+      const { station, pod, stored } = world.bundles[id] ?? { station: -1 };
+      return stored ? this.whereIs(world, "pod", pod) : station < 0 ? [] : [centre(queues[station][0])];
+    }
     if (kind === "order") return world.stations.flatMap((one, i) => (one.open.has(id) ? [centre(queues[i][0])] : []));
     return [world.podCell[id] < 0 ? this.places[world.podRobot[id]] : centre(world.podCell[id])];
   }
 
-  /** What is under a point of the page: a robot before a pod before a station with its queue. */
+  /** What is under a point of the page: a robot before a pod before a charger before a station with its queue. */
   hit(world, clientX, clientY) {
     const { x, y } = this.cellAt(clientX, clientY);
     const robot = this.places.findIndex((here) => Math.hypot(here.x - x, here.y - y) < 0.45);
@@ -300,19 +364,21 @@ export class Scene {
     const cell = column >= 0 && column < width && row >= 0 && row < height ? row * width + column : -1;
     const pod = world.podCell.indexOf(cell);
     if (cell >= 0 && pod >= 0) return { kind: "pod", id: pod };
+    if (cell >= 0 && Number(this.run.layout.kind[cell]) === CHARGER) return { kind: "charger", id: cell };
     const near = ([own]) => Math.abs((own % width) - x) < 2 && Math.abs(Math.floor(own / width) - y) < 0.8;
     const station = this.run.layout.queues.findIndex((cells) => cells.includes(cell) || near(cells));
     return station >= 0 ? { kind: "station", id: station } : null;
   }
 }
 
-/** Begin and end of each time that a picker handles an item, by station. */
+/** Begin and end of each time that a picker handles an item or stores a bundle, by station. */
 function stationPicks(run) {
-  const found = run.stations.name.map(() => ({ start: [], free: [] }));
-  const { station, start_tick: start, picker_free_tick: free } = run.events.item_picked;
-  station.forEach((id, i) => {
-    found[id].start.push(start[i]);
-    found[id].free.push(free[i]);
+  const { item_picked: picked, bundle_stored: stored } = run.events;
+  const found = run.stations.name.map(() => []);
+  picked.station.forEach((id, i) => found[id].push([picked.start_tick[i], picked.picker_free_tick[i], false]));
+  stored?.station.forEach((id, i) => found[id].push([stored.start_tick[i], stored.tick[i], true]));
+  return found.map((spans) => {
+    spans.sort((a, b) => a[0] - b[0]);
+    return { start: spans.map(([start]) => start), free: spans.map(([, free]) => free), stores: spans.map(([, , stores]) => stores) };
   });
-  return found;
 }

@@ -3,7 +3,7 @@
 import { lastUpTo, place, STEP_X, STEP_Y } from "./motion.mjs";
 import { phaseOf } from "./story.mjs";
 
-const WAYS = ["to_pod", "to_station", "storing"];
+const WAYS = ["to_pod", "to_station", "storing", "moving", "to_rest"];
 
 export const HEATS = {
   none: { label: "Open items" },
@@ -56,7 +56,7 @@ export function waits(run, history, robot, found) {
   const changes = history.robot[robot].map((at) => sequence.tick[at]);
   for (const at of history.robot[robot]) {
     const name = sequence.names[sequence.kind[at]];
-    if (name.startsWith("pod_")) changes.push(run.events[name].start_tick[sequence.index[at]]);
+    if (name === "pod_lifted" || name === "pod_stored") changes.push(run.events[name].start_tick[sequence.index[at]]);
   }
   changes.sort((a, b) => a - b);
   const last = changes.at(-1) ?? 0; // what a robot does after its last leg and this is not told

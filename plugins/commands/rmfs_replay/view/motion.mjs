@@ -28,6 +28,13 @@ export function lastUpTo(values, value, n = values.length) {
   return low - 1;
 }
 
+/** Charge at a time on a line of points. */
+export function between({ tick: ticks, charge }, tick) {
+  const i = lastUpTo(ticks, tick);
+  if (i < 0 || i + 1 >= ticks.length) return charge[Math.max(i, 0)];
+  return charge[i] + ((charge[i + 1] - charge[i]) * (tick - ticks[i])) / (ticks[i + 1] - ticks[i]);
+}
+
 /** Columns and rows of a step in each heading. */
 export const STEP_X = [1, 0, -1, 0];
 export const STEP_Y = [0, -1, 0, 1];

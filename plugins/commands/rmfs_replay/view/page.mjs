@@ -3,7 +3,7 @@
 import { Clock, clockTime, SPEEDS, spokenTime } from "./clock.mjs";
 import { paletteOf } from "./draw.mjs";
 import { HEATS } from "./heat.mjs";
-import { legend, numbers, suggestions, thingNamed } from "./labels.mjs";
+import { brief, legend, numbers, suggestions, thingNamed } from "./labels.mjs";
 import { make, Panel } from "./panel.mjs";
 import { setHeat, viewsOf } from "./views.mjs";
 
@@ -253,7 +253,7 @@ export class Page {
 
   hover(view, event) {
     const found = view.scene.hit(view.world, event.clientX, event.clientY);
-    view.scene.canvas.title = found ? view.names[found.kind](found.id) : "";
+    view.scene.canvas.title = found ? brief(view, found) : "";
     view.scene.canvas.style.cursor = found ? "pointer" : view.scene.zoom > 1 ? "grab" : "default";
   }
 

@@ -1,7 +1,8 @@
 // What is beside the warehouse: the run as a whole, or the thing that was clicked.
 
 import { clockTime, duration } from "./clock.mjs";
-import { doing, lastOf, Names, orderStatus, phaseOf, plural, tell, waitsOn, why } from "./story.mjs";
+import { bundleStatus, doing, lastOf, orderStatus, percent, phaseOf, plural, tell, waitsOn, why } from "./story.mjs";
+import { featuresOf } from "./features.mjs";
 import { ORDER } from "./world.mjs";
 
 const NEAR = 24; // entries of a history that are shown,
@@ -46,9 +47,9 @@ export class Panel {
 
   /** The run as a whole; of two, their figures beside each other. */
   overview(views) {
-    const rows = ["Rules", "Complete", "Backlog", "Picks", "Visits", "Picks a visit", "Driven", "Robots"];
-    const columns = views.map((view) => this.figures(view));
-    const cells = rows.map((name, i) => [name, ...columns.map((column) => column[i])]);
+    const columns = views.map((view) => new Map(this.figures(view)));
+    const rows = new Set(columns.flatMap((column) => [...column.keys()]));
+    const cells = [...rows].map((name) => [name, ...columns.map((column) => column.get(name) ?? "–")]);
     if (views.length === 1) return [make("h2", {}, "The run"), facts(cells), ...this.parts(views[0]), ...whole(views)];
     cells.shift(); // what differs in the rules stands above each view
     const table = compared(views, cells);
@@ -58,15 +59,21 @@ export class Panel {
   figures(view) {
     const { world, run } = view;
     const rules = Object.entries(run.rules).map(([role, rule]) => make("span", {}, `${role} ${rule}`));
+    const has = featuresOf(run);
+    const stored = world.bundles.filter((bundle) => bundle.stored).length;
+    const charges = run.legs.map((_, robot) => world.charge(robot));
     return [
-      make("span", { class: "links" }, ...rules),
-      `${world.done} of ${run.orders.name.length} orders`,
-      String(world.backlog),
-      String(world.picks),
-      String(world.visits),
-      world.visits ? (world.picks / world.visits).toFixed(2) : "–",
-      `${(view.distance(world.tick) / 1000).toFixed(1)} km`,
-      this.robots(view),
+      ["Rules", make("span", { class: "links" }, ...rules)],
+      ["Complete", `${world.done} of ${run.orders.name.length} orders`],
+      ["Backlog", String(world.backlog)],
+      ["Picks", String(world.picks)],
+      ["Visits", String(world.visits)],
+      ["Picks a visit", world.visits ? (world.picks / world.visits).toFixed(2) : "–"],
+      ["Driven", `${(view.distance(world.tick) / 1000).toFixed(1)} km`],
+      ["Robots", this.robots(view)],
+      ...(run.charges ? [["Lowest charge", percent(Math.min(...charges))]] : []),
+      ...(has.moves ? [["Pods moved", String(world.moves)]] : []),
+      ...(has.bundles ? [["Bundles", `${world.waitingBundles().length} waiting, ${stored} of ${world.bundles.length} stored`]] : []),
     ];
   }
 
@@ -78,34 +85,54 @@ export class Panel {
       this.stations(view),
       make("h3", {}, backlog ? `Oldest of ${plural(backlog, "order")} in the backlog${of}` : `Backlog${of}`),
       this.oldest(view),
+      ...this.waitingBundles(view),
     ];
+  }
+
+  waitingBundles(view) {
+    const waiting = view.world.waitingBundles();
+    if (!waiting.length) return [];
+    const links = waiting.slice(0, OLDEST).map((id) => this.link(view, "bundle", id));
+    return [make("h3", {}, `Oldest of ${plural(waiting.length, "bundle")} waiting${view.letter && ` of ${view.letter}`}`), make("p", { class: "links" }, ...links)];
   }
 
   robots(view) {
     const counts = new Map();
     view.scene.places.forEach((here, robot) => {
       const phase = phaseOf(view.run, view.history, robot, view.world.tick, view.world);
-      const names = { to_pod: "fetch", lifting: "fetch", to_station: "bring", queue: "queue", station: "serve", storing: "store", setting_down: "store", idle: "idle" };
-      const name = waitsOn(phase, here, view.run.legs[robot]) ? "wait" : names[phase.phase];
+      const names = { to_pod: "fetch", lifting: "fetch", to_station: "bring", queue: "queue", station: "serve", storing: "store", setting_down: "store", idle: "idle", moving: "move", to_rest: "rest", charging: "charge" };
+      const off = phase.phase === "idle" && robot >= view.world.onDuty;
+      const name = off ? "off duty" : waitsOn(phase, here, view.run.legs[robot]) ? "wait" : names[phase.phase];
       counts.set(name, (counts.get(name) ?? 0) + 1);
     });
-    const order = ["fetch", "bring", "queue", "serve", "store", "wait", "idle"];
+    const order = ["fetch", "bring", "queue", "serve", "store", "move", "rest", "charge", "wait", "idle", "off duty"];
     const said = order.filter((name) => counts.has(name)).map((name) => make("span", {}, `${counts.get(name)} ${name}`));
     return make("span", { class: "links" }, ...said);
   }
 
   stations(view) {
+    const { bundles } = featuresOf(view.run);
     const rows = view.world.stations.map((station, i) =>
       make("tr", {},
         make("td", {}, this.link(view, "station", i, view.run.stations.name[i])),
         make("td", {}, String(station.open.size)),
         make("td", {}, String(station.items)),
+        bundles ? make("td", {}, String(station.bundles.size)) : null,
         make("td", {}, String(Math.max(station.line.length - (station.visit ? 1 : 0), 0))),
-        make("td", {}, view.scene.isPicking(i, view.world.tick) ? "picks" : station.items ? "waits" : "idle"),
+        make("td", {}, this.picker(view, i)),
       ),
     );
-    const head = ["Station", "Orders", "Items", "Queue", "Picker"].map((text) => make("th", { scope: "col" }, text));
-    return make("table", {}, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...rows));
+    const titles = ["Station", "Orders", "Items", ...(bundles ? ["Bundles"] : []), "Queue", "Picker"];
+    const head = titles.map((text) => make("th", { scope: "col" }, text));
+    return make("table", { class: bundles ? "dense" : null }, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...rows));
+  }
+
+  /** What a station's picker does, in a word. */
+  picker({ world, scene }, id) {
+    const { items, bundles } = world.stations[id];
+    if (scene.isPicking(id, world.tick)) return scene.isStoring(id, world.tick) ? "stores" : "picks";
+    if (items || bundles.size) return "waits";
+    return world.closed.has(id) ? "closed" : "idle";
   }
 
   oldest(view) {
@@ -135,6 +162,8 @@ export class Panel {
       facts([
         ["Since", `${clockTime(phase.since)}, ${duration(world.tick - phase.since)} ago`],
         ["At", view.names.cell(Math.round(here.y) * view.run.layout.width + Math.round(here.x))],
+        world.charge(id) === null ? null : ["Charge", percent(world.charge(id))],
+        id >= world.onDuty ? ["Duty", "off: it takes no tasks"] : null,
         phase.pod >= 0 ? ["Pod", this.link(view, "pod", phase.pod, view.run.pods.name[phase.pod])] : null,
         phase.station >= 0 ? ["Station", this.link(view, "station", phase.station, view.run.stations.name[phase.station])] : null,
       ]),
@@ -145,8 +174,8 @@ export class Panel {
     const robot = world.podRobot[id];
     const open = world.openItems()[id];
     const where = robot < 0 ? `Stands at ${view.names.cell(world.podCell[id])}` : `Carried by robot ${robot + 1}`;
-    const contents = view.run.contents[id].map(([sku, number]) => {
-      const left = number < 0 ? "" : `, ${world.stock[id].get(sku)} left`;
+    const contents = [...world.stock[id]].map(([sku, number]) => {
+      const left = number < 0 ? "" : `, ${number} left`;
       return `${view.run.skus[sku]} (${world.demand[sku]} wanted${left})`;
     });
     const shown = contents.length > 12 ? [...contents.slice(0, 12), `and ${contents.length - 12} more`] : contents;
@@ -164,19 +193,53 @@ export class Panel {
     const station = world.stations[id];
     const picks = view.scene.isPicking(id, world.tick);
     const queued = station.line.filter((pod) => pod !== station.visit?.pod);
-    const waits = station.visit ? "A pod is there" : "The picker waits for a pod";
-    const said = picks ? "The picker handles an item" : station.items ? waits : "Nothing is to be picked";
+    const { capacity, counts_orders, bundle_capacity } = view.run.stations;
+    const worker = capacity[id] ? "The picker" : "The worker";
+    const waits = station.visit ? "A pod is there" : `${worker} waits for a pod`;
+    const nothing = capacity[id] ? "Nothing is to be picked" : "Nothing is to be stored";
+    const busy = view.scene.isStoring(id, world.tick) ? `${worker} stores a bundle` : `${worker} handles an item`;
+    const said = picks ? busy : station.items || station.bundles.size ? waits : nothing;
+    const closed = world.closed.has(id) ? ["Closed", "takes no new orders"] : null;
     const pods = (ids) => (ids.length ? make("span", { class: "links" }, ...ids.map((pod) => this.link(view, "pod", pod, view.run.pods.name[pod]))) : "none");
     const orders = [...station.open].map(([order, items]) => this.link(view, "order", order, `${view.run.orders.name[order]} (${items})`));
-    const unit = view.run.stations.counts_orders[id] ? "orders" : "items";
+    const bundles = [...station.bundles].map((bundle) => this.link(view, "bundle", bundle, `${view.run.events.bundle_arrived.name[bundle]}${world.bundles[bundle].pod < 0 ? " (no pod yet)" : ""}`));
+    const links = (found) => (found.length ? make("span", { class: "links" }, ...found) : "none");
+    const unit = counts_orders[id] ? "orders" : "items";
     return [
       make("p", { class: "now" }, `${said}.`),
       facts([
-        ["Load", `${unit === "orders" ? station.open.size : station.items} of ${view.run.stations.capacity[id]} ${unit}`],
+        closed,
+        capacity[id] ? ["Load", `${unit === "orders" ? station.open.size : station.items} of ${capacity[id]} ${unit}`] : null,
+        bundle_capacity?.[id] ? ["Room", `${plural(station.bundles.size, "bundle")} of ${bundle_capacity[id]}`] : null,
         ["Pod there", pods(station.visit ? [station.visit.pod] : [])],
         ["Queue", pods(queued)],
-        ["Open orders", orders.length ? make("span", { class: "links" }, ...orders) : "none"],
+        capacity[id] ? ["Open orders", links(orders)] : null,
+        bundle_capacity?.[id] ? ["Bundles", links(bundles)] : null,
       ]),
+    ];
+  }
+
+  bundle(view, id, world) {
+    const { sku, items } = view.run.events.bundle_arrived;
+    const bundle = world.bundles[id];
+    return [
+      make("p", { class: "now" }, `${capital(bundleStatus(view.names, world, id))}.`),
+      facts([
+        ["Holds", `${items[id]} × ${view.run.skus[sku[id]]}`],
+        bundle?.station >= 0 ? ["Station", this.link(view, "station", bundle.station, view.run.stations.name[bundle.station])] : null,
+        bundle?.pod >= 0 ? ["Pod", this.link(view, "pod", bundle.pod, view.run.pods.name[bundle.pod])] : null,
+      ]),
+    ];
+  }
+
+  charger(view, id, world) {
+    const { width } = view.run.layout;
+    const there = view.scene.places.findIndex((here) => !here.moving && here.y * width + here.x === id);
+    if (there < 0) return [make("p", { class: "now" }, "Free.")];
+    const charge = world.charge(there);
+    return [
+      make("p", { class: "now" }, `${capital(view.names.robot(there))} stands there.`),
+      facts([["Robot", this.link(view, "robot", there, String(there + 1))], charge === null ? null : ["Charge", percent(charge)]]),
     ];
   }
 
@@ -201,7 +264,7 @@ export class Panel {
   }
 
   history(view, kind, id) {
-    const list = view.history[kind][id];
+    const list = view.history[kind]?.[id] ?? [];
     if (!list.length) return [];
     const now = lastOf(view.run, list, view.world.tick);
     const begin = Math.max(Math.min(now - BEFORE, list.length - NEAR), 0);

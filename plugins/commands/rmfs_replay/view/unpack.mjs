@@ -58,7 +58,7 @@ function unpackEvents(data) {
       columns.picker_free_tick = columns.tick.map((tick, i) => tick + columns.picker_free_tick[i]);
     }
     if (columns.skus_n) columns.skus_at = offsets(columns.skus_n);
-    for (const key of ["decides", "rule", "status"]) {
+    for (const key of ["decides", "rule", "status", "name"]) {
       if (columns[key]) columns[key] = columns[key].map((text) => data.texts[text]);
     }
     events[name] = columns;
@@ -73,6 +73,16 @@ function unpackEvents(data) {
     sequence.tick[i] = events[names[kind]].tick[sequence.index[i]];
   }
   return { events, sequence };
+}
+
+/** Charge of each robot over time, as shares: straight lines from point to point; null without batteries. */
+function unpackCharges(packed) {
+  if (!packed?.n.length) return null;
+  const at = offsets(packed.n);
+  return packed.n.map((_, robot) => ({
+    tick: summed(packed.tick.slice(at[robot], at[robot + 1])),
+    charge: Float64Array.from(packed.charge.slice(at[robot], at[robot + 1]), (value) => value / 10000),
+  }));
 }
 
 function unpackDecisions(packed) {
@@ -103,6 +113,7 @@ export function unpack(data) {
     legs: unpackLegs(data),
     ...unpackEvents(data),
     decisions: unpackDecisions(data.decisions),
+    charges: unpackCharges(data.charges),
     lines: data.orders.name.map((_, i) => pairs(data.orders.lines, linesAt, i)),
     contents: data.pods.name.map((_, i) => pairs(data.pods.contents, contentsAt, i)),
   };

@@ -1,5 +1,7 @@
 // What is where at a time, apart from robots on their way: told from the events, first to last.
 
+import { between } from "./motion.mjs";
+
 /** State of an order. */
 export const ORDER = { ABSENT: 0, WAITING: 1, PARTLY: 2, ASSIGNED: 3, DONE: 4 };
 
@@ -22,11 +24,14 @@ export class World {
     this.podRobot.forEach((robot, pod) => robot >= 0 && (this.robotPod[robot] = pod));
     this.demand = new Int32Array(run.skus.length);
     this.stock = run.contents.map((contents) => new Map(contents));
-    this.stations = run.stations.name.map((_, i) => ({ line: this.lineAtStart(i), visit: null, open: new Map(), items: 0 }));
+    this.stations = run.stations.name.map((_, i) => ({ line: this.lineAtStart(i), visit: null, open: new Map(), items: 0, bundles: new Set() }));
     this.orders = new Uint8Array(run.orders.name.length);
     this.left = Int32Array.from(run.lines, (lines) => lines.reduce((sum, [, quantity]) => sum + quantity, 0));
     this.unassigned = Int32Array.from(this.left);
-    this.backlog = this.done = this.picks = this.visits = 0;
+    this.backlog = this.done = this.picks = this.visits = this.moves = 0;
+    this.bundles = []; // by id, as far as they have arrived
+    this.closed = new Set();
+    this.onDuty = run.robots.cell.length;
     this.changed = true;
   }
 
@@ -54,17 +59,26 @@ export class World {
   openItems() {
     if (this.changed) {
       this.changed = false;
-      const { contents } = this.run;
-      for (let pod = 0; pod < contents.length; pod++) {
+      this.stock.forEach((stock, pod) => {
         let sum = 0;
-        for (const [sku, number] of contents[pod]) {
+        for (const [sku, number] of stock) {
           if (!this.demand[sku]) continue;
-          sum += number < 0 ? this.demand[sku] : Math.min(this.demand[sku], this.stock[pod].get(sku));
+          sum += number < 0 ? this.demand[sku] : Math.min(this.demand[sku], number);
         }
         this.openOn[pod] = sum;
-      }
+      });
     }
     return this.openOn;
+  }
+
+  /** How full a robot's battery is, as a share; null without one. */
+  charge(robot) {
+    return this.run.charges ? between(this.run.charges[robot], this.tick) : null;
+  }
+
+  /** Bundles that wait to be assigned to a station. */
+  waitingBundles() {
+    return this.bundles.flatMap((bundle, id) => (bundle.station < 0 ? [id] : []));
   }
 
   // Events, by their names in a trace; `i` is their place among those of their kind.
@@ -133,6 +147,45 @@ export class World {
     this.picks++;
     const stock = this.stock[pod[i]].get(sku[i]);
     if (stock > 0) this.stock[pod[i]].set(sku[i], stock - 1);
+  }
+
+  bundle_arrived() {
+    this.bundles.push({ station: -1, pod: -1, stored: false });
+  }
+
+  bundle_assigned(i) {
+    const { bundle, station } = this.run.events.bundle_assigned;
+    this.bundles[bundle[i]].station = station[i];
+    this.stations[station[i]].bundles.add(bundle[i]);
+  }
+
+  bundle_bound(i) {
+    const { bundle, pod } = this.run.events.bundle_bound;
+    this.bundles[bundle[i]].pod = pod[i];
+  }
+
+  bundle_stored(i) {
+    const { bundle, station, pod, sku, items } = this.run.events.bundle_stored;
+    this.bundles[bundle[i]].stored = true;
+    this.stations[station[i]].bundles.delete(bundle[i]);
+    const stock = this.stock[pod[i]];
+    if (!(stock.get(sku[i]) < 0)) stock.set(sku[i], (stock.get(sku[i]) ?? 0) + items[i]);
+  }
+
+  station_opened(i) {
+    this.closed.delete(this.run.events.station_opened.station[i]);
+  }
+
+  station_closed(i) {
+    this.closed.add(this.run.events.station_closed.station[i]);
+  }
+
+  robots_on_duty(i) {
+    this.onDuty = this.run.events.robots_on_duty.number[i];
+  }
+
+  pod_move_decided() {
+    this.moves++;
   }
 
   order_completed(i) {

@@ -7,9 +7,17 @@ from pathlib import Path
 import pytest
 
 import rmfs_core
+from rmfs_core.scenario import load_scenario
 from rmfs_replay.reading import Replay, read_replay
 
 SETTINGS = ("instance.orders=20",)
+BATTERIES = (
+    "instance.orders=40",
+    "layout.chargers=1",
+    "robots.battery={capacity_wh=70, idle_w=200, charging_w=8000}",
+    "rules.idle=charge-when-low",
+    "rules.pp=free-flow",
+)
 
 
 @pytest.fixture(scope="session")
@@ -33,3 +41,27 @@ def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def replay(day: Path) -> Replay:
     """Return the replay of the day."""
     return read_replay(day)
+
+
+@pytest.fixture(scope="session")
+def restocked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a run with decisions in which bundles are stored, a station is closed and pods are moved."""
+    folder = tmp_path_factory.mktemp("runs") / "restocked"
+    overrides = ("instance.orders=40", "stations.open={2=[['00:10', '23:00']]}", "rules.move=utility")
+    scenario = load_scenario("examples/replenished", (*overrides, "rules.idle=rest-nearest", "rules.pp=free-flow"))
+    rmfs_core.run(scenario, out=folder, record=["trace", "decisions"])
+    return folder
+
+
+@pytest.fixture(scope="session")
+def charged(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a run in which robots charge."""
+    folder = tmp_path_factory.mktemp("runs") / "charged"
+    rmfs_core.run(load_scenario("examples/small", BATTERIES), out=folder, record=["trace"])
+    return folder
+
+
+@pytest.fixture(scope="session")
+def batteries() -> tuple[str, ...]:
+    """Return what that run differs in from the scenario `examples/small`."""
+    return BATTERIES

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
+from pathlib import Path
 
 import pytest
 from PIL import Image, ImageColor
 
+from rmfs_core.events import RobotRested
 from rmfs_replay.frames import ABOVE, BESIDE, Camera, clock_time, most_open, palette, pictures
 from rmfs_replay.positions import ways
-from rmfs_replay.reading import Replay
+from rmfs_replay.reading import Replay, read_replay
 from rmfs_replay.warehouse import WarehouseAt
+from rmfs_trace import read_trace
 
 WIDTH = 1200
 
@@ -42,6 +46,48 @@ def test_robots_and_pods_are_where_they_are(replay: Replay) -> None:
         seen = colour_at(image, replay, column, row)
         assert seen in [rgb[f"level-{level}"] for level in range(5)]
         assert (seen == rgb["level-0"]) == (world.open_items(pod) == 0)
+
+
+def colours_in(image: Image.Image) -> set[tuple[int, ...]]:
+    """Return every colour of a picture."""
+    return {colour for _, colour in image.getcolors(image.width * image.height) or []}  # type: ignore[misc]
+
+
+def test_bundles_closed_stations_and_moved_pods(restocked: Path) -> None:
+    """Each has a colour that is seen when there is one, and no other time."""
+    replay = read_replay(restocked)
+    camera, world, seen = Camera(replay, WIDTH), WarehouseAt(replay), Counter[tuple[str, bool]]()
+    rgb = {name: ImageColor.getrgb(value) for name, value in palette().items()}
+    for tick in range(0, replay.tick, replay.tick // 25):
+        world.go(tick)
+        found = colours_in(camera.take(tick))
+        there = {
+            "bundle": any(bound for bundles in world.bundles for bound in bundles.values()),
+            "moved": bool(world.moving & world.robot_pod.keys()),
+        }
+        for name, is_there in there.items():
+            assert (rgb[name] in found) == is_there
+            seen[name, is_there] += 1
+    assert len(seen) == 4
+
+
+def test_chargers_and_how_full_batteries_are(charged: Path) -> None:
+    """A charger has a sign; around a robot that stands there a ring closes as its battery is filled."""
+    replay = read_replay(charged)
+    camera, charge = Camera(replay, WIDTH), ImageColor.getrgb(palette()["charge"])
+    (charger,) = replay.start.layout.chargers
+    row, column = divmod(charger, replay.start.layout.width)
+    assert colour_at(camera.take(0), replay, column, row) == charge
+    (rested, robot) = next(
+        (e.tick, e.robot) for e in read_trace(charged / "trace.jsonl.gz").events if isinstance(e, RobotRested)
+    )
+    line = replay.columns.charges.lines(replay.tick)[robot]
+    full = next(tick for tick in line.ticks if tick > rested) - 1
+    rings = [
+        sum(n for n, colour in camera.take(tick).getcolors(1 << 24) or [] if colour == charge)
+        for tick in (rested, full)
+    ]
+    assert rings[0] < rings[1]
 
 
 def test_the_colours_are_those_of_the_page() -> None:

@@ -36,6 +36,25 @@ def test_each_decision_has_what_was_decided(day: Path, replay: Replay) -> None:
     assert columns["backlog"][-1] == 0
 
 
+def test_bundles_rests_and_moves(restocked: Path) -> None:
+    """Who stores what where, who rests where, and which pods are carried elsewhere; of bundles, how many wait."""
+    replay = read_replay(restocked)
+    columns, names = replay.decisions, replay.columns.bundles()
+    assert columns is not None
+    parts = list(zip(columns["what"], columns["one"], columns["other"], strict=True))
+    pods = {pod.name: i for i, pod in enumerate(replay.start.instance.pods)}
+    recorded = [one.decision or {} for one in read_recording(restocked)]
+    bundles = [(names.index(b["bundle"]), int(b["station"]) - 1) for one in recorded for b in one.get("bundles", ())]
+    stores = [(names.index(b["bundle"]), pods[b["pod"]]) for one in recorded for b in one.get("stores", ())]
+    rests = [(int(r["robot"]) - 1, r["cell"]) for one in recorded for r in one.get("rests", ())]
+    moves = [(pods[m["pod"]], m["cell"]) for one in recorded for m in one.get("moves", ())]
+    for what, expected in ((3, bundles), (4, stores), (5, rests), (6, moves)):
+        assert [(one, other) for code, one, other in parts if code == what] == expected != []
+    labels = [columns["texts"][text] for text in columns["decides"]]
+    waiting = [n for label, n in zip(labels, columns["backlog"], strict=True) if label == "ROA"]
+    assert min(waiting) >= 1
+
+
 def test_nothing_recorded(short: Path) -> None:
     """A run without recorded decisions is shown without."""
     assert read_replay(short).decisions is None

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
-from rmfs_replay.reading import Replay
+from rmfs_replay.reading import Replay, read_replay
 from rmfs_replay.telling import metrics_of, rules_of, summaries, told
 
 
@@ -33,4 +34,18 @@ def test_rules_with_parameters_have_their_names() -> None:
     """A scenario gives a rule alone, or in a table with parameters; a joint rule decides two things."""
     rules = {"poa_pps": {"rule": "lns", "iterations": 3}, "pr": "nearest", "poa": None, "filters": []}
     assert rules_of({"rules": rules}) == {"POA+PPS": "lns", "PR": "nearest"}
+    more = {"roa": "first-bundle", "rps": {"rule": "random"}, "idle": "stay", "move": "cache", "activate": "all"}
+    assert rules_of({"rules": more}) == {
+        "ROA": "first-bundle",
+        "RPS": "random",
+        "activation": "all",
+        "idle": "stay",
+        "repositioning": "cache",
+    }
     assert summaries({"./my.py:Mine", "nearest"}) == {"nearest": "Store a pod in the nearest free storage location."}
+
+
+def test_stations_tell_how_many_bundles_they_take(restocked: Path, replay: Replay) -> None:
+    """Those that store none take 0."""
+    assert told(read_replay(restocked))["stations"]["bundle_capacity"] == [0, 0, 10]
+    assert told(replay)["stations"]["bundle_capacity"] == [0] * len(replay.start.stations)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import csv
+from collections import Counter
 from pathlib import Path
 
 from rmfs_core.events import PodStored
-from rmfs_replay.reading import Replay
+from rmfs_replay.reading import Replay, read_replay
 from rmfs_replay.warehouse import WarehouseAt
 from rmfs_trace import read_trace
 
@@ -48,3 +49,19 @@ def test_pickers_work_as_long_as_the_table_says(day: Path, replay: Replay) -> No
     with (day / "stations.csv").open(encoding="utf-8", newline="") as file:
         busy = [float(row["busy_s"]) for row in csv.DictReader(file)]
     assert all(abs(a - b) <= 0.05 * b + 2 for a, b in zip(seen, busy, strict=True))
+
+
+def test_bundles_closed_stations_and_moved_pods(restocked: Path) -> None:
+    """Seen at each event: bundles at stations until they are stored, then items on pods; the second station closed."""
+    replay = read_replay(restocked)
+    world, ticks = WarehouseAt(replay), Counter[str]()
+    for tick in sorted({event.tick for event in read_trace(restocked / "trace.jsonl.gz").events}):
+        world.go(tick)
+        ticks["bundles"] += bool(world.bundles[2])
+        ticks["bound"] += any(world.bundles[2].values())
+        ticks["stored"] += world.is_picking(2)
+        ticks["moving"] += bool(world.moving)
+        assert world.closed == ({1} if tick < 600_000 else set())
+        assert world.moving <= world.busy
+    assert min(ticks.values()) > 0
+    assert not any(world.bundles)

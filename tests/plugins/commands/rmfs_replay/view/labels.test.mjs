@@ -3,10 +3,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { edgesFor, levelOf } from "../../../../../plugins/commands/rmfs_replay/view/draw.mjs";
-import { numbers, suggestions, thingNamed } from "../../../../../plugins/commands/rmfs_replay/view/labels.mjs";
-import { Names } from "../../../../../plugins/commands/rmfs_replay/view/story.mjs";
+import { brief, numbers, suggestions, thingNamed } from "../../../../../plugins/commands/rmfs_replay/view/labels.mjs";
+import { histories, Names } from "../../../../../plugins/commands/rmfs_replay/view/story.mjs";
 import { World } from "../../../../../plugins/commands/rmfs_replay/view/world.mjs";
-import { sample } from "./sample.mjs";
+import { replenished, sample } from "./sample.mjs";
 
 const run = sample();
 const view = { run, names: new Names(run), world: new World(run).go(20042), distance: () => 1234 };
@@ -34,4 +34,22 @@ test("classes of open items reach to the most, whatever it is", () => {
   assert.deepEqual(edgesFor(59), [0, 8, 15, 30, 59]);
   assert.deepEqual(edgesFor(2), [0, 1, 2]);
   assert.deepEqual([0, 1, 8, 9, 59, 60].map((number) => levelOf(edgesFor(59), number)), [0, 1, 1, 2, 4, 4]);
+});
+
+const more = replenished();
+const richer = (tick) => ({ run: more, names: new Names(more), history: histories(more), world: new World(more).go(tick), distance: () => 0 });
+
+test("bundles have names and are counted", () => {
+  assert.deepEqual(thingNamed(richer(0), "bundle second"), { kind: "bundle", id: 1 });
+  assert.match(numbers(richer(15000)), /backlog 0, 1 bundle waiting, /);
+  assert.ok(suggestions(richer(0)).includes("bundle first"));
+});
+
+test("a thing in a few words", () => {
+  const said = (tick, kind, id) => brief(richer(tick), { kind, id });
+  assert.equal(said(12000, "robot", 0), "robot 1: stands at a charger, 40 % charged");
+  assert.equal(said(16000, "station", 0), "station 1, 1 bundle to store, closed");
+  assert.equal(said(27000, "station", 0), "station 1");
+  assert.equal(said(0, "charger", 5), "charger at row 1, column 6");
+  assert.equal(brief({ ...view, history: histories(run) }, { kind: "robot", id: 0 }), "robot 1: stands at station 1 with pod p");
 });

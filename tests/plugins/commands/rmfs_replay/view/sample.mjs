@@ -43,13 +43,13 @@ const LEGS = [
   [10417, 0, 625, 2000, 0, 1],
 ];
 
-function packedEvents() {
+function packedEvents(told = EVENTS, kinds = KINDS) {
   const events = {};
-  for (const [name, fields] of Object.entries(KINDS)) {
+  for (const [name, fields] of Object.entries(kinds)) {
     const columns = { tick: [], ...Object.fromEntries(fields.map((field) => [field, []])) };
     if (fields.includes("skus")) columns.skus_n = [];
     let last = 0;
-    for (const [tick, kind, ...values] of EVENTS) {
+    for (const [tick, kind, ...values] of told) {
       if (kind !== name) continue;
       columns.tick.push(tick - last);
       last = tick;
@@ -101,3 +101,62 @@ export function packed() {
 }
 
 export const sample = () => unpack(packed());
+
+// The same place with a charger (5) and a station that stores bundles, without orders: the robot moves pod p, rests at the
+// charger, and brings pod q, on which a bundle of SKU a is stored.
+
+const MORE_KINDS = {
+  ...KINDS,
+  bundle_arrived: ["bundle", "name", "sku", "items"],
+  bundle_assigned: ["bundle", "station"],
+  bundle_bound: ["bundle", "pod"],
+  bundle_stored: ["start_tick", "visit", "station", "pod", "bundle", "sku", "items"],
+  station_opened: ["station"],
+  station_closed: ["station"],
+  robots_on_duty: ["number"],
+  robot_sent: ["robot", "cell"],
+  robot_rested: ["robot", "cell"],
+  pod_move_decided: ["robot", "pod", "cell"],
+};
+
+const MORE_EVENTS = [
+  [0, "station_closed", 0],
+  [0, "pod_move_decided", 0, 0, 3],
+  [2200, "pod_lifted", 0, 0, 0, 0],
+  [9000, "pod_stored", 6800, 0, 0, 3],
+  [9000, "robot_sent", 0, 5],
+  [12000, "robot_rested", 0, 5],
+  [14000, "bundle_arrived", 0, 6, 0, 4],
+  [14000, "bundle_arrived", 1, 7, 1, 2],
+  [15000, "bundle_assigned", 0, 0],
+  [15000, "decision_made", 0, 8, 9, 2, 1, 0, 5, null, null, 0],
+  [16000, "bundle_bound", 0, 1],
+  [16000, "trip_decided", 1, 0],
+  [16000, "decision_made", 0, 10, 11, 1, 0, 1, 5, null, null, 0],
+  [16000, "task_assigned", 0, 1],
+  [18200, "pod_lifted", 16000, 0, 1, 1],
+  [20000, "queue_joined", 0, 1, 0],
+  [20000, "visit_started", 1, 0, 1, 0],
+  [26000, "bundle_stored", 20000, 1, 0, 1, 0, 0, 4],
+  [27000, "station_opened", 0],
+  [27000, "robots_on_duty", 0],
+];
+
+/** The run as the page is told it. */
+export function packedReplenished() {
+  const told = MORE_EVENTS;
+  return {
+    ...packed(),
+    orders: { name: [], lines_n: [], lines: [] },
+    rules: { ROA: "first-bundle", RPS: "emptiest-pod" },
+    layout: { width: 6, height: 2, kind: "222115111134", queues: [[11, 10]] },
+    pods: { name: ["p", "q"], contents_n: [1, 1], contents: [0, 3, 1, 1], cell: [0, 1], robot: [-1, -1], bound_for: [[], []] },
+    stations: { name: ["1"], capacity: [0], counts_orders: [false], bundle_capacity: [2] },
+    events: packedEvents(told, MORE_KINDS),
+    order: told.map(([, kind]) => String.fromCharCode(97 + Object.keys(MORE_KINDS).indexOf(kind))).join(""),
+    texts: [...TEXTS, "first", "second", "ROA", "first-bundle", "RPS", "emptiest-pod"],
+    charges: { n: [3], tick: [0, 12000, 4000], charge: [10000, 4000, 6000] },
+  };
+}
+
+export const replenished = () => unpack(packedReplenished());

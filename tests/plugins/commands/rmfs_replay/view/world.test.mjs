@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { ORDER, World } from "../../../../../plugins/commands/rmfs_replay/view/world.mjs";
-import { sample } from "./sample.mjs";
+import { replenished, sample } from "./sample.mjs";
 
 const plain = (world) => ({
   pods: [...world.podCell], carried: [...world.robotPod], orders: [...world.orders], open: [...world.openItems()],
@@ -43,4 +43,23 @@ test("no more items are wanted of a pod than it has", () => {
   const run = sample();
   run.lines[0][1][1] = 5;
   assert.equal(new World(run).go(0).openItems()[1], 1);
+});
+
+test("bundles wait, are given to stations, and become items on pods", () => {
+  const world = new World(replenished());
+  assert.deepEqual(world.go(14000).waitingBundles(), [0, 1]);
+  assert.deepEqual(world.go(15000).waitingBundles(), [1]);
+  assert.deepEqual([...world.stations[0].bundles], [0]);
+  assert.equal(world.stock[1].get(0), undefined);
+  world.go(26000);
+  assert.deepEqual([world.stock[1].get(0), world.stock[1].get(1), world.stations[0].bundles.size], [4, 1, 0]);
+  assert.deepEqual(world.go(0).bundles, []);
+});
+
+test("stations close and open, robots go off duty, pods are moved, batteries run down and are charged", () => {
+  const world = new World(replenished());
+  assert.deepEqual([world.go(0).closed.has(0), world.onDuty, world.moves], [true, 1, 1]);
+  assert.deepEqual([world.go(27000).closed.has(0), world.onDuty, world.podCell[0]], [false, 0, 3]);
+  assert.deepEqual([0, 6000, 12000, 14000, 16000, 30000].map((tick) => world.go(tick).charge(0)), [1, 0.7, 0.4, 0.5, 0.6, 0.6]);
+  assert.equal(new World(sample()).charge(0), null);
 });
