@@ -13,7 +13,6 @@ from rmfs_core.events import Event, PodLifted, PodStored, RobotMoved
 from rmfs_core.scenario import scenario_from_dict
 from rmfs_core.scenario.model import BatterySection
 from rmfs_core.simulation.setup import battery_of
-from rmfs_core.warehouse.battery import Battery
 from rmfs_core.world.travel import travel_on
 from rmfs_trace import Trace
 
@@ -67,7 +66,7 @@ class Charges:
         scenario = scenario_from_dict(start.scenario, name="header of the trace")
         make = battery_of(scenario, travel_on(start.layout, start.motion))
         assert make is not None
-        self._batteries: list[Battery] = [make(lambda: self._now) for _ in start.robots]
+        self._batteries = [make(lambda: self._now) for _ in start.robots]
         self._charging = [robot["cell"] in self._chargers for robot in start.robots]
         self._lines = [Line() for _ in start.robots]
 

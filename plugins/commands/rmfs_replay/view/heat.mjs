@@ -3,7 +3,7 @@
 import { lastUpTo, place, STEP_X, STEP_Y } from "./motion.mjs";
 import { phaseOf } from "./story.mjs";
 
-const WAYS = ["to_pod", "to_station", "storing", "moving", "to_rest"];
+const WAYS = ["to_pod", "to_station", "storing"];
 
 export const HEATS = {
   none: { label: "Open items" },
@@ -67,7 +67,8 @@ export function waits(run, history, robot, found) {
     for (let begin = rests; begin < goes; ) {
       const next = changes[lastUpTo(changes, begin) + 1] ?? Infinity;
       const end = Math.min(next, goes);
-      if (WAYS.includes(phaseOf(run, history, robot, begin, null).phase)) found(here, begin, end);
+      const { phase, cell } = phaseOf(run, history, robot, begin, null);
+      if (WAYS.includes(phase) && cell === undefined) found(here, begin, end); // who fetches a pod to move it has a cell
       begin = end;
     }
     if (i < legs.n) rests = goes + legs.turn[i] + legs.run[i];

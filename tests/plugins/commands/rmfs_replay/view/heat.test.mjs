@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { heatClass, heatEdges, heatOf } from "../../../../../plugins/commands/rmfs_replay/view/heat.mjs";
 import { histories } from "../../../../../plugins/commands/rmfs_replay/view/story.mjs";
-import { sample } from "./sample.mjs";
+import { replenished, sample } from "./sample.mjs";
 
 const run = sample();
 const heat = (name) => heatOf(run, histories(run), name);
@@ -17,6 +17,12 @@ test("traffic counts each cell that a robot drove into", () => {
 test("waiting counts robots on a way that stand; not lifting, queueing or serving", () => {
   // Before the first leg. What the robot does after its last visit is not told: the run ends.
   assert.deepEqual(there(heat("waiting")), { 0: 0.8 });
+});
+
+test("waiting is what robots.csv counts: not who rests, charges or moves a pod", () => {
+  const more = replenished();
+  // On its way to the station it has no leg any more; before its first leg it moved pod p.
+  assert.deepEqual(there(heatOf(more, histories(more), "waiting")), { 11: 1.8 });
 });
 
 test("picks by pod, and the share of time in storage", () => {
