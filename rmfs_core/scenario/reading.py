@@ -107,10 +107,10 @@ def located(scenario: Scenario) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        path = undotted(error.place)
-        if scenario.source is None or path[0] not in fields_of(Scenario):
+        path, source = undotted(error.place), scenario.source
+        if source is None or error.place.startswith(f"{source.name}, ") or path[0] not in fields_of(Scenario):
             raise
-        raise InputError(scenario.source.place_of(path), error.problem) from error
+        raise InputError(source.place_of(path), error.problem) from error
 
 
 def _check_replaced(scenario: Scenario, data: Mapping[str, Any]) -> None:

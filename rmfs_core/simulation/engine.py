@@ -28,7 +28,7 @@ from rmfs_core.events import (
 )
 from rmfs_core.info import RunInfo
 from rmfs_core.rules import RuleSet
-from rmfs_core.scenario.model import Scenario
+from rmfs_core.scenario import Scenario, located
 from rmfs_core.simulation.applying import tell_open
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving import WAYS
@@ -66,21 +66,24 @@ class Simulation:
     def __init__(
         self, scenario: Scenario, instance: Instance, layout: Layout, rules: RuleSet, out: Path | None = None
     ) -> None:
-        for rule in rules.deciding:
-            for problem in unmet_needs(rule, f"rules.{rule.role.key}", scenario, instance):
-                raise problem
-        opening = open_warehouse(scenario, instance, layout)
+        with located(scenario):
+            for rule in rules.deciding:
+                for problem in unmet_needs(rule, f"rules.{rule.role.key}", scenario, instance):
+                    raise problem
+            opening = open_warehouse(scenario, instance, layout)
+            for rule in rules.deciding:  # what they have compiled is loaded now, so that no decision's time has it in
+                try:
+                    if rule.traits.prepare is not None:
+                        rule.traits.prepare(roads_on(opening.warehouse.travel))
+                except (Exception, SystemExit) as error:
+                    raise InputError(
+                        f"rules.{rule.role.key}", f"{rule.describe()}, prepare: {one_line(error)}"
+                    ) from error
         self.context = RunContext(scenario, rules, opening.warehouse)  # what the two that follow work on, too
         start = self._starting
         starts = start(self._transport), start(self._move), start(self._rest)
         self.decisions = Decisions(self.context, *starts, self._refill)
         self.driving = WAYS[rules.pp.traits.reserves](self.context)
-        for rule in rules.deciding:  # what they have compiled is loaded now, so that no decision's time has it in
-            try:
-                if rule.traits.prepare is not None:
-                    rule.traits.prepare(roads_on(opening.warehouse.travel))
-            except (Exception, SystemExit) as error:
-                raise InputError(f"rules.{rule.role.key}", f"{rule.describe()}, prepare: {one_line(error)}") from error
         # Short names for what the processes use
         self.scenario, self.rules, self.warehouse = scenario, rules, opening.warehouse
         self.env, self.view, self._tell = self.context.env, self.context.view, self.context.tell

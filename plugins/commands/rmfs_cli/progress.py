@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Collection
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
@@ -16,13 +17,23 @@ from rich.text import Text
 from rmfs_cli.display import Display, PanelDisplay, duration, figures, progress_bar
 from rmfs_cli.screen import PIPE_WIDTH
 from rmfs_core.clock import to_seconds
-from rmfs_core.events import DecisionMade, Event, ItemPicked, OrderCompleted, VisitEnded, VisitStarted
+from rmfs_core.events import (
+    BundleStored,
+    DecisionMade,
+    Event,
+    ItemPicked,
+    OrderCompleted,
+    PodMoveDecided,
+    PodStored,
+    VisitEnded,
+    VisitStarted,
+)
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.wording import counted
 
 if TYPE_CHECKING:
     from rmfs_core.info import RunInfo
-    from rmfs_core.warehouse import Station
+    from rmfs_core.warehouse import Robot, Station
 
 REFRESH_S = 0.125
 SLOT_S = 60
@@ -79,15 +90,21 @@ class Throughput:
 
 @define
 class RunCounts:
-    """What both displays show of a run so far; ``picking`` has the pods that are at stations, by the station."""
+    """What both displays show of a run so far.
+
+    ``picking`` has the pods that are at stations, by the station, ``moving`` the robots that carry pods elsewhere
+    without a visit, or come for them.
+    """
 
     total: int = 0
     orders: int = 0
     picks: int = 0
     visits: int = 0
     stopped_early: int = 0
+    stored: int = 0
     picks_at: list[int] = field(factory=list)
     picking: dict[int, int] = field(factory=dict)
+    moving: set[int] = field(factory=set)
     throughput: Throughput = field(factory=Throughput)
 
     @classmethod
@@ -109,6 +126,12 @@ class RunCounts:
                 self.picking.pop(event.station, None)
             case OrderCompleted():
                 self.orders += 1
+            case BundleStored():
+                self.stored += 1
+            case PodMoveDecided():
+                self.moving.add(event.robot)
+            case PodStored():
+                self.moving.discard(event.robot)
             case DecisionMade():
                 self.stopped_early += event.stopped_early
 
@@ -126,10 +149,12 @@ class RunCounts:
 def about(run: RunInfo) -> str:
     """Say what a run is in one line: its size and its seed."""
     instance, warehouse = run.instance, run.warehouse
+    storing = len(only_storing(run))
+    more = f"{counted(storing, 'replenishment station')}, " if storing else ""
     return (
         f"{counted(len(instance.orders), 'order')}, {counted(len(instance.skus), 'SKU')}, "
         f"{counted(len(instance.pods), 'pod')}, {counted(len(warehouse.stations), 'station')}, "
-        f"{counted(len(warehouse.robots), 'robot')}, seed {run.scenario.seed}"
+        f"{more}{counted(len(warehouse.robots), 'robot')}, seed {run.scenario.seed}"
     )
 
 
@@ -254,6 +279,8 @@ class RunPanel(PanelDisplay):
             ("Time used", duration(wall)),
             ("Ends in about", "-" if left is None else duration(left)),
         ]
+        if self._run.warehouse.replenishment_stations:
+            pairs.append(("Bundles", f"{len(self._run.warehouse.bundles):,} wait, {counts.stored:,} stored"))
         if counts.stopped_early:
             pairs.append(("Stopped early", f"{counts.stopped_early:,} solves"))
         return figures(pairs, per_row=2 if self.console.width < NARROW else 3)
@@ -263,7 +290,7 @@ class RunPanel(PanelDisplay):
         grid = Table.grid(padding=(0, 2))
         grid.add_column(style="dim", no_wrap=True)
         grid.add_column(no_wrap=True)
-        grid.add_row("Robots", ", ".join(f"{number} {state}" for state, number in robots_by_state(run).items()))
+        grid.add_row("Robots", said_of_robots(run, self.counts.moving))
         signs = RISING_ASCII if self.console.options.ascii_only else RISING
         room = max(self.console.width - 48, 10)
         line = self.counts.throughput.line(self._tick, room, signs)
@@ -275,10 +302,11 @@ class RunPanel(PanelDisplay):
         table = Table(box=None, expand=True, padding=(0, 1, 0, 0), header_style="dim")
         table.add_column("Station", no_wrap=True)
         table.add_column("Load", no_wrap=True)
-        for name in ("Pod", "Inbound", "Requests", "Picks"):
+        bundles = ("Bundles",) if run.warehouse.replenishment_stations else ()
+        for name in ("Pod", "Inbound", "Requests", *bundles, "Picks"):
             table.add_column(name, justify="right", no_wrap=True)
         table.add_column("Waits for", no_wrap=True, ratio=1)
-        stations = run.warehouse.stations
+        stations = (*run.warehouse.stations, *only_storing(run))
         room = max(self.console.height - 17, 1)
         for station in stations[:room]:
             table.add_row(*self._station(run, station))
@@ -288,43 +316,68 @@ class RunPanel(PanelDisplay):
 
     def _station(self, run: RunInfo, station: Station) -> tuple[RenderableType, ...]:
         bar = 8 if self.console.width < NARROW else 24
+        picks = station.id < len(run.warehouse.stations)
         load = Table.grid(padding=(0, 1))
         load.add_column()
         load.add_column(justify="right", min_width=5)
-        load.add_row(
-            ProgressBar(total=station.capacity, completed=station.load, width=bar), f"{station.load}/{station.capacity}"
-        )
+        used, most = (station.load, station.capacity) if picks else (len(station.bundles), station.bundle_capacity)
+        load.add_row(ProgressBar(total=most, completed=used, width=bar), f"{used}/{most}")
         picking = self.counts.picking.get(station.id)
+        bundles = [str(len(station.bundles))] if run.warehouse.replenishment_stations else []
         return (
             station.name,
             load,
             "-" if picking is None else run.warehouse.pods[picking].name,
             str(len(station.inbound_pods)),
-            str(len(station.open_requests)),
-            f"{self.counts.picks_at[station.id]:,}",
+            str(len(station.open_requests)) if picks else "-",
+            *bundles,
+            f"{self.counts.picks_at[station.id]:,}" if picks else "-",
             waits_for(run, station) if picking is None else "-",
         )
 
 
-def robots_by_state(run: RunInfo) -> dict[str, int]:
-    """Return how many robots do what: stand idle, fetch a pod, carry one, or stand in a station's line with it."""
-    robots, stations = run.warehouse.robots, run.warehouse.stations
-    loaded = sum(robot.pod is not None for robot in robots)
-    in_line = sum(len(station.pods_in_line) for station in stations)
-    idle = sum(robot.idle for robot in robots)
-    return {
-        "fetch": len(robots) - idle - loaded,
-        "carry": loaded - in_line,
-        "in line": in_line,
-        "idle": idle,
-    }
+def only_storing(run: RunInfo) -> tuple[Station, ...]:
+    """Return the stations that store bundles and do nothing else."""
+    picking = len(run.warehouse.stations)
+    return tuple(station for station in run.warehouse.replenishment_stations if station.id >= picking)
+
+
+def robots_by_state(run: RunInfo, moving: Collection[int] = ()) -> dict[str, int]:
+    """Return how many robots do what.
+
+    They fetch a pod, carry one, or stand in a station's line with it; they carry one elsewhere without a visit
+    (``moving`` has their ids), are on their way to rest, charge, are too low for a task, off duty, or idle.
+    """
+    warehouse = run.warehouse
+    in_line = {robot.id for station in (*warehouse.stations, *only_storing(run)) for robot in station.line}
+    states = dict.fromkeys(
+        ("fetch", "carry", "in line", "move pods", "go to rest", "charge", "low", "off duty", "idle"), 0
+    )
+    for robot in warehouse.robots:
+        states[_state(robot, robot.id in in_line, robot.id in moving, run.layout.chargers)] += 1
+    return states
+
+
+def _state(robot: Robot, in_line: bool, moves: bool, chargers: Collection[int]) -> str:
+    if robot.task is not None:
+        return "move pods" if moves else "in line" if in_line else "fetch" if robot.pod is None else "carry"
+    if robot.goal is not None:
+        return "charge" if robot.charge is not None and robot.cell == robot.goal in chargers else "go to rest"
+    return "off duty" if not robot.on_duty else "low" if robot.low else "idle"
+
+
+def said_of_robots(run: RunInfo, moving: Collection[int]) -> str:
+    """Say how many robots do what, and of what only some runs have, what there is."""
+    states, always = robots_by_state(run, moving), ("fetch", "carry", "in line", "idle")
+    return ", ".join(f"{number} {state}" for state, number in states.items() if number or state in always)
 
 
 def waits_for(run: RunInfo, station: Station) -> str:
-    """Say what a station without a pod waits for: of all it needs that which is nearest."""
+    """Say what a station without a pod waits for: of all it needs that which is nearest; or that it is closed."""
     robots = run.warehouse.robots
-    if not station.open_requests:
-        return "orders"
+    if not (station.open_requests or station.bundles):
+        picks = station.id < len(run.warehouse.stations)
+        return "bundles" if not picks else "orders" if station.open else "closed"
     if station.pods_in_line:
         return f"pod {run.warehouse.pods[station.pods_in_line[0]].name}, in line"
     carried, tasks = {robot.pod for robot in robots}, {robot.task for robot in robots}

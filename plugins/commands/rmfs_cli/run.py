@@ -171,6 +171,7 @@ def _report(console: Console, result: Result, folder: Path, record: Sequence[str
     from rich.padding import Padding
     from rich.text import Text
 
+    from rmfs_cli.display import duration
     from rmfs_core.results import RESULT_FILE, TABLE_FILES
     from rmfs_core.results.recorders import files_of, load_recorder, make_observers
 
@@ -178,6 +179,8 @@ def _report(console: Console, result: Result, folder: Path, record: Sequence[str
     if result.status == "partial":
         total, left = len(result.orders), sum(row["completed_s"] is None for row in result.orders)
         say(console, f"The run ended with {left:,} of {total:,} orders left; metrics are of what was done.")
+    if (warmup := result.scenario.run.warmup_s) is not None:
+        say(console, f"Metrics count what happens from {duration(warmup)} on (run.warmup_s).")
     observers = [observer for observer, _ in make_observers(quiet=True)]
     written = files_of([*observers, *map(load_recorder, record)])
     files = [RESULT_FILE, *(file for file, _ in TABLE_FILES.values()), *written]

@@ -93,6 +93,8 @@ def print_decision(console: Console, recorded: Recorded, choice: RuleChoice, sta
         _print_wanted(console, opened, state.ask.max_fetches)
     if recorded.decides in (Role.ROA, Role.RPS, Role.ROA_RPS):
         _print_bundles(console, opened, decided or {}, limit)
+    if recorded.decides is Role.IDLE:
+        _print_resting(console, opened, decided or {}, limit)
     if decided is None:
         say(console, "Decided: nothing valid; the run ended here.", style="bold red")
     else:
@@ -205,8 +207,9 @@ def _stations(opened: OpenState) -> Table:
             str(station.queue_room),
             Text(", ".join(pods) or "-"),
         )
-    table.caption = "* in the line at the station"
-    table.caption_justify = "left"
+    if any(station.pods_in_line for station in opened.warehouse.stations):
+        table.caption = "* in the line at the station"
+        table.caption_justify = "left"
     return table
 
 
@@ -282,6 +285,22 @@ def _print_bundles(console: Console, opened: OpenState, decided: Mapping[str, An
         say(console, f"... and {counted(len(waiting) - limit, 'more bundle')}; --limit shows more.")
 
 
+def _print_resting(console: Console, opened: OpenState, decided: Mapping[str, Any], limit: int) -> None:
+    """Print the robots without a task, those that are sent somewhere first, with what is in their batteries."""
+    layout, sent = opened.warehouse.travel.layout, {rest["robot"]: rest["cell"] for rest in decided.get("rests", ())}
+    robots = opened.view.resting_robots
+    charged = any(robot.charge is not None for robot in robots)
+    table = _table("Robot", "At", *(("Charge",) if charged else ()), "Goes to", right=("Charge",) if charged else ())
+    for robot in sorted(robots, key=lambda one: (one.name not in sent, one.charge or 0))[:limit]:
+        charge = "" if robot.charge is None else f"{robot.charge:.1%}{', too low for a task' if robot.low else ''}"
+        places = [robot.cell, *([sent[robot.name]] if robot.name in sent else [])]
+        at, *to = [f"{layout.where(cell)}{', a charger' if cell in layout.chargers else ''}" for cell in places]
+        table.add_row(Text(robot.name), at, *((charge,) if charged else ()), *(to or [""]))
+    console.print(table)
+    if len(robots) > limit:
+        say(console, f"... and {counted(len(robots) - limit, 'more robot')}; --limit shows more.")
+
+
 def _with_room(opened: OpenState, name: str) -> str:
     pod = opened.warehouse.pods[opened.names.pods[name]]
     return name if pod.free_space >= UNLIMITED else f"{name} ({pod.free_space} free)"
@@ -314,7 +333,8 @@ def _in_words(content: Mapping[str, Any], decision: Mapping[str, Any]) -> str:
         said.append(f"active stations: {', '.join(decision['active']) or 'none'}")
     for move in (*decision.get("rests", ()), *decision.get("moves", ())):
         what = f"robot {move['robot']} goes" if "robot" in move else f"pod {move['pod']} is carried"
-        said.append(f"{what} to {where_in(content, move['cell'])}")
+        until = f" until its battery is filled to {move['charge']:.0%}" if move.get("charge") else ""
+        said.append(f"{what} to {where_in(content, move['cell'])}{until}")
     if not said and {"rests", "moves"} & decision.keys():
         said.append("no move")
     if "assignments" in decision:

@@ -271,6 +271,18 @@ def test_later_errors_get_the_line_of_their_key(tmp_path: Path) -> None:
         assert str(caught.value) == f"{expected}: wrong"
 
 
+def test_what_is_located_stays_so(tmp_path: Path) -> None:
+    """Also where one part of the code calls another that locates its errors, and the file is called like a section."""
+    file = tmp_path / "run.toml"
+    file.write_text("[instance]\norders = 7\n" + RULES, encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path)
+        scenario = load_scenario("run.toml")
+    with pytest.raises(InputError) as caught, located(scenario), located(scenario):
+        raise InputError("instance.orders", "wrong")
+    assert str(caught.value) == "run.toml, line 2, instance.orders: wrong"
+
+
 @pytest.mark.parametrize(
     ("text", "key"),
     [

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from attrs import evolve
 
+import rmfs_core
 from rmfs_core.errors import InputError, StandstillError
 from rmfs_core.events import (
     ItemPicked,
@@ -247,3 +248,26 @@ def test_a_station_takes_an_order_larger_than_it_is(tiny_run: Prepare) -> None:
     run = tiny_run(small_instance({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]}), capacity=1)
     run.simulation.run()
     assert [event.order for event in run.recorder.of(OrderCompleted)] == [0, 1]
+
+
+@pytest.mark.parametrize(
+    ("line", "problem"),
+    [
+        ('stations.open = { 9 = [["06:00", "14:00"]] }', "stations.open.9: no station 9; expected 1 to 4"),
+        ("stations.item_capacity = [3, 4]", "stations.item_capacity: found 2 capacities, but the layout has 4"),
+        ("robots.count = 600", "robots.count: found 600 robots; the layout has 504 storage locations to park them"),
+        ("instance.pods = 600", "instance.pods: found 600 pods, but the layout has 504 storage locations"),
+        ('instance.pods_at_stations = { 7 = ["1"] }', "instance.pods_at_stations.7: no station 7; expected 1 to 4"),
+        ("robots.battery.capacity_wh = 1", "robots.battery: expected a charger"),
+        ("layout.block_columns = 1", "instance.pods: found 100 pods, but the layout has 72 storage locations"),
+        ('rules.idle = "stay"\nlayout.chargers = 1\nrobots.battery.capacity_wh = 900', 'rules.idle: rule "stay" '),
+    ],
+)
+def test_what_is_found_when_a_warehouse_is_opened_names_file_and_line(tmp_path: Path, line: str, problem: str) -> None:
+    """As what is found when the scenario is read; a key that the file does not have stands without a line."""
+    file = tmp_path / "day.toml"
+    file.write_text(f'# of a day\n{line}\nrules.poa = "pod-match"\nrules.pps = "demand"\n', encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        rmfs_core.run(file)
+    at = "" if problem.startswith("instance.pods:") and "layout" in line else ", line 2"
+    assert str(caught.value).startswith(f"{file}{at}, {problem}")

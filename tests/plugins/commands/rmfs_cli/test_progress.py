@@ -16,6 +16,7 @@ from rmfs_cli.progress import (
     RunLines,
     RunPanel,
     Throughput,
+    about,
     robots_by_state,
     run_display,
     waits_for,
@@ -156,3 +157,60 @@ def test_what_stations_wait_for() -> None:
 
     run("examples/small", overrides=["instance.orders=15", "robots.count=1"], observers=[Looking()])
     assert seen == {"orders", "a pod", "a robot for pod", "pod being fetched", "pod carried", "pod in line"}
+
+
+class Watching:
+    """Observer that keeps what a terminal would show, and what robots were seen doing."""
+
+    def __init__(self) -> None:
+        self.panel = RunPanel("day", Console(file=io.StringIO(), force_terminal=True, width=110, height=40))
+        self.robots: set[str] = set()
+        self.shown: set[str] = set()
+
+    @hookimpl
+    def run_started(self, run: RunInfo) -> None:
+        self.run = run
+        self.panel.run_started(run)
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        self.panel.on_event(event)
+        states = robots_by_state(self.run, self.panel.counts.moving)
+        assert sum(states.values()) == len(self.run.warehouse.robots)
+        self.robots |= {state for state, number in states.items() if number}
+        if not event.tick % 7:
+            picture = io.StringIO()
+            Console(file=picture, width=110).print(self.panel.picture())
+            self.shown |= {" ".join(line.strip("│ \n").split()) for line in picture.getvalue().splitlines()}
+
+    @hookimpl
+    def run_ended(self) -> None:
+        self.panel.run_ended()
+
+
+CHARGING = (
+    "layout.chargers=1",
+    "robots.battery={capacity_wh=70, idle_w=200, charging_w=8000}",
+    "rules.idle=charge-when-low",
+)
+
+
+def test_robots_that_charge_rest_move_pods_or_are_off_duty_do_not_fetch() -> None:
+    """Each is counted as what it does; a closed station waits for nothing."""
+    hours = ("robots.available=[['00:00', '23:00', 3]]", "stations.open={2=[['00:03', '23:00']]}")
+    seen = Watching()
+    settings = ("instance.orders=40", "rules.pp=free-flow", "rules.move=utility", *CHARGING, *hours)
+    run("examples/small", overrides=settings, observers=[seen])
+    assert seen.robots >= {"fetch", "carry", "in line", "move pods", "go to rest", "charge", "off duty"}
+    assert any(line.startswith("2 ") and line.endswith(" closed") for line in seen.shown)
+    assert any(line.startswith("Robots ") and ", 1 off duty, " in line for line in seen.shown)
+
+
+def test_stations_that_store_are_shown() -> None:
+    """With their bundles, and what they wait for; what waits for a station is counted."""
+    seen = Watching()
+    run("examples/replenished", overrides=["rules.pp=free-flow", "instance.orders=60"], observers=[seen])
+    assert any(line.startswith("3 ") and "1/10" in line for line in seen.shown)
+    assert any(line.startswith("3 ") and line.endswith(" bundles") for line in seen.shown)
+    assert any(" Bundles 0 wait, 4 stored" in f" {line}" for line in seen.shown)
+    assert "2 stations, 1 replenishment station, 6 robots" in about(seen.run)

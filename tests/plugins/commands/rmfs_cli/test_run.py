@@ -109,8 +109,15 @@ def test_a_run_with_orders_left_says_so(folder: Path, capsys: pytest.CaptureFixt
     printed = capsys.readouterr().out
     assert "partial" in printed
     assert "of 10 orders left" in printed
+    assert "Metrics count" not in printed
     assert "Simulated time" in printed
     assert "Makespan" not in printed
+
+
+def test_a_run_with_a_warm_up_says_what_counts(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Else the orders that are completed seem to be too few."""
+    assert exit_code("run", "small.toml", "--set", "run.warmup_s=90") == 0
+    assert "Metrics count what happens from 0:01:30 on (run.warmup_s).\n" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 from rich.console import Console
 
+import rmfs_core
 from rmfs_core.roles import Role
-from rmfs_core.scenario import RuleChoice
-from rmfs_states import Answer, Outcome, Recorded
+from rmfs_core.scenario import RuleChoice, load_scenario
+from rmfs_states import Answer, Outcome, Recorded, read_recording
 from rmfs_states.explain_tables import (
     overview,
     print_comparison,
@@ -144,6 +146,36 @@ def test_pods_are_shown_with_what_they_are_wanted_for(at_work: Content) -> None:
 def test_other_decisions_are_a_sentence(at_work: Content, decides: str, decided: Any, ask: Content, words: str) -> None:
     """Also one that ended the run."""
     assert words in explained(decision(decides, decided, at_work, **ask))
+
+
+def test_robots_that_rest_are_shown_with_what_is_in_their_batteries(tmp_path: Path) -> None:
+    """Those that are sent come first, then those with the least charge; where there are no batteries, no column is."""
+    battery = "robots.battery={capacity_wh=70, idle_w=200, charging_w=8000}"
+    charging = ["layout.chargers=1", battery, "rules.idle=charge-when-low"]
+    rmfs_core.run(
+        load_scenario("examples/small", ["instance.orders=40", "rules.pp=free-flow", *charging]),
+        out=tmp_path,
+        record=["decisions"],
+    )
+    recording = read_recording(tmp_path)
+    sends = next(one for one in recording if one.decides is Role.IDLE and (one.decision or {})["rests"])
+    out = explained(sends)
+    (given,) = (sends.decision or {})["rests"]
+    rows = [line for line in out.splitlines() if "%" in line and line[0].isdigit()]
+    assert rows[0].startswith(f"{given['robot']} row ")
+    assert rows[0].endswith(", a charger")
+    shares = [float(row.partition("%")[0].split()[-1]) for row in rows[1:]]
+    assert shares == sorted(shares)
+    assert f"Decided: robot {given['robot']} goes to row " in out
+    assert out.endswith(" until its battery is filled to 80%.")
+    assert "more robots" in explained(sends, limit=0) or len(rows) == 1
+
+
+def test_robots_without_batteries_have_no_charge(at_work: Content) -> None:
+    """The column is not there."""
+    out = explained(decision("idle", {"rests": [{"robot": "r2", "cell": 13}]}, at_work))
+    assert "Robot At Goes to" in out
+    assert "Decided: robot r2 goes to row 2, column 3." in out
 
 
 @pytest.mark.parametrize(

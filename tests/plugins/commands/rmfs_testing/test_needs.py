@@ -41,18 +41,20 @@ class Keeps:
 def test_a_scenario_that_lacks_it_is_refused(install: Callable[..., None], need: str, key: str, sentence: str) -> None:
     """The sentence names the key, the rule and its distribution; it holds for filters as for rules that decide."""
     install("acme", {"eager": "acme_rules:Eager", "keeps": "acme_rules:Keeps"}, acme_rules=RULE.format(need=need))
-    for place, choice in (("rules.pps", "rules.pps=eager"), ("rules.filters", 'rules.filters=["keeps"]')):
+    for choice in ("rules.pps=eager", 'rules.filters=["keeps"]'):
         name = choice.partition("=")[2].strip('[]"')
         with pytest.raises(InputError) as caught:
             rmfs_core.run("examples/small", overrides=[choice, key])
-        assert str(caught.value).startswith(f'{place}: rule "{name}" (acme 1.0)')
+        assert str(caught.value).startswith(f'--set {choice}: rule "{name}" (acme 1.0)')
         assert sentence in str(caught.value)
 
 
 @pytest.mark.parametrize("rule", ["stay", "rest-nearest", "rest-middle"])
 def test_rules_that_send_nobody_to_chargers_are_refused_with_batteries(rule: str) -> None:
     """Before the run, not when the last battery is empty."""
-    with pytest.raises(InputError, match=f'^rules.idle: rule "{rule}" .* needs robots without batteries, as it sends'):
+    with pytest.raises(
+        InputError, match=f'^--set rules.idle={rule}: rule "{rule}" .* needs robots without batteries, as it sends'
+    ):
         rmfs_core.run("examples/charging", overrides=[f"rules.idle={rule}"])
 
 
