@@ -161,6 +161,8 @@ class Simulation:
         for bundle in supply.coming():
             yield self._until(bundle.arrival_tick)
             self._bundle_arrives(bundle.sku, bundle.items, bundle.name)
+            if self.env.peek() == math.inf and self._full(supply.least_space):
+                return  # what comes changes nothing any more
 
     def _follow_hours(self) -> Process:
         """A round runs whenever stations or robots come or go. Ends when a whole day has brought nothing else."""
@@ -380,6 +382,12 @@ class Simulation:
         if not large:
             return ""
         return f"; {large} in the backlog have more than {largest} items and fit an empty station alone, as `fits` says"
+
+    def _full(self, least: int) -> bool:
+        """Whether no bundle can be stored, also of those to come, which take that much space at least."""
+        room, storing = max((pod.free_space for pod in self.warehouse.pods), default=0), self.warehouse.storing
+        takes = any(station.free_bundle_capacity > 0 for station in storing) and least <= room
+        return not takes and all(b.pod is None and b.size > room for station in storing for b in station.bundles)
 
     def _without_room(self) -> str:
         """Say which bundles cannot be stored."""

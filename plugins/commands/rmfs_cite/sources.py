@@ -20,6 +20,7 @@ from rmfs_core.rules.sources import RuleSources
 from rmfs_core.scenario import Scenario, load_scenario, located, scenario_from_dict
 from rmfs_core.scenario.reading import shipped_scenarios
 from rmfs_core.scenario.rulenames import rule_choices
+from rmfs_core.scenario.source import dotted
 from rmfs_core.wording import did_you_mean
 from rmfs_validation.checking import read_result
 
@@ -80,19 +81,34 @@ def _references(one: str, installed: Mapping[str, RuleDescription], allow_inline
         yield one, _own_references(target)
         return
     scenario = _scenario(one, installed)
-    try:
-        with located(scenario):
-            rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline)
-    except InputError as error:
-        if scenario.source is not None:
-            raise
-        raise InputError(f"{one}, {error.place}", error.problem) from error  # a result has no lines
+    if scenario.source is None:
+        yield from _of_result(one, scenario, installed, allow_inline)
+        return
+    with located(scenario):
+        rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline)
     for bound in (*rules.deciding, *rules.observers):
         yield bound.name, _own_references(type(bound.instance))
     for _, choice in rule_choices(scenario.rules):
-        for name in _rules_inside(choice.parameters):
-            if name in installed:
-                yield name, installed[name].reference
+        yield from _references_inside(choice.parameters, installed)
+
+
+def _of_result(
+    one: str, scenario: Scenario, installed: Mapping[str, RuleDescription], allow_inline: bool
+) -> Iterator[tuple[str, str]]:
+    """Yield the same of a run's result, which names its rules, and need not have all that they were made with."""
+    for path, choice in rule_choices(scenario.rules):
+        place = f"{one}, {dotted(('rules', *path))}"
+        if choice.rule in installed:
+            yield choice.rule, installed[choice.rule].reference
+        elif ".py:" in choice.rule:
+            yield (
+                choice.rule,
+                _own_references(RuleSources(scenario.folder, allow_inline).find(choice.rule, place).target),
+            )
+        else:
+            why = "a rule that the run was given as an object has its references in its own code"
+            raise InputError(place, f'found rule "{choice.rule}", expected one that is installed; {why}')
+        yield from _references_inside(choice.parameters, installed)
 
 
 def _own_references(rule: object) -> str:
@@ -111,6 +127,12 @@ def _scenario(one: str, installed: Iterable[str]) -> Scenario:
         return load_scenario(one)
     near = did_you_mean(one, {*installed, *shipped_scenarios()})
     raise InputError("rmfs cite", f'found "{one}"{near}; expected the folder of a run, a scenario, or a rule')
+
+
+def _references_inside(parameters: Any, installed: Mapping[str, RuleDescription]) -> Iterator[tuple[str, str]]:
+    for name in _rules_inside(parameters):
+        if name in installed:
+            yield name, installed[name].reference
 
 
 def _rules_inside(parameters: Any) -> Iterator[str]:

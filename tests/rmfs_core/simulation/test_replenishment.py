@@ -258,15 +258,35 @@ def test_a_standstill_names_the_bundles_without_room() -> None:
         run.simulation.run()
 
 
-def test_endless_bundles_do_not_hide_a_standstill(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By chance bundles come for ever: after as many in vain as alarms are allowed, nothing else will happen."""
-    monkeypatch.setattr("rmfs_core.simulation.engine.MOST_ALARMS", 50)
+def test_endless_bundles_do_not_hide_a_standstill() -> None:
+    """By chance bundles come for ever: where pods have no room for any of them, nothing else will happen."""
     supply = {"process": "poisson", "bundles_per_hour": 60.0, "bundle_items": 1}
     scenario = scenario_of(supply, instance={"pod_capacity": 3, "replenishment": supply})
     run = prepared(scenario, small_instance({"1": {"a": 1}}, {"p": {"b": 3}}))
     with pytest.raises(StandstillError, match="no pod has room for bundles"):
         run.simulation.run()
-    assert len(run.of(BundleArrived)) < 60
+    assert len(run.of(BundleArrived)) == 1
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_endless_bundles_of_which_some_have_room(seed: int) -> None:
+    """The run ends when those without room have all places at stations; with more places it waits for one with room."""
+    supply = {"process": "poisson", "bundles_per_hour": 60.0, "bundle_items": 1}
+    instance = small_instance({"1": {"a": 1}, "2": {"c": 1}}, {"p": {"b": 6}, "q": {"b": 3, "c": 1}})
+    instance = evolve(instance, sizes=tuple({"a": 1, "b": 1, "c": 4}[sku] for sku in instance.skus))
+    ends = {}
+    for places in (1, 100):
+        stations = {"bundle_capacity": places, "queue_length": 3}
+        scenario = scenario_of(supply, instance={"pod_capacity": 7, "replenishment": supply}, stations=stations)
+        run = prepared(scenario.with_seed(seed), instance)
+        try:
+            run.simulation.run()
+        except StandstillError as error:
+            assert "no pod has room for bundles: " in str(error)
+        ends[places] = run.simulation.status
+        skus = [event.sku for event in run.of(BundleArrived)]
+    late = skus.index(instance.skus.index("a")) >= 2
+    assert ends == {1: "partial" if late else "complete", 100: "complete"}
 
 
 def test_a_joint_rule_decides_both() -> None:

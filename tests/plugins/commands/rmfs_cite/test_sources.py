@@ -7,9 +7,14 @@ import re
 from pathlib import Path
 
 import pytest
+from attrs import define
 
+import rmfs_core
 from rmfs_cite.sources import cited
+from rmfs_core import hookimpl
 from rmfs_core.errors import InputError
+from rmfs_core.scenario import load_scenario
+from rmfs_switch import Case, Switch
 
 RULE = '''
 from attrs import define
@@ -68,6 +73,28 @@ def test_a_run_whose_rule_is_gone(tmp_path: Path) -> None:
     (tmp_path / "result.json").write_text(json.dumps({"scenario": {"rules": rules}, "metrics": {}}), encoding="utf-8")
     with pytest.raises(InputError, match=rf"^{re.escape(str(tmp_path))}, rules\.poa: rule .*: cannot read .*gone\.py"):
         cited([str(tmp_path)])
+
+
+def test_a_run_whose_rule_was_an_object(tmp_path: Path) -> None:
+    """One sentence where it is no installed rule; one that is has its sources, whatever its parameters were."""
+
+    @define
+    class Own:
+        """Keeps robots where they are."""
+
+        @hookimpl
+        def idle_robots(self) -> list[object]:
+            return []
+
+    settings = ["instance.orders=3", "rules.pp=free-flow"]
+    rmfs_core.run(load_scenario("examples/small", settings), rules={"idle": Own()}, out=tmp_path / "own")
+    with pytest.raises(InputError) as caught:
+        cited([str(tmp_path / "own")])
+    assert "\n" not in str(caught.value)
+    assert str(caught.value).startswith(f'{tmp_path / "own"}, rules.idle: found rule "Own", expected one that is inst')
+    switch = Switch(cases=(Case("pod-match", before_s=60), Case("random")))
+    rmfs_core.run(load_scenario("examples/small", settings), rules={"poa": switch}, out=tmp_path / "switched")
+    assert keys(str(tmp_path / "switched"))
 
 
 def test_what_is_nothing_of_it(tmp_path: Path) -> None:
