@@ -22,7 +22,15 @@ from rmfs_cli.progress import (
     waits_for,
 )
 from rmfs_core import hookimpl
-from rmfs_core.events import Event, ItemPicked, OrderCompleted, VisitStarted
+from rmfs_core.events import (
+    BundleAssigned,
+    BundleStored,
+    Event,
+    ItemPicked,
+    OrderCompleted,
+    VisitEnded,
+    VisitStarted,
+)
 from rmfs_core.info import RunInfo
 from rmfs_core.results.running import run
 
@@ -178,7 +186,7 @@ class Watching:
         states = robots_by_state(self.run, self.panel.counts.moving)
         assert sum(states.values()) == len(self.run.warehouse.robots)
         self.robots |= {state for state, number in states.items() if number}
-        if not event.tick % 7:
+        if isinstance(event, BundleStored | BundleAssigned | VisitEnded):
             picture = io.StringIO()
             Console(file=picture, width=110).print(self.panel.picture())
             self.shown |= {" ".join(line.strip("│ \n").split()) for line in picture.getvalue().splitlines()}
