@@ -7,6 +7,7 @@ because a pattern with k pods is worth at least k; where that takes too long, th
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from attrs import define, evolve, frozen
 from numpy.typing import NDArray
 
 from rmfs_mip.compiled.arrays import arrays_of, price_of
+from rmfs_mip.compiled.order_sets import Kinds, kinds_of
 from rmfs_mip.period.reduction import Reduced
 from rmfs_mip.period.solution import Model
 from rmfs_mip.printed.solver import Limits
@@ -31,6 +33,12 @@ FEW = 2
 Then most sets of pods complete enough, and what tells them apart is which orders they are for. So a search for sets of
 a given worth leaves out the orders that no station with that worth can have.
 """
+MOST_ORDER_WORK = 5_000_000
+"""Steps of a search for sets of orders before sets of pods are searched."""
+ORDER_PRICE = 0.1
+"""What a step of it counts of the effort."""
+KEPT_BY_ORDERS = 100
+"""Sets of orders that become patterns in one round."""
 CLOSE = 1e-6
 """Values that differ by less are the same."""
 SAFE = 1e-4
@@ -102,6 +110,8 @@ class Pricing:
         self.work = 0
         skus = np.split(self.arrays.pod_sku, self.arrays.pod_start[1:-1])
         self.brings = [held.tolist() for held in skus] if self.pods else []
+        self.largest_first = np.argsort(-self.sizes, kind="stable")
+        self.gave_up = False
         type_of = {order: t for t, kind in enumerate(types) for order in kind.orders}
         self.type_of = np.array([type_of[order] for order in reduced.orders], dtype=np.int64)
 
@@ -132,6 +142,82 @@ class Pricing:
                 least = min(least, number + most - worth)
                 found.append((number + most - worth, self._pattern(chosen, values)))
         return Priced(found, least)
+
+    @cached_property
+    def kinds(self) -> Kinds:
+        """The types of orders and the pods as bits, the types of the largest orders first."""
+        first = self.largest_first
+        missing = [self.missing[t] for t in first.tolist()]
+        return kinds_of(self.sizes[first], self.counts[first], missing, self.brings)
+
+    @property
+    def by_types(self) -> bool:
+        """Whether sets of orders are searched in place of sets of pods."""
+        return self.few_orders and not self.gave_up
+
+    def by_orders(self, prices: NDArray[np.float64], limit: float) -> Priced | None:
+        """Return the best patterns that are worth less than a limit, or None where not all sets of orders could be tried.
+
+        Parameters
+        ----------
+        prices
+            Of each type of orders.
+        limit
+            What the patterns have to be worth less than.
+        """
+        limit = min(self.weight * self.room, limit)
+        found = self.order_sets(prices, limit, KEPT_BY_ORDERS)
+        if found is None:
+            return None
+        costs, numbers = found
+        best = [(cost, self.serving(orders)) for cost, orders in zip(costs.tolist(), numbers, strict=True)]
+        return Priced(best, min(limit, float(costs.min(initial=limit))))
+
+    def order_sets(
+        self, prices: NDArray[np.float64], limit: float, kept: int
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64]] | None:
+        """Return the cheapest sets of orders for a station, or None when they are too many to search.
+
+        Parameters
+        ----------
+        prices
+            Of each type of orders.
+        limit
+            What a set, with its pods and free places, has to be worth less than.
+        kept
+            How many sets are returned at most.
+
+        Returns
+        -------
+        costs, numbers
+            What the sets are worth, ascending, and how many orders of each type they have.
+        """
+        from rmfs_mip.compiled.order_sets import cheapest_sets
+
+        first, work = self.largest_first, np.zeros(1, dtype=np.int64)
+        most_work = self.limits.effort.most(MOST_ORDER_WORK, ORDER_PRICE)
+        costs, numbers = cheapest_sets(
+            self.kinds, -prices[first], self.room, float(self.weight), float(limit), kept, work, most_work
+        )
+        self.limits.effort.take(ORDER_PRICE * float(work[0]))
+        if work[0] > most_work:
+            self.gave_up = True
+            return None
+        back = np.empty_like(numbers)
+        back[:, first] = numbers
+        cheapest = np.argsort(costs, kind="stable")
+        return costs[cheapest], back[cheapest]
+
+    def serving(self, numbers: NDArray[np.int64]) -> Pattern:
+        """Return the pattern of a set of orders (how many of each type), with the fewest pods that serve them."""
+        from rmfs_mip.compiled.order_sets import fewest_pods
+
+        taken = numbers[self.largest_first] > 0
+        skus = np.bitwise_or.reduce(self.kinds.needs[taken], axis=0, initial=0)
+        _, pods = fewest_pods(self.kinds, skus, 0, len(self.pods), np.zeros(1, dtype=np.int64))
+        return self._costed(
+            tuple(sorted(self.pods[at] for at in pods.tolist())), {t: int(numbers[t]) for t in np.flatnonzero(numbers).tolist()}
+        )
 
     def close_sets(self, prices: NDArray[np.float64], limit: float, kept: int) -> tuple[list[CloseSet], bool]:
         """Return the sets of pods that have a pattern worth at most a limit.
