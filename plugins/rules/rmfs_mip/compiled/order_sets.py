@@ -23,6 +23,11 @@ SLIP = 1e-6
 STEPS_PER_WORK = 8
 """Choices of a number of orders that take as long as a step of the other searches."""
 
+PODS_PER_WORK = 32
+"""Pods that are looked at in the time of such a step."""
+SETS_PER_WORK = 500
+"""Sets that are looked through in that time for the dearest."""
+
 Integers = NDArray[np.int64]
 
 
@@ -128,12 +133,12 @@ def least_pods(k, skus, most, gains, rest):  # type: ignore[no-untyped-def]
                 rest[other] &= ~apart[other]
     if single > most:
         return single
-    for gain in range(len(gains)):
+    for gain in range(left + 1):
         gains[gain] = 0
     for pod in range(len(k.brings)):
         gains[_shared(skus, k.brings[pod])] += 1
     pods = 0
-    for gain in range(len(gains) - 1, 0, -1):
+    for gain in range(left, 0, -1):
         used = min(gains[gain], -(-left // gain))
         pods += used
         left -= used * gain
@@ -246,10 +251,11 @@ def cheapest_sets(k, prices, room, weight, limit, kept, work, most_work):  # typ
     while t >= 0 and work[0] <= most_work:
         if t == types:
             done = cost[t] + weight * left[t]
-            most = int(limit - done)
+            most = int(max(limit - done, 0.0))
             pods, _ = fewest_pods(k, skus[t], least[t], most, work)
             if done + pods < limit - SLIP:
                 place = int(costs.argmax()) if found == kept else found
+                work[0] += kept // SETS_PER_WORK if found == kept else 0
                 costs[place] = done + pods
                 numbers[place] = number[:types]
                 found = min(found + 1, kept)
@@ -279,7 +285,7 @@ def cheapest_sets(k, prices, room, weight, limit, kept, work, most_work):  # typ
         for word in range(width):
             skus[t + 1, word] = there[word]
         if grown:
-            work[0] += 1
+            work[0] += 1 + len(k.brings) // PODS_PER_WORK
             least[t + 1] = max(least[t], least_pods(k, skus[t + 1], int(limit - rest), gains, there))
             if rest + least[t + 1] >= limit - SLIP:
                 continue
@@ -291,10 +297,10 @@ def cheapest_sets(k, prices, room, weight, limit, kept, work, most_work):  # typ
 @njit(cache=True)
 def _fits(numbers, left):  # type: ignore[no-untyped-def]
     """Whether no more orders are wanted than are left."""
-    for t in range(len(left)):
-        if numbers[t] > left[t]:
-            return False
-    return True
+    t = 0
+    while t < len(left) and numbers[t] <= left[t]:
+        t += 1
+    return t == len(left)
 
 
 @njit(cache=True)

@@ -144,8 +144,7 @@ class ColumnGeneration:
         if again:
             prices, convexity = self._relaxation()
         while True:
-            priced = pricing.by_orders(prices, convexity) if pricing.by_types else None
-            priced = priced or pricing.by_sets(prices, convexity)
+            priced = pricing.by_orders(prices, convexity) or pricing.by_sets(prices, convexity)
             if not self._take(priced, prices, convexity) and priced.bound is None:
                 proven = pricing.by_model(prices, self.seconds_left())
                 if proven is None or not self._take(proven, prices, convexity):

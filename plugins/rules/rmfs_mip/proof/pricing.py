@@ -93,6 +93,9 @@ class Pricing:
         Steps of the searches so far.
     few_orders
         Whether there are few orders: see `FEW`.
+    by_types
+        Whether sets of orders are searched in place of sets of pods: where there are few orders, none wants a scarce
+        SKU, and these sets did not turn out to be too many.
     pods, brings
         A pod (position) for each class of pods, and the SKUs that it may bring.
     """
@@ -106,12 +109,12 @@ class Pricing:
         self.counts = np.array([len(kind.orders) for kind in types], dtype=np.int64)
         self.missing = [[sku for sku, _ in kind.lines if not covered[sku]] for kind in types]
         self.few_orders = int((self.sizes * self.counts).sum()) < FEW * sum(reduced.capacities)
+        self.by_types = self.few_orders and not len(reduced.scarce)
         self.arrays, self.pods = arrays_of(reduced, sharp=self.few_orders)
         self.work = 0
         skus = np.split(self.arrays.pod_sku, self.arrays.pod_start[1:-1])
         self.brings = [held.tolist() for held in skus] if self.pods else []
         self.largest_first = np.argsort(-self.sizes, kind="stable")
-        self.gave_up = False
         type_of = {order: t for t, kind in enumerate(types) for order in kind.orders}
         self.type_of = np.array([type_of[order] for order in reduced.orders], dtype=np.int64)
 
@@ -150,13 +153,8 @@ class Pricing:
         missing = [self.missing[t] for t in first.tolist()]
         return kinds_of(self.sizes[first], self.counts[first], missing, self.brings)
 
-    @property
-    def by_types(self) -> bool:
-        """Whether sets of orders are searched in place of sets of pods."""
-        return self.few_orders and not self.gave_up
-
     def by_orders(self, prices: NDArray[np.float64], limit: float) -> Priced | None:
-        """Return the best patterns that are worth less than a limit, or None where not all sets of orders could be tried.
+        """Return the best patterns worth less than a limit, by sets of orders; None where these are not searched.
 
         Parameters
         ----------
@@ -166,7 +164,7 @@ class Pricing:
             What the patterns have to be worth less than.
         """
         limit = min(self.weight * self.room, limit)
-        found = self.order_sets(prices, limit, KEPT_BY_ORDERS)
+        found = self.order_sets(prices, limit, KEPT_BY_ORDERS) if self.by_types else None
         if found is None:
             return None
         costs, numbers = found
@@ -201,7 +199,8 @@ class Pricing:
         )
         self.limits.effort.take(ORDER_PRICE * float(work[0]))
         if work[0] > most_work:
-            self.gave_up = True
+            self.by_types = False
+            self.limits.effort.short |= most_work < MOST_ORDER_WORK
             return None
         back = np.empty_like(numbers)
         back[:, first] = numbers
@@ -215,9 +214,8 @@ class Pricing:
         taken = numbers[self.largest_first] > 0
         skus = np.bitwise_or.reduce(self.kinds.needs[taken], axis=0, initial=0)
         _, pods = fewest_pods(self.kinds, skus, 0, len(self.pods), np.zeros(1, dtype=np.int64))
-        return self._costed(
-            tuple(sorted(self.pods[at] for at in pods.tolist())), {t: int(numbers[t]) for t in np.flatnonzero(numbers).tolist()}
-        )
+        orders = {t: int(numbers[t]) for t in np.flatnonzero(numbers).tolist()}
+        return self._costed(tuple(sorted(self.pods[at] for at in pods.tolist())), orders)
 
     def close_sets(self, prices: NDArray[np.float64], limit: float, kept: int) -> tuple[list[CloseSet], bool]:
         """Return the sets of pods that have a pattern worth at most a limit.

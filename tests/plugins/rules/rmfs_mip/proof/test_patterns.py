@@ -11,7 +11,7 @@ from rmfs_mip.period.solution import Model, Solution
 from rmfs_mip.printed.constraints import violation
 from rmfs_mip.printed.models import solve_printed
 from rmfs_mip.printed.solver import Limits
-from rmfs_mip.proof import pricing, steps
+from rmfs_mip.proof import patterns, pricing, steps
 from rmfs_mip.proof.patterns import ColumnGeneration, alike
 
 LIMITS = Limits()
@@ -36,9 +36,38 @@ def test_the_optimum_is_that_of_the_printed_form(equal_stations, model):
     assert proven > 10
 
 
+def test_sets_of_pods_are_as_good(equal_stations, monkeypatch):
+    """Where there are too many sets of orders, sets of pods are searched; the optimum stays the same."""
+    monkeypatch.setattr(pricing, "MOST_ORDER_WORK", -1)
+    for period in equal_stations[:60]:
+        found = by_patterns(period, Model.INTEGRATED)
+        assert found.objective == found.bound == solve_printed(period, Model.INTEGRATED, 2, LIMITS).objective
+
+
+@pytest.mark.parametrize(("sets", "choices"), [(1, 10**6), (5, 10**6), (10**4, 0), (10**4, 5)])
+def test_a_choice_of_orders_that_is_given_up_proves_nothing_false(equal_stations, monkeypatch, sets, choices):
+    """However few sets of orders a solution may be put together from, the optimum stays the same."""
+    monkeypatch.setattr(patterns, "MOST_ORDER_SETS", sets)
+    monkeypatch.setattr(patterns, "MOST_CHOICES", choices)
+    for period in equal_stations[:40]:
+        found = by_patterns(period, Model.INTEGRATED)
+        assert found.objective == found.bound == solve_printed(period, Model.INTEGRATED, 2, LIMITS).objective
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(40))
+def test_few_orders_are_chosen_as_by_sets_of_pods(splitting_period, monkeypatch, seed):
+    """Sets of orders and sets of pods lead to the same optimum: orders of up to five lines for two or three stations."""
+    period = splitting_period(6 * seed, 9 + seed % 4, 2 + seed % 2, 8 + seed % 3)
+    found = by_patterns(period, Model.INTEGRATED)
+    monkeypatch.setattr(pricing, "MOST_ORDER_WORK", -1)
+    assert found.objective == found.bound == by_patterns(period, Model.INTEGRATED).objective
+
+
 @pytest.mark.parametrize("most_work", [0, 20])
 def test_pricing_by_the_model_is_as_good(equal_stations, monkeypatch, most_work):
     """Where the search for sets of pods takes too long, a single station's model prices; the optimum stays the same."""
+    monkeypatch.setattr(pricing, "MOST_ORDER_WORK", -1)
     monkeypatch.setattr(pricing, "MOST_WORK", most_work)
     for period in equal_stations[:40]:
         found = by_patterns(period, Model.INTEGRATED)
@@ -48,6 +77,7 @@ def test_pricing_by_the_model_is_as_good(equal_stations, monkeypatch, most_work)
 @pytest.mark.parametrize("sets", [(1,), (1, 2), (2, 8)])
 def test_few_close_sets_prove_nothing_false(equal_stations, monkeypatch, sets):
     """However few sets of pods a better solution is put together from, the optimum stays the same."""
+    monkeypatch.setattr(pricing, "MOST_ORDER_WORK", -1)
     monkeypatch.setattr(steps, "CLOSE_SETS", sets)
     for period in equal_stations[:60]:
         found = by_patterns(period, Model.INTEGRATED)

@@ -45,6 +45,31 @@ def test_of_many_sets_the_best_are_kept(equal_stations):
             assert sorted(found) == pytest.approx(sorted(worths)[-3:])
 
 
+@pytest.mark.parametrize("limit", [3.0, 100.0])
+def test_sets_of_orders_price_as_sets_of_pods_do(equal_stations, limit):
+    """The cheapest pattern costs the same, whether its orders or its pods are searched, and is worth what it says."""
+    for period in equal_stations[:60]:
+        pricing = Pricing(Reduced(period, Model.INTEGRATED), 2, LIMITS)
+        pricing.by_types = True  # few orders or not
+        prices = -np.linspace(0, 1.5, len(pricing.sizes))
+        by_orders, by_sets = pricing.by_orders(prices, limit), pricing.by_sets(prices, limit)
+        assert by_orders.bound == pytest.approx(by_sets.bound)
+        for value, pattern in by_orders.patterns:
+            assert value == pytest.approx(pattern.cost - sum(prices[t] * n for t, n in pattern.orders))
+            there = {sku for pod in pattern.pods for sku in period.stock.contents[pod]}
+            assert all(there.issuperset(pricing.missing[t]) for t, _ in pattern.orders)
+            assert sum(pricing.sizes[t] * n for t, n in pattern.orders) <= pricing.room
+
+
+def test_scarce_stock_is_priced_by_sets_of_pods(scarce_periods):
+    """Where an SKU is scarce, patterns are told apart by their pods."""
+    for period in scarce_periods[:40]:
+        reduced = Reduced(period, Model.INTEGRATED)
+        pricing = Pricing(reduced, 2, LIMITS)
+        assert not (pricing.by_types and len(reduced.scarce))
+        assert (pricing.by_orders(np.zeros(len(pricing.sizes)), 1.0) is None) == (not pricing.by_types)
+
+
 def _worth(pricing: Pricing, chosen: tuple[int, ...], values: np.ndarray) -> float:
     """Return the best sum of values over the orders that a set of pods serves, by trying all numbers of each type."""
     at_hand = {sku for pod in chosen for sku in pricing.brings[pod]}
