@@ -1,4 +1,4 @@
-"""Sets of orders for one station, the pods that serve them, and the choice of a set for each station: by brute force."""
+"""Sets of orders for a station, the pods that serve them, and the choice of a set for each station: by brute force."""
 
 from __future__ import annotations
 
@@ -9,21 +9,25 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rmfs_mip.compiled import order_sets
-from rmfs_mip.compiled.order_sets import Kinds, cheapest_sets, choose, fewest_pods, kinds_of, least_pods
+from rmfs_mip.compiled.order_sets import MOST_BITS, Kinds, cheapest_sets, choose, fewest_pods, kinds_of, least_pods
 
 ENDLESS = 10**9
 seeds = st.integers(0, 10**6)
 
 
-def made(seed: int, n_skus: int = 7) -> tuple[Kinds, list[list[int]], list[list[int]]]:
-    """Return a few types of orders and pods as bits, what each type misses, and what each pod has."""
+def made(seed: int, more: int = 0) -> tuple[Kinds, list[list[int]], list[list[int]]]:
+    """Return a few types of orders and pods as bits, what each type misses, and what each pod has.
+
+    The first type may want more SKUs, which are on the first pod alone.
+    """
     rng = np.random.default_rng(seed)
-    skus = np.sort(rng.choice(1000, n_skus, replace=False)).tolist()
+    skus = np.sort(rng.choice(1000, 7, replace=False)).tolist()
     types, pods = int(rng.integers(1, 5)), int(rng.integers(1, 7))
     missing = [sorted(rng.choice(skus, rng.integers(0, 4), replace=False).tolist()) for _ in range(types)]
     held = [sorted(rng.choice(skus, rng.integers(1, 4), replace=False).tolist()) for _ in range(pods)]
     sizes = np.array([max(len(m), 1) + int(rng.integers(2)) for m in missing], dtype=np.int64)
+    for wanted in missing[0], held[0]:
+        wanted.extend(range(1000, 1000 + more))
     return kinds_of(sizes, rng.integers(1, 4, types), missing, held), missing, held
 
 
@@ -45,16 +49,12 @@ def bits_of(kinds: Kinds, types: tuple[int, ...]) -> np.ndarray:
     return np.bitwise_or.reduce(kinds.needs[list(types)], axis=0, initial=0)
 
 
-@pytest.mark.parametrize("most_bits", [62, 2])
+@pytest.mark.parametrize("more", [0, MOST_BITS])
 @given(seed=seeds)
 @settings(max_examples=100, deadline=None)
-def test_the_fewest_pods_are_those_of_brute_force(most_bits, seed):
-    """As many as trying all sets says, which have all SKUs, and never fewer than the bound; with one number or more."""
-    if most_bits != order_sets.MOST_BITS:
-        n_skus = 70  # SKUs stand in two numbers
-    else:
-        n_skus = 7
-    kinds, missing, held = made(seed, n_skus)
+def test_the_fewest_pods_are_those_of_brute_force(more, seed):
+    """As many as trying all sets says, which have all SKUs, and never fewer than the bound; with one number or two."""
+    kinds, missing, held = made(seed, more)
     work, room = np.zeros(1, np.int64), np.zeros(200, np.int64)
     for number in range(len(missing) + 1):
         for types in combinations(range(len(missing)), number):

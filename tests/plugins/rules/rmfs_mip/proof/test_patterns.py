@@ -57,7 +57,7 @@ def test_a_choice_of_orders_that_is_given_up_proves_nothing_false(equal_stations
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(40))
 def test_few_orders_are_chosen_as_by_sets_of_pods(splitting_period, monkeypatch, seed):
-    """Sets of orders and sets of pods lead to the same optimum: orders of up to five lines for two or three stations."""
+    """Sets of orders and of pods lead to the same optimum: orders of up to five lines for two or three stations."""
     period = splitting_period(6 * seed, 9 + seed % 4, 2 + seed % 2, 8 + seed % 3)
     found = by_patterns(period, Model.INTEGRATED)
     monkeypatch.setattr(pricing, "MOST_ORDER_WORK", -1)
