@@ -26,7 +26,10 @@ MOST_WORK = 2_000_000
 KEPT = 60
 """Sets of pods of each size that become patterns in one round."""
 QUICK_WORK = 20_000
-"""Steps of the search after which, where there are few orders, only patterns that are better yet are looked for."""
+"""Steps of the search after which, where there are few orders, sets of orders are searched.
+
+Where these cannot be, only patterns that are better yet are looked for from then on.
+"""
 FEW = 2
 """There are few orders if their items are less than so many times the free places.
 
@@ -94,8 +97,8 @@ class Pricing:
     few_orders
         Whether there are few orders: see `FEW`.
     by_types
-        Whether sets of orders are searched in place of sets of pods: where there are few orders, none wants a scarce
-        SKU, and these sets did not turn out to be too many.
+        Whether sets of orders are searched in place of sets of pods: where there are few orders, sets of pods take
+        long, no SKU is scarce, and sets of orders did not turn out to be too many, too.
     pods, brings
         A pod (position) for each class of pods, and the SKUs that it may bring.
     """
@@ -109,7 +112,7 @@ class Pricing:
         self.counts = np.array([len(kind.orders) for kind in types], dtype=np.int64)
         self.missing = [[sku for sku, _ in kind.lines if not covered[sku]] for kind in types]
         self.few_orders = int((self.sizes * self.counts).sum()) < FEW * sum(reduced.capacities)
-        self.by_types = self.few_orders and not len(reduced.scarce)
+        self.by_types, self._too_many = False, bool(len(reduced.scarce))
         self.arrays, self.pods = arrays_of(reduced, sharp=self.few_orders)
         self.work = 0
         skus = np.split(self.arrays.pod_sku, self.arrays.pod_start[1:-1])
@@ -137,6 +140,10 @@ class Pricing:
             if number >= least - CLOSE:  # a pattern with so many pods is worth at least as much
                 return Priced(found, least)
             if self.few_orders and self.work - before > QUICK_WORK:
+                self.by_types = not self._too_many
+                priced = self.by_orders(prices, limit)
+                if priced is not None:
+                    return Priced([*found, *priced.patterns], priced.bound)
                 limit = least  # there are good patterns already, and a better one is what is left to know
             sets = self.sets(number, values, number + most - limit, KEPT)
             if sets is None:
@@ -199,7 +206,7 @@ class Pricing:
         )
         self.limits.effort.take(ORDER_PRICE * float(work[0]))
         if work[0] > most_work:
-            self.by_types = False
+            self.by_types, self._too_many = False, True
             self.limits.effort.short |= most_work < MOST_ORDER_WORK
             return None
         back = np.empty_like(numbers)

@@ -24,9 +24,11 @@ def by_patterns(period: Period, model: Model, limits: Limits = LIMITS) -> Soluti
     return steps.proof_of(period, model, 2, limits, steps=chosen).run()
 
 
+@pytest.mark.parametrize("quick_work", [pricing.QUICK_WORK, -1], ids=["by-pods", "by-orders"])
 @pytest.mark.parametrize("model", [Model.INTEGRATED, Model.SPLIT_OVER_TIME])
-def test_the_optimum_is_that_of_the_printed_form(equal_stations, model):
+def test_the_optimum_is_that_of_the_printed_form(equal_stations, monkeypatch, model, quick_work):
     """Whatever the patterns prove is true, and what they choose satisfies the printed constraints: 120 periods."""
+    monkeypatch.setattr(pricing, "QUICK_WORK", quick_work)
     proven = 0
     for number, period in enumerate(equal_stations):
         found = by_patterns(period, model)
@@ -36,9 +38,10 @@ def test_the_optimum_is_that_of_the_printed_form(equal_stations, model):
     assert proven > 10
 
 
-def test_sets_of_pods_are_as_good(equal_stations, monkeypatch):
-    """Where there are too many sets of orders, sets of pods are searched; the optimum stays the same."""
-    monkeypatch.setattr(pricing, "MOST_ORDER_WORK", -1)
+def test_too_many_sets_of_orders_prove_nothing_false(equal_stations, monkeypatch):
+    """Where there are too many, sets of pods are searched on; the optimum stays the same."""
+    monkeypatch.setattr(pricing, "QUICK_WORK", -1)
+    monkeypatch.setattr(pricing, "MOST_ORDER_WORK", 3)
     for period in equal_stations[:60]:
         found = by_patterns(period, Model.INTEGRATED)
         assert found.objective == found.bound == solve_printed(period, Model.INTEGRATED, 2, LIMITS).objective
@@ -47,6 +50,7 @@ def test_sets_of_pods_are_as_good(equal_stations, monkeypatch):
 @pytest.mark.parametrize(("sets", "choices"), [(1, 10**6), (5, 10**6), (10**4, 0), (10**4, 5)])
 def test_a_choice_of_orders_that_is_given_up_proves_nothing_false(equal_stations, monkeypatch, sets, choices):
     """However few sets of orders a solution may be put together from, the optimum stays the same."""
+    monkeypatch.setattr(pricing, "QUICK_WORK", -1)
     monkeypatch.setattr(patterns, "MOST_ORDER_SETS", sets)
     monkeypatch.setattr(patterns, "MOST_CHOICES", choices)
     for period in equal_stations[:40]:
@@ -60,14 +64,13 @@ def test_few_orders_are_chosen_as_by_sets_of_pods(splitting_period, monkeypatch,
     """Sets of orders and of pods lead to the same optimum: orders of up to five lines for two or three stations."""
     period = splitting_period(6 * seed, 9 + seed % 4, 2 + seed % 2, 8 + seed % 3)
     found = by_patterns(period, Model.INTEGRATED)
-    monkeypatch.setattr(pricing, "MOST_ORDER_WORK", -1)
+    monkeypatch.setattr(pricing, "QUICK_WORK", -1)
     assert found.objective == found.bound == by_patterns(period, Model.INTEGRATED).objective
 
 
 @pytest.mark.parametrize("most_work", [0, 20])
 def test_pricing_by_the_model_is_as_good(equal_stations, monkeypatch, most_work):
     """Where the search for sets of pods takes too long, a single station's model prices; the optimum stays the same."""
-    monkeypatch.setattr(pricing, "MOST_ORDER_WORK", -1)
     monkeypatch.setattr(pricing, "MOST_WORK", most_work)
     for period in equal_stations[:40]:
         found = by_patterns(period, Model.INTEGRATED)
@@ -77,7 +80,6 @@ def test_pricing_by_the_model_is_as_good(equal_stations, monkeypatch, most_work)
 @pytest.mark.parametrize("sets", [(1,), (1, 2), (2, 8)])
 def test_few_close_sets_prove_nothing_false(equal_stations, monkeypatch, sets):
     """However few sets of pods a better solution is put together from, the optimum stays the same."""
-    monkeypatch.setattr(pricing, "MOST_ORDER_WORK", -1)
     monkeypatch.setattr(steps, "CLOSE_SETS", sets)
     for period in equal_stations[:60]:
         found = by_patterns(period, Model.INTEGRATED)
