@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rmfs_mip.compiled import order_sets, pod_sets, spreading
+from rmfs_mip.compiled import exchanging, order_sets, pod_sets, spreading
 from rmfs_mip.compiled.arrays import arrays_of
 from rmfs_mip.period.period import Period, Stock
 from rmfs_mip.period.reduction import Reduced
@@ -26,6 +26,7 @@ def searches() -> tuple[Any, ...]:
         order_sets.cheapest_sets,
         order_sets.fewest_pods,
         order_sets.choose,
+        exchanging.exchanged,
     )
 
 
@@ -44,3 +45,4 @@ def load() -> None:
     costs, numbers = order_sets.cheapest_sets(kinds, prices, 1, 2.0, 2.0, 10, work, MOST_WORK)
     order_sets.fewest_pods(kinds, kinds.needs[0], 0, 1, work)
     order_sets.choose(costs, numbers, prices, kinds.counts, 2, 2.0, work, MOST_WORK)
+    exchanging.exchanged(arrays, 1, 1, 1)
