@@ -12,7 +12,8 @@ type T it takes. It has no symmetry, and its relaxation is close to the optimum.
 Patterns are priced exactly (`rmfs_mip.proof.pricing`), so each round ends in a lower bound.
 
 What the relaxation leaves open is settled from its prices: every better solution consists of patterns that are nearly
-as good as the best one, so their sets of pods are few, and a small program chooses among them (`choose_among`).
+as good as the best one, so their sets of pods are few, and a small program chooses among them (`choose_among`). Where
+there are few orders, their sets of orders are few, too, and a search chooses among these (`choose_orders`).
 
 Where SKUs are scarce, patterns leave that aside, which bounds from below all the same; the small program does not.
 """

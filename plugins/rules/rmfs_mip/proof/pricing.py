@@ -1,7 +1,9 @@
 """Pricing for column generation: the patterns of least value at the prices of a relaxation, and a bound on all.
 
 It is exact: a search for sets of pods of one size after another (`rmfs_mip.compiled.pod_sets.best_sets`), which ends
-because a pattern with k pods is worth at least k; where that takes too long, the aggregated model of a single station.
+because a pattern with k pods is worth at least k; where that takes long and there are few orders, a search for sets
+of orders (`rmfs_mip.compiled.order_sets.cheapest_sets`); where it takes too long, the aggregated model of a single
+station.
 """
 
 from __future__ import annotations
@@ -96,6 +98,8 @@ class Pricing:
         Steps of the searches so far.
     few_orders
         Whether there are few orders: see `FEW`.
+    largest_first
+        The types, those of the largest orders first.
     by_types
         Whether sets of orders are searched in place of sets of pods: where there are few orders, sets of pods take
         long, no SKU is scarce, and sets of orders did not turn out to be too many, too.
