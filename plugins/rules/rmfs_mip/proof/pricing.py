@@ -38,6 +38,8 @@ FEW = 2
 Then most sets of pods complete enough, and what tells them apart is which orders they are for. So a search for sets of
 a given worth leaves out the orders that no station with that worth can have.
 """
+MOST_BY_ORDERS = 1.75
+"""Sets of orders are searched if the orders have no more than so many times as many items as there are free places."""
 MOST_ORDER_WORK = 5_000_000
 """Steps of a search for sets of orders before sets of pods are searched."""
 ORDER_PRICE = 0.1
@@ -115,8 +117,9 @@ class Pricing:
         self.sizes = np.array([kind.size for kind in types], dtype=np.int64)
         self.counts = np.array([len(kind.orders) for kind in types], dtype=np.int64)
         self.missing = [[sku for sku, _ in kind.lines if not covered[sku]] for kind in types]
-        self.few_orders = int((self.sizes * self.counts).sum()) < FEW * sum(reduced.capacities)
-        self.by_types, self._too_many = False, bool(len(reduced.scarce))
+        items, places = int((self.sizes * self.counts).sum()), sum(reduced.capacities)
+        self.few_orders = items < FEW * places
+        self.by_types, self._too_many = False, items > MOST_BY_ORDERS * places or bool(len(reduced.scarce))
         self.arrays, self.pods = arrays_of(reduced, sharp=self.few_orders)
         self.work = 0
         skus = np.split(self.arrays.pod_sku, self.arrays.pod_start[1:-1])

@@ -70,7 +70,8 @@ def test_sets_of_orders_are_for_few_orders_without_scarce_skus(periods, scarce_p
         reduced = Reduced(period, Model.INTEGRATED)
         search = Pricing(reduced, 2, LIMITS)
         search.by_sets(np.zeros(len(search.sizes)), 100.0)
-        assert search.by_types == (search.few_orders and not len(reduced.scarce))
+        few = (search.sizes * search.counts).sum() <= pricing.MOST_BY_ORDERS * sum(reduced.capacities)
+        assert search.by_types == (few and not len(reduced.scarce))
         switched.append(search.by_types)
     assert set(switched) == {False, True}
 
