@@ -31,7 +31,7 @@ RULES = {
     Model.SPLIT_OVER_TIME: SplitOverTime,
 }
 REAL_SIZE = ("instance.skus=1000", "instance.pods=428", "instance.skus_per_pod=12")
-GAPS = {Model.INTEGRATED: 0.1, Model.SPLIT_AMONG_STATIONS: 0.37, Model.SPLIT_OVER_TIME: 0.0}
+GAPS = {Model.INTEGRATED: 0.1, Model.SPLIT_AMONG_STATIONS: 0.3, Model.SPLIT_OVER_TIME: 0.0}
 CORNERS = {
     "half-weight": (Model.INTEGRATED, 1.5, None, (50, 100, 50, 2), 21),
     "half-weight-150": (Model.INTEGRATED, 1.5, None, (150, 100, 50, 2), 21),

@@ -11,6 +11,7 @@ from rmfs_mip.period.solution import Model
 from rmfs_mip.printed.constraints import violation
 from rmfs_mip.printed.models import solve_printed
 from rmfs_mip.printed.solver import Limits
+from rmfs_mip.proof import fewest
 from rmfs_mip.proof.fewest import FewestVisits
 from rmfs_mip.proof.steps import proof_of
 
@@ -90,3 +91,27 @@ def test_many_stations(stations):
     if search.possible:
         least = period.visits_before + 2 * (sum(period.capacities) - search.reduced.reachable_sum)
         assert least + search.run(0, 100)[0] == optimum
+
+
+@pytest.mark.parametrize("seed", [3, 7, 11])
+def test_where_a_period_is_large_pods_are_exchanged(monkeypatch, seed):
+    """With exchanges the solution found quickly never has more visits, and its orders are served as the model says."""
+    rng = np.random.default_rng(seed)
+    contents = tuple(tuple(sorted(rng.choice(150, 4, replace=False).tolist())) for _ in range(60))
+    lines = [(o, int(i), 1) for o in range(60) for i in sorted(rng.choice(150, rng.integers(1, 4), replace=False))]
+    period = Period(
+        Stock(tuple(range(60)), contents, 150),
+        (0, 1),
+        (8, 8),
+        ((), ()),
+        tuple(range(60)),
+        *np.array(lines).T,
+    )
+    reduced, found = Reduced(period, AMONG), []
+    for exchanges in (0, fewest.EXCHANGES):
+        monkeypatch.setattr(fewest, "EXCHANGES", exchanges)
+        found.append(FewestVisits(reduced, 2, 0).quickly(1, 32))
+    proof = proof_of(period, AMONG, 2, Limits())
+    proof.offer(*found[1], "greedy")
+    assert violation(period, proof.incumbent, AMONG, 2) is None
+    assert found[0] is None or len(found[1][0]) <= len(found[0][0])
