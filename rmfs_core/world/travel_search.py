@@ -10,11 +10,15 @@ one or two cells of most runs. States wait in lists, one for each short span of 
 
 from __future__ import annotations
 
+import importlib
+import sys
+from types import ModuleType, SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
-from numba.core import caching
+from numba.core import caching, environment
+from numba.core.runtime.nrt import rtsys
 from numpy.typing import NDArray
 
 FAR = 1 << 40
@@ -24,19 +28,32 @@ NEXT, BEFORE, BUCKET = range(3)
 """Columns of a waiting state: its neighbours in the list of its bucket, -1 at the ends; bucket -1: it does not wait."""
 MOST_BUCKETS = 4096
 _OPTIONS: dict[str, Any] = {"cache": True, "forceinline": True, "_nrt": False}
+_UNUSED = ("numba.cpython.builtins", "numba.cpython.unicode", "numba.np.arraymath", "numba.np.arrayobj")
 inlined = njit(**_OPTIONS)
 """Compile a helper into the searches that call it, without counting who refers to its arrays: half of the time."""
 
 
-def _load_or_nothing(cache: caching.Cache, *arguments: Any, _load: Any = caching.Cache.load_overload) -> Any:
-    """Let numba compile anew where it fails to load what it has cached, of code that was moved or replaced since."""
+def _load_or_nothing(cache: Any, signature: Any, target: Any, _load: Any = caching.Cache.load_overload) -> Any:
+    """Let numba compile anew where it fails to load what it has cached, of code that was moved or replaced since.
+
+    Searches of rmfs load without what numba compiles with (`Cache.load_overload` imports it, a quarter of a short run).
+    """
     try:
-        return _load(cache, *arguments)
+        if not cache._py_func.__module__.startswith("rmfs_"):
+            return _load(cache, signature, target)
+        rtsys.initialize(target)
+        return cache._load_overload(signature, target)
     except Exception:  # whatever an old cache leads to: modules and names that are gone, files cut short
         return None
 
 
+def _import(name: str) -> ModuleType:
+    """Return a module that cached code was compiled with; one whose name is all that it needs stays empty."""
+    return ModuleType(name) if name in _UNUSED and name not in sys.modules else importlib.import_module(name)
+
+
 caching.Cache.load_overload = _load_or_nothing  # type: ignore[method-assign]  # the first searches that a run loads
+environment.importlib = SimpleNamespace(import_module=_import)  # type: ignore[assignment]
 
 
 class Work(NamedTuple):
