@@ -148,10 +148,7 @@ def times_to(goal, moves, passable, offsets, runs, turns, work):  # type: ignore
                     break
                 before -= offsets[heading]
                 length += 1
-    table = np.empty(len(times), np.int64)
-    for state in range(len(times)):
-        table[state] = _known(times[state], times)
-    return table.reshape((-1, 4))
+    return _table(times).reshape((-1, 4))
 
 
 @njit(cache=True)
@@ -190,12 +187,11 @@ def times_from(start, start_heading, lane, moves, passable, offsets, runs, turns
                     break
                 if not passable[after]:
                     break
-    fastest = np.empty(len(moves), np.int64)
+    fastest = np.empty(len(moves), times.dtype)
     for cell in range(len(moves)):
         at = 4 * cell
-        least = min(min(times[at], times[at + 1]), min(times[at + 2], times[at + 3]))
-        fastest[cell] = _known(least, times)
-    return fastest
+        fastest[cell] = min(times[at], times[at + 1], times[at + 2], times[at + 3])
+    return _table(fastest)
 
 
 @njit(cache=True)
@@ -206,10 +202,13 @@ def _begin(work):  # type: ignore[no-untyped-def]
     work.buckets.fill(-1)
 
 
-@inlined
-def _known(time, times):  # type: ignore[no-untyped-def]
-    """Return a time as it stands in tables that stay."""
-    return np.int64(time) if time < FAR_32 or times.itemsize == 8 else FAR
+@njit(cache=True)
+def _table(times):  # type: ignore[no-untyped-def]
+    """Return times as a table that stays."""
+    table = np.empty(len(times), np.int64)
+    for i in range(len(times)):
+        table[i] = times[i] if times[i] < FAR_32 or times.itemsize == 8 else FAR
+    return table
 
 
 @inlined
