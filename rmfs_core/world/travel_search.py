@@ -10,17 +10,11 @@ one or two cells of most runs. States wait in lists, one for each short span of 
 
 from __future__ import annotations
 
-import sys
-from functools import partial
-from importlib import import_module
-from types import ModuleType, SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
-from numba.core import caching, environment
-from numba.core.registry import cpu_target
-from numba.core.runtime.nrt import rtsys
+from numba.core import caching
 from numpy.typing import NDArray
 
 FAR = 1 << 40
@@ -34,31 +28,15 @@ inlined = njit(**_OPTIONS)
 """Compile a helper into the searches that call it, without counting who refers to its arrays: half of the time."""
 
 
-def _load_or_nothing(cache: Any, signature: Any, target: Any, _load: Any = caching.Cache.load_overload) -> Any:
-    """Let numba compile anew where it fails to load what it has cached, of code that was moved or replaced since.
-
-    To load needs nothing of what `refresh` imports, a third of a short run, but the counting of who refers to arrays.
-    """
-    target.refresh = partial(rtsys.initialize, target)
+def _load_or_nothing(cache: caching.Cache, *arguments: Any, _load: Any = caching.Cache.load_overload) -> Any:
+    """Let numba compile anew where it fails to load what it has cached, of code that was moved or replaced since."""
     try:
-        return _load(cache, signature, target)
+        return _load(cache, *arguments)
     except Exception:  # whatever an old cache leads to: modules and names that are gone, files cut short
         return None
-    finally:
-        del target.refresh
-
-
-def _import(name: str) -> ModuleType:
-    """Return a module that something cached was compiled with: an empty one where its name is all that is needed."""
-    if name in ("numba.cpython.builtins", "numba.cpython.unicode", "numba.np.arraymath", "numba.np.arrayobj"):
-        return sys.modules.get(name) or ModuleType(name)
-    if name.startswith("numba"):  # others, also those that extend numba, make known what machine code calls
-        type(cpu_target.target_context).refresh(cpu_target.target_context)
-    return import_module(name)
 
 
 caching.Cache.load_overload = _load_or_nothing  # type: ignore[method-assign]  # the first searches that a run loads
-environment.importlib = SimpleNamespace(import_module=_import)  # type: ignore[assignment]
 
 
 class Work(NamedTuple):

@@ -6,7 +6,6 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from textwrap import dedent
 
 import numpy as np
 import pytest
@@ -155,43 +154,3 @@ def test_an_old_cache_is_compiled_anew(tmp_path: Path) -> None:
     for file in (tmp_path / "cache").rglob("*.nbc"):
         file.write_bytes(file.read_bytes().replace(b"before", b"beside"))
     assert run("before") == "6\n"
-
-
-def test_what_is_cached_loads_without_what_compiles(tmp_path: Path) -> None:
-    """Machine code runs, and raises, without numba's library; code that needs more of it, or is new, gets it."""
-    module = """
-        import numba, numpy as np, rmfs_core.world.travel_search
-        @numba.njit(cache=True)
-        def least(n):
-            if n < 1:
-                raise ValueError("too few")
-            numbers = np.empty(n, np.int64)
-            numbers.fill(n)
-            return numbers.min()
-        @numba.njit(cache=True)
-        def known(word):
-            return hash(word) != -1
-    """
-    program = """
-        import sys
-        import numpy as np
-        from searching import known, least
-        library, problem = "numba.np.arraymath", ""
-        found, alone = least(3), library not in sys.modules
-        try:
-            least(0)
-        except ValueError as error:
-            problem = str(error)
-        print(found, problem, alone, known("pod"), library in sys.modules)
-        print(least(np.int8(3)) if "new" in sys.argv else "")
-    """
-    (tmp_path / "searching.py").write_text(dedent(module), encoding="utf-8")
-    variables = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
-
-    def run(*arguments: str) -> str:
-        command = [sys.executable, "-c", dedent(program), *arguments]
-        return subprocess.run(command, env=variables, capture_output=True, text=True, check=True).stdout.strip()
-
-    assert run() == "3 too few False True True"
-    assert run() == "3 too few True True True"
-    assert run("new") == "3 too few True True True\n3"
