@@ -58,8 +58,7 @@ class Work(NamedTuple):
         Ticks that a longer run gains at most on one that has driven so many cells, and as many to spare: it gains
         only while that one speeds up yet, and nothing more once both have driven half of the way that is left.
     onwards
-        Whether two runs in one heading may take less than the one in their place, as some do by rounding. If not, a
-        state that a run came to is left by turns alone.
+        Whether a run after a run may be as fast as one in place of both, but for rounding. If not, turns follow runs.
     """
 
     times: NDArray[np.int32] | NDArray[np.int64]
@@ -82,10 +81,9 @@ def work_on(cells: int, runs: NDArray[np.int64], turns: NDArray[np.int64]) -> Wo
         shift += 1
     buckets = np.full(1 << ((move >> shift) + 2).bit_length(), -1, np.int32)  # a power of two
     slowest = cells * int(runs[1] + 2 * turns.max())  # no way visits a cell twice with one heading
-    narrow = 4 * slowest + move < 1 << 31
-    times = np.empty(4 * cells, np.int32) if narrow else np.empty(4 * cells, np.int64)
+    times: Any = np.empty(4 * cells, np.int32 if 4 * slowest + move < 1 << 31 else np.int64)
     links, losses = np.empty((4 * cells, 3), np.int32), runs + runs[::-1] - runs[-1] + 4
-    onwards = bool((np.add.outer(runs, runs) < runs[np.minimum(np.add.outer(length, length), longest)]).any())
+    onwards = bool(2 * runs[1] - runs[min(2, longest)] < 3)  # the closest call; each is rounded by half a tick
     return Work(times, np.empty(4 * cells, np.int32), links, buckets, shift, losses, gains, onwards)
 
 
@@ -98,10 +96,9 @@ def times_to(goal, moves, passable, offsets, runs, turns, work):  # type: ignore
     for heading in range(4):
         waiting += _reach(4 * goal + heading, 0, 0, times, driven, links, buckets, shift)
     while waiting:
-        state = buckets[bucket]
-        if state < 0:
+        while buckets[bucket] < 0:
             bucket = (bucket + 1) & (len(buckets) - 1)
-            continue
+        state = buckets[bucket]
         waiting -= _take(state, links, buckets)
         time, cell = times[state], state >> 2
         if time and not driven[state]:
@@ -114,8 +111,7 @@ def times_to(goal, moves, passable, offsets, runs, turns, work):  # type: ignore
                 continue
             if not (passable[cell] or cell == goal):
                 continue
-            before = cell - offsets[heading]
-            length = 1
+            before, length = cell - offsets[heading], 1
             while 0 <= before < len(moves) and moves[before] >> heading & 1:
                 into, arrival = 4 * before + heading, turned + runs[length]
                 if arrival < times[into]:
@@ -134,13 +130,11 @@ def times_from(start, start_heading, lane, moves, passable, offsets, runs, turns
     """Ticks from standing at ``start`` to rest in each cell, whatever the heading there."""
     times, driven, links, buckets, shift, losses, gains, onwards = work
     _begin(work)
-    waiting = _reach(4 * start + start_heading, 0, 0, times, driven, links, buckets, shift)
-    bucket = 0
+    waiting, bucket = _reach(4 * start + start_heading, 0, 0, times, driven, links, buckets, shift), 0
     while waiting:
-        state = buckets[bucket]
-        if state < 0:
+        while buckets[bucket] < 0:
             bucket = (bucket + 1) & (len(buckets) - 1)
-            continue
+        state = buckets[bucket]
         waiting -= _take(state, links, buckets)
         time, cell = times[state], state >> 2
         if (time and not driven[state]) or not (passable[cell] or cell == start):
@@ -151,8 +145,7 @@ def times_from(start, start_heading, lane, moves, passable, offsets, runs, turns
                 times[4 * cell + heading], driven[4 * cell + heading] = turned, 0
             elif difference:
                 continue
-            after = cell
-            length = 0
+            after, length = cell, 0
             while moves[after] >> heading & 1:
                 after += offsets[heading]
                 length += 1
@@ -230,8 +223,7 @@ def descend(cell, heading, goal, times, moves, passable, offsets, runs, turns): 
         for difference in (0, 1, 3, 2):
             towards = (heading + difference) % 4
             left = times[cell, heading] - turns[difference]
-            after = cell
-            length = 0
+            after, length = cell, 0
             while not found and moves[after] >> towards & 1:
                 after += offsets[towards]
                 length += 1
@@ -240,8 +232,7 @@ def descend(cell, heading, goal, times, moves, passable, offsets, runs, turns): 
                 if runs[length] + times[after, towards] == left:
                     found = True
             if found:
-                cell = after
-                heading = towards
+                cell, heading = after, towards
                 ends.append(cell)
                 break
         if not found:
