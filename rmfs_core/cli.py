@@ -128,7 +128,7 @@ def main(arguments: list[str] | None = None) -> None:
     Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 interrupted, 141 whoever read the output went away;
     any other that a command ends with is 1.
     """
-    gc.set_threshold(100_000, 20, 50)  # imports leave much that lives on: to look through it takes time,
+    gc.set_threshold(200_000, 20, 50)  # imports leave much that lives on: to look through it takes time,
     atexit.register(gc.freeze)  # also at the end
     if sys.stdout is None:  # closed by who calls (`>&-`): the next file opened would take its place
         sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115 (open to the end)

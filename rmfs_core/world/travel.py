@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from rmfs_core.world.travel_search import Work
 
 UNREACHABLE = 1 << 40
-TABLES_BYTES = 512 << 20
+TABLES_BYTES = 640 << 20
 """Memory that the tables of one layout may take, besides those of stations; the least recently used go first."""
 
 

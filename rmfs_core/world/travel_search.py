@@ -57,6 +57,8 @@ class Work(NamedTuple):
     gains
         Ticks that a longer run gains at most on one that has driven so many cells, and as many to spare: it gains
         only while that one speeds up yet, and nothing more once both have driven half of the way that is left.
+    onwards
+        Whether a run after a run may be as fast as one in place of both, but for rounding. If not, turns follow runs.
     """
 
     times: NDArray[np.int32] | NDArray[np.int64]
@@ -66,6 +68,7 @@ class Work(NamedTuple):
     shift: int
     losses: NDArray[np.int64]
     gains: NDArray[np.int64]
+    onwards: bool
 
 
 def work_on(cells: int, runs: NDArray[np.int64], turns: NDArray[np.int64]) -> Work:
@@ -73,92 +76,93 @@ def work_on(cells: int, runs: NDArray[np.int64], turns: NDArray[np.int64]) -> Wo
     longest, length = len(runs) - 1, np.arange(len(runs))
     more = (longest - length) // 2
     gains = runs[length + more] - runs - (runs[-1] - runs[longest - more]) + 4
-    move, shift = int(max(runs[-1], turns.max())), 0
-    while 2 << shift <= min(runs[1], turns[1:].min()) or move >> shift > MOST_BUCKETS:
+    move, shift = int(runs[-1] + turns.max()), 0
+    while 2 << shift <= runs[1] or move >> shift > MOST_BUCKETS:
         shift += 1
     buckets = np.full(1 << ((move >> shift) + 2).bit_length(), -1, np.int32)  # a power of two
     slowest = cells * int(runs[1] + 2 * turns.max())  # no way visits a cell twice with one heading
-    narrow = 4 * slowest + move < 1 << 31
-    times = np.empty(4 * cells, np.int32) if narrow else np.empty(4 * cells, np.int64)
-    links = np.empty((4 * cells, 3), np.int32)
-    return Work(times, np.empty(4 * cells, np.int32), links, buckets, shift, runs + runs[::-1] - runs[-1] + 4, gains)
+    times: Any = np.empty(4 * cells, np.int32 if 4 * slowest + move < 1 << 31 else np.int64)
+    links, losses = np.empty((4 * cells, 3), np.int32), runs + runs[::-1] - runs[-1] + 4
+    onwards = bool(2 * runs[1] - runs[min(2, longest)] < 3)  # the closest call; each is rounded by half a tick
+    return Work(times, np.empty(4 * cells, np.int32), links, buckets, shift, losses, gains, onwards)
 
 
 @njit(cache=True)
 def times_to(goal, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
     """Ticks from each (cell, heading) to rest at ``goal``: a search backwards from it."""
-    times, driven, links, buckets, shift, losses, gains = work
+    times, driven, links, buckets, shift, losses, gains, onwards = work
     _begin(work)
     waiting = bucket = 0
     for heading in range(4):
         waiting += _reach(4 * goal + heading, 0, 0, times, driven, links, buckets, shift)
     while waiting:
-        state = buckets[bucket]
-        if state < 0:
+        while buckets[bucket] < 0:
             bucket = (bucket + 1) & (len(buckets) - 1)
-            continue
+        state = buckets[bucket]
         waiting -= _take(state, links, buckets)
-        time, cell, heading = times[state], state >> 2, state & 3
-        for difference in range(1, 4):
-            other, turned = 4 * cell + ((heading - difference) & 3), time + turns[difference]
-            if turned < times[other]:
-                waiting += _reach(other, turned, 0, times, driven, links, buckets, shift)
-        if not (passable[cell] or cell == goal):
-            continue
-        before = cell - offsets[heading]
-        length = 1
-        while 0 <= before < len(moves) and moves[before] >> heading & 1:
-            into, arrival = 4 * before + heading, time + runs[length]
-            if arrival < times[into]:
-                waiting += _reach(into, arrival, length, times, driven, links, buckets, shift)
-            elif arrival - times[into] > min(losses[length], gains[driven[into]]):
-                break
-            if not passable[before]:
-                break
-            before -= offsets[heading]
-            length += 1
-    return _found(times)
+        time, cell = times[state], state >> 2
+        if time and not driven[state]:
+            continue  # turned to since it began to wait
+        for difference in range(1 if time and not onwards else 0, 4):
+            heading, turned = (state - difference) & 3, time + turns[difference]
+            if turned < times[4 * cell + heading]:
+                times[4 * cell + heading], driven[4 * cell + heading] = turned, 0
+            elif difference:
+                continue
+            if not (passable[cell] or cell == goal):
+                continue
+            before, length = cell - offsets[heading], 1
+            while 0 <= before < len(moves) and moves[before] >> heading & 1:
+                into, arrival = 4 * before + heading, turned + runs[length]
+                if arrival < times[into]:
+                    waiting += _reach(into, arrival, length, times, driven, links, buckets, shift)
+                elif arrival - times[into] > min(losses[length], gains[driven[into]]):
+                    break
+                if not passable[before]:
+                    break
+                before -= offsets[heading]
+                length += 1
+    return _table(times).reshape((-1, 4))
 
 
 @njit(cache=True)
 def times_from(start, start_heading, lane, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
     """Ticks from standing at ``start`` to rest in each cell, whatever the heading there."""
-    times, driven, links, buckets, shift, losses, gains = work
+    times, driven, links, buckets, shift, losses, gains, onwards = work
     _begin(work)
-    waiting = _reach(4 * start + start_heading, 0, 0, times, driven, links, buckets, shift)
-    bucket = 0
+    waiting, bucket = _reach(4 * start + start_heading, 0, 0, times, driven, links, buckets, shift), 0
     while waiting:
-        state = buckets[bucket]
-        if state < 0:
+        while buckets[bucket] < 0:
             bucket = (bucket + 1) & (len(buckets) - 1)
-            continue
+        state = buckets[bucket]
         waiting -= _take(state, links, buckets)
-        time, cell, heading = times[state], state >> 2, state & 3
-        if not (passable[cell] or cell == start):
+        time, cell = times[state], state >> 2
+        if (time and not driven[state]) or not (passable[cell] or cell == start):
             continue
-        for difference in range(1, 4):
-            other, turned = 4 * cell + ((heading + difference) & 3), time + turns[difference]
-            if turned < times[other]:
-                waiting += _reach(other, turned, 0, times, driven, links, buckets, shift)
-        after = cell
-        length = 0
-        while moves[after] >> heading & 1:
-            after += offsets[heading]
-            length += 1
-            if lane[after] >= 0 and lane[after] != lane[start]:
-                break
-            into, arrival = 4 * after + heading, time + runs[length]
-            if arrival < times[into]:
-                waiting += _reach(into, arrival, length, times, driven, links, buckets, shift)
-            elif arrival - times[into] > min(losses[length], gains[driven[into]]):
-                break
-            if not passable[after]:
-                break
-    found = _found(times)
-    fastest = np.empty(len(moves), np.int64)
+        for difference in range(1 if time and not onwards else 0, 4):
+            heading, turned = (state + difference) & 3, time + turns[difference]
+            if turned < times[4 * cell + heading]:
+                times[4 * cell + heading], driven[4 * cell + heading] = turned, 0
+            elif difference:
+                continue
+            after, length = cell, 0
+            while moves[after] >> heading & 1:
+                after += offsets[heading]
+                length += 1
+                if lane[after] >= 0 and lane[after] != lane[start]:
+                    break
+                into, arrival = 4 * after + heading, turned + runs[length]
+                if arrival < times[into]:
+                    waiting += _reach(into, arrival, length, times, driven, links, buckets, shift)
+                elif arrival - times[into] > min(losses[length], gains[driven[into]]):
+                    break
+                if not passable[after]:
+                    break
+    fastest = np.empty(len(moves), times.dtype)
     for cell in range(len(moves)):
-        fastest[cell] = found[cell].min()
-    return fastest
+        at = 4 * cell
+        fastest[cell] = min(times[at], times[at + 1], times[at + 2], times[at + 3])
+    return _table(fastest)
 
 
 @njit(cache=True)
@@ -170,13 +174,11 @@ def _begin(work):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _found(times):  # type: ignore[no-untyped-def]
-    """Return the times as a table that stays, shape (cells, 4)."""
-    table = np.empty((len(times) // 4, 4), np.int64)
-    for cell in range(len(table)):
-        for heading in range(4):
-            time = times[4 * cell + heading]
-            table[cell, heading] = time if time < FAR_32 or times.itemsize == 8 else FAR
+def _table(times):  # type: ignore[no-untyped-def]
+    """Return times as a table that stays."""
+    table = np.empty(len(times), np.int64)
+    for i in range(len(times)):
+        table[i] = times[i] if times[i] < FAR_32 or times.itemsize == 8 else FAR
     return table
 
 
@@ -221,8 +223,7 @@ def descend(cell, heading, goal, times, moves, passable, offsets, runs, turns): 
         for difference in (0, 1, 3, 2):
             towards = (heading + difference) % 4
             left = times[cell, heading] - turns[difference]
-            after = cell
-            length = 0
+            after, length = cell, 0
             while not found and moves[after] >> towards & 1:
                 after += offsets[towards]
                 length += 1
@@ -231,8 +232,7 @@ def descend(cell, heading, goal, times, moves, passable, offsets, runs, turns): 
                 if runs[length] + times[after, towards] == left:
                     found = True
             if found:
-                cell = after
-                heading = towards
+                cell, heading = after, towards
                 ends.append(cell)
                 break
         if not found:

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from rmfs_cli.loading import loading_alone
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def compiling_announced(notes: Console) -> Iterator[None]:
-    """Say so, once, when something is compiled meanwhile in this process; what numba has cached is not."""
+    """Say so, once, when something is compiled meanwhile in this process; what is cached is not, and loads alone."""
     from numba.core import event
 
     class Announcer(event.Listener):
@@ -28,7 +30,7 @@ def compiling_announced(notes: Console) -> Iterator[None]:
         def on_end(self, event: Any) -> None:
             pass
 
-    with event.install_listener("numba:compile", Announcer()):
+    with loading_alone(), event.install_listener("numba:compile", Announcer()):
         yield
 
 

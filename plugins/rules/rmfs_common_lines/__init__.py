@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment, hookimpl
 from rmfs_rule_helpers import lines_at, sum_per_order
-from rmfs_rule_helpers.options import PairOptions
+from rmfs_rule_helpers.pair_scores import KeptPairs
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
 
 
 @define
-class CommonLines(PairOptions):
+class CommonLines(KeptPairs):
     """Assign the order that wants the same SKUs as the orders already at a station.
 
     Over all stations s with room and all orders o that fit there, the pair with the most lines in common,
@@ -41,10 +41,12 @@ class CommonLines(PairOptions):
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign the pairs of order and station with the most lines in common."""
-        lines = warehouse.backlog_lines
         wanted = np.zeros((len(warehouse.stations), warehouse.n_skus), dtype=np.int64)
         for station in warehouse.stations:
             wanted[station.id, [request.sku for request in station.open_requests]] = 1
+        if self.plain and self._scores.decides(warehouse, wanted):
+            return self._scores.assign(warehouse.stations, self._take)
+        lines = warehouse.backlog_lines
 
         def score(station: Station) -> NDArray[np.int64]:
             return sum_per_order(warehouse, wanted[station.id, lines.sku])
@@ -54,3 +56,8 @@ class CommonLines(PairOptions):
             return (station.id,)
 
         return self.assign(warehouse, rng, score, assigned)
+
+    def _take(self, station: Station, place: int) -> None:
+        """Let a station want the SKUs of an order."""
+        for sku, _ in self._scores.lines_of(place):
+            self._scores.change(station.id, sku, 1)

@@ -9,14 +9,14 @@ import numpy as np
 from attrs import define
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rule_helpers.options import PairOptions
+from rmfs_rule_helpers.pair_scores import KeptPairs
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import WarehouseView
 
 
 @define
-class FirstCome(PairOptions):
+class FirstCome(KeptPairs):
     """Assign the oldest order first.
 
     The oldest order that fits anywhere goes to the station with the lowest load where it fits (ties: lowest id). When
@@ -31,5 +31,7 @@ class FirstCome(PairOptions):
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign orders by age: all pairs score the same, and ties go to the oldest order."""
+        if self.plain and self._scores.decides(warehouse):
+            return self._scores.assign(warehouse.stations)
         same = np.zeros(len(warehouse.backlog), dtype=np.int64)
         return self.assign(warehouse, rng, lambda _: same)

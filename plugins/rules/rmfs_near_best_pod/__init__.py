@@ -11,14 +11,15 @@ from attrs import define
 
 from rmfs_core import OrderAssignment, hookimpl
 from rmfs_rule_helpers import assign_best_pairs
-from rmfs_rule_helpers.options import PairOptions, late
+from rmfs_rule_helpers.options import late
+from rmfs_rule_helpers.pair_scores import KeptPairs
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, Station, WarehouseView
+    from rmfs_core.warehouse import Order, Pod, Station, WarehouseView
 
 
 @define
-class NearBestPod(PairOptions):
+class NearBestPod(KeptPairs):
     """Assign each order to the station that is nearest to a pod with most of it.
 
     The oldest order that fits anywhere (or as ``tie_break`` says) goes next. The best pods for it are those of the pods
@@ -40,29 +41,31 @@ class NearBestPod(PairOptions):
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign orders near their best pods; only the pods of orders whose turn it is are looked at."""
         best: dict[int, list[Pod]] = {}
-        same = np.zeros(len(warehouse.backlog), np.int64)
 
-        def drive(position: int, station: Station) -> int:
-            if position not in best:
-                best[position] = _best_pods(warehouse, position)
+        def drive(order: int, station: Station) -> int:
+            if order not in best:
+                best[order] = _best_pods(warehouse, warehouse.order(order))
             times = warehouse.travel.times_to(station.cell, True)
-            return min((int(times[pod.cell].min()) for pod in best[position]), default=0)
+            return min((int(times[pod.cell].min()) for pod in best[order]), default=0)
 
+        if self.plain and self._scores.decides(warehouse):
+            return self._scores.assign(warehouse.stations, prefer=drive)
+        same = np.zeros(len(warehouse.backlog), np.int64)
         return assign_best_pairs(
             warehouse,
             lambda _: same,
             max_wait_s=self.max_wait_s,
             rank=self.rank(warehouse, rng),
             first=late(warehouse) if self.late_first else None,
-            prefer=drive,
+            prefer=lambda position, station: drive(warehouse.backlog[position].id, station),
             fast_lane=self.fast_lane,
         )
 
 
-def _best_pods(warehouse: WarehouseView, position: int) -> list[Pod]:
+def _best_pods(warehouse: WarehouseView, order: Order) -> list[Pod]:
     """Return the pods not in use with most items of an order; none where no such pod has any."""
     items: Counter[Pod] = Counter()
-    for line in warehouse.backlog[position].open_lines:
+    for line in order.open_lines:
         for pod in warehouse.pods_with(line.sku):
             if pod.location is not None and not pod.bound_for:
                 items[pod] += min(line.quantity, pod.free_items(line.sku))

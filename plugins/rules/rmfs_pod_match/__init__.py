@@ -6,21 +6,19 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from attrs import define, field
+from attrs import define
 from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rule_helpers import largest_capacity, lines_at, sum_per_order
-from rmfs_rule_helpers.options import PairOptions
-from rmfs_rule_helpers.pair_scores import PairScores
+from rmfs_rule_helpers import lines_at, sum_per_order
+from rmfs_rule_helpers.pair_scores import KeptPairs, PairScores
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Station, WarehouseView
 
 
 @define
-class PodMatch(PairOptions):
+class PodMatch(KeptPairs):
     """Assign the order that the pods at a station can serve best.
 
     Over all stations s with room and all orders o that fit there, the pair with the highest score
@@ -40,20 +38,12 @@ class PodMatch(PairOptions):
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
-    _scores: PairScores = field(init=False, factory=PairScores, repr=False, eq=False)
-
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
-        """Load what is compiled, or compile it."""
-        self._scores.load()
-
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign the best matching pairs of order and station."""
-        if self.plain and not warehouse.filtered:
-            self._scores.update(warehouse)
-            if self._scores.whole and self._scores.largest <= largest_capacity(warehouse):
-                takes = None if warehouse.unlimited_stock else _Stock(self._scores).take
-                return self._scores.assign(warehouse.stations, takes)
+        if self.plain and self._scores.decides(warehouse, warehouse.available()):
+            takes = None if warehouse.unlimited_stock else _Stock(self._scores).take
+            return self._scores.assign(warehouse.stations, takes)
         stock = _InboundStock(warehouse)
         take = None if warehouse.unlimited_stock else stock.take
         return self.assign(warehouse, rng, stock.score, take)

@@ -6,11 +6,15 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from attrs import define, field
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment
+from rmfs_rule_helpers import largest_capacity
+from rmfs_rule_helpers.options import PairOptions
 
 if TYPE_CHECKING:
+    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Station, WarehouseView
 
 Ints = NDArray[np.int64]
@@ -18,7 +22,7 @@ Change = Callable[[int, int, int], None]
 
 
 class PairScores:
-    """How many items of each order of the backlog are available on the pods inbound to each station.
+    """How many items of each order of the backlog are available at each station, as on the pods inbound to it.
 
     ``update`` takes in what a warehouse has become since the last call, in time that depends on what changed and not on
     the size of the backlog; ``assign`` then assigns the best pairs, as `assign_best_pairs` with such scores does.
@@ -37,13 +41,20 @@ class PairScores:
         """Load what is compiled, or compile it."""
         self._begin(1, 1)
         self._join(np.array([[0], [0], [1]]))
-        self._work.change_all(np.ones_like(self.available), *self._arrays())
+        self._work.change_all(np.ones(1, np.bool_), np.ones_like(self.available), *self._arrays())
         self._best(np.ones(1, np.int64), np.zeros(1, np.bool_), np.zeros(1, np.int64))
         self._leave([0])
         self._log = None
 
-    def update(self, warehouse: WarehouseView) -> None:
-        """Take in what joined and left the backlog, and what is available now."""
+    def decides(self, warehouse: WarehouseView, available: Ints | None = None) -> bool:
+        """Update, and say whether `assign` may decide: all orders are shown, whole, and small enough for a station."""
+        if warehouse.filtered:
+            return False
+        self.update(warehouse, available)
+        return self.whole and self.largest <= largest_capacity(warehouse)
+
+    def update(self, warehouse: WarehouseView, available: Ints | None = None) -> None:
+        """Take in what joined and left the backlog, and what is available now; left out: what was, nothing at first."""
         log = warehouse.backlog_log()
         if log is not self._log:
             self._begin(len(warehouse.stations), warehouse.n_skus)
@@ -53,7 +64,9 @@ class PairScores:
             self._join(joined)
         if left:
             self._leave(left)
-        self._work.change_all(warehouse.available(), *self._arrays())
+        if available is not None:
+            room = np.array([station.free_capacity > 0 for station in warehouse.stations])  # others can wait
+            self._work.change_all(room, available, *self._arrays())
 
     def lines_of(self, place: int) -> Iterable[tuple[int, int]]:
         """Yield SKU and number of items of each line of the order at a place."""
@@ -75,9 +88,16 @@ class PairScores:
         self._work.change(station, sku, items, *self._arrays())
 
     def assign(
-        self, stations: tuple[Station, ...], take: Callable[[Station, int], None] | None
+        self,
+        stations: tuple[Station, ...],
+        take: Callable[[Station, int], None] | None = None,
+        prefer: Callable[[int, Station], int] | None = None,
     ) -> list[OrderAssignment]:
-        """Assign whole orders, again and again the pair with the highest score that fits, and tell ``take`` of each."""
+        """Assign whole orders, again and again the pair with the highest score that fits, and tell ``take`` of each.
+
+        Of the stations with an order's highest score the one takes it that ``prefer`` (order's id, station) is lowest
+        for; left out, or with ties, as `assign_best_pairs` says.
+        """
         free = np.array([station.free_capacity for station in stations], np.int64)
         load = np.array([station.load for station in stations], np.int64)
         counts = np.array([station.counts_orders for station in stations], np.bool_)
@@ -87,6 +107,10 @@ class PairScores:
             place, at = self._best(free, counts, load)
             if place < 0:
                 break
+            if prefer is not None:
+                fitting = np.flatnonzero((free > 0) & (counts | (self._orders[1, place] <= free))).tolist()
+                tied = [i for i in fitting if self._scores[i, place] == self._scores[at, place]]
+                at = min(tied, key=lambda i: (prefer(self._ids[place], stations[i]), load[i], i))
             chosen.append(OrderAssignment(self._ids[place], at))
             size = 1 if counts[at] else self._orders[1, place]
             free[at] -= size
@@ -159,3 +183,14 @@ class PairScores:
             free, counts, load, *bounds, self._orders, self._taken, self._scores, self._best_scores
         )
         return found
+
+
+@define
+class KeptPairs(PairOptions):
+    """Parameters of a rule that keeps the scores of pairs of order and station."""
+
+    _scores: PairScores = field(init=False, factory=PairScores, repr=False, eq=False)
+
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self._scores.load()

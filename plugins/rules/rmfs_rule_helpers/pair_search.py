@@ -67,14 +67,15 @@ def change(station, sku, items, lines, heads, orders, scores, best, known):  # t
     while line >= 0:
         order, quantity = lines[ORDER, line], lines[QUANTITY, line]
         scores[station, order] += min(quantity, items) - min(quantity, had)
-        raise_best(station, order, orders, scores, best)
+        if items > had:
+            raise_best(station, order, orders, scores, best)
         line = lines[AFTER, line]
 
 
 @njit(cache=True)
-def change_all(available, lines, heads, orders, scores, best, known):  # type: ignore[no-untyped-def]
-    """Let every station have available what it has now."""
-    for station in range(len(known)):
+def change_all(stations, available, lines, heads, orders, scores, best, known):  # type: ignore[no-untyped-def]
+    """Let those stations have available what they have now."""
+    for station in np.flatnonzero(stations):
         for sku in range(known.shape[1]):
             if available[station, sku] != known[station, sku]:
                 change(station, sku, available[station, sku], lines, heads, orders, scores, best, known)
@@ -94,7 +95,9 @@ def best_pair(free, counts, load, first, number, orders, taken, scores, best):  
         if free[station] <= 0:
             continue
         for block in range(first // BLOCK, (number + BLOCK - 1) // BLOCK):
-            bound = best[station, block, :sizes].max()
+            bound = -1
+            for size in range(sizes):
+                bound = max(bound, best[station, block, size])
             if bound < found or (bound == found and at < block * BLOCK):
                 continue
             highest[:] = -1

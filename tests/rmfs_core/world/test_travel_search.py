@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -154,3 +155,42 @@ def test_an_old_cache_is_compiled_anew(tmp_path: Path) -> None:
     for file in (tmp_path / "cache").rglob("*.nbc"):
         file.write_bytes(file.read_bytes().replace(b"before", b"beside"))
     assert run("before") == "6\n"
+
+
+@pytest.mark.parametrize("runs", [RUNS, column(0, 10, 20, 29, 39, 49)], ids=["curved", "straight, rounded"])
+@pytest.mark.parametrize("seed", range(4))
+def test_against_a_search_that_leaves_nothing_out(seed: int, runs: NDArray[np.int64]) -> None:
+    """On random maps: a search over all turns, each with each run after it, and no limits, finds the same times."""
+    rng = np.random.default_rng(seed)
+    rows = ["".join(rng.choice([".", "@", "#"], 6, p=[0.7, 0.2, 0.1])) for _ in range(6)]
+    layout = parse_map("\n".join(rows), "random")
+    crossed = layout.kind == layout.kind[rows[0].index(".") if "." in rows[0] else 0]
+    crossed.setflags(write=False)
+    arrays = layout.moves, crossed, column(1, -6, -1, 6), runs, TURNS
+    work, lane = work_on(36, runs, TURNS), column(*[-1] * 36)
+    for goal in np.flatnonzero(layout.kind).tolist():
+        times = times_to(goal, *arrays, work)
+        assert (times == plain_times_to(goal, *arrays)).all()
+        for start, heading in np.ndindex(36, 4):
+            if crossed[start] and crossed[goal]:
+                assert times_from(start, heading, lane, *arrays, work)[goal] == times[start, heading]
+
+
+def plain_times_to(goal: int, moves: Any, passable: Any, offsets: Any, runs: Any, turns: Any) -> NDArray[np.int64]:
+    """Relax every turn with every run after it until nothing falls any more."""
+    times = np.full((len(moves), 4), FAR)
+    times[goal] = 0
+    while True:
+        before = times.copy()
+        for cell, heading in np.ndindex(times.shape):
+            for towards in range(4):
+                at, length = cell, 0
+                turned = int(turns[(towards - heading) % 4])
+                times[cell, heading] = min(times[cell, heading], turned + times[cell, towards])
+                while moves[at] >> towards & 1:
+                    at, length = at + offsets[towards], length + 1
+                    if not (passable[at] or at == goal):
+                        break
+                    times[cell, heading] = min(times[cell, heading], turned + runs[length] + times[at, towards])
+        if (times == before).all():
+            return times
