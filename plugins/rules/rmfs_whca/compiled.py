@@ -36,15 +36,14 @@ def search(  # type: ignore[no-untyped-def]
     gap, end = gap_at(cell, start, me, table)
     if gap < 0 or times[cell, heading] >= FAR:
         return None
-    bound = np.int64(0)
+    # From `settled` on waiting is of no use, and only the first visit of a (cell, heading) counts: the window is over,
+    # or nothing changes any more.
+    bound, settled = np.int64(0), window_end
     if window_end >= FOREVER:
         bound = free_for_good(goal, me, table)
         if bound >= FOREVER:
             return None
-    # From then on nothing changes any more: waiting is of no use, and only the first visit of a (cell, heading) counts.
-    settled = last_end(table.first, table.count, table.until)
-    if window_end < FOREVER:
-        settled = max(settled, window_end)
+        settled = last_end(table.first, table.count, table.until)
     steps = max(settled - start, 0) // wait + 1
     keys, earliest, known = np.full(1024, -1, np.int64), np.empty(1024, np.int64), 0
     nodes = np.empty((1024, 6), np.int64)

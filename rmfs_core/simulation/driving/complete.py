@@ -114,7 +114,7 @@ class CompleteDriving(ReservedDriving):
             self._give_up(each)
         legs = self._legs(course, evolve(first, latest=ahead.arrives))
         if legs is not None:
-            self.table.commit(course.robot.id, self._drive(course, first, legs)[1])
+            self.table.commit(course.robot.id, self._drive(course, first, legs)[0])
             others = self._legs(ahead, second)
             if others is not None:
                 self.table.release(ahead.robot.id)
@@ -130,7 +130,7 @@ class CompleteDriving(ReservedDriving):
         """Release what a robot has reserved but for its leg under way."""
         self.table.release(course.robot.id)
         if course.under_way is not None:
-            occupied = self._drive(course, course.under_way[1], ())[1]
+            occupied = self._drive(course, course.under_way[1], ())[0]
             occupied.until[-1] = course.under_way[1].start_tick
             self.table.add(course.robot.id, occupied)
 
@@ -139,9 +139,9 @@ class CompleteDriving(ReservedDriving):
         legs = self._ask_if_possible(query)
         if legs is None:
             return None
-        path, occupied = self._drive(course, query, legs)
+        occupied, ends = self._drive(course, query, legs)
         fits = self.table.is_free(course.robot.id, occupied)
-        return legs if fits and path.end == query.goal and path.end_tick < query.latest else None
+        return legs if fits and occupied.cells[-1] == query.goal and ends < query.latest else None
 
     def _send(self, course: Course, goal: int) -> None:
         if goal == course.goal:

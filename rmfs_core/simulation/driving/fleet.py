@@ -103,7 +103,7 @@ class FleetDriving(CompleteDriving):
         """What a robot occupies until the end of its leg under way."""
         if course.under_way is None:
             return None
-        occupied = self._drive(course, course.under_way[1], ())[1]
+        occupied = self._drive(course, course.under_way[1], ())[0]
         occupied.until[-1] = course.under_way[1].start_tick
         return occupied
 

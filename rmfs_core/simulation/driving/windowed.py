@@ -44,7 +44,7 @@ from rmfs_core.randomness import stream
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Course, Process
 from rmfs_core.simulation.driving.reserved import ReservedDriving
-from rmfs_core.traffic import Query, Reservations, ReservedError, drive
+from rmfs_core.traffic import Occupancy, Query, Reservations, ReservedError, drive
 from rmfs_core.warehouse import Robot, Station
 from rmfs_core.world.travel import UNREACHABLE
 
@@ -178,8 +178,9 @@ class WindowedDriving(ReservedDriving):
 
     def _priority(self, course: Course) -> tuple[bool, int, int]:
         loaded = course.robot.pod is not None
-        query = self._departure(course, self._target(course))
-        return not loaded, self.run.warehouse.travel.ticks(query.cell, query.heading, query.goal, loaded), query.robot
+        stop, target = self.next_stop(course), self._target(course)
+        ticks = self.run.warehouse.travel.ticks(stop.cell, stop.heading, target, loaded)
+        return not loaded, ticks, course.robot.id
 
     def plan(self, course: Course) -> None:
         """Ask for a path and reserve it; a robot without one asks again, and steps aside in the end."""
@@ -191,25 +192,26 @@ class WindowedDriving(ReservedDriving):
             elif course.legs:  # it passes its goal, and could go on
                 self.stop(course)
             return
-        legs = self._ask_if_possible(query) or []
+        legs, driven = self._ask_if_possible(query) or [], None
         if legs and course.station is not None:
-            cells = drive(self.roads, query, tuple(legs))[1].cells
-            if self.gets_ahead(course, cells, planned=True) is not None:
-                legs = self._ask_if_possible(evolve(query, goal=course.station.cells.queue[-1])) or []
+            driven = drive(self.roads, query, legs)
+            if self.gets_ahead(course, driven[0].cells, planned=True) is not None:
+                legs, driven = self._ask_if_possible(evolve(query, goal=course.station.cells.queue[-1])) or [], None
         if all(leg.to == query.cell for leg in legs):
             legs = []
         if not legs or self._has_been_refused_for_long(course):
             self._give_up_if_late(course)
-            legs = self._step_aside(course, query) or legs
+            if aside := self._step_aside(course, query):
+                legs, driven = aside, None
         if legs:
-            self._go(course, query, legs)
+            self._go(course, query, legs, driven if course.under_way is None else None)
         elif self.rests(course):  # where a path goes on it asks again at its end
             self.run.after(RETRY_TICKS).callbacks.append(lambda _: self._ask_again(course))
 
-    def _go(self, course: Course, query: Query, legs: list[Leg]) -> None:
+    def _go(self, course: Course, query: Query, legs: list[Leg], driven: tuple[Occupancy, int] | None) -> None:
         """Reserve a path, and see whether it leads into a line."""
         progress = self._progress_of[course.robot.id]
-        path = self.run.asker.apply(self.rule, lambda: self._commit(course, query, legs))
+        path = self.run.asker.apply(self.rule, lambda: self._commit(course, query, legs, driven))
         station = course.station
         if station is not None and course not in self.lines[station.id]:
             enters = path.since[self._queues[station.id][path.cells]]
@@ -231,8 +233,7 @@ class WindowedDriving(ReservedDriving):
     def register(self, course: Course, leg: Leg) -> bool:
         """Register a run; when another is in its way, stop the robot instead."""
         robot, progress = course.robot, self._progress_of[course.robot.id]
-        query = Query(robot.id, robot.cell, robot.heading, self.run.warehouse.now, leg.to, loaded=robot.pod is not None)
-        path, occupied = drive(self.roads, query, (Leg(leg.to),))
+        occupied, ends = drive(self.roads, self.next_stop(course), (Leg(leg.to),))
         try:
             progress.refused = self.gets_ahead(course, occupied.cells, planned=False)
             if progress.refused is None:
@@ -242,7 +243,7 @@ class WindowedDriving(ReservedDriving):
         if progress.refused is not None:
             self.stop(course)
             return False
-        progress.moved, progress.refused = path.end_tick, None
+        progress.moved, progress.refused = ends, None
         progress.passes |= next(self._ways_past(course, occupied.cells), None) is not None
         left, progress.leaves = progress.leaves, None
         if left is not None:
@@ -257,7 +258,7 @@ class WindowedDriving(ReservedDriving):
         """
 
         def end(other: Course) -> int:
-            return other.legs[-1].to if planned and other.legs else self._departure(other, other.goal).cell
+            return other.legs[-1].to if planned and other.legs else self.next_stop(other).cell
 
         for station, slots, cell in self._ways_past(course, cells):
             ahead = takewhile(lambda other: other is not course, self.lines[station.id])
@@ -268,10 +269,11 @@ class WindowedDriving(ReservedDriving):
     def _ways_past(self, course: Course, cells: NDArray[np.int64]) -> Iterator[tuple[Station, tuple[int, ...], int]]:
         """Yield cells of its lane that a robot enters by a shortcut or second entrance, with station and slots."""
         if (station := course.station) is not None:
-            slots, behind = self._slots[station.id]
-            for before, cell in pairwise(cells.tolist()):
-                if behind.get(cell, before) != before:
-                    yield station, slots, cell
+            (slots, behind), path = self._slots[station.id], cells.tolist()
+            if not behind.keys().isdisjoint(path):
+                for before, cell in pairwise(path):
+                    if behind.get(cell, before) != before:
+                        yield station, slots, cell
 
     def stop(self, course: Course) -> None:
         """Take a robot's path from it: it stops where it stands or where its run ends, and plans anew.
@@ -281,7 +283,7 @@ class WindowedDriving(ReservedDriving):
         """
         stopping = [course]
         for each in stopping:
-            occupied = self._drive(each, self._departure(each, each.goal), ())[1]
+            occupied = self._drive(each, self.next_stop(each), ())[0]
             losers = self.table.seize(each.robot.id, occupied)
             self._replace(each, ())
             self._lose_place(each)
@@ -317,7 +319,7 @@ class WindowedDriving(ReservedDriving):
         """
         if self._has_stood_long(course) and not course.joined:
             for leg in self._steps(query):
-                step = drive(self.roads, query, (leg,))[1]
+                step = drive(self.roads, query, (leg,))[0]
                 if self.table.is_free(query.robot, step):
                     return [leg]
         return []
