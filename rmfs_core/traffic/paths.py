@@ -94,28 +94,19 @@ class Occupancy:
 
 def timed_path(roads: Roads, query: Query, legs: tuple[Leg, ...]) -> TimedPath:
     """Return a path with its times, from its legs alone: wait, turn, run, and on."""
-    _, end, heading, tick = _driven(roads, query, legs)
-    return TimedPath(query.cell, query.heading, query.start_tick, legs, end, heading, tick)
+    return TimedPath(query.cell, query.heading, query.start_tick, legs, *drive(roads, query, legs)[1])
 
 
-def drive(roads: Roads, start: Query | Stop, legs: Sequence[Leg], since: int | None = None) -> tuple[Occupancy, int]:
-    """Return the cells that legs occupy, as `occupancy` does, and the tick at which they end."""
-    occupied, _, _, tick = _driven(roads, start, legs, since)
-    return occupied, tick
-
-
-def _driven(
-    roads: Roads, start: Query | Stop, legs: Sequence[Leg], since: int | None = None
-) -> tuple[Occupancy, int, int, int]:
-    """Return what legs occupy, and cell, heading and tick of their end."""
+def drive(roads: Roads, start: Query | Stop, legs: Sequence[Leg], since: int | None = None) -> tuple[Occupancy, Stop]:
+    """Return the cells that legs occupy, as `occupancy` does, and where and when they end."""
     begin = start.start_tick if since is None else since
     ends = np.array([(leg.to, leg.wait_ticks) for leg in legs], dtype=np.int64).reshape(-1, 2)
-    cells, entered, left, end, heading, tick = roads.work.drive(
+    cells, entered, left, *end = roads.work.drive(
         start.cell, start.heading, start.start_tick, begin, ends, roads.layout.width, roads.kinematics, roads.passes
     )
     if not len(cells):
-        run_between(roads, end, legs[heading].to)
-    return Occupancy(cells, entered, left), end, heading, tick
+        run_between(roads, end[0], legs[end[1]].to)
+    return Occupancy(cells, entered, left), Stop(*end)
 
 
 def occupancy(roads: Roads, path: TimedPath, since: int | None = None) -> Occupancy:

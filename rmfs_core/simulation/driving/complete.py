@@ -139,9 +139,9 @@ class CompleteDriving(ReservedDriving):
         legs = self._ask_if_possible(query)
         if legs is None:
             return None
-        occupied, ends = self._drive(course, query, legs)
+        occupied, end = self._drive(course, query, legs)
         fits = self.table.is_free(course.robot.id, occupied)
-        return legs if fits and occupied.cells[-1] == query.goal and ends < query.latest else None
+        return legs if fits and end.cell == query.goal and end.start_tick < query.latest else None
 
     def _send(self, course: Course, goal: int) -> None:
         if goal == course.goal:

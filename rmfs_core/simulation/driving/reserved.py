@@ -22,6 +22,9 @@ from rmfs_core.traffic import Occupancy, Query, Reservations, ReservedError, Tra
 from rmfs_core.traffic.paths import Stop
 from rmfs_core.warehouse import Robot, Station
 
+Driven = tuple[Occupancy, Stop]
+"""What legs occupy, and where and when they end."""
+
 FORGET_TICKS = 10_000
 """How often reservations of the past are removed from the table."""
 
@@ -122,19 +125,14 @@ class ReservedDriving(Driving):
         robot = self.run.warehouse.robots[query.robot]
         return self.path_if_possible(robot, query.goal, Traffic(self.roads, self.table, query))
 
-    def _commit(
-        self, course: Course, query: Query, legs: Sequence[Leg], driven: tuple[Occupancy, int] | None = None
-    ) -> Occupancy:
-        """Reserve a path in place of what the robot has not begun; return what it occupies.
-
-        ``driven``: what `drive` returns for it, where that is known already and no leg is under way.
-        """
-        occupied, ends = driven or self._drive(course, query, legs)
+    def _commit(self, course: Course, query: Query, legs: Sequence[Leg], driven: Driven | None = None) -> Occupancy:
+        """Reserve a path, ``driven`` so, in place of what the robot has not begun; return what it occupies."""
+        occupied, end = driven or self._drive(course, query, legs)
         try:
             self.table.commit(course.robot.id, occupied)
         except ReservedError as error:
             raise checks.hit(self.roads.layout, course.robot.id, error) from None
-        course.reserved, course.arrives = occupied, ends
+        course.reserved, course.arrives = occupied, end.start_tick
         if course.under_way is None and not course.legs:
             course.since = self.run.warehouse.now
         self._replace(course, legs)
@@ -150,8 +148,8 @@ class ReservedDriving(Driving):
             changed, course.changed = course.changed, self.env.event()
             changed.succeed()
 
-    def _drive(self, course: Course, start: Query | Stop, legs: Sequence[Leg]) -> tuple[Occupancy, int]:
-        """Return what legs occupy and when they end, after the leg under way if there is one."""
+    def _drive(self, course: Course, start: Query | Stop, legs: Sequence[Leg]) -> Driven:
+        """Return what legs occupy and where they end, after the leg under way if there is one."""
         if course.under_way is None:
             return drive(self.roads, start, legs)
         start, end = course.under_way

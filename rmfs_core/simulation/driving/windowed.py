@@ -43,8 +43,8 @@ from rmfs_core.errors import StandstillError
 from rmfs_core.randomness import stream
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Course, Process
-from rmfs_core.simulation.driving.reserved import ReservedDriving
-from rmfs_core.traffic import Occupancy, Query, Reservations, ReservedError, drive
+from rmfs_core.simulation.driving.reserved import Driven, ReservedDriving
+from rmfs_core.traffic import Query, Reservations, ReservedError, drive
 from rmfs_core.warehouse import Robot, Station
 from rmfs_core.world.travel import UNREACHABLE
 
@@ -165,10 +165,10 @@ class WindowedDriving(ReservedDriving):
         self.asking[course.robot.id] = course
         if not self._round_due:
             self._round_due = True
-            self.env.process(self._round(max(self._last_round + ROUND_TICKS - self.run.warehouse.now, 0)))
+            delay = max(self._last_round + ROUND_TICKS - self.run.warehouse.now, 0)
+            self.run.after(delay).callbacks.append(self._round)
 
-    def _round(self, delay: int) -> Process:
-        yield self.run.after(delay)
+    def _round(self, _: object) -> None:
         self._round_due, self._last_round = False, self.run.warehouse.now
         asking, self.asking = [*self.asking.values()], {}
         if len(asking) > 1:
@@ -208,7 +208,7 @@ class WindowedDriving(ReservedDriving):
         elif self.rests(course):  # where a path goes on it asks again at its end
             self.run.after(RETRY_TICKS).callbacks.append(lambda _: self._ask_again(course))
 
-    def _go(self, course: Course, query: Query, legs: list[Leg], driven: tuple[Occupancy, int] | None) -> None:
+    def _go(self, course: Course, query: Query, legs: list[Leg], driven: Driven | None) -> None:
         """Reserve a path, and see whether it leads into a line."""
         progress = self._progress_of[course.robot.id]
         path = self.run.asker.apply(self.rule, lambda: self._commit(course, query, legs, driven))
@@ -233,7 +233,7 @@ class WindowedDriving(ReservedDriving):
     def register(self, course: Course, leg: Leg) -> bool:
         """Register a run; when another is in its way, stop the robot instead."""
         robot, progress = course.robot, self._progress_of[course.robot.id]
-        occupied, ends = drive(self.roads, self.next_stop(course), (Leg(leg.to),))
+        occupied, end = drive(self.roads, self.next_stop(course), (Leg(leg.to),))
         try:
             progress.refused = self.gets_ahead(course, occupied.cells, planned=False)
             if progress.refused is None:
@@ -243,7 +243,7 @@ class WindowedDriving(ReservedDriving):
         if progress.refused is not None:
             self.stop(course)
             return False
-        progress.moved, progress.refused = ends, None
+        progress.moved, progress.refused = end.start_tick, None
         progress.passes |= next(self._ways_past(course, occupied.cells), None) is not None
         left, progress.leaves = progress.leaves, None
         if left is not None:
