@@ -34,11 +34,10 @@ class _Wanted:
         for sku in np.flatnonzero(demand != self._demand).tolist():
             before, now = int(self._demand[sku]), int(demand[sku])
             for pod in warehouse.pods_with(sku):
-                if pod.id in self._sums:
+                items = pod.contents.get(sku, 0)
+                if items > min(now, before) and pod.id in self._sums:  # a sum that is out of date stays so
                     picked, wanted = self._sums[pod.id]
-                    if picked == pod.changes():
-                        items = pod.contents.get(sku, 0)
-                        self._sums[pod.id] = picked, wanted + min(now, items) - min(before, items)
+                    self._sums[pod.id] = picked, wanted + min(now, items) - min(before, items)
         self._demand = demand
 
     def of(self, pod: Pod) -> int:

@@ -109,20 +109,11 @@ class Driving:
 
     # What they share
 
-    def path(self, robot: Robot, goal: int, traffic: Traffic | None = None) -> list[Leg]:
-        """Ask the PP rule for a path, and check that the robot can drive it."""
-        return self._checked(self._answer(robot, goal, traffic), robot, goal, traffic)
-
-    def path_if_possible(self, robot: Robot, goal: int, traffic: Traffic) -> list[Leg] | None:
-        """Ask for a path that need not exist; None when the PP rule knows none."""
-        answer = self._answer(robot, goal, traffic)
-        return None if answer is None else self._checked(answer, robot, goal, traffic)
-
-    def _answer(self, robot: Robot, goal: int, traffic: Traffic | None) -> object:
+    def path(self, robot: Robot, goal: int, traffic: Traffic | None = None, *, needed: bool = True) -> list[Leg]:
+        """Ask the PP rule for a path, and check that the robot can drive it; no legs where it need not know any."""
         answer, _ = self.run.ask(self.rule, robot=robot, goal=goal, traffic=traffic)
-        return answer
-
-    def _checked(self, answer: object, robot: Robot, goal: int, traffic: Traffic | None) -> list[Leg]:
+        if answer is None and not needed:
+            return []
         start = robot.cell if traffic is None else traffic.query.cell
 
         def check() -> list[Leg]:

@@ -113,5 +113,5 @@ class FleetDriving(CompleteDriving):
         self._plan()
         return super()._overtake(course, station)
 
-    def _ask_if_possible(self, query: Query) -> list[Leg] | None:
-        return self._paths([query], ()).get(query.robot)
+    def _ask(self, query: Query, *, needed: bool = True) -> list[Leg]:  # noqa: ARG002
+        return self._paths([query], ()).get(query.robot, [])

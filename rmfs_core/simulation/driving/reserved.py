@@ -115,15 +115,10 @@ class ReservedDriving(Driving):
     def _departure(self, course: Course, goal: int) -> Query:
         return Query(course.robot.id, *self.next_stop(course), goal, course.robot.pod is not None)
 
-    def _ask(self, query: Query) -> list[Leg]:
-        """Ask the PP rule."""
-        robot = self.run.warehouse.robots[query.robot]
-        return self.path(robot, query.goal, Traffic(self.roads, self.table, query))
-
-    def _ask_if_possible(self, query: Query) -> list[Leg] | None:
-        """Ask the PP rule for a path that need not exist."""
-        robot = self.run.warehouse.robots[query.robot]
-        return self.path_if_possible(robot, query.goal, Traffic(self.roads, self.table, query))
+    def _ask(self, query: Query, *, needed: bool = True) -> list[Leg]:
+        """Ask the PP rule for a path among what is reserved."""
+        robot, traffic = self.run.warehouse.robots[query.robot], Traffic(self.roads, self.table, query)
+        return self.path(robot, query.goal, traffic, needed=needed)
 
     def _commit(self, course: Course, query: Query, legs: Sequence[Leg], driven: Driven | None = None) -> Occupancy:
         """Reserve a path, ``driven`` so, in place of what the robot has not begun; return what it occupies."""

@@ -3,8 +3,8 @@
 Non-volatile: reservations live on, and only robots that need a new path plan, at most one round of them per second of
 simulated time: robots with pods first, then those nearer to their goals. A robot plans when it is given a goal, where
 its path ends before the goal, when it has lost its path (below), and when the line it stands in moves. One that finds
-no path that moves it stays and asks again two seconds later at the latest; one that has found none, or has been
-refused, for thirty seconds steps into a free cell beside it, drawn at random.
+no path that moves it stays and plans again two seconds later at the latest, asking no rule while others keep all cells
+beside it; one that has found none, or has been refused, for thirty seconds steps into a free one, drawn at random.
 
 Robots drive run by run, and each run is registered when it begins. It occupies its cells as a reserved one does, but
 its last cell without end, since nobody knows yet that the next run will begin in time. No two registered runs overlap;
@@ -30,7 +30,7 @@ fulfillment systems, arXiv:1706.09347.
 from __future__ import annotations
 
 from bisect import insort
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import pairwise, takewhile
 
 import numpy as np
@@ -44,7 +44,7 @@ from rmfs_core.randomness import stream
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Course, Process
 from rmfs_core.simulation.driving.reserved import Driven, ReservedDriving
-from rmfs_core.traffic import Query, Reservations, ReservedError, drive
+from rmfs_core.traffic import FOREVER, Query, Reservations, ReservedError, drive
 from rmfs_core.warehouse import Robot, Station
 from rmfs_core.world.travel import UNREACHABLE
 
@@ -192,15 +192,17 @@ class WindowedDriving(ReservedDriving):
             elif course.legs:  # it passes its goal, and could go on
                 self.stop(course)
             return
-        legs, driven = self._ask_if_possible(query) or [], None
+        legs, driven = [] if self._is_shut_in(query) else self._ask(query, needed=False), None
         if legs and course.station is not None:
             driven = drive(self.roads, query, legs)
             if self.gets_ahead(course, driven[0].cells, planned=True) is not None:
-                legs, driven = self._ask_if_possible(evolve(query, goal=course.station.cells.queue[-1])) or [], None
+                legs, driven = self._ask(evolve(query, goal=course.station.cells.queue[-1]), needed=False), None
         if all(leg.to == query.cell for leg in legs):
             legs = []
-        if not legs or self._has_been_refused_for_long(course):
-            self._give_up_if_late(course)
+        progress = self._progress_of[course.robot.id]
+        if not legs or (progress.refused is not None and self._has_stood_long(course)):
+            if self.run.warehouse.now - progress.set_out > self.standstill_ticks:
+                raise StandstillError(self.who_waits_for_whom(course))
             if aside := self._step_aside(course, query):
                 legs, driven = aside, None
         if legs:
@@ -301,16 +303,9 @@ class WindowedDriving(ReservedDriving):
 
     # Robots that cannot move
 
-    def _give_up_if_late(self, course: Course) -> None:
-        if self.run.warehouse.now - self._progress_of[course.robot.id].set_out > self.standstill_ticks:
-            raise StandstillError(self.who_waits_for_whom(course))
-
     def _has_stood_long(self, course: Course) -> bool:
         now = self.run.warehouse.now
         return self.rests(course) and now - self._progress_of[course.robot.id].moved >= PATIENCE_TICKS
-
-    def _has_been_refused_for_long(self, course: Course) -> bool:
-        return self._progress_of[course.robot.id].refused is not None and self._has_stood_long(course)
 
     def _step_aside(self, course: Course, query: Query) -> list[Leg]:
         """Legs into a free cell beside a robot that has stood for long; none before, or where there is no such cell.
@@ -318,20 +313,30 @@ class WindowedDriving(ReservedDriving):
         Who stands in a line never leaves it so.
         """
         if self._has_stood_long(course) and not course.joined:
-            for leg in self._steps(query):
+            for leg in self._steps(query, self._rng.permutation(4).tolist()):
                 step = drive(self.roads, query, (leg,))[0]
                 if self.table.is_free(query.robot, step):
                     return [leg]
         return []
 
+    def _is_shut_in(self, query: Query) -> bool:
+        """Whether a robot has stood for a while and others keep all cells beside it: no path leads anywhere then."""
+        if query.start_tick - self._progress_of[query.robot].moved < RETRY_TICKS:
+            return False
+        for leg in self._steps(query, range(4)):
+            last = self.table.reserved(leg.to)[-1:]
+            if not any(who != query.robot and begin <= query.start_tick for who, begin, end in last if end >= FOREVER):
+                return False
+        return True
+
     def _ask_again(self, course: Course) -> None:
         if self.rests(course):
             self._request(course)
 
-    def _steps(self, query: Query) -> Iterator[Leg]:
-        """Steps into cells beside a robot that it may enter and get on from, in random order."""
+    def _steps(self, query: Query, headings: Iterable[int]) -> Iterator[Leg]:
+        """Steps into cells beside a robot that it may enter and get on from."""
         tracks = self.roads.tracks(query.goal, query.loaded)
-        for heading in map(int, self._rng.permutation(4)):
+        for heading in headings:
             beside = self.roads.layout.neighbour(query.cell, heading)
             if (
                 beside is not None
