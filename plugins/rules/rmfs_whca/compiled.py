@@ -91,8 +91,9 @@ def search(  # type: ignore[no-untyped-def]
 @inlined
 def _copy(i, to, nodes):  # type: ignore[no-untyped-def]
     """Copy a node; quicker than by a row, which is an array of its own."""
-    for column in range(GAP + 1):
-        nodes[to, column] = nodes[i, column]
+    if to != i:
+        for column in range(GAP + 1):
+            nodes[to, column] = nodes[i, column]
 
 
 @inlined
