@@ -33,11 +33,12 @@ class _Wanted:
         demand = warehouse.open_demand()
         for sku in np.flatnonzero(demand != self._demand).tolist():
             before, now = int(self._demand[sku]), int(demand[sku])
+            least, sums = min(before, now), self._sums
             for pod in warehouse.pods_with(sku):
                 items = pod.contents.get(sku, 0)
-                if items > min(now, before) and pod.id in self._sums:  # a sum that is out of date stays so
-                    picked, wanted = self._sums[pod.id]
-                    self._sums[pod.id] = picked, wanted + min(now, items) - min(before, items)
+                if items > least and pod.id in sums:  # a sum that is out of date stays so
+                    picked, wanted = sums[pod.id]
+                    sums[pod.id] = picked, wanted + min(now, items) - min(before, items)
         self._demand = demand
 
     def of(self, pod: Pod) -> int:
