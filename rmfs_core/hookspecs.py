@@ -155,8 +155,8 @@ class DecisionHooks:
         Path | None
             The legs to drive; none only for a robot that is to set out from the goal itself. A rule that reserves
             answers None where there is no path. With windows the robot then stays, and the rule is asked again two
-            seconds later; with full paths that happens only to two robots on the way to a station, which change places
-            if both have one.
+            seconds later, unless others keep all cells beside it; with full paths that happens only to two robots on
+            the way to a station, which change places if both have one.
         """
 
     @hookspec(firstresult=True)

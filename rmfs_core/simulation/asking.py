@@ -55,7 +55,13 @@ class Observers:
         told = self._told.get(type(event))
         if told is None:
             told = self._told[type(event)] = self._rules.told_of(type(event))
-        self.call(_tell_each, told=told, event=event)
+        started = time.perf_counter()
+        try:
+            for tell in told:
+                tell(event)
+        except ObserverError as error:
+            raise self._failed(error) from error.__cause__
+        self.seconds += time.perf_counter() - started
 
     def call(self, hook: Callable[..., Any], **arguments: Any) -> Any:
         """Call a hook of all observers, or of one; name the scenario's observer that fails."""
@@ -63,11 +69,14 @@ class Observers:
         try:
             answer = hook(**arguments)
         except ObserverError as error:
-            (name, called), cause = error.args, error.__cause__
-            assert cause is not None
-            raise fault(self._warehouse, name, called, f"raised {_raised(cause)}") from cause
+            raise self._failed(error) from error.__cause__
         self.seconds += time.perf_counter() - started
         return answer
+
+    def _failed(self, error: ObserverError) -> RuleError:
+        (name, called), cause = error.args, error.__cause__
+        assert cause is not None
+        return fault(self._warehouse, name, called, f"raised {_raised(cause)}")
 
     def end(self, status: str) -> tuple[dict[str, float | None], list[BaseException]]:
         """Tell every observer that the run is over; return what they have measured, by name, and what they raised."""
@@ -86,11 +95,6 @@ class Observers:
             except BaseException as error:
                 errors.append(error)
         return found, errors
-
-
-def _tell_each(told: Sequence[Callable[..., Any]], event: Event) -> None:
-    for tell in told:
-        tell(event)
 
 
 class Asker:

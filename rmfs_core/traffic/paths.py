@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
@@ -11,6 +14,14 @@ from rmfs_core.traffic.roads import Roads
 
 FOREVER = 1 << 50
 """End, in ticks, of what has no end."""
+
+
+class Stop(NamedTuple):
+    """Where a robot is at rest, and when it may set out from there."""
+
+    cell: int
+    heading: int
+    start_tick: int
 
 
 @frozen
@@ -83,20 +94,19 @@ class Occupancy:
 
 def timed_path(roads: Roads, query: Query, legs: tuple[Leg, ...]) -> TimedPath:
     """Return a path with its times, from its legs alone: wait, turn, run, and on."""
-    return drive(roads, query, legs)[0]
+    return TimedPath(query.cell, query.heading, query.start_tick, legs, *drive(roads, query, legs)[1])
 
 
-def drive(roads: Roads, query: Query, legs: tuple[Leg, ...], since: int | None = None) -> tuple[TimedPath, Occupancy]:
-    """Return a path with its times, and the cells that it occupies: `timed_path` and `occupancy` in one."""
-    start, begin = query.start_tick, query.start_tick if since is None else since
+def drive(roads: Roads, start: Query | Stop, legs: Sequence[Leg], since: int | None = None) -> tuple[Occupancy, Stop]:
+    """Return the cells that legs occupy, as `occupancy` does, and where and when they end."""
+    begin = start.start_tick if since is None else since
     ends = np.array([(leg.to, leg.wait_ticks) for leg in legs], dtype=np.int64).reshape(-1, 2)
-    cells, entered, left, end, heading, tick = roads.work.drive(
-        query.cell, query.heading, start, begin, ends, roads.layout.width, roads.kinematics, roads.passes
+    cells, entered, left, *end = roads.work.drive(
+        start.cell, start.heading, start.start_tick, begin, ends, roads.layout.width, roads.kinematics, roads.passes
     )
     if not len(cells):
-        run_between(roads, end, legs[heading].to)
-    path = TimedPath(query.cell, query.heading, start, legs, end, heading, tick)
-    return path, Occupancy(cells, entered, left)
+        run_between(roads, end[0], legs[end[1]].to)
+    return Occupancy(cells, entered, left), Stop(*end)
 
 
 def occupancy(roads: Roads, path: TimedPath, since: int | None = None) -> Occupancy:
@@ -114,8 +124,7 @@ def occupancy(roads: Roads, path: TimedPath, since: int | None = None) -> Occupa
     since
         When the robot came to the path's first cell.
     """
-    query = Query(-1, path.cell, path.heading, path.start_tick, path.end)
-    return drive(roads, query, path.legs, since)[1]
+    return drive(roads, Stop(path.cell, path.heading, path.start_tick), path.legs, since)[0]
 
 
 def run_between(roads: Roads, cell: int, to: int) -> tuple[int, int]:

@@ -31,7 +31,7 @@ class ReadOnly:
         return f"{self.name} (id {self.id})"
 
     def __setattr__(self, name: str, value: object) -> None:
-        if not name.startswith("_") and hasattr(self, name):
+        if name[0] != "_" and hasattr(self, name):
             raise AttributeError(f"{type(self).__name__}.{name} is read-only")
         object.__setattr__(self, name, value)
 

@@ -49,7 +49,8 @@ class Promises:
     def change(self, pod: Pod, sku: int, items: int) -> None:
         """Take note that a pod has more free items, or fewer."""
         if self._available is not None and pod._contents[sku] < UNLIMITED:
-            self._available[pod._itinerary, sku] += items
+            for station in pod._itinerary:
+                self._available[station, sku] += items
 
     def promise(self, request: Request, pod: Pod) -> None:
         """Promise a free item of a pod to a request that is uncovered."""

@@ -64,7 +64,7 @@ class Travel:
         self.runs = np.array([motion.run_ticks(cells) for cells in range(longest + 1)], dtype=np.int64)
         self.turns = np.array([motion.turn_ticks(0, heading) for heading in range(4)], dtype=np.int64)
         self.offsets = np.array([column + row * layout.width for column, row in STEPS], dtype=np.int64)
-        self._lane = layout.lane
+        self._lane, self._lanes = layout.lane, layout.lane.tolist()
         self._floor: NDArray[np.bool_] = layout.kind == CellKind.FLOOR
         self._queue = layout.kind == CellKind.QUEUE
         self._under: NDArray[np.bool_] = self._floor | np.isin(layout.kind, RESTING)
@@ -179,7 +179,7 @@ class Travel:
 
     def passable(self, end: int, loaded: bool) -> NDArray[np.bool_]:
         """Cells that a robot may cross on its way from or to a cell. Shape (cells,), read-only."""
-        key = int(self._lane[end]), loaded
+        key = self._lanes[end], loaded
         if key not in self._passable:
             queue = (self._lane == key[0]) & self._queue & (key[0] >= 0)
             self._passable[key] = (self._floor if loaded else self._under) | queue
@@ -188,7 +188,7 @@ class Travel:
 
     def _crossed(self, end: int, loaded: bool) -> bytes:
         """Return `passable` as bytes: a single one of them is quicker to look at."""
-        key = int(self._lane[end]), loaded
+        key = self._lanes[end], loaded
         if key not in self._bytes_of:
             self._bytes_of[key] = self.passable(end, loaded).tobytes()
         return self._bytes_of[key]
@@ -207,7 +207,7 @@ class Travel:
         started = perf_counter()
         table = search()
         table.setflags(write=False)
-        if self._lane[key[0]] >= 0:
+        if self._lanes[key[0]] >= 0:
             self._of_stations[key] = table  # needed for every trip
         else:
             self._tables[key] = table

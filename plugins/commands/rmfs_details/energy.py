@@ -65,8 +65,7 @@ class Energy:
         if event.tick >= self._begin:
             loaded = event.pod is not None
             self._runs[event.distance_m, loaded] += 1
-            quarters = round(4 * to_seconds(event.turn_ticks) / self._motion.full_turn_s)
-            self._turns[quarters, loaded] += 1
+            self._turns[event.turn_ticks, loaded] += 1
 
     def _lifted(self, event: PodLifted) -> None:
         self._lifts += event.tick >= self._begin
@@ -79,7 +78,8 @@ class Energy:
             accelerating, rolling = run_j(metres, loaded, motion.acceleration_m_per_s2, motion.top_speed_m_per_s)
             joules["acceleration"] += number * accelerating
             joules["rolling"] += number * rolling
-        for (quarters, loaded), number in sorted(self._turns.items()):
+        for (ticks, loaded), number in sorted(self._turns.items()):
+            quarters = round(4 * to_seconds(ticks) / motion.full_turn_s)
             joules["turns"] += number * turn_j(quarters, loaded, motion.full_turn_s)
         joules["lifts"] = self._lifts * POD_KG * GRAVITY_M_PER_S2 * LIFT_M / EFFICIENCY
         hours = {part: amount / J_PER_WH for part, amount in joules.items()}

@@ -65,7 +65,8 @@ class Hours:
         self._backlog -= event.complete
 
     def _count(self, event: Event, what: str, number: int = 1) -> None:
-        self._until(event.tick // _HOUR)
+        if event.tick >= len(self._rows) * _HOUR:
+            self._until(event.tick // _HOUR)
         self._rows[-1][what] += number
 
     def _until(self, hour: int) -> None:

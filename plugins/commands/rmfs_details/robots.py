@@ -115,7 +115,8 @@ class Robots:
             robot.loaded_m += event.distance_m if event.pod is not None else 0
             if robot.state in robot.metres:
                 robot.metres[robot.state] += event.distance_m
-        self._look_at(event.robot)
+        if self._battery:
+            self._look_at(event.robot)
 
     def _lifted(self, event: PodLifted) -> None:
         robot = self._robots[event.robot]
@@ -136,7 +137,8 @@ class Robots:
         robot.busy(event.start_tick, event.tick)
         self._moved_pods += robot.state == MOVING and event.tick >= self._begin
         robot.turn_to(self._resting(event.robot), event.tick)
-        self._look_at(event.robot)
+        if self._battery:
+            self._look_at(event.robot)
 
     def _duty(self, event: RobotsOnDuty) -> None:
         self._on_duty = event.number
@@ -154,8 +156,7 @@ class Robots:
 
     def _look_at(self, robot: int) -> None:
         """Note how much is in its battery."""
-        if self._battery:
-            self._lowest = min(self._lowest, self._warehouse.robots[robot].charge or 0.0)
+        self._lowest = min(self._lowest, self._warehouse.robots[robot].charge or 0.0)
 
     def values(self, end: int, completed: int) -> dict[str, Number]:
         """Return the metrics of what robots do without a task, as far as the scenario lets them, and what is left."""

@@ -78,7 +78,9 @@ class Balanced:
             else:
                 left.append(robot)
         for robot in left:
-            station = self._station_to_help(warehouse, robot, [i for i, pods in waiting.items() if pods])
+            if not (stations := [i for i, pods in waiting.items() if pods]):
+                break
+            station = self._station_to_help(warehouse, robot, stations)
             if station is not None:
                 tasks.append(TaskAssignment(robot.id, waiting[station].pop(0).id))
         return tasks

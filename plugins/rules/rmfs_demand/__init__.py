@@ -33,12 +33,12 @@ class _Wanted:
         demand = warehouse.open_demand()
         for sku in np.flatnonzero(demand != self._demand).tolist():
             before, now = int(self._demand[sku]), int(demand[sku])
+            least, sums = min(before, now), self._sums
             for pod in warehouse.pods_with(sku):
-                if pod.id in self._sums:
-                    picked, wanted = self._sums[pod.id]
-                    if picked == pod.changes():
-                        items = pod.contents.get(sku, 0)
-                        self._sums[pod.id] = picked, wanted + min(now, items) - min(before, items)
+                items = pod.contents.get(sku, 0)
+                if items > least and pod.id in sums:  # a sum that is out of date stays so
+                    picked, wanted = sums[pod.id]
+                    sums[pod.id] = picked, wanted + min(now, items) - min(before, items)
         self._demand = demand
 
     def of(self, pod: Pod) -> int:

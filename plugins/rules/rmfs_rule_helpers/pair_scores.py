@@ -144,13 +144,17 @@ class PairScores:
         return self._lines, self._heads, self._orders, self._scores, self._best_scores, self.available
 
     def _join(self, rows: Ints) -> None:
-        begin, end = self._joined, self._joined + rows.shape[1]
-        ids, _, quantities = rows
-        first = np.flatnonzero(np.concatenate(([True], ids[1:] != ids[:-1])))  # lines of an order join together
-        places = len(self._ids) + np.repeat(np.arange(len(first)), np.diff(first, append=len(ids)))
-        self._ids += ids[first].tolist()
-        self._starts[-1:] = [*(begin + first).tolist(), end]
-        self._largest = max(self._largest, int(np.add.reduceat(quantities, first).max()))
+        begin, end = self._starts.pop(), self._joined + rows.shape[1]
+        places, items = [], 0
+        for line, (order, _, quantity) in enumerate(rows.T.tolist(), begin):
+            if line == begin or order != self._ids[-1]:  # lines of an order join together
+                self._ids.append(order)
+                self._starts.append(line)
+                items = 0
+            items += quantity
+            self._largest = max(self._largest, items)
+            places.append(len(self._ids) - 1)
+        self._starts.append(end)
         while end > self._lines.shape[1]:
             self._lines = np.concatenate([self._lines, np.zeros_like(self._lines)], axis=1)
         while len(self._ids) > len(self._taken):

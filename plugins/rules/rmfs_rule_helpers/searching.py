@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from rmfs_core.decisions import Leg
-from rmfs_core.traffic import FOREVER, Query, Reservations, Roads, TimedPath, run_between
+from rmfs_core.traffic import FOREVER, Query, Reservations, Roads, TimedPath
 
 _OPTIONS: dict[str, Any] = {"cache": True, "forceinline": True, "_nrt": False}
 
@@ -111,7 +111,8 @@ def path_of(roads: Roads, query: Query, rows: list[list[int]]) -> TimedPath:
         if to == cell:
             legs.append(Leg(to, arrival - tick))
         else:
-            towards, _ = run_between(roads, cell, to)
+            towards = roads.travel.heading(cell, to)
+            assert towards is not None
             legs.append(Leg(to, departure - turns[(towards - heading) % 4] - tick))
             cell, heading = to, towards
         tick = arrival

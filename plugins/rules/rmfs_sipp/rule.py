@@ -34,9 +34,9 @@ class _Memory:
 
             self.states, self.queue = empty_states(4 * gaps)
             self.searches = 0
-        intervals = int(table.arrays.count.sum())
-        if self.low.shape[1] < intervals + 2:
-            self.low, self.high = (np.zeros((4, 2 * intervals + 64), dtype=np.int64) for _ in range(2))
+            self.low, self.high = (
+                np.zeros((4, gaps + 2), dtype=np.int64) for _ in range(2)
+            )  # a window for each at most
         self.searches += 1
         return self.searches
 

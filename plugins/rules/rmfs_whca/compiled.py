@@ -16,7 +16,7 @@ from numba import njit
 
 from rmfs_core.traffic import FOREVER, Intervals, Tracks
 from rmfs_core.world.travel import UNREACHABLE
-from rmfs_rule_helpers.searching import free_for_good, gap_at, last_end
+from rmfs_rule_helpers.searching import free_for_good, gap_at, inlined, last_end
 
 FAR = UNREACHABLE
 CELL, HEADING, TIME, GAP_END, PARENT, GAP = range(6)
@@ -36,15 +36,14 @@ def search(  # type: ignore[no-untyped-def]
     gap, end = gap_at(cell, start, me, table)
     if gap < 0 or times[cell, heading] >= FAR:
         return None
-    bound = np.int64(0)
+    # From `settled` on waiting is of no use, and only the first visit of a (cell, heading) counts: the window is over,
+    # or nothing changes any more.
+    bound, settled = np.int64(0), window_end
     if window_end >= FOREVER:
         bound = free_for_good(goal, me, table)
         if bound >= FOREVER:
             return None
-    # From then on nothing changes any more: waiting is of no use, and only the first visit of a (cell, heading) counts.
-    settled = last_end(table.first, table.count, table.until)
-    if window_end < FOREVER:
-        settled = max(settled, window_end)
+        settled = last_end(table.first, table.count, table.until)
     steps = max(settled - start, 0) // wait + 1
     keys, earliest, known = np.full(1024, -1, np.int64), np.empty(1024, np.int64), 0
     nodes = np.empty((1024, 6), np.int64)
@@ -65,7 +64,7 @@ def search(  # type: ignore[no-untyped-def]
         before = n
         through = at != goal or nodes[i, PARENT] < 0 or tracks.passable[goal]
         if time < settled and time + wait <= nodes[i, GAP_END]:
-            nodes[n] = nodes[i]
+            _copy(i, n, nodes)
             nodes[n, TIME], nodes[n, PARENT] = time + wait, i
             n += 1
         if through:  # a storage location is no way through for a robot with a pod
@@ -79,8 +78,9 @@ def search(  # type: ignore[no-untyped-def]
             if more < 0:
                 continue
             known += more
-            keys, earliest = _with_room(known, keys, earliest)
-            nodes[kept] = nodes[j]
+            if 2 * known > len(keys):
+                keys, earliest = _larger(keys, earliest)
+            _copy(j, kept, nodes)
             rest = times[nodes[j, CELL], nodes[j, HEADING]]
             heappush(queue, (max(time + rest, bound), rest, kept))
             kept += 1
@@ -88,7 +88,15 @@ def search(  # type: ignore[no-untyped-def]
     return None
 
 
-@njit(cache=True)
+@inlined
+def _copy(i, to, nodes):  # type: ignore[no-untyped-def]
+    """Copy a node; quicker than by a row, which is an array of its own."""
+    if to != i:
+        for column in range(GAP + 1):
+            nodes[to, column] = nodes[i, column]
+
+
+@inlined
 def _slot(key, keys):  # type: ignore[no-untyped-def]
     """Where a key is in a table of twice as many places as keys, or would be."""
     slot = (key * 0x9E3779B1 >> 8) & (len(keys) - 1)
@@ -97,7 +105,7 @@ def _slot(key, keys):  # type: ignore[no-untyped-def]
     return slot
 
 
-@njit(cache=True)
+@inlined
 def _note(key, time, keys, earliest):  # type: ignore[no-untyped-def]
     """Note the earliest time of a key; returns how many more keys there are, -1 where it was known as early."""
     slot = _slot(key, keys)
@@ -109,10 +117,8 @@ def _note(key, time, keys, earliest):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _with_room(known, keys, values):  # type: ignore[no-untyped-def]
-    """Return a table with room for another key: of twice the places where half of them are taken."""
-    if 2 * known <= len(keys):
-        return keys, values
+def _larger(keys, values):  # type: ignore[no-untyped-def]
+    """Return a table of twice the places."""
     more, there = np.full(2 * len(keys), -1, np.int64), np.empty(2 * len(keys), np.int64)
     for i in range(len(keys)):
         if keys[i] >= 0:
@@ -121,7 +127,7 @@ def _with_room(known, keys, values):  # type: ignore[no-untyped-def]
     return more, there
 
 
-@njit(cache=True)
+@inlined
 def _expand(i, n, goal, me, nodes, tracks, table):  # type: ignore[no-untyped-def]
     """Append what turns and runs at once lead to from node ``i``; returns the number of nodes then."""
     cell, heading, leave_by = nodes[i, CELL], nodes[i, HEADING], nodes[i, GAP_END]
@@ -157,7 +163,7 @@ def _expand(i, n, goal, me, nodes, tracks, table):  # type: ignore[no-untyped-de
     return n
 
 
-@njit(cache=True)
+@inlined
 def _passed(cell, offset, begin, end, length, departure, me, tracks, table):  # type: ignore[no-untyped-def]
     """First of the cells ``begin`` to ``end`` of a run that is not free when it is passed; ``end`` if all are."""
     for i in range(begin, end):
@@ -186,7 +192,7 @@ def _runs(i, nodes, tracks):  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True)
+@inlined
 def _is_free(cell, begin, end, me, table):  # type: ignore[no-untyped-def]
     """Whether nobody else has a cell between two ticks."""
     first, count, since, until, owner = table

@@ -16,7 +16,8 @@ from rmfs_core.events import RobotMoved
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import instance_of
 from rmfs_core.simulation.context import RunContext
-from rmfs_core.traffic import Occupancy, Query, Traffic
+from rmfs_core.traffic import Occupancy, Traffic
+from rmfs_core.traffic.paths import Stop
 from rmfs_core.warehouse import Robot, Station
 
 Process = Generator[simpy.Event, Any, None]
@@ -41,7 +42,7 @@ class Course:
     legs
         What is reserved and not yet begun.
     under_way
-        The leg that it drives, with where and when that began and ends: (start, end of it) as queries.
+        The leg that it drives: where and when that began, and where and when it ends.
     since
         Tick at which it came to rest, or was given a path.
     joined
@@ -58,7 +59,7 @@ class Course:
     goal: int
     station: Station | None = None
     legs: deque[Leg] = field(factory=deque)
-    under_way: tuple[Query, Query] | None = None
+    under_way: tuple[Stop, Stop] | None = None
     since: int = 0
     joined: bool = False
     reserved: Occupancy | None = None
@@ -86,6 +87,8 @@ class Driving:
         self.run = run
         self.rule = run.rules.pp
         self.standstill_ticks = to_ticks(run.scenario.run.standstill_s)
+        travel = run.warehouse.travel
+        self._turns, self._runs = travel.turns.tolist(), travel.runs.tolist()
         self._under_way: dict[int, tuple[Robot, Leg, int, int, int]] = {}
 
     # What each way does for the story
@@ -106,20 +109,11 @@ class Driving:
 
     # What they share
 
-    def path(self, robot: Robot, goal: int, traffic: Traffic | None = None) -> list[Leg]:
-        """Ask the PP rule for a path, and check that the robot can drive it."""
-        return self._checked(self._answer(robot, goal, traffic), robot, goal, traffic)
-
-    def path_if_possible(self, robot: Robot, goal: int, traffic: Traffic) -> list[Leg] | None:
-        """Ask for a path that need not exist; None when the PP rule knows none."""
-        answer = self._answer(robot, goal, traffic)
-        return None if answer is None else self._checked(answer, robot, goal, traffic)
-
-    def _answer(self, robot: Robot, goal: int, traffic: Traffic | None) -> object:
+    def path(self, robot: Robot, goal: int, traffic: Traffic | None = None, *, needed: bool = True) -> list[Leg]:
+        """Ask the PP rule for a path, and check that the robot can drive it; no legs where it need not know any."""
         answer, _ = self.run.ask(self.rule, robot=robot, goal=goal, traffic=traffic)
-        return answer
-
-    def _checked(self, answer: object, robot: Robot, goal: int, traffic: Traffic | None) -> list[Leg]:
+        if answer is None and not needed:
+            return []
         start = robot.cell if traffic is None else traffic.query.cell
 
         def check() -> list[Leg]:
@@ -134,8 +128,8 @@ class Driving:
         travel = self.run.warehouse.travel
         towards = travel.heading(robot.cell, leg.to)
         assert towards is not None
-        run = travel.motion.run_ticks(travel.layout.distance(robot.cell, leg.to))
-        return towards, travel.motion.turn_ticks(robot.heading, towards), run
+        turn = self._turns[(towards - robot.heading) % 4]
+        return towards, turn, self._runs[travel.layout.distance(robot.cell, leg.to)]
 
     def drive(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int, arrival: int) -> Process:
         """Let a robot be on a leg that began at ``start`` and ends at ``arrival``."""

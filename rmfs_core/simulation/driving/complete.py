@@ -113,10 +113,10 @@ class CompleteDriving(ReservedDriving):
         for each in (course, ahead):
             self._give_up(each)
         legs = self._legs(course, evolve(first, latest=ahead.arrives))
-        if legs is not None:
-            self.table.commit(course.robot.id, self._drive(course, first, legs)[1])
+        if legs:
+            self.table.commit(course.robot.id, self._drive(course, first, legs)[0])
             others = self._legs(ahead, second)
-            if others is not None:
+            if others:
                 self.table.release(ahead.robot.id)
                 return legs, others
         for robot, _ in before:
@@ -130,18 +130,16 @@ class CompleteDriving(ReservedDriving):
         """Release what a robot has reserved but for its leg under way."""
         self.table.release(course.robot.id)
         if course.under_way is not None:
-            occupied = self._drive(course, course.under_way[1], ())[1]
+            occupied = self._drive(course, course.under_way[1], ())[0]
             occupied.until[-1] = course.under_way[1].start_tick
             self.table.add(course.robot.id, occupied)
 
-    def _legs(self, course: Course, query: Query) -> list[Leg] | None:
-        """Ask for a path that the table has room for and that is at its goal early enough; None without one."""
-        legs = self._ask_if_possible(query)
-        if legs is None:
-            return None
-        path, occupied = self._drive(course, query, legs)
+    def _legs(self, course: Course, query: Query) -> list[Leg]:
+        """Ask for a path that the table has room for and that is at its goal early enough; no legs without one."""
+        legs = self._ask(query, needed=False)
+        occupied, end = self._drive(course, query, legs)
         fits = self.table.is_free(course.robot.id, occupied)
-        return legs if fits and path.end == query.goal and path.end_tick < query.latest else None
+        return legs if fits and end.cell == query.goal and end.start_tick < query.latest else []
 
     def _send(self, course: Course, goal: int) -> None:
         if goal == course.goal:

@@ -103,7 +103,7 @@ class FleetDriving(CompleteDriving):
         """What a robot occupies until the end of its leg under way."""
         if course.under_way is None:
             return None
-        occupied = self._drive(course, course.under_way[1], ())[1]
+        occupied = self._drive(course, course.under_way[1], ())[0]
         occupied.until[-1] = course.under_way[1].start_tick
         return occupied
 
@@ -113,5 +113,5 @@ class FleetDriving(CompleteDriving):
         self._plan()
         return super()._overtake(course, station)
 
-    def _ask_if_possible(self, query: Query) -> list[Leg] | None:
-        return self._paths([query], ()).get(query.robot)
+    def _ask(self, query: Query, *, needed: bool = True) -> list[Leg]:  # noqa: ARG002
+        return self._paths([query], ()).get(query.robot, [])

@@ -18,17 +18,12 @@ from rmfs_core.events import QueueJoined
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Course, Driving, Process
-from rmfs_core.traffic import (
-    Occupancy,
-    Query,
-    Reservations,
-    ReservedError,
-    TimedPath,
-    Traffic,
-    drive,
-    roads_on,
-)
+from rmfs_core.traffic import Occupancy, Query, Reservations, ReservedError, Traffic, drive, roads_on
+from rmfs_core.traffic.paths import Stop
 from rmfs_core.warehouse import Robot, Station
+
+Driven = tuple[Occupancy, Stop]
+"""What legs occupy, and where and when they end."""
 
 FORGET_TICKS = 10_000
 """How often reservations of the past are removed from the table."""
@@ -111,32 +106,28 @@ class ReservedDriving(Driving):
 
     # Paths
 
-    def _departure(self, course: Course, goal: int) -> Query:
+    def next_stop(self, course: Course) -> Stop:
         """From where and when a new path of a robot can begin."""
-        robot, loaded = course.robot, course.robot.pod is not None
         if course.under_way is not None:
-            end = course.under_way[1]
-            return Query(robot.id, end.cell, end.heading, end.start_tick, goal, loaded)
-        return Query(robot.id, robot.cell, robot.heading, self.run.warehouse.now, goal, loaded)
+            return course.under_way[1]
+        return Stop(course.robot.cell, course.robot.heading, self.run.warehouse.now)
 
-    def _ask(self, query: Query) -> list[Leg]:
-        """Ask the PP rule."""
-        robot = self.run.warehouse.robots[query.robot]
-        return self.path(robot, query.goal, Traffic(self.roads, self.table, query))
+    def _departure(self, course: Course, goal: int) -> Query:
+        return Query(course.robot.id, *self.next_stop(course), goal, course.robot.pod is not None)
 
-    def _ask_if_possible(self, query: Query) -> list[Leg] | None:
-        """Ask the PP rule for a path that need not exist."""
-        robot = self.run.warehouse.robots[query.robot]
-        return self.path_if_possible(robot, query.goal, Traffic(self.roads, self.table, query))
+    def _ask(self, query: Query, *, needed: bool = True) -> list[Leg]:
+        """Ask the PP rule for a path among what is reserved."""
+        robot, traffic = self.run.warehouse.robots[query.robot], Traffic(self.roads, self.table, query)
+        return self.path(robot, query.goal, traffic, needed=needed)
 
-    def _commit(self, course: Course, query: Query, legs: Sequence[Leg]) -> Occupancy:
-        """Reserve a path in place of what the robot has not begun; return what it occupies."""
-        path, occupied = self._drive(course, query, legs)
+    def _commit(self, course: Course, query: Query, legs: Sequence[Leg], driven: Driven | None = None) -> Occupancy:
+        """Reserve a path, ``driven`` so, in place of what the robot has not begun; return what it occupies."""
+        occupied, end = driven or self._drive(course, query, legs)
         try:
             self.table.commit(course.robot.id, occupied)
         except ReservedError as error:
             raise checks.hit(self.roads.layout, course.robot.id, error) from None
-        course.reserved, course.arrives = occupied, path.end_tick
+        course.reserved, course.arrives = occupied, end.start_tick
         if course.under_way is None and not course.legs:
             course.since = self.run.warehouse.now
         self._replace(course, legs)
@@ -152,10 +143,10 @@ class ReservedDriving(Driving):
             changed, course.changed = course.changed, self.env.event()
             changed.succeed()
 
-    def _drive(self, course: Course, query: Query, legs: Sequence[Leg]) -> tuple[TimedPath, Occupancy]:
-        """Return legs with their times and what they occupy, after the leg under way if there is one."""
+    def _drive(self, course: Course, start: Query | Stop, legs: Sequence[Leg]) -> Driven:
+        """Return what legs occupy and where they end, after the leg under way if there is one."""
         if course.under_way is None:
-            return drive(self.roads, query, tuple(legs))
+            return drive(self.roads, start, legs)
         start, end = course.under_way
         return drive(self.roads, start, (Leg(end.cell), *legs))
 
@@ -177,13 +168,9 @@ class ReservedDriving(Driving):
             if leg.to == robot.cell or not self.register(course, leg):
                 continue
             heading, turn, ticks = self.turn_and_run(robot, leg)
-            now, loaded = run.warehouse.now, robot.pod is not None
-            course.under_way = (
-                Query(robot.id, robot.cell, robot.heading, now, leg.to, loaded),
-                Query(robot.id, leg.to, heading, now + turn + ticks, leg.to, loaded),
-            )
-            waited = Leg(leg.to, now - course.since)
-            yield from self.drive(robot, waited, heading, course.since, turn, now + turn + ticks)
+            now, arrival = run.warehouse.now, run.warehouse.now + turn + ticks
+            course.under_way = Stop(robot.cell, robot.heading, now), Stop(leg.to, heading, arrival)
+            yield from self.drive(robot, Leg(leg.to, now - course.since), heading, course.since, turn, arrival)
             course.under_way, course.since = None, run.warehouse.now
             if course.station is not None and not course.joined:
                 self._join(course.station)
@@ -248,7 +235,7 @@ class ReservedDriving(Driving):
     def _outside(self, course: Course, station: Station) -> bool:
         """Whether a robot is not in the lane of a station, nor on the leg into it."""
         lane = self.roads.layout.lane
-        return station.id not in (lane[course.robot.cell], lane[self._departure(course, course.goal).cell])
+        return station.id not in (lane[course.robot.cell], lane[self.next_stop(course).cell])
 
     def leave_line(self, course: Course) -> Station | None:
         """Take a robot out of the line that it stood first in; return that line's station."""
@@ -278,10 +265,9 @@ class ReservedDriving(Driving):
 
     def _refuge(self, course: Course) -> int:
         """Storage location nearest to an empty robot that no robot owns; if possible one whose pod nobody waits for."""
-        query = self._departure(course, course.goal)
-        warehouse = self.run.warehouse
+        stop, warehouse = self.next_stop(course), self.run.warehouse
         wanted = {pod.location for pod in warehouse.waiting.values()}
-        times = warehouse.travel.times_from(query.cell, query.heading, False)[self._locations]
+        times = warehouse.travel.times_from(stop.cell, stop.heading, False)[self._locations]
         for i in np.lexsort((self._locations, times)):
             cell = int(self._locations[i])
             if cell not in self._owner and cell not in wanted:

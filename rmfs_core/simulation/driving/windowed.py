@@ -3,8 +3,8 @@
 Non-volatile: reservations live on, and only robots that need a new path plan, at most one round of them per second of
 simulated time: robots with pods first, then those nearer to their goals. A robot plans when it is given a goal, where
 its path ends before the goal, when it has lost its path (below), and when the line it stands in moves. One that finds
-no path that moves it stays and asks again two seconds later at the latest; one that has found none, or has been
-refused, for thirty seconds steps into a free cell beside it, drawn at random.
+no path that moves it stays and plans again two seconds later at the latest, asking no rule while others keep all cells
+beside it; one that has found none, or has been refused, for thirty seconds steps into a free one, drawn at random.
 
 Robots drive run by run, and each run is registered when it begins. It occupies its cells as a reserved one does, but
 its last cell without end, since nobody knows yet that the next run will begin in time. No two registered runs overlap;
@@ -30,7 +30,7 @@ fulfillment systems, arXiv:1706.09347.
 from __future__ import annotations
 
 from bisect import insort
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import pairwise, takewhile
 
 import numpy as np
@@ -43,8 +43,8 @@ from rmfs_core.errors import StandstillError
 from rmfs_core.randomness import stream
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Course, Process
-from rmfs_core.simulation.driving.reserved import ReservedDriving
-from rmfs_core.traffic import Query, Reservations, ReservedError, drive
+from rmfs_core.simulation.driving.reserved import Driven, ReservedDriving
+from rmfs_core.traffic import FOREVER, Query, Reservations, ReservedError, drive
 from rmfs_core.warehouse import Robot, Station
 from rmfs_core.world.travel import UNREACHABLE
 
@@ -165,10 +165,10 @@ class WindowedDriving(ReservedDriving):
         self.asking[course.robot.id] = course
         if not self._round_due:
             self._round_due = True
-            self.env.process(self._round(max(self._last_round + ROUND_TICKS - self.run.warehouse.now, 0)))
+            delay = max(self._last_round + ROUND_TICKS - self.run.warehouse.now, 0)
+            self.run.after(delay).callbacks.append(self._round)
 
-    def _round(self, delay: int) -> Process:
-        yield self.run.after(delay)
+    def _round(self, _: object) -> None:
         self._round_due, self._last_round = False, self.run.warehouse.now
         asking, self.asking = [*self.asking.values()], {}
         if len(asking) > 1:
@@ -178,8 +178,9 @@ class WindowedDriving(ReservedDriving):
 
     def _priority(self, course: Course) -> tuple[bool, int, int]:
         loaded = course.robot.pod is not None
-        query = self._departure(course, self._target(course))
-        return not loaded, self.run.warehouse.travel.ticks(query.cell, query.heading, query.goal, loaded), query.robot
+        stop, target = self.next_stop(course), self._target(course)
+        ticks = self.run.warehouse.travel.ticks(stop.cell, stop.heading, target, loaded)
+        return not loaded, ticks, course.robot.id
 
     def plan(self, course: Course) -> None:
         """Ask for a path and reserve it; a robot without one asks again, and steps aside in the end."""
@@ -191,25 +192,28 @@ class WindowedDriving(ReservedDriving):
             elif course.legs:  # it passes its goal, and could go on
                 self.stop(course)
             return
-        legs = self._ask_if_possible(query) or []
+        legs, driven = [] if self._is_shut_in(query) else self._ask(query, needed=False), None
         if legs and course.station is not None:
-            cells = drive(self.roads, query, tuple(legs))[1].cells
-            if self.gets_ahead(course, cells, planned=True) is not None:
-                legs = self._ask_if_possible(evolve(query, goal=course.station.cells.queue[-1])) or []
+            driven = drive(self.roads, query, legs)
+            if self.gets_ahead(course, driven[0].cells, planned=True) is not None:
+                legs, driven = self._ask(evolve(query, goal=course.station.cells.queue[-1]), needed=False), None
         if all(leg.to == query.cell for leg in legs):
             legs = []
-        if not legs or self._has_been_refused_for_long(course):
-            self._give_up_if_late(course)
-            legs = self._step_aside(course, query) or legs
+        progress = self._progress_of[course.robot.id]
+        if not legs or (progress.refused is not None and self._has_stood_long(course)):
+            if self.run.warehouse.now - progress.set_out > self.standstill_ticks:
+                raise StandstillError(self.who_waits_for_whom(course))
+            if aside := self._step_aside(course, query):
+                legs, driven = aside, None
         if legs:
-            self._go(course, query, legs)
+            self._go(course, query, legs, driven if course.under_way is None else None)
         elif self.rests(course):  # where a path goes on it asks again at its end
             self.run.after(RETRY_TICKS).callbacks.append(lambda _: self._ask_again(course))
 
-    def _go(self, course: Course, query: Query, legs: list[Leg]) -> None:
+    def _go(self, course: Course, query: Query, legs: list[Leg], driven: Driven | None) -> None:
         """Reserve a path, and see whether it leads into a line."""
         progress = self._progress_of[course.robot.id]
-        path = self.run.asker.apply(self.rule, lambda: self._commit(course, query, legs))
+        path = self.run.asker.apply(self.rule, lambda: self._commit(course, query, legs, driven))
         station = course.station
         if station is not None and course not in self.lines[station.id]:
             enters = path.since[self._queues[station.id][path.cells]]
@@ -231,8 +235,7 @@ class WindowedDriving(ReservedDriving):
     def register(self, course: Course, leg: Leg) -> bool:
         """Register a run; when another is in its way, stop the robot instead."""
         robot, progress = course.robot, self._progress_of[course.robot.id]
-        query = Query(robot.id, robot.cell, robot.heading, self.run.warehouse.now, leg.to, loaded=robot.pod is not None)
-        path, occupied = drive(self.roads, query, (Leg(leg.to),))
+        occupied, end = drive(self.roads, self.next_stop(course), (Leg(leg.to),))
         try:
             progress.refused = self.gets_ahead(course, occupied.cells, planned=False)
             if progress.refused is None:
@@ -242,7 +245,7 @@ class WindowedDriving(ReservedDriving):
         if progress.refused is not None:
             self.stop(course)
             return False
-        progress.moved, progress.refused = path.end_tick, None
+        progress.moved, progress.refused = end.start_tick, None
         progress.passes |= next(self._ways_past(course, occupied.cells), None) is not None
         left, progress.leaves = progress.leaves, None
         if left is not None:
@@ -257,7 +260,7 @@ class WindowedDriving(ReservedDriving):
         """
 
         def end(other: Course) -> int:
-            return other.legs[-1].to if planned and other.legs else self._departure(other, other.goal).cell
+            return other.legs[-1].to if planned and other.legs else self.next_stop(other).cell
 
         for station, slots, cell in self._ways_past(course, cells):
             ahead = takewhile(lambda other: other is not course, self.lines[station.id])
@@ -268,10 +271,11 @@ class WindowedDriving(ReservedDriving):
     def _ways_past(self, course: Course, cells: NDArray[np.int64]) -> Iterator[tuple[Station, tuple[int, ...], int]]:
         """Yield cells of its lane that a robot enters by a shortcut or second entrance, with station and slots."""
         if (station := course.station) is not None:
-            slots, behind = self._slots[station.id]
-            for before, cell in pairwise(cells.tolist()):
-                if behind.get(cell, before) != before:
-                    yield station, slots, cell
+            (slots, behind), path = self._slots[station.id], cells.tolist()
+            if not behind.keys().isdisjoint(path):
+                for before, cell in pairwise(path):
+                    if behind.get(cell, before) != before:
+                        yield station, slots, cell
 
     def stop(self, course: Course) -> None:
         """Take a robot's path from it: it stops where it stands or where its run ends, and plans anew.
@@ -281,7 +285,7 @@ class WindowedDriving(ReservedDriving):
         """
         stopping = [course]
         for each in stopping:
-            occupied = self._drive(each, self._departure(each, each.goal), ())[1]
+            occupied = self._drive(each, self.next_stop(each), ())[0]
             losers = self.table.seize(each.robot.id, occupied)
             self._replace(each, ())
             self._lose_place(each)
@@ -299,16 +303,9 @@ class WindowedDriving(ReservedDriving):
 
     # Robots that cannot move
 
-    def _give_up_if_late(self, course: Course) -> None:
-        if self.run.warehouse.now - self._progress_of[course.robot.id].set_out > self.standstill_ticks:
-            raise StandstillError(self.who_waits_for_whom(course))
-
     def _has_stood_long(self, course: Course) -> bool:
         now = self.run.warehouse.now
         return self.rests(course) and now - self._progress_of[course.robot.id].moved >= PATIENCE_TICKS
-
-    def _has_been_refused_for_long(self, course: Course) -> bool:
-        return self._progress_of[course.robot.id].refused is not None and self._has_stood_long(course)
 
     def _step_aside(self, course: Course, query: Query) -> list[Leg]:
         """Legs into a free cell beside a robot that has stood for long; none before, or where there is no such cell.
@@ -316,20 +313,30 @@ class WindowedDriving(ReservedDriving):
         Who stands in a line never leaves it so.
         """
         if self._has_stood_long(course) and not course.joined:
-            for leg in self._steps(query):
-                step = drive(self.roads, query, (leg,))[1]
+            for leg in self._steps(query, self._rng.permutation(4).tolist()):
+                step = drive(self.roads, query, (leg,))[0]
                 if self.table.is_free(query.robot, step):
                     return [leg]
         return []
+
+    def _is_shut_in(self, query: Query) -> bool:
+        """Whether a robot has stood for a while and others keep all cells beside it: no path leads anywhere then."""
+        if query.start_tick - self._progress_of[query.robot].moved < RETRY_TICKS:
+            return False
+        for leg in self._steps(query, range(4)):
+            last = self.table.reserved(leg.to)[-1:]
+            if not any(who != query.robot and begin <= query.start_tick for who, begin, end in last if end >= FOREVER):
+                return False
+        return True
 
     def _ask_again(self, course: Course) -> None:
         if self.rests(course):
             self._request(course)
 
-    def _steps(self, query: Query) -> Iterator[Leg]:
-        """Steps into cells beside a robot that it may enter and get on from, in random order."""
+    def _steps(self, query: Query, headings: Iterable[int]) -> Iterator[Leg]:
+        """Steps into cells beside a robot that it may enter and get on from."""
         tracks = self.roads.tracks(query.goal, query.loaded)
-        for heading in map(int, self._rng.permutation(4)):
+        for heading in headings:
             beside = self.roads.layout.neighbour(query.cell, heading)
             if (
                 beside is not None

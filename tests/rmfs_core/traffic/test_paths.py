@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from rmfs_core.decisions import Leg, Path
 from rmfs_core.motion import Motion
-from rmfs_core.traffic import FOREVER, Query, Roads, occupancy, timed_path
-from rmfs_core.traffic.paths import run_between
+from rmfs_core.traffic import FOREVER, Query, Roads, drive, occupancy, timed_path
+from rmfs_core.traffic.paths import Stop, run_between
 from rmfs_core.world import EAST, NORTH, WEST, parse_map
 from rmfs_core.world.travel import Travel
 
@@ -68,5 +68,8 @@ def test_a_path_always_has_a_cell(wait: int, other: int, stops: list[int]) -> No
     assert (taken.since < taken.until).all()
     assert (taken.since[1:] <= taken.until[:-1]).all()
     assert (abs(np.diff(taken.cells)) == 1).all()
+    again, end = drive(OPEN, Stop(5, EAST, 300), legs)
+    assert (again.cells.tolist(), again.until.tolist()) == (taken.cells.tolist(), taken.until.tolist())
+    assert end == (path.end, path.end_heading, path.end_tick)
     assert (taken.cells[-1], taken.until[-1]) == (path.end, FOREVER)
     assert taken.since[-1] <= path.end_tick

@@ -80,10 +80,10 @@ def test_a_path_that_need_not_exist_may_be_none(world: Warehouse, tmp_path: Path
     way, _ = driving(world, tmp_path, None, Way([Leg(8)]), Way([Leg(-1)]))
     traffic = traffic_from(world, cell=5)
     robot = world.robots[0]
-    assert way.path_if_possible(robot, 8, traffic) is None
-    assert way.path_if_possible(robot, 8, traffic) == [Leg(8)]
+    assert way.path(robot, 8, traffic, needed=False) == []
+    assert way.path(robot, 8, traffic, needed=False) == [Leg(8)]
     with pytest.raises(RuleError, match="to cell -1, which is not on the grid"):
-        way.path_if_possible(robot, 8, traffic)
+        way.path(robot, 8, traffic, needed=False)
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,8 @@ from rmfs_core.scenario.model import RunSection
 from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
 from rmfs_core.simulation.driving.windowed import WindowedDriving
 from rmfs_core.simulation.engine import Simulation
-from rmfs_core.traffic import FOREVER, Occupancy, Query, Roads, occupancy, timed_path
+from rmfs_core.traffic import FOREVER, Occupancy, Query, Roads, Traffic, occupancy, timed_path
+from rmfs_core.warehouse import Robot
 from rmfs_core.world import NORTH, parse_map
 from rmfs_testing import small_instance
 
@@ -197,6 +198,31 @@ def test_who_is_refused_for_long_steps_aside(tiny_run: Callable[..., Any]) -> No
     assert 30_000 <= moves[0].start_tick < 33_000
     assert moves[0].distance_m == 1
     assert ghost.cell not in {move.to for move in moves}
+
+
+def test_who_is_shut_in_is_not_planned_for(tiny_run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """A robot that has stood for a while: its rule is asked again when a cell beside it is free at any time to come."""
+    simulation = tiny_run(INSTANCE, robots=2, pp="whca-n").simulation
+    driving, layout, asked = simulation.driving, simulation.driving.roads.layout, []
+    course, other = driving.courses[0], driving.courses[1].robot.id
+    course.goal = next(cell for cell in layout.storage_locations if cell != course.robot.cell)
+    beside = [cell for heading in range(4) if (cell := layout.neighbour(course.robot.cell, heading)) is not None]
+
+    def path(robot: Robot, goal: int, traffic: Traffic, *, needed: bool) -> list[Leg]:
+        assert (robot, goal, needed) == (course.robot, course.goal, False)
+        asked.append(traffic.query.start_tick)
+        return []
+
+    monkeypatch.setattr(driving, "path", path)
+    for first_from, plans in ((0, {1999: True, 2000: False, 4000: False}), (4001, {4000: True, 4001: False})):
+        driving.table.release(other)
+        for cell in beside:
+            driving.table.hold(other, cell, first_from if cell == beside[0] else 0)
+        for tick, asks in plans.items():
+            asked.clear()
+            simulation.warehouse.advance(tick)
+            driving.plan(course)
+            assert asked == [tick] * asks
 
 
 def on_its_way(tiny: Any, legs: int) -> tuple[WindowedDriving, Course]:
