@@ -6,7 +6,7 @@ from rmfs_core.world.generator import generate_instance
 from rmfs_core.world.grid import EAST, NORTH, SOUTH, STEPS, WEST, CellKind, Layout, StationCells
 from rmfs_core.world.instance import BundleData, Instance, OrderData, PodData
 from rmfs_core.world.instance_making import make_instance
-from rmfs_core.world.layout_making import check_layout, make_layout
+from rmfs_core.world.layout_making import check_layout, make_layout, reached
 from rmfs_core.world.textmap import parse_map
 
 __all__ = [
@@ -28,5 +28,6 @@ __all__ = [
     "make_instance",
     "make_layout",
     "parse_map",
+    "reached",
     "read_instance",
 ]

@@ -16,8 +16,7 @@ from scipy.sparse.csgraph import connected_components
 
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_CELLS
-from rmfs_core.world import CellKind, Layout, StationCells, check_layout, parse_map
-from rmfs_core.world.layout_making import reached
+from rmfs_core.world import CellKind, Layout, StationCells, check_layout, parse_map, reached
 from rmfs_core.world.textmap import FLOOR_SIGN, QUEUE_SIGN
 from rmfs_import.notes import Notes
 
