@@ -7,27 +7,32 @@ from typing import Any
 import pytest
 
 import rmfs_core
+from rmfs_common_lines import CommonLines
 from rmfs_core import hookimpl
 from rmfs_core.info import Question
 from rmfs_core.roles import Role
 from rmfs_core.warehouse import WarehouseView
 from rmfs_demand import Demand
+from rmfs_first_come import FirstCome
+from rmfs_near_best_pod import NearBestPod
 from rmfs_pod_match import PodMatch
+from rmfs_rule_helpers.pair_scores import KeptPairs
 from rmfs_testing import small_world
 
 
 class Doubter:
     """Observer that has each decision made once more, by rules that remember nothing."""
 
-    def __init__(self) -> None:
+    def __init__(self, rule: type[KeptPairs] = PodMatch) -> None:
         self.orders = self.pods = 0
+        self.rule = rule
 
     @hookimpl
     def rule_answered(self, question: Question, answer: Any) -> None:
         """Compare."""
         view = question.warehouse
         if question.decides is Role.POA:
-            every = PodMatch(late_first=True)  # none is ever late, but all orders are looked through one by one
+            every: Any = self.rule(late_first=True)  # none is ever late, but all orders are looked through one by one
             assert list(answer) == every.assign_orders(view, question.rng)
             self.orders += len(answer)
         if question.decides is Role.PPS:
@@ -53,6 +58,17 @@ def test_every_decision_of_a_run(overrides: list[str]) -> None:
     rmfs_core.run("paper-250", overrides=[*always, *overrides], observers=[doubter])
     assert doubter.orders > 15
     assert doubter.pods > 5
+
+
+@pytest.mark.parametrize("counts", ["stations.order_capacity=4", "stations.item_capacity=15"])
+@pytest.mark.parametrize("rule", [CommonLines, FirstCome, NearBestPod])
+def test_other_rules_that_keep_scores(rule: type[KeptPairs], counts: str) -> None:
+    """They decide as if each call were their first, too."""
+    doubter = Doubter(rule)
+    overrides = ["instance.orders=90", "rules.pp=free-flow", "run.until_s=600", counts]
+    name = {CommonLines: "common-lines", FirstCome: "first-come", NearBestPod: "near-best-pod"}[rule]
+    rmfs_core.run("paper-250", overrides=[*overrides, f"rules.poa={name}"], observers=[doubter])
+    assert doubter.orders > 15
 
 
 def test_a_rule_forgets_another_warehouse() -> None:
