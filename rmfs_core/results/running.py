@@ -6,7 +6,7 @@ import hashlib
 import os
 import time
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from os.path import realpath  # which ends where links lead round
 from pathlib import Path
 from typing import Any
@@ -93,6 +93,8 @@ def run(
     told = [*((observer, None) for observer in observers), *recorders, *standing]
     again = out is not None and os.path.exists(Path(out) / RESULT_FILE)  # noqa: PTH110 (also of a name too long)
     with ExitStack() as stack:
+        if out is not None and not os.path.exists(out):  # noqa: PTH110 (also of a name too long)
+            stack.callback(_remove_empty, Path(out))
         measured = _prepare(resolved, rules, told, allow_inline_rules, out, stack)
         outcome = _simulate(measured.simulation)
         result = _conclude(measured, outcome)
@@ -105,6 +107,12 @@ def run(
     if outcome.error is not None:
         raise outcome.error
     return result
+
+
+def _remove_empty(folder: Path) -> None:
+    """Remove a folder that nothing was written to."""
+    with suppress(OSError):
+        folder.rmdir()
 
 
 @frozen(eq=False)

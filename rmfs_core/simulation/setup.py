@@ -145,9 +145,8 @@ def battery_of(scenario: Scenario, travel: Travel) -> Callable[[Callable[[], int
     watts = battery.empty_w * empty + battery.loaded_w * (loaded + queues)
     joules = battery.detour * watts / TICKS_PER_S + 2 * battery.lifting_w * scenario.robots.lift_s
     if joules >= 3600 * battery.capacity_wh:
-        found = (
-            f"found {battery.capacity_wh:g}; the longest task and the way to a charger may take {joules / 3600:,.1f}"
-        )
+        needed = f"{joules / 3600:,.1f} Wh, which the longest task and the way to a charger may take"
+        found = f"found {battery.capacity_wh:g}; expected more than {needed}"
         raise InputError("robots.battery.capacity_wh", found)
     return partial(Battery, battery, joules)
 

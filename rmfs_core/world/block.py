@@ -46,10 +46,10 @@ class _BlockMap:
         fitting = (section.block_rows - 1) // 2
         self.on_east = "O" * section.stations_east + "I" * (section.replenishment_east or 0)
         self.on_west = "O" * section.stations_west + "I" * (section.replenishment_west or 0)
-        for side, count in (("stations_east", len(self.on_east)), ("stations_west", len(self.on_west))):
-            if count > fitting:
+        for side, signs in (("east", self.on_east), ("west", self.on_west)):
+            if (count := len(signs)) > fitting:
                 raise InputError(
-                    f"{place}.{side}",
+                    f"{place}.{'replenishment' if 'I' in signs else 'stations'}_{side}",
                     f"found {count} stations beside {section.block_rows} rows of blocks; "
                     f"at most {fitting} fit, one to every two rows of blocks between the first and the last aisle",
                 )

@@ -28,6 +28,15 @@ def test_results_never_replace_the_input(tmp_path: Path) -> None:
     assert (tmp_path / "data" / "orders.csv").read_bytes() == before
 
 
+def test_a_run_that_is_refused_leaves_no_folder(tmp_path: Path) -> None:
+    """Unless it was there before."""
+    (tmp_path / "old").mkdir()
+    for folder in ("new", "old"):
+        with pytest.raises(rmfs_core.InputError, match="robots"):
+            rmfs_core.run("examples/small", overrides=["robots.count=1000"], out=tmp_path / folder)
+    assert [path.name for path in tmp_path.iterdir()] == ["old"]
+
+
 def test_results_never_replace_what_is_no_result(tmp_path: Path) -> None:
     """A folder that holds somebody's orders.csv, but no result, is refused; one with a result is used again."""
     (tmp_path / "orders.csv").write_text("mine", encoding="utf-8")

@@ -74,5 +74,5 @@ def test_replenishment_stations_lie_behind_the_picking_stations_of_their_side() 
     assert [row.strip("@")[0] for row in west.splitlines() if "I" in row] == ["I", "I"]
     east = "".join(block_map(LayoutSection(block_rows=7, stations_east=2, replenishment_east=1), 3).split())
     assert [sign for sign in east if sign in "IO"] == ["O", "O", "I"]
-    with pytest.raises(InputError, match=r"layout.stations_east: found 4 stations beside 7 rows"):
+    with pytest.raises(InputError, match=r"layout.replenishment_east: found 4 stations beside 7 rows"):
         block_map(LayoutSection(block_rows=7, stations_east=2, replenishment_east=2), 3)
