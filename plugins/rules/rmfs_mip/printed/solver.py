@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib.util import find_spec
 from typing import Literal
 
 import mip
@@ -80,7 +81,9 @@ class Outcome:
 
 
 def check_installed(solver: Name) -> None:
-    """Raise `ValueError` when a solver that does not come with python-mip is not installed."""
+    """Raise `ValueError` when a solver is not installed."""
+    if solver == "cbc" and find_spec("cbcbox") is None:
+        raise ValueError('solver = "cbc" needs the package cbcbox, which comes with python-mip; "highs" is here')
     if solver == "gurobi":
         from mip import gurobi
 

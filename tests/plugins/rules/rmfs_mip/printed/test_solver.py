@@ -5,6 +5,10 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import pytest
+
+from rmfs_mip.printed.solver import check_installed
+
 DEADLOCK = """
 import gc
 import mip
@@ -34,3 +38,11 @@ def test_a_collection_cannot_stop_a_solve() -> None:
     """A model that becomes garbage is not ended while cffi holds its lock; later garbage is collected as before."""
     done = subprocess.run([sys.executable, "-c", DEADLOCK], capture_output=True, text=True, timeout=120, check=True)
     assert done.stdout == "complete True\n"
+
+
+def test_a_solver_that_is_not_there_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An environment may do without CBC's libraries; HiGHS is always there."""
+    monkeypatch.setattr("rmfs_mip.printed.solver.find_spec", lambda _: None)
+    check_installed("highs")
+    with pytest.raises(ValueError, match=r'solver = "cbc" needs the package cbcbox'):
+        check_installed("cbc")
