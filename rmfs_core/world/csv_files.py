@@ -31,7 +31,7 @@ _DATES = {"arrival_s": "arrival", "due_s": "due"}  # these may stand in place of
 _NAMES = ("bundle", "order", "pod", "robot", "sku")
 _SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}  # that are taken for commas elsewhere
 _WARNED, _MOST_OF_A_LINE = {""}, 1_000_000  # signs: a device may have no line's end
-_MOST_OF_AN_ITEM = 1_000_000
+_MOST_ITEMS = 1_000_000
 _DAY = 86_400 * TICKS_PER_S
 _TEN_YEARS = 3_653 * _DAY  # what comes later has a wrong year, or counts from 1970
 
@@ -157,8 +157,8 @@ def _read_orders(file: Path, start: str | None, wrong: Wrong) -> list[tuple[Orde
             if column in read
         }
         items = _quantity(row["quantity"], file, line, "a whole number >= 1")
-        if items > _MOST_OF_AN_ITEM:  # a run would go on for years
-            found = f"expected at most {_MOST_OF_AN_ITEM:,} items, found {items:,}"
+        if items > _MOST_ITEMS:  # a run would go on for years
+            found = f"found {items:,} items; expected at most {_MOST_ITEMS:,}"
             raise InputError(f"{file}, line {line}, quantity", found)
         _, first, first_told, lines = orders.setdefault(row["order"], (line, row, told, {}))
         for column, value in told.items():

@@ -135,7 +135,8 @@ class WarehouseAt:
     def _bundle_stored(self, event: Mapping[str, Any], i: int) -> None:
         del self.bundles[event["station"][i]][event["bundle"][i]]
         contents, sku = self._contents[event["pod"][i]], event["sku"][i]
-        contents[sku] = (contents.get(sku) or 0) + event["items"][i]
+        if contents.get(sku, 0) is not None:  # None: it never runs out
+            contents[sku] = contents.get(sku, 0) + event["items"][i]
 
     def _stored(self, event: Mapping[str, Any], i: int) -> None:
         self.robot_pod.pop(event["robot"][i], None)

@@ -236,13 +236,12 @@ def _given(opened: OpenState, role: Role) -> dict[str, Any]:
             fetches = max(len(opened.view.idle_robots) - len(warehouse.waiting), 0)
         return {"max_fetches": fetches}
     if role is Role.MOVE:
-        spare = max(min(len(opened.view.idle_robots) - len(warehouse.waiting), warehouse.spare_locations), 0)
-        if asked.max_moves is not None and asked.max_moves > spare:
-            what = "idle robots that no pod waits for, and free locations that no carried pod needs"
-            opened.names.wrong(
-                ("ask", "max_moves"), f"found {asked.max_moves}; expected at most {spare}, the number of {what}"
-            )
-        return {"max_moves": spare if asked.max_moves is None else asked.max_moves}
+        idle = max(len(opened.view.idle_robots) - len(warehouse.waiting), 0)
+        if asked.max_moves is not None and asked.max_moves > idle:
+            expected = f"expected at most {idle}, the number of idle robots that no pod waits for"
+            opened.names.wrong(("ask", "max_moves"), f"found {asked.max_moves}; {expected}")
+        most = max(min(idle, warehouse.spare_locations), 0)
+        return {"max_moves": most if asked.max_moves is None else asked.max_moves}
     if role is Role.PR:
         if asked.pod is None:
             opened.names.wrong(("ask", "pod"), "is missing; expected the pod to store")

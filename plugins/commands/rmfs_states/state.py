@@ -253,7 +253,7 @@ class AskState:
         check=_number(0),
     )
     max_moves: int | None = key(
-        "Repositioning: pods that may be moved; left out, and at most: idle robots less waiting pods",
+        "Repositioning: pods that may be moved; at most, and where it is left out: idle robots less waiting pods",
         None,
         check=_number(0),
     )

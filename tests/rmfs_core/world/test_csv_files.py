@@ -36,7 +36,7 @@ BAD_ORDERS = [
     (ORDERS + "1,0,a,0\n", ', line 2, quantity: expected a whole number >= 1, found "0"'),
     (ORDERS + "1,0,a,1.5\n", ', line 2, quantity: expected a whole number >= 1, found "1.5"'),
     (ORDERS + "1,0,a,\n", ', line 2, quantity: expected a whole number >= 1, found ""'),
-    (ORDERS + "1,0,a,1000001\n", ", line 2, quantity: expected at most 1,000,000 items, found 1,000,001"),
+    (ORDERS + "1,0,a,1000001\n", ", line 2, quantity: found 1,000,001 items; expected at most 1,000,000"),
     (ORDERS + "1,0,a,1_0\n", ', line 2, quantity: expected a whole number >= 1, found "1_0"'),
     (
         ORDERS + "1,0,a,10000000000\n",

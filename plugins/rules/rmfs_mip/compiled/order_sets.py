@@ -148,7 +148,7 @@ def least_pods(k, skus, most, gains, rest):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def fewest_pods(k, skus, least, most, work):  # type: ignore[no-untyped-def]
+def fewest_pods(k, skus, least, most, work, most_work):  # type: ignore[no-untyped-def]
     """Return the fewest pods that have all SKUs: how many, and which; more than ``most`` if these are not enough.
 
     Parameters
@@ -159,8 +159,8 @@ def fewest_pods(k, skus, least, most, work):  # type: ignore[no-untyped-def]
         The SKUs, as bits.
     least, most
         Numbers of pods to try.
-    work
-        A single number, to which what was tried is added.
+    work, most_work
+        A single number, to which what was tried is added; beyond the other the search gives up, as if none were enough.
     """
     width, pods, largest = len(skus), len(k.brings), 1
     for pod in range(pods):
@@ -187,6 +187,8 @@ def fewest_pods(k, skus, least, most, work):  # type: ignore[no-untyped-def]
             while pod < pods and not k.brings[pod, word] & bit:
                 pod += 1
             work[0] += 1
+            if work[0] > most_work:
+                return most + 1, chosen[:0]
             if pod == pods:
                 depth -= 1
                 continue
@@ -252,7 +254,7 @@ def cheapest_sets(k, prices, room, weight, limit, kept, work, most_work):  # typ
         if t == types:
             done = cost[t] + weight * left[t]
             most = int(max(limit - done, 0.0))
-            pods, _ = fewest_pods(k, skus[t], least[t], most, work)
+            pods, _ = fewest_pods(k, skus[t], least[t], most, work, most_work)
             if done + pods < limit - SLIP:
                 place = int(costs.argmax()) if found == kept else found
                 work[0] += kept // SETS_PER_WORK if found == kept else 0

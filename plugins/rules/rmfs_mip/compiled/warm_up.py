@@ -25,6 +25,7 @@ def searches() -> tuple[Any, ...]:
         pod_sets.best_sets,
         order_sets.cheapest_sets,
         order_sets.fewest_pods,
+        order_sets.least_pods,
         order_sets.choose,
         exchanging.exchanged,
     )
@@ -43,6 +44,7 @@ def load() -> None:
     kinds = order_sets.kinds_of(lines + 1, lines + 1, [[0], [1]], [[0], [1]])
     prices = np.zeros(2)
     costs, numbers = order_sets.cheapest_sets(kinds, prices, 1, 2.0, 2.0, 10, work, MOST_WORK)
-    order_sets.fewest_pods(kinds, kinds.needs[0], 0, 1, work)
+    order_sets.fewest_pods(kinds, kinds.needs[0], 0, 1, work, MOST_WORK)
+    order_sets.least_pods(kinds, kinds.needs[0], 1, np.zeros(100, dtype=np.int64), np.zeros_like(kinds.needs[0]))
     order_sets.choose(costs, numbers, prices, kinds.counts, 2, 2.0, work, MOST_WORK)
     exchanging.exchanged(arrays, 1, 1, 1)

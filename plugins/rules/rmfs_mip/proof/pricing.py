@@ -40,8 +40,8 @@ a given worth leaves out the orders that no station with that worth can have.
 """
 MOST_BY_ORDERS = 1.75
 """Sets of orders are searched if the orders have no more than so many times as many items as there are free places."""
-MOST_ORDER_WORK = 5_000_000
-"""Steps of a search for sets of orders before sets of pods are searched."""
+MOST_ORDER_WORK, ENDLESS = 5_000_000, 1 << 62
+"""Steps of a search for sets of orders before sets of pods are searched, and more than any search takes."""
 ORDER_PRICE = 0.1
 """What a step of it counts of the effort."""
 KEPT_BY_ORDERS = 100
@@ -223,11 +223,14 @@ class Pricing:
 
     def serving(self, numbers: NDArray[np.int64]) -> Pattern:
         """Return the pattern of a set of orders (how many of each type), with the fewest pods that serve them."""
-        from rmfs_mip.compiled.order_sets import fewest_pods
+        from rmfs_mip.compiled.order_sets import MOST_BITS, fewest_pods, least_pods
 
         taken = numbers[self.largest_first] > 0
         skus = np.bitwise_or.reduce(self.kinds.needs[taken], axis=0, initial=0)
-        _, pods = fewest_pods(self.kinds, skus, 0, len(self.pods), np.zeros(1, dtype=np.int64))
+        n, room = len(self.pods), np.zeros(MOST_BITS * len(skus) + 1, dtype=np.int64)
+        least = least_pods(self.kinds, skus, n, room, np.zeros_like(skus))
+        # As far as the search that has found the set went for it, so within what that was allowed
+        _, pods = fewest_pods(self.kinds, skus, least, n, np.zeros(1, dtype=np.int64), ENDLESS)
         orders = {t: int(numbers[t]) for t in np.flatnonzero(numbers).tolist()}
         return self._costed(tuple(sorted(self.pods[at] for at in pods.tolist())), orders)
 

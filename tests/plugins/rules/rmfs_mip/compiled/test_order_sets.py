@@ -63,7 +63,7 @@ def test_the_fewest_pods_are_those_of_brute_force(more, seed):
             bits = bits_of(kinds, types)
             rest = np.zeros_like(bits)
             assert min(least_pods(kinds, bits, len(held), room, rest), len(held) + 1) <= truth
-            count, pods = fewest_pods(kinds, bits, 0, len(held), work)
+            count, pods = fewest_pods(kinds, bits, 0, len(held), work, ENDLESS)
             assert count == min(truth, len(held) + 1)
             if truth < float("inf"):
                 assert skus.issubset({i for p in pods.tolist() for i in held[p]})
@@ -97,6 +97,11 @@ def test_it_gives_up_when_told():
     work = np.zeros(1, np.int64)
     cheapest_sets(kinds, np.zeros(len(missing)), 4, 2.0, 9.0, 10, work, -1)
     assert work[0] > -1
+    one = np.ones(1, np.int64)  # order of twelve SKUs; each pod has the first one and another
+    hard = kinds_of(12 * one, one, [list(range(12))], [[0, sku] for sku in range(1, 12) for _ in range(3)])
+    work[0] = 0
+    count, _ = fewest_pods(hard, bits_of(hard, (0,)), 0, 12, work, 100)
+    assert (count, int(work[0])) == (13, 101)
     sets = np.zeros((1, len(missing)), np.int64)
     assert not len(choose(np.zeros(1), sets, np.zeros(len(missing)), kinds.counts, 2, 1.0, work, -1))
 
