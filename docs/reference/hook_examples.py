@@ -143,6 +143,8 @@ class MoreForMore:
 
 @define
 class UnderNoPod:
+    needs = ("no batteries",)  # it sends no robot to a charger
+
     @hookimpl
     def idle_robots(self, warehouse):
         free = [cell for cell in warehouse.free_rest_cells if cell in warehouse.free_storage_locations]
