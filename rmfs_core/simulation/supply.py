@@ -30,7 +30,8 @@ class Supply:
         self.lead_ticks = to_ticks(self._given.lead_s)
         self._rng = stream(scenario.seed, "bundles")
         room, largest = scenario.instance.pod_capacity or UNLIMITED, self._given.bundle_items or UNLIMITED
-        self._largest = [min(largest, room // size) for size in instance.sizes or (1,) * len(instance.skus)]
+        self._sizes = instance.sizes or (1,) * len(instance.skus)
+        self._largest = [min(largest, room // size) for size in self._sizes]
         self.least_space = 0
         """Space that the smallest bundle takes of those that come by chance."""
         self._position = [0] * len(instance.skus)
@@ -47,8 +48,8 @@ class Supply:
                 for sku, quantity in order.lines:
                     wanted[sku] += quantity
             weights = wanted if wanted.any() else wanted + 1
-            chances, sizes = weights.cumsum(), self._instance.sizes or (1,) * len(weights)
-            self.least_space = min(self._largest[sku] * sizes[sku] for sku in np.flatnonzero(weights).tolist())
+            chances = weights.cumsum()
+            self.least_space = min(self._largest[sku] * self._sizes[sku] for sku in np.flatnonzero(weights).tolist())
             time_s = 0.0
             while True:
                 time_s += self._rng.exponential(3600 / self._given.bundles_per_hour)

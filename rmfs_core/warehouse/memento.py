@@ -14,6 +14,7 @@ from rmfs_core.warehouse.promises import promise
 from rmfs_core.warehouse.state import Warehouse
 from rmfs_core.warehouse.view import WarehouseView
 from rmfs_core.world import Instance, OrderData, PodData
+from rmfs_core.world.grid import CellKind
 from rmfs_core.world.travel import Travel
 
 T = TypeVar("T")
@@ -276,6 +277,9 @@ def _check_names(memento: Memento, travel: Travel) -> None:
     for i, pod in enumerate(memento.pods):
         known = pod.home in places or pod.home in (-1, pod.cell)  # the cell is looked at later
         _check(known, f"found {pod.home}; expected a storage location", "pods", i, "home")
+        used = sum((items or 0) * (memento.sizes[sku] if memento.sizes else 1) for sku, items in pod.data.contents)
+        least = f"found {pod.capacity}; expected at least {used}, what the pod holds"
+        _check(used <= pod.capacity, least, "pods", i, "capacity")
     for key, cells in (("blocked", memento.blocked), ("reserved", memento.reserved)):
         for cell in cells:
             _check(cell in places, f"found {cell}; expected a storage location that is not named before", key)
@@ -343,9 +347,10 @@ def _bind(warehouse: Warehouse, memento: Memento) -> None:
 
 def _carry(warehouse: Warehouse, memento: Memento) -> None:
     """Give robots their tasks, and let those that are in a station's line stand there."""
-    cells = warehouse.travel.layout.width * warehouse.travel.layout.height
+    kind = warehouse.travel.layout.kind
     for robot, given in zip(warehouse.robots, memento.robots, strict=True):
-        _check(0 <= given.cell < cells, f"expected a cell of the layout, 0 to {cells - 1}", "robots", robot.id, "cell")
+        free = 0 <= given.cell < len(kind) and kind[given.cell] != CellKind.WALL
+        _check(free, f"expected a cell of the layout, 0 to {len(kind) - 1}, no wall", "robots", robot.id, "cell")
         robot._on_duty = given.on_duty
         robot._battery, robot._goal = given.battery(), given.goal
         busy = given.task is not None and given.goal is not None

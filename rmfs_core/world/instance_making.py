@@ -6,6 +6,7 @@ import math
 import os
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from operator import itemgetter
 from pathlib import Path
 
 from attrs import evolve
@@ -160,15 +161,15 @@ def _too_large_for_pods(instance: Instance, capacity: int | None) -> Iterator[In
     """Yield what has no room on a pod: what the pods hold at first, and bundles."""
     if capacity is None:
         return
-    sizes, place = instance.sizes or (1,) * len(instance.skus), "instance.pod_capacity"
-    for pod in instance.pods:
-        if (used := sum((number or 0) * sizes[sku] for sku, number in pod.contents)) > capacity:
-            yield InputError(place, f"found {capacity}; expected at least {used}, what pod {pod.name} holds")
-    for bundle in instance.bundles:
-        if (size := bundle.items * sizes[bundle.sku]) > capacity:
-            yield InputError(place, f"found {capacity}; expected at least {size}, the size of bundle {bundle.name}")
-    if max(sizes, default=0) > capacity:
-        yield InputError(place, f"found {capacity}; expected at least {max(sizes)}, the size of the largest item")
+    sizes = instance.sizes or (1,) * len(instance.skus)
+    held = [(sum((items or 0) * sizes[sku] for sku, items in pod.contents), pod) for pod in instance.pods]
+    needs = [(used, f"what pod {pod.name} holds") for used, pod in held]
+    needs += [(one.items * sizes[one.sku], f"the size of bundle {one.name}") for one in instance.bundles]
+    needs.append((max(sizes, default=0), "the size of the largest item"))
+    if large := [(used, what) for used, what in needs if used > capacity]:
+        least, what = max(large, key=itemgetter(0))
+        more = f" (the largest of {len(large)} that are too large)" if len(large) > 1 else ""
+        yield InputError("instance.pod_capacity", f"found {capacity}; expected at least {least}, {what}{more}")
 
 
 def _too_many_bundles(instance: Instance, section: InstanceSection) -> Iterator[InputError]:

@@ -188,7 +188,8 @@ def test_orders_that_no_process_can_complete_are_refused(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("capacity", "skus", "problem"),
     [
-        (2, "sku,size\na,3\n", "found 2; expected at least 3, what pod p holds"),
+        (2, "sku,size\na,3\n", r"found 2; expected at least 21, the size of bundle B \(the largest of 3 that are too"),
+        (4, "sku\na\n", r"found 4; expected at least 7, the size of bundle B$"),
         (8, "sku,size\na,2\n", "found 8; expected at least 14, the size of bundle B"),
         (20, "sku,size\nb,21\n", "found 20; expected at least 21, the size of bundle C"),
     ],

@@ -11,7 +11,7 @@ const NAMED = { pod: ({ pods }) => pods.name, station: ({ stations }) => station
 /** Figures of a view now, in a line. */
 export function numbers({ run, world, distance }) {
   const has = featuresOf(run);
-  const waiting = has.bundles ? [`${plural(world.waitingBundles().length, "bundle")} waiting`] : [];
+  const waiting = has.bundles ? [`${plural(world.waitingBundles.size, "bundle")} waiting`] : [];
   const counted = [plural(world.done, "order"), plural(world.picks, "pick"), plural(world.visits, "visit")];
   const ended = world.tick > run.tick ? [`ended at ${clockTime(run.tick)}`] : [];
   return [...counted, `backlog ${world.backlog}`, ...waiting, `${(distance(world.tick) / 1000).toFixed(1)} km`, ...ended].join(", ");

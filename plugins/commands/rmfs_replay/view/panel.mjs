@@ -60,7 +60,6 @@ export class Panel {
     const { world, run } = view;
     const rules = Object.entries(run.rules).map(([role, rule]) => make("span", {}, `${role} ${rule}`));
     const has = featuresOf(run);
-    const stored = world.bundles.filter((bundle) => bundle.stored).length;
     const charges = run.legs.map((_, robot) => world.charge(robot));
     return [
       ["Rules", make("span", { class: "links" }, ...rules)],
@@ -73,7 +72,7 @@ export class Panel {
       ["Robots", this.robots(view)],
       ...(run.charges ? [["Lowest charge", percent(Math.min(...charges))]] : []),
       ...(has.moves ? [["Pods moved", String(world.moves)]] : []),
-      ...(has.bundles ? [["Bundles", `${world.waitingBundles().length} waiting, ${stored} of ${world.bundles.length} stored`]] : []),
+      ...(has.bundles ? [["Bundles", `${world.waitingBundles.size} waiting, ${world.stored} of ${world.bundles.length} stored`]] : []),
     ];
   }
 
@@ -90,10 +89,10 @@ export class Panel {
   }
 
   waitingBundles(view) {
-    const waiting = view.world.waitingBundles();
-    if (!waiting.length) return [];
-    const links = waiting.slice(0, OLDEST).map((id) => this.link(view, "bundle", id));
-    return [make("h3", {}, `Oldest of ${plural(waiting.length, "bundle")} waiting${view.letter && ` of ${view.letter}`}`), make("p", { class: "links" }, ...links)];
+    const waiting = view.world.waitingBundles;
+    if (!waiting.size) return [];
+    const links = [...waiting].slice(0, OLDEST).map((id) => this.link(view, "bundle", id));
+    return [make("h3", {}, `Oldest of ${plural(waiting.size, "bundle")} waiting${view.letter && ` of ${view.letter}`}`), make("p", { class: "links" }, ...links)];
   }
 
   robots(view) {

@@ -30,6 +30,8 @@ export class World {
     this.unassigned = Int32Array.from(this.left);
     this.backlog = this.done = this.picks = this.visits = this.moves = 0;
     this.bundles = []; // by id, as far as they have arrived
+    this.waitingBundles = new Set(); // those that no station has been assigned
+    this.stored = 0;
     this.closed = new Set();
     this.onDuty = run.robots.cell.length;
     this.changed = true;
@@ -74,11 +76,6 @@ export class World {
   /** How full a robot's battery is, as a share; null without one. */
   charge(robot) {
     return this.run.charges ? between(this.run.charges[robot], this.tick) : null;
-  }
-
-  /** Bundles that wait to be assigned to a station. */
-  waitingBundles() {
-    return this.bundles.flatMap((bundle, id) => (bundle.station < 0 ? [id] : []));
   }
 
   // Events, by their names in a trace; `i` is their place among those of their kind.
@@ -150,12 +147,13 @@ export class World {
   }
 
   bundle_arrived() {
-    this.bundles.push({ station: -1, pod: -1, stored: false });
+    this.waitingBundles.add(this.bundles.push({ station: -1, pod: -1, stored: false }) - 1);
   }
 
   bundle_assigned(i) {
     const { bundle, station } = this.run.events.bundle_assigned;
     this.bundles[bundle[i]].station = station[i];
+    this.waitingBundles.delete(bundle[i]);
     this.stations[station[i]].bundles.add(bundle[i]);
   }
 
@@ -167,6 +165,7 @@ export class World {
   bundle_stored(i) {
     const { bundle, station, pod, sku, items } = this.run.events.bundle_stored;
     this.bundles[bundle[i]].stored = true;
+    this.stored++;
     this.stations[station[i]].bundles.delete(bundle[i]);
     const stock = this.stock[pod[i]];
     if (!(stock.get(sku[i]) < 0)) stock.set(sku[i], (stock.get(sku[i]) ?? 0) + items[i]);

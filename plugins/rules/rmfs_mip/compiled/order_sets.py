@@ -16,6 +16,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from rmfs_mip.compiled.pod_sets import ones
+
 MOST_BITS = 62
 """Bits of a number that stand for SKUs."""
 SLIP = 1e-6
@@ -75,15 +77,6 @@ def kinds_of(sizes: Integers, counts: Integers, missing: list[list[int]], held: 
 
 
 @njit(cache=True)
-def _ones(bits):  # type: ignore[no-untyped-def]
-    ones = 0
-    while bits:
-        ones += 1
-        bits &= bits - 1
-    return ones
-
-
-@njit(cache=True)
 def _lowest(bits):  # type: ignore[no-untyped-def]
     at = 0
     while not bits & 1:
@@ -95,10 +88,10 @@ def _lowest(bits):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def _shared(skus, brings):  # type: ignore[no-untyped-def]
     """Return how many of the SKUs a pod brings."""
-    ones = 0
+    count = 0
     for word in range(len(skus)):
-        ones += _ones(skus[word] & brings[word])
-    return ones
+        count += ones(skus[word] & brings[word])
+    return count
 
 
 @njit(cache=True)

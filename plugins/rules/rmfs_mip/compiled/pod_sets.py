@@ -105,19 +105,20 @@ def _candidates_for(a, skus, place, touching, brings, which):  # type: ignore[no
 
 
 @njit(cache=True)
-def _ones(bits):  # type: ignore[no-untyped-def]
-    ones = 0
+def ones(bits):  # type: ignore[no-untyped-def]
+    """Return how many bits of a number are set."""
+    count = 0
     while bits:
-        ones += 1
+        count += 1
         bits &= bits - 1
-    return ones
+    return count
 
 
 @njit(cache=True)
 def _helps(a, pod, other, skus, which):  # type: ignore[no-untyped-def]
     """Return how many of the SKUs the other pod brings and the pod does not."""
     if len(skus) < MOST_BITS:
-        return _ones(which[other] & ~which[pod])
+        return ones(which[other] & ~which[pod])
     helps = 0
     for sku in skus:
         on_other, on_pod = False, False

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from rmfs_mip.compiled.pod_sets import copied, next_set, sets_of
+from rmfs_mip.compiled.pod_sets import copied, next_set, ones, sets_of
 from rmfs_mip.compiled.stacking import fill, fill_with_few_splits, newly_split
 
 FOUND, NOT_FOUND, NO_SETS, TOO_MANY = 0, 1, 2, 3
@@ -160,15 +160,6 @@ def _cut(a, orders, mask, by_mask, last, depth, total, target, work):  # type: i
 
 
 @njit(cache=True)
-def _ones(mask):  # type: ignore[no-untyped-def]
-    ones = 0
-    while mask:
-        ones += mask & 1
-        mask >>= 1
-    return ones
-
-
-@njit(cache=True)
 def _next_stations(a, pod, sent, most, used):  # type: ignore[no-untyped-def]
     """Return the bit mask of stations after ``sent`` to send a pod to, at most ``most`` of them; 0 after the last.
 
@@ -176,7 +167,7 @@ def _next_stations(a, pod, sent, most, used):  # type: ignore[no-untyped-def]
     """
     for mask in range(sent + 1, 1 << len(a.rooms)):
         fresh = mask >> used
-        if mask & ~a.useful[pod] == 0 and _ones(mask) <= most and not (a.alike and fresh & (fresh + 1)):
+        if mask & ~a.useful[pod] == 0 and ones(mask) <= most and not (a.alike and fresh & (fresh + 1)):
             return mask
     return 0
 
@@ -256,7 +247,7 @@ def spread(a, pods, visits, target, work, most_work, refused=0):  # type: ignore
             depth -= 1
             continue
         work[0] += 1
-        left[depth + 1], used[depth + 1] = left[depth] - _ones(stations), used[depth]
+        left[depth + 1], used[depth + 1] = left[depth] - ones(stations), used[depth]
         while stations >> used[depth + 1]:
             used[depth + 1] += 1
         copied(mask[depth], mask[depth + 1])

@@ -294,7 +294,9 @@ def choose_orders(generation: ColumnGeneration, value: float) -> tuple[Assigned 
     chosen = choose(costs, numbers, -generation.prices, generation.counts, stations, slack, work, most_work)
     effort.take(STEPS_PER_SET * float(work[0]))
     if not len(chosen):
-        return None, bool(work[0] <= most_work)
+        all_tried = bool(work[0] <= most_work)
+        effort.short |= not all_tried and most_work < MOST_CHOICES
+        return None, all_tried
     return generation.assigned([pricing.serving(numbers[at]) for at in chosen.tolist()]), True
 
 

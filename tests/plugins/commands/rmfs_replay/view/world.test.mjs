@@ -47,8 +47,8 @@ test("no more items are wanted of a pod than it has", () => {
 
 test("bundles wait, are given to stations, and become items on pods", () => {
   const world = new World(replenished());
-  assert.deepEqual(world.go(14000).waitingBundles(), [0, 1]);
-  assert.deepEqual(world.go(15000).waitingBundles(), [1]);
+  assert.deepEqual([...world.go(14000).waitingBundles], [0, 1]);
+  assert.deepEqual([...world.go(15000).waitingBundles], [1]);
   assert.deepEqual([...world.stations[0].bundles], [0]);
   assert.equal(world.stock[1].get(0), undefined);
   world.go(26000);

@@ -93,18 +93,18 @@ def test_many_stations(stations):
         assert least + search.run(0, 100)[0] == optimum
 
 
-@pytest.mark.parametrize("seed", [3, 7, 11])
+@pytest.mark.parametrize("seed", [13, 19, 27])
 def test_where_a_period_is_large_pods_are_exchanged(monkeypatch, seed):
-    """With exchanges the solution found quickly never has more visits, and its orders are served as the model says."""
+    """Where greed ends with eight visits exchanges find seven, and the orders are served as the model says."""
     rng = np.random.default_rng(seed)
-    contents = tuple(tuple(sorted(rng.choice(150, 4, replace=False).tolist())) for _ in range(60))
-    lines = [(o, int(i), 1) for o in range(60) for i in sorted(rng.choice(150, rng.integers(1, 4), replace=False))]
+    contents = tuple(tuple(sorted(rng.choice(150, 6, replace=False).tolist())) for _ in range(80))
+    lines = [(o, int(i), 1) for o in range(80) for i in sorted(rng.choice(150, rng.integers(1, 5), replace=False))]
     period = Period(
-        Stock(tuple(range(60)), contents, 150),
-        (0, 1),
-        (8, 8),
-        ((), ()),
-        tuple(range(60)),
+        Stock(tuple(range(80)), contents, 150),
+        (0, 1, 2),
+        (12, 12, 12),
+        ((), (), ()),
+        tuple(range(80)),
         *np.array(lines).T,
     )
     reduced, found = Reduced(period, AMONG), []
@@ -114,4 +114,4 @@ def test_where_a_period_is_large_pods_are_exchanged(monkeypatch, seed):
     proof = proof_of(period, AMONG, 2, Limits())
     proof.offer(*found[1], "greedy")
     assert violation(period, proof.incumbent, AMONG, 2) is None
-    assert found[0] is None or len(found[1][0]) <= len(found[0][0])
+    assert [len(visits) for visits, _ in found] == [8, 7]
