@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
-from rmfs_core.traffic.paths import FOREVER, Occupancy, Query
+from rmfs_core.traffic.paths import FOREVER, Occupancy, Query, Stop, run_between
 from rmfs_core.traffic.roads import Roads
 
 ROOM = 4
@@ -114,6 +114,22 @@ class Reservations:
         self._cells_of[owner] = new.cells
         if done < len(new.cells):
             self._insert(owner, new, done)
+
+    def settle(self, owner: int, roads: Roads, start: Stop, ends: Sequence[tuple[int, int]]) -> tuple[Occupancy, Stop]:
+        """As `drive` and `commit` of what that returns, in one go; ``ends``: cell and wait of each leg."""
+        rows, cell, heading, tick, found, entry, done, self._used = self._work.settle(
+            *start, np.array(ends, dtype=np.int64).reshape(-1, 2), *roads.grid, self._cells_of.get(owner, NOTHING),
+            owner, self._used, self._first, self._count, self._room, self._since, self._until, self._owner,
+        )  # fmt: skip
+        if not rows.size:
+            run_between(roads, cell, ends[heading][0])
+        new = Occupancy(*rows)
+        if found >= 0:
+            raise self._error(new, found, entry)
+        self._cells_of[owner] = new.cells
+        if done < len(new.cells):
+            self._insert(owner, new, done)
+        return new, Stop(cell, heading, tick)
 
     def add(self, owner: int, occupancy: Occupancy) -> None:
         """Reserve more for an owner; as `commit`, but what it had stays."""

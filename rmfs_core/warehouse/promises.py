@@ -140,7 +140,8 @@ def next_request(station: Station, pod: Pod) -> Request | None:
 
 def serves(station: Station, pod: Pod) -> bool:
     """Whether there is a `next_request`."""
-    return any(_usable(pod, sku, station.id) for sku in station._by_sku if sku in pod._contents)
+    here = station._by_sku.keys() & pod._contents.keys()
+    return any(_usable(pod, sku, station.id) for sku in here)
 
 
 def _usable(pod: Pod, sku: int, station: int) -> bool:

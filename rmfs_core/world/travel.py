@@ -169,13 +169,10 @@ class Travel:
 
     def heading(self, cell: int, to: int) -> int | None:
         """Heading of a straight run between two cells, None when they are in neither one row nor one column."""
-        width = self.layout.width
-        across, down = to % width - cell % width, to // width - cell // width
-        if (across == 0) == (down == 0):
-            return None
-        if down == 0:
-            return 0 if across > 0 else 2
-        return 1 if down < 0 else 3
+        width = self._layout.width
+        if cell // width == to // width:
+            return None if to == cell else 0 if to > cell else 2
+        return None if (to - cell) % width else 1 if to < cell else 3
 
     def passable(self, end: int, loaded: bool) -> NDArray[np.bool_]:
         """Cells that a robot may cross on its way from or to a cell. Shape (cells,), read-only."""

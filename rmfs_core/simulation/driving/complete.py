@@ -95,8 +95,8 @@ class CompleteDriving(ReservedDriving):
         paths = self.both(course, first, ahead, second)
         if paths is None:
             return False
-        self._commit(course, first, paths[0])
-        self._commit(ahead, second, paths[1])
+        self._commit(course, paths[0])
+        self._commit(ahead, paths[1])
         line[place - 1 : place + 1] = [course, ahead]
         for each, goal in ((course, first.goal), (ahead, second.goal)):
             self._owner[goal], each.goal = each, goal
@@ -148,7 +148,7 @@ class CompleteDriving(ReservedDriving):
         legs = self._ask(query)
 
         def commit() -> None:
-            end = int(self._commit(course, query, legs).cells[-1])
+            end = int(self._commit(course, legs).cells[-1])
             if end != goal:
                 where = self.roads.layout.where
                 raise ImpossibleError(

@@ -71,7 +71,7 @@ class FleetDriving(CompleteDriving):
         self.run.asker.apply(self.rule, commit)
 
     def _reach(self, course: Course, query: Query, legs: Sequence[Leg]) -> None:
-        end = int(self._commit(course, query, legs).cells[-1])
+        end = int(self._commit(course, legs).cells[-1])
         if end != query.goal:
             where = self.roads.layout.where
             raise ImpossibleError(

@@ -100,9 +100,13 @@ class ReservedDriving(Driving):
         """Send a robot to a storage location that nobody else owns."""
         raise NotImplementedError
 
-    def register(self, course: Course, leg: Leg) -> bool:  # noqa: ARG002
-        """Take note that a robot begins a leg that it has reserved; return whether it does."""
-        return True
+    def register(self, course: Course, leg: Leg) -> Stop | None:
+        """Take note that a robot begins a leg that it has reserved; return where and when it ends, None if it may not.
+
+        Its wait is over.
+        """
+        heading, turn, ticks = self.turn_and_run(course.robot, leg)
+        return Stop(leg.to, heading, self.run.warehouse.now + turn + ticks)
 
     # Paths
 
@@ -120,11 +124,14 @@ class ReservedDriving(Driving):
         robot, traffic = self.run.warehouse.robots[query.robot], Traffic(self.roads, self.table, query)
         return self.path(robot, query.goal, traffic, needed=needed)
 
-    def _commit(self, course: Course, query: Query, legs: Sequence[Leg], driven: Driven | None = None) -> Occupancy:
-        """Reserve a path, ``driven`` so, in place of what the robot has not begun; return what it occupies."""
-        occupied, end = driven or self._drive(course, query, legs)
+    def _commit(self, course: Course, legs: Sequence[Leg]) -> Occupancy:
+        """Reserve a path in place of what the robot has not begun; return what it occupies."""
+        ends = [(leg.to, leg.wait_ticks) for leg in legs]
+        start = self.next_stop(course)
+        if course.under_way is not None:
+            start, ends = course.under_way[0], [(start.cell, 0), *ends]
         try:
-            self.table.commit(course.robot.id, occupied)
+            occupied, end = self.table.settle(course.robot.id, self.roads, start, ends)
         except ReservedError as error:
             raise checks.hit(self.roads.layout, course.robot.id, error) from None
         course.reserved, course.arrives = occupied, end.start_tick
@@ -165,12 +172,12 @@ class ReservedDriving(Driving):
                 if changed.triggered:
                     continue
             leg = course.legs.popleft()
-            if leg.to == robot.cell or not self.register(course, leg):
+            if leg.to == robot.cell or (end := self.register(course, leg)) is None:
                 continue
-            heading, turn, ticks = self.turn_and_run(robot, leg)
-            now, arrival = run.warehouse.now, run.warehouse.now + turn + ticks
-            course.under_way = Stop(robot.cell, robot.heading, now), Stop(leg.to, heading, arrival)
-            yield from self.drive(robot, Leg(leg.to, now - course.since), heading, course.since, turn, arrival)
+            now, turn = run.warehouse.now, self._turns[(end.heading - robot.heading) % 4]
+            course.under_way = Stop(robot.cell, robot.heading, now), end
+            driven = Leg(leg.to, now - course.since)
+            yield from self.drive(robot, driven, end.heading, course.since, turn, end.start_tick)
             course.under_way, course.since = None, run.warehouse.now
             if course.station is not None and not course.joined:
                 self._join(course.station)
