@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from functools import partial, wraps
+from functools import wraps
 from typing import Any
 
 import pluggy
@@ -71,7 +71,7 @@ class BoundRule:
     @call.default
     def _(self) -> Callable[..., Any]:
         ones = self.hook.get_hookimpls()  # none of an observer that hears no events
-        return partial(_called_by_name, ones[0].function, ones[0].argnames) if ones else self.hook
+        return _called_by_name(ones[0].function, ones[0].argnames) if ones else self.hook
 
     @property
     def name(self) -> str:
@@ -119,8 +119,8 @@ def _named(method: Callable[..., Any], name: str, hook: str) -> Callable[..., An
     return call
 
 
-def _called_by_name(function: Callable[..., Any], names: Collection[str], **arguments: Any) -> Any:
-    return function(*[arguments[name] for name in names])
+def _called_by_name(function: Callable[..., Any], names: Collection[str]) -> Callable[..., Any]:
+    return lambda **arguments: function(*map(arguments.__getitem__, names))
 
 
 @define(eq=False)
@@ -247,8 +247,8 @@ class RuleSet:
         """
         for implementation in reversed(getattr(self.pm.hook, hook).get_hookimpls()):
             names, function = implementation.argnames, implementation.function
-            call = partial(_called_by_name, function, names)
-            yield implementation.plugin.described or f"observer {type(implementation.plugin.instance).__name__}", call
+            described = implementation.plugin.described or f"observer {type(implementation.plugin.instance).__name__}"
+            yield described, _called_by_name(function, names)
 
 
 def with_objects(rules: RulesSection, objects: Mapping[str, Any]) -> RulesSection:

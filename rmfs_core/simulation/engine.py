@@ -129,13 +129,14 @@ class Simulation:
         orders = len(self.warehouse.orders)
         while self._completed < orders:
             upcoming = self.env.peek()
-            if upcoming == math.inf or self.decisions.alarms_in_a_row > MOST_ALARMS:
-                raise StandstillError(self._standstill())
-            if end is not None and upcoming > end:
-                self.warehouse.advance(end)
-                self.driving.cut_off()
-                break
-            self.warehouse.advance(int(upcoming))
+            if upcoming > self.warehouse.now:
+                if upcoming == math.inf or self.decisions.alarms_in_a_row > MOST_ALARMS:
+                    raise StandstillError(self._standstill())
+                if end is not None and upcoming > end:
+                    self.warehouse.advance(end)
+                    self.driving.cut_off()
+                    break
+                self.warehouse.advance(int(upcoming))
             self.env.step()
         self.status = "complete" if self._completed == orders else "partial"
 

@@ -140,8 +140,10 @@ def next_request(station: Station, pod: Pod) -> Request | None:
 
 def serves(station: Station, pod: Pod) -> bool:
     """Whether there is a `next_request`."""
-    here = station._by_sku.keys() & pod._contents.keys()
-    return any(_usable(pod, sku, station.id) for sku in here)
+    for sku in pod._contents:  # noqa: SIM110 - no generator: each pod at a station is asked about at each decision
+        if sku in station._by_sku and _usable(pod, sku, station.id):
+            return True
+    return False
 
 
 def _usable(pod: Pod, sku: int, station: int) -> bool:

@@ -186,9 +186,10 @@ class Travel:
     def _crossed(self, end: int, loaded: bool) -> bytes:
         """Return `passable` as bytes: a single one of them is quicker to look at."""
         key = self._lanes[end], loaded
-        if key not in self._bytes_of:
-            self._bytes_of[key] = self.passable(end, loaded).tobytes()
-        return self._bytes_of[key]
+        found = self._bytes_of.get(key)
+        if found is None:
+            found = self._bytes_of[key] = self.passable(end, loaded).tobytes()
+        return found
 
     def _grid(self, end: int, loaded: bool) -> tuple[NDArray[np.int64] | NDArray[np.int8] | NDArray[np.bool_], ...]:
         """Return moves, passable cells, offsets, run and turn times."""
@@ -196,8 +197,9 @@ class Travel:
 
     def _table(self, key: tuple[int, int, bool], search: Callable[[], NDArray[np.int64]]) -> NDArray[np.int64]:
         """Return a table as it was kept, or else search for it and keep it."""
-        if key in self._of_stations:
-            return self._of_stations[key]
+        table = self._of_stations.get(key)
+        if table is not None:
+            return table
         if key in self._tables:
             self._tables.move_to_end(key)
             return self._tables[key]

@@ -88,6 +88,7 @@ class Driving:
         self.rule = run.rules.pp
         self.standstill_ticks = to_ticks(run.scenario.run.standstill_s)
         travel = run.warehouse.travel
+        self._width = travel.layout.width
         self._turns, self._runs = travel.turns.tolist(), travel.runs.tolist()
         self._under_way: dict[int, tuple[Robot, Leg, int, int, int]] = {}
 
@@ -150,7 +151,8 @@ class Driving:
 
     def _arrive_at(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int) -> None:
         origin, to, wait = robot.cell, leg.to, leg.wait_ticks
-        now, metres = self.run.warehouse.now, self.run.warehouse.travel.layout.distance(origin, to)
+        apart, width, now = abs(to - origin), self._width, self.run.warehouse.now
+        metres = apart if apart < width else apart // width
         self.run.warehouse.move(robot, to, heading, now - start - wait)
         if robot.charge is not None and robot.charge < 0:
             where = f"{self.run.warehouse.travel.layout.where(to)}, at {to_seconds(now):.3f} s"

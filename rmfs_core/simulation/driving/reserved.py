@@ -131,17 +131,17 @@ class ReservedDriving(Driving):
         if course.under_way is not None:
             start, ends = course.under_way[0], [(start.cell, 0), *ends]
         try:
-            occupied, end = self.table.settle(course.robot.id, self.roads, start, ends)
+            rows, end = self.table.settle(course.robot.id, self.roads, start, ends)
         except ReservedError as error:
             raise checks.hit(self.roads.layout, course.robot.id, error) from None
-        course.reserved, course.arrives = occupied, end.start_tick
+        course.reserved, course.arrives = Occupancy(*rows), end.start_tick
         if course.under_way is None and not course.legs:
             course.since = self.run.warehouse.now
         self._replace(course, legs)
         if self.run.warehouse.now - self._forgotten > FORGET_TICKS:
             self._forgotten = self.run.warehouse.now
             self.table.forget_before(self._forgotten)
-        return occupied
+        return course.reserved
 
     def _replace(self, course: Course, legs: Sequence[Leg]) -> None:
         """Give a robot other legs to drive than those that it has not begun."""
