@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from functools import wraps
+from functools import partial, wraps
 from typing import Any
 
 import pluggy
@@ -119,6 +119,10 @@ def _named(method: Callable[..., Any], name: str, hook: str) -> Callable[..., An
     return call
 
 
+def _not_told(method: Callable[[], object], _: Event) -> object:
+    return method()
+
+
 def _called_by_name(function: Callable[..., Any], names: Collection[str]) -> Callable[..., Any]:
     return lambda **arguments: function(*map(arguments.__getitem__, names))
 
@@ -230,14 +234,21 @@ class RuleSet:
         registered: list[tuple[str, Any]] = self.pm.list_name_plugin()
         return [plugin.instance for _, plugin in registered]
 
-    def told_of(self, kind: type[Event]) -> list[Callable[[Event], object]]:
-        """Return the methods that are told of a kind of event, those who were registered last first."""
-        told: list[Callable[[Event], object]] = []
+    def told_of(self, kind: type[Event]) -> list[tuple[str | None, Callable[[Event], object]]]:
+        """Return what is called at a kind of event, and what messages call whose it is: who was registered last first.
+
+        Without a name, what that raises is raised as it is.
+        """
+        told: list[tuple[str | None, Callable[[Event], object]]] = []
+        one: Any
         for one in reversed(self.pm.hook.on_event.get_hookimpls()):
-            observer: Any = one.plugin
+            observer = one.plugin
             hears = getattr(observer.instance, "hears", None)
-            if not isinstance(hears, tuple) or kind in hears:
-                told.append(one.function if one.argnames else lambda _, tell=one.function: tell())  # type: ignore[misc]
+            if isinstance(hears, Mapping):
+                told += [(observer.described, method) for method in hears.get(kind, ())]
+            elif not isinstance(hears, tuple) or kind in hears:
+                method = one.function if observer.described is None else one.function.__wrapped__
+                told.append((observer.described, method if one.argnames else partial(_not_told, method)))
         return told
 
     def told(self, hook: str) -> Iterator[tuple[str, Callable[..., Any]]]:

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import pluggy
 
 from rmfs_core.clock import to_seconds
-from rmfs_core.errors import RuleError
+from rmfs_core.errors import InputError, RuleError
 from rmfs_core.events import Event
 from rmfs_core.info import Question
 from rmfs_core.rules import BoundRule, ObserverError, RuleSet
@@ -47,7 +47,7 @@ class Observers:
         self._warehouse = warehouse
         self.hooks = rules.pm.hook
         self.seconds = 0.0
-        self._told: dict[type[Event], list[Callable[..., Any]]] = {}
+        self._told: dict[type[Event], list[tuple[str | None, Callable[..., Any]]]] = {}
         self.hear_questions = bool(self.hooks.rule_asked.get_hookimpls() or self.hooks.rule_answered.get_hookimpls())
 
     def tell(self, event: Event) -> None:
@@ -57,10 +57,14 @@ class Observers:
             told = self._told[type(event)] = self._rules.told_of(type(event))
         started = time.perf_counter()
         try:
-            for tell in told:
+            for name, tell in told:  # noqa: B007
                 tell(event)
-        except ObserverError as error:
-            raise self._failed(error) from error.__cause__
+        except (InputError, KeyboardInterrupt):  # a sentence for a person: of a file that cannot be written, say
+            raise
+        except BaseException as error:  # whatever an observer does, the run ends in order
+            if name is None:
+                raise
+            raise fault(self._warehouse, name, "on_event", f"raised {_raised(error)}") from error
         self.seconds += time.perf_counter() - started
 
     def call(self, hook: Callable[..., Any], **arguments: Any) -> Any:

@@ -93,10 +93,11 @@ class PairScores:
         take: Callable[[Station, int], None] | None = None,
         prefer: Callable[[int, Station], int] | None = None,
     ) -> list[OrderAssignment]:
-        """Assign whole orders, again and again the pair with the highest score that fits, and tell ``take`` of each.
+        """Assign whole orders, again and again the pair with the highest score that fits.
 
         Of the stations with an order's highest score the one takes it that ``prefer`` (order's id, station) is lowest
-        for; left out, or with ties, as `assign_best_pairs` says.
+        for; left out, or with ties, as `assign_best_pairs` says. ``take`` is told of each pair, unless nothing more
+        can fit.
         """
         free = np.array([station.free_capacity for station in stations], np.int64)
         load = np.array([station.load for station in stations], np.int64)
@@ -117,6 +118,8 @@ class PairScores:
             load[at] += size
             self._taken[place] = True
             places.append(place)
+            if free.max() <= 0:
+                break
             if take is not None:
                 take(stations[at], place)
         self._taken[places] = False

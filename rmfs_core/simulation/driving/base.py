@@ -134,8 +134,16 @@ class Driving:
 
     def drive(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int, arrival: int) -> Process:
         """Let a robot be on a leg that began at ``start`` and ends at ``arrival``."""
+        yield self.set_off(robot, leg, heading, start, turn_ticks, arrival)
+        self.arrive(robot)
+
+    def set_off(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int, arrival: int) -> simpy.Event:
+        """Let a robot begin to `drive`; return what happens when it is to `arrive`."""
         self._under_way[robot.id] = (robot, leg, heading, start, turn_ticks)
-        yield self.run.after(arrival - self.run.warehouse.now)
+        return self.run.after(arrival - self.run.warehouse.now)
+
+    def arrive(self, robot: Robot) -> None:
+        """Let a robot be at the end of its leg."""
         self._arrive_at(*self._under_way.pop(robot.id))
 
     def cut_off(self) -> None:

@@ -177,7 +177,8 @@ class ReservedDriving(Driving):
             now, turn = run.warehouse.now, self._turns[(end.heading - robot.heading) % 4]
             course.under_way = Stop(robot.cell, robot.heading, now), end
             driven = Leg(leg.to, now - course.since)
-            yield from self.drive(robot, driven, end.heading, course.since, turn, end.start_tick)
+            yield self.set_off(robot, driven, end.heading, course.since, turn, end.start_tick)
+            self.arrive(robot)
             course.under_way, course.since = None, run.warehouse.now
             if course.station is not None and not course.joined:
                 self._join(course.station)
