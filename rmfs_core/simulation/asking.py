@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import time
+from collections import defaultdict
 from collections.abc import Callable, Container, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -127,9 +128,9 @@ class Asker:
         self._limit_s = limit_s
         self._observers = observers if observers is not None and observers.hear_questions else None
         self.period = 0
-        self.calls: dict[str, int] = {}
-        self.seconds: dict[str, float] = {}
-        self.tables_in: dict[str, float] = {}
+        self.calls: dict[str, int] = defaultdict(int)
+        self.seconds: dict[str, float] = defaultdict(float)
+        self.tables_in: dict[str, float] = defaultdict(float)
 
     def ask(self, rule: BoundRule, hook: pluggy.HookCaller | None = None, **arguments: Any) -> tuple[Any, float]:
         """Call the rule's hook, or one of which observers are not told; return its answer and the seconds it took.
@@ -150,9 +151,9 @@ class Asker:
         except (Exception, SystemExit, GeneratorExit) as error:  # whatever a rule does, the run ends in order
             raise self.error(rule, f"raised {_raised(error)}", hook) from error
         seconds = time.perf_counter() - start
-        self.seconds[name] = self.seconds.get(name, 0.0) + seconds
-        self.tables_in[name] = self.tables_in.get(name, 0.0) + travel.seconds - tables
-        self.calls[name] = self.calls.get(name, 0) + 1
+        self.seconds[name] += seconds
+        self.tables_in[name] += travel.seconds - tables
+        self.calls[name] += 1
         if observers is not None:
             told = list(answer) if isinstance(answer, list) else answer  # a list is the one answer that can be changed
             observers.call(observers.hooks.rule_answered, question=question, answer=told)

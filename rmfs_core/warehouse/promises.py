@@ -44,7 +44,9 @@ class Promises:
     def count(self, pod: Pod, station: Station, sign: int) -> None:
         """Take the free items of an inbound pod into the account of what is available, or out of it."""
         if self._available is not None:
-            self._available[station.id, list(pod._contents)] += [sign * pod.free_items(sku) for sku in pod._contents]
+            promised, row = pod._promised, self._available[station.id]
+            for sku, number in pod._contents.items():
+                row[sku] += sign * (pod.free_items(sku) if sku in promised else number)
 
     def change(self, pod: Pod, sku: int, items: int) -> None:
         """Take note that a pod has more free items, or fewer."""

@@ -108,6 +108,11 @@ class Warehouse:
         return min(order.open_items, station.capacity) if order.open_items > self._largest else order.open_items
 
     @property
+    def idle(self) -> list[Robot]:
+        """Robots that can take a task, by id."""
+        return [robot for robot in self.robots if robot._task is None and robot.idle]
+
+    @property
     def spare_locations(self) -> int:
         """Free storage locations beyond one for each pod that is being carried and may go back there."""
         return len(self.free_locations) - sum(robot._pod is not None for robot in self.robots)

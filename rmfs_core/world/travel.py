@@ -76,12 +76,8 @@ class Travel:
         self._tables: OrderedDict[tuple[int, int, bool], NDArray[np.int64]] = OrderedDict()
         self._of_stations: dict[tuple[int, int, bool], NDArray[np.int64]] = {}
         self._bytes = 0
-        self._seconds = 0.0
-
-    @property
-    def seconds(self) -> float:
+        self.seconds = 0.0
         """Wall-clock seconds that tables have taken so far."""
-        return self._seconds
 
     @property
     def layout(self) -> Layout:
@@ -213,5 +209,5 @@ class Travel:
             self._bytes += table.nbytes
         while self._bytes > TABLES_BYTES and len(self._tables) > 1:
             self._bytes -= self._tables.popitem(last=False)[1].nbytes
-        self._seconds += perf_counter() - started
+        self.seconds += perf_counter() - started
         return table

@@ -118,7 +118,7 @@ class PairScores:
             load[at] += size
             self._taken[place] = True
             places.append(place)
-            if free.max() <= 0:
+            if max(free.tolist()) <= 0:
                 break
             if take is not None:
                 take(stations[at], place)

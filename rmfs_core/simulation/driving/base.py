@@ -16,8 +16,9 @@ from rmfs_core.events import RobotMoved
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import instance_of
 from rmfs_core.simulation.context import RunContext
-from rmfs_core.traffic import Occupancy, Traffic
+from rmfs_core.traffic import Traffic
 from rmfs_core.traffic.paths import Stop
+from rmfs_core.traffic.reservations import Rows
 from rmfs_core.warehouse import Robot, Station
 
 Process = Generator[simpy.Event, Any, None]
@@ -62,7 +63,7 @@ class Course:
     under_way: tuple[Stop, Stop] | None = None
     since: int = 0
     joined: bool = False
-    reserved: Occupancy | None = None
+    reserved: Rows | None = None
     arrives: int = 0
     overtaken: int = 0
 

@@ -20,6 +20,7 @@ from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Course, Driving, Process
 from rmfs_core.traffic import Occupancy, Query, Reservations, ReservedError, Traffic, drive, roads_on
 from rmfs_core.traffic.paths import Stop
+from rmfs_core.traffic.reservations import Rows
 from rmfs_core.warehouse import Robot, Station
 
 Driven = tuple[Occupancy, Stop]
@@ -124,7 +125,7 @@ class ReservedDriving(Driving):
         robot, traffic = self.run.warehouse.robots[query.robot], Traffic(self.roads, self.table, query)
         return self.path(robot, query.goal, traffic, needed=needed)
 
-    def _commit(self, course: Course, legs: Sequence[Leg]) -> Occupancy:
+    def _commit(self, course: Course, legs: Sequence[Leg]) -> Rows:
         """Reserve a path in place of what the robot has not begun; return what it occupies."""
         ends = [(leg.to, leg.wait_ticks) for leg in legs]
         start = self.next_stop(course)
@@ -134,14 +135,14 @@ class ReservedDriving(Driving):
             rows, end = self.table.settle(course.robot.id, self.roads, start, ends)
         except ReservedError as error:
             raise checks.hit(self.roads.layout, course.robot.id, error) from None
-        course.reserved, course.arrives = Occupancy(*rows), end.start_tick
+        course.reserved, course.arrives = rows, end.start_tick
         if course.under_way is None and not course.legs:
             course.since = self.run.warehouse.now
         self._replace(course, legs)
         if self.run.warehouse.now - self._forgotten > FORGET_TICKS:
             self._forgotten = self.run.warehouse.now
             self.table.forget_before(self._forgotten)
-        return course.reserved
+        return rows
 
     def _replace(self, course: Course, legs: Sequence[Leg]) -> None:
         """Give a robot other legs to drive than those that it has not begun."""

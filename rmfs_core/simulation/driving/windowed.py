@@ -197,7 +197,7 @@ class WindowedDriving(ReservedDriving):
             ways = self._ways_past(course, [query.cell, *(leg.to for leg in legs)])
             if self.gets_ahead(course, ways, planned=True) is not None:
                 legs = self._ask(evolve(query, goal=course.station.cells.queue[-1]), needed=False)
-        if all(leg.to == query.cell for leg in legs):
+        if legs and legs[0].to == query.cell and all(leg.to == query.cell for leg in legs):
             legs = []
         progress = self._progress_of[course.robot.id]
         if not legs or (progress.refused is not None and self._has_stood_long(course)):
@@ -212,9 +212,10 @@ class WindowedDriving(ReservedDriving):
     def _go(self, course: Course, legs: list[Leg]) -> None:
         """Reserve a path, and see whether it leads into a line."""
         progress = self._progress_of[course.robot.id]
-        path, station = self.run.asker.apply(self.rule, lambda: self._commit(course, legs)), course.station
+        cells, since, _ = self.run.asker.apply(self.rule, lambda: self._commit(course, legs))
+        station = course.station
         if station is not None and course not in self.lines[station.id]:
-            enters = path.since[self._queues[station.id][path.cells]]
+            enters = since[self._queues[station.id][cells]]
             if len(enters):
                 passing = (self._progress_of[other.robot.id] for other in self.lines[station.id])
                 progress.entry = max([int(enters[0]), *(other.entry for other in passing if other.passes)])
