@@ -212,10 +212,9 @@ class WindowedDriving(ReservedDriving):
     def _go(self, course: Course, legs: list[Leg]) -> None:
         """Reserve a path, and see whether it leads into a line."""
         progress = self._progress_of[course.robot.id]
-        cells, since, _ = self.run.asker.apply(self.rule, lambda: self._commit(course, legs))
-        station = course.station
+        rows, station = self.run.asker.apply(self.rule, lambda: self._commit(course, legs)), course.station
         if station is not None and course not in self.lines[station.id]:
-            enters = since[self._queues[station.id][cells]]
+            enters = rows[1][self._queues[station.id][rows[0]]]
             if len(enters):
                 passing = (self._progress_of[other.robot.id] for other in self.lines[station.id])
                 progress.entry = max([int(enters[0]), *(other.entry for other in passing if other.passes)])
