@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from functools import partial, wraps
 from typing import Any
 
 import pluggy
@@ -95,32 +94,7 @@ class _Registered:
         self.described = described
         for hook, method in marked_methods(instance).items():
             if hook in hooks:
-                bound = getattr(instance, method)
-                named = described is not None and hook in OBSERVER_HOOKS
-                setattr(self, method, _named(bound, str(described), hook) if named else bound)
-
-
-class ObserverError(Exception):
-    """An observer raised; the arguments are what messages call it, and the hook, the cause is what it raised."""
-
-
-def _named(method: Callable[..., Any], name: str, hook: str) -> Callable[..., Any]:
-    """Return an observer's method that says whose it is when it raises."""
-
-    @wraps(method)
-    def call(*arguments: Any) -> Any:
-        try:
-            return method(*arguments)
-        except (InputError, KeyboardInterrupt):  # a sentence for a person: of a file that cannot be written, say
-            raise
-        except BaseException as error:  # whatever an observer does, the run ends in order
-            raise ObserverError(name, hook) from error
-
-    return call
-
-
-def _not_told(method: Callable[[], object], _: Event) -> object:
-    return method()
+                setattr(self, method, getattr(instance, method))
 
 
 def _called_by_name(function: Callable[..., Any], names: Collection[str]) -> Callable[..., Any]:
@@ -240,26 +214,21 @@ class RuleSet:
         Without a name, what that raises is raised as it is.
         """
         told: list[tuple[str | None, Callable[[Event], object]]] = []
-        one: Any
         for one in reversed(self.pm.hook.on_event.get_hookimpls()):
-            observer = one.plugin
+            observer: Any = one.plugin
             hears = getattr(observer.instance, "hears", None)
             if isinstance(hears, Mapping):
                 told += [(observer.described, method) for method in hears.get(kind, ())]
             elif not isinstance(hears, tuple) or kind in hears:
-                method = one.function if observer.described is None else one.function.__wrapped__
-                told.append((observer.described, method if one.argnames else partial(_not_told, method)))
+                told.append((observer.described, one.function if one.argnames else lambda _, one=one: one.function()))  # type: ignore[misc]
         return told
 
-    def told(self, hook: str) -> Iterator[tuple[str, Callable[..., Any]]]:
-        """Yield every observer's name and method of a hook, so that one that fails keeps nothing from the others.
-
-        Who was registered last comes first, as pluggy calls them.
-        """
-        for implementation in reversed(getattr(self.pm.hook, hook).get_hookimpls()):
-            names, function = implementation.argnames, implementation.function
-            described = implementation.plugin.described or f"observer {type(implementation.plugin.instance).__name__}"
-            yield described, _called_by_name(function, names)
+    def told(self, hook: str) -> list[tuple[str | None, str, Callable[..., Any]]]:
+        """Return for every observer with a hook its name as `told_of` does, its name in any case, and the method."""
+        return [
+            (one.plugin.described, type(one.plugin.instance).__name__, _called_by_name(one.function, one.argnames))
+            for one in reversed(getattr(self.pm.hook, hook).get_hookimpls())
+        ]
 
 
 def with_objects(rules: RulesSection, objects: Mapping[str, Any]) -> RulesSection:

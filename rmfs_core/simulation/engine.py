@@ -105,7 +105,7 @@ class Simulation:
     def start(self) -> None:
         """Place what is at the stations, tell the observers, and let everything begin at time 0."""
         placed = self._place_at_stations()
-        self.context.observers.call(self.rules.pm.hook.run_started, run=self._info)
+        self.context.observers.call("run_started", run=self._info)
         if self._hours:
             self._keep_hours()
             self.env.process(self._follow_hours())

@@ -91,7 +91,7 @@ class Driving:
         travel = run.warehouse.travel
         self._width = travel.layout.width
         self._turns, self._runs = travel.turns.tolist(), travel.runs.tolist()
-        self._under_way: dict[int, tuple[Robot, Leg, int, int, int]] = {}
+        self.under_way: dict[int, tuple[Robot, Leg, int, int, int]] = {}
 
     # What each way does for the story
 
@@ -133,32 +133,23 @@ class Driving:
         turn = self._turns[(towards - robot.heading) % 4]
         return towards, turn, self._runs[travel.layout.distance(robot.cell, leg.to)]
 
-    def drive(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int, arrival: int) -> Process:
-        """Let a robot be on a leg that began at ``start`` and ends at ``arrival``."""
-        yield self.set_off(robot, leg, heading, start, turn_ticks, arrival)
-        self.arrive(robot)
-
     def set_off(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int, arrival: int) -> simpy.Event:
-        """Let a robot begin to `drive`; return what happens when it is to `arrive`."""
-        self._under_way[robot.id] = (robot, leg, heading, start, turn_ticks)
+        """Let a robot be on a leg that began at ``start``; return what happens when it is to `arrive`."""
+        self.under_way[robot.id] = (robot, leg, heading, start, turn_ticks)
         return self.run.after(arrival - self.run.warehouse.now)
-
-    def arrive(self, robot: Robot) -> None:
-        """Let a robot be at the end of its leg."""
-        self._arrive_at(*self._under_way.pop(robot.id))
 
     def cut_off(self) -> None:
         """Put robots under way in the last cells whose centres they have passed: the run is over."""
         motion, layout = self.run.warehouse.travel.motion, self.run.warehouse.travel.layout
-        for robot, leg, heading, start, turn_ticks in self._under_way.values():
+        for robot, leg, heading, start, turn_ticks in self.under_way.values():
             driven = self.run.warehouse.now - start - leg.wait_ticks - turn_ticks
             whole = layout.distance(robot.cell, leg.to)
             metres = int(motion.position_m(whole, to_seconds(driven))) if driven > 0 else 0
             if metres:
                 to = robot.cell + (leg.to - robot.cell) // whole * metres
-                self._arrive_at(robot, Leg(to, leg.wait_ticks), heading, start, turn_ticks)
+                self.arrive(robot, Leg(to, leg.wait_ticks), heading, start, turn_ticks)
 
-    def _arrive_at(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int) -> None:
+    def arrive(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int) -> None:
         origin, to, wait = robot.cell, leg.to, leg.wait_ticks
         apart, width, now = abs(to - origin), self._width, self.run.warehouse.now
         metres = apart if apart < width else apart // width

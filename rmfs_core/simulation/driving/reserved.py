@@ -179,7 +179,7 @@ class ReservedDriving(Driving):
             course.under_way = Stop(robot.cell, robot.heading, now), end
             driven = Leg(leg.to, now - course.since)
             yield self.set_off(robot, driven, end.heading, course.since, turn, end.start_tick)
-            self.arrive(robot)
+            self.arrive(*self.under_way.pop(robot.id))
             course.under_way, course.since = None, run.warehouse.now
             if course.station is not None and not course.joined:
                 self._join(course.station)

@@ -275,7 +275,9 @@ class WindowedDriving(ReservedDriving):
         behind, width = self._slots[course.station.id][1], self.roads.layout.width
         for start, end in pairwise(ends):
             step = (1 if abs(end - start) < width else width) * (1 if end > start else -1)
-            found += [at + step for at in range(start, end, step) if behind.get(at + step, at) != at]
+            cells = range(start + step, end + step, step)
+            if not behind.keys().isdisjoint(cells):
+                found += [cell for cell in cells if behind.get(cell, cell - step) != cell - step]
         return found
 
     def stop(self, course: Course) -> None:
