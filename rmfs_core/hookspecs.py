@@ -341,7 +341,8 @@ class ObserverHooks:
     def on_event(self, event: Event) -> None:
         """Something happened.
 
-        An observer with an attribute ``hears``, a tuple of such classes, is told of events of these alone.
+        An observer with an attribute ``hears``, a tuple of such classes, is told of events of these alone. Where that
+        is a mapping from such classes to sequences of functions, these are called with the event, and the hook is not.
 
         Parameters
         ----------

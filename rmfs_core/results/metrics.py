@@ -87,7 +87,9 @@ class Metrics:
     @hookimpl
     def on_event(self, event: Event) -> None:
         """Count."""
-        self._pass(event.tick)
+        if self.now < self.warmup:
+            self._pass(event.tick)
+        self.now = event.tick
         match event:
             case RobotMoved():
                 if event.pod is None:

@@ -81,10 +81,11 @@ class _Rows:
     def __init__(self, types: Mapping[str, type]) -> None:
         self.types, codes = types, {int: "q", float: "d", bool: "b"}
         self.columns: dict[str, Any] = {name: array(codes[t]) if t in codes else [] for name, t in types.items()}
+        self._append = [column.append for column in self.columns.values()]
 
     def add(self, *values: Any) -> None:
-        for column, value in zip(self.columns.values(), values, strict=True):
-            column.append(math.nan if value is None else sys.intern(value) if isinstance(value, str) else value)
+        for append, value in zip(self._append, values, strict=True):
+            append(math.nan if value is None else value)
 
     def rows(self) -> list[Row]:
         shown = [(name, finite if kind is float else kind) for name, kind in self.types.items()]
@@ -136,7 +137,8 @@ class Tables:
                 self._decided(event)
 
     def _visit_started(self, event: VisitStarted) -> None:
-        pod, station, robot = self.instance.pods[event.pod].name, str(event.station + 1), str(event.robot + 1)
+        pod = self.instance.pods[event.pod].name
+        station, robot = sys.intern(str(event.station + 1)), sys.intern(str(event.robot + 1))
         self._visits.add(event.visit, pod, station, robot, event.time_s, None, 0)
 
     def _decided(self, event: DecisionMade) -> None:
@@ -148,7 +150,7 @@ class Tables:
             event.backlog,
             event.assignments,
             event.trips,
-            event.status,
+            sys.intern(event.status),
             finite(event.objective),
             finite(event.bound),
             bool(event.stopped_early),

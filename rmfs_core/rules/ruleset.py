@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from functools import partial, wraps
 from typing import Any
 
 import pluggy
@@ -71,7 +70,7 @@ class BoundRule:
     @call.default
     def _(self) -> Callable[..., Any]:
         ones = self.hook.get_hookimpls()  # none of an observer that hears no events
-        return partial(_called_by_name, ones[0].function, ones[0].argnames) if ones else self.hook
+        return _called_by_name(ones[0].function, ones[0].argnames) if ones else self.hook
 
     @property
     def name(self) -> str:
@@ -95,32 +94,11 @@ class _Registered:
         self.described = described
         for hook, method in marked_methods(instance).items():
             if hook in hooks:
-                bound = getattr(instance, method)
-                named = described is not None and hook in OBSERVER_HOOKS
-                setattr(self, method, _named(bound, str(described), hook) if named else bound)
+                setattr(self, method, getattr(instance, method))
 
 
-class ObserverError(Exception):
-    """An observer raised; the arguments are what messages call it, and the hook, the cause is what it raised."""
-
-
-def _named(method: Callable[..., Any], name: str, hook: str) -> Callable[..., Any]:
-    """Return an observer's method that says whose it is when it raises."""
-
-    @wraps(method)
-    def call(*arguments: Any) -> Any:
-        try:
-            return method(*arguments)
-        except (InputError, KeyboardInterrupt):  # a sentence for a person: of a file that cannot be written, say
-            raise
-        except BaseException as error:  # whatever an observer does, the run ends in order
-            raise ObserverError(name, hook) from error
-
-    return call
-
-
-def _called_by_name(function: Callable[..., Any], names: Collection[str], **arguments: Any) -> Any:
-    return function(*[arguments[name] for name in names])
+def _called_by_name(function: Callable[..., Any], names: Collection[str]) -> Callable[..., Any]:
+    return lambda **arguments: function(*map(arguments.__getitem__, names))
 
 
 @define(eq=False)
@@ -230,25 +208,27 @@ class RuleSet:
         registered: list[tuple[str, Any]] = self.pm.list_name_plugin()
         return [plugin.instance for _, plugin in registered]
 
-    def told_of(self, kind: type[Event]) -> list[Callable[[Event], object]]:
-        """Return the methods that are told of a kind of event, those who were registered last first."""
-        told: list[Callable[[Event], object]] = []
+    def told_of(self, kind: type[Event]) -> list[tuple[str | None, Callable[[Event], object]]]:
+        """Return what is called at a kind of event, and what messages call whose it is: who was registered last first.
+
+        Without a name, what that raises is raised as it is.
+        """
+        told: list[tuple[str | None, Callable[[Event], object]]] = []
         for one in reversed(self.pm.hook.on_event.get_hookimpls()):
             observer: Any = one.plugin
             hears = getattr(observer.instance, "hears", None)
-            if not isinstance(hears, tuple) or kind in hears:
-                told.append(one.function if one.argnames else lambda _, tell=one.function: tell())  # type: ignore[misc]
+            if isinstance(hears, Mapping):
+                told += [(observer.described, method) for method in hears.get(kind, ())]
+            elif not isinstance(hears, tuple) or kind in hears:
+                told.append((observer.described, one.function if one.argnames else lambda _, one=one: one.function()))  # type: ignore[misc]
         return told
 
-    def told(self, hook: str) -> Iterator[tuple[str, Callable[..., Any]]]:
-        """Yield every observer's name and method of a hook, so that one that fails keeps nothing from the others.
-
-        Who was registered last comes first, as pluggy calls them.
-        """
-        for implementation in reversed(getattr(self.pm.hook, hook).get_hookimpls()):
-            names, function = implementation.argnames, implementation.function
-            call = partial(_called_by_name, function, names)
-            yield implementation.plugin.described or f"observer {type(implementation.plugin.instance).__name__}", call
+    def told(self, hook: str) -> list[tuple[str | None, str, Callable[..., Any]]]:
+        """Return for every observer with a hook its name as `told_of` does, its name in any case, and the method."""
+        return [
+            (one.plugin.described, type(one.plugin.instance).__name__, _called_by_name(one.function, one.argnames))
+            for one in reversed(getattr(self.pm.hook, hook).get_hookimpls())
+        ]
 
 
 def with_objects(rules: RulesSection, objects: Mapping[str, Any]) -> RulesSection:

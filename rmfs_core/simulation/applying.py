@@ -99,6 +99,8 @@ def apply_selection(
 ) -> JointDecision:
     """Bind the pods of a PPS decision; return it."""
     trips = sequence_of(answer, PodTrip)
+    if not trips:
+        return JointDecision()
     leaving = {pod.id for pod in warehouse.leaving_pods()}
     uncovered = [{request.sku for request in station.uncovered_requests} for station in warehouse.stations]
     fetches = 0

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import re
 import time
+from collections import defaultdict
 from collections.abc import Callable, Container, Mapping, Sequence
 from typing import Any, TypeVar
 
 import pluggy
 
 from rmfs_core.clock import to_seconds
-from rmfs_core.errors import RuleError
+from rmfs_core.errors import InputError, RuleError
 from rmfs_core.events import Event
 from rmfs_core.info import Question
-from rmfs_core.rules import BoundRule, ObserverError, RuleSet
+from rmfs_core.rules import BoundRule, RuleSet
 from rmfs_core.warehouse import Warehouse
 from rmfs_core.wording import one_line, shown_short
 
@@ -45,10 +46,9 @@ class Observers:
     def __init__(self, rules: RuleSet, warehouse: Warehouse) -> None:
         self._rules = rules
         self._warehouse = warehouse
-        self.hooks = rules.pm.hook
         self.seconds = 0.0
-        self._told: dict[type[Event], list[Callable[..., Any]]] = {}
-        self.hear_questions = bool(self.hooks.rule_asked.get_hookimpls() or self.hooks.rule_answered.get_hookimpls())
+        self._told: dict[type[Event], list[tuple[str | None, Callable[..., Any]]]] = {}
+        self.hear_questions = bool(rules.told("rule_asked") or rules.told("rule_answered"))
 
     def tell(self, event: Event) -> None:
         """Tell those what happened who listen to it."""
@@ -57,41 +57,50 @@ class Observers:
             told = self._told[type(event)] = self._rules.told_of(type(event))
         started = time.perf_counter()
         try:
-            for tell in told:
+            for name, tell in told:  # noqa: B007
                 tell(event)
-        except ObserverError as error:
-            raise self._failed(error) from error.__cause__
+        except BaseException as error:
+            self._blame(name, "on_event", error)
+            raise
         self.seconds += time.perf_counter() - started
 
-    def call(self, hook: Callable[..., Any], **arguments: Any) -> Any:
-        """Call a hook of all observers, or of one; name the scenario's observer that fails."""
+    def call(self, hook: str, **arguments: Any) -> None:
+        """Call a hook of all observers."""
+        for name, _, called in self._rules.told(hook):
+            self._ask(name, hook, called, **arguments)
+
+    def _ask(self, name: str | None, hook: str, called: Callable[..., Any], **arguments: Any) -> Any:
         started = time.perf_counter()
         try:
-            answer = hook(**arguments)
-        except ObserverError as error:
-            raise self._failed(error) from error.__cause__
+            answer = called(**arguments)
+        except BaseException as error:
+            self._blame(name, hook, error)
+            raise
         self.seconds += time.perf_counter() - started
         return answer
 
-    def _failed(self, error: ObserverError) -> RuleError:
-        (name, called), cause = error.args, error.__cause__
-        assert cause is not None
-        return fault(self._warehouse, name, called, f"raised {_raised(cause)}")
+    def _blame(self, name: str | None, hook: str, error: BaseException) -> None:
+        """Raise an error that names who has raised one, whatever it is: the run ends in order.
+
+        Not where it has no name, nor for a sentence for a person: of a file that cannot be written, say.
+        """
+        if name is not None and not isinstance(error, (InputError, KeyboardInterrupt)):
+            raise fault(self._warehouse, name, hook, f"raised {_raised(error)}") from error
 
     def end(self, status: str) -> tuple[dict[str, float | None], list[BaseException]]:
         """Tell every observer that the run is over; return what they have measured, by name, and what they raised."""
         errors: list[BaseException] = []
         found: dict[str, float | None] = {}
-        for _, tell in self._rules.told("run_ended"):
+        for name, _, tell in self._rules.told("run_ended"):
             try:
-                self.call(tell, tick=self._warehouse.now, status=status)
+                self._ask(name, "run_ended", tell, tick=self._warehouse.now, status=status)
             except BaseException as error:
                 errors.append(error)
-        for name, ask in self._rules.told("measured"):
+        for name, kind, ask in self._rules.told("measured"):
             try:
-                found.update(_numbers(self.call(ask), found))
+                found.update(_numbers(self._ask(name, "measured", ask), found))
             except ImpossibleError as problem:
-                errors.append(fault(self._warehouse, name, "measured", str(problem)))
+                errors.append(fault(self._warehouse, name or f"observer {kind}", "measured", str(problem)))
             except BaseException as error:
                 errors.append(error)
         return found, errors
@@ -123,9 +132,9 @@ class Asker:
         self._limit_s = limit_s
         self._observers = observers if observers is not None and observers.hear_questions else None
         self.period = 0
-        self.calls: dict[str, int] = {}
-        self.seconds: dict[str, float] = {}
-        self.tables_in: dict[str, float] = {}
+        self.calls: dict[str, int] = defaultdict(int)
+        self.seconds: dict[str, float] = defaultdict(float)
+        self.tables_in: dict[str, float] = defaultdict(float)
 
     def ask(self, rule: BoundRule, hook: pluggy.HookCaller | None = None, **arguments: Any) -> tuple[Any, float]:
         """Call the rule's hook, or one of which observers are not told; return its answer and the seconds it took.
@@ -139,19 +148,19 @@ class Asker:
         observers, travel = self._observers if hook is None else None, self.warehouse.travel
         if observers is not None:
             question = self._question(rule, arguments)
-            observers.call(observers.hooks.rule_asked, question=question)
+            observers.call("rule_asked", question=question)
         tables, start = travel.seconds, time.perf_counter()
         try:
             answer = called(**arguments)
         except (Exception, SystemExit, GeneratorExit) as error:  # whatever a rule does, the run ends in order
             raise self.error(rule, f"raised {_raised(error)}", hook) from error
         seconds = time.perf_counter() - start
-        self.seconds[name] = self.seconds.get(name, 0.0) + seconds
-        self.tables_in[name] = self.tables_in.get(name, 0.0) + travel.seconds - tables
-        self.calls[name] = self.calls.get(name, 0) + 1
+        self.seconds[name] += seconds
+        self.tables_in[name] += travel.seconds - tables
+        self.calls[name] += 1
         if observers is not None:
             told = list(answer) if isinstance(answer, list) else answer  # a list is the one answer that can be changed
-            observers.call(observers.hooks.rule_answered, question=question, answer=told)
+            observers.call("rule_answered", question=question, answer=told)
         if self._limit_s is not None and seconds > self._limit_s:
             problem = f"took {seconds:.3g} s; the scenario allows run.decision_limit_s = {self._limit_s}"
             raise self.error(rule, problem, hook)
@@ -181,7 +190,7 @@ def fault(warehouse: Warehouse, name: str, hook: str, problem: str) -> RuleError
 
 def sequence_of(answer: object, kind: type[T]) -> Sequence[T]:
     """Check that an answer is a sequence of ``kind``."""
-    if isinstance(answer, (str, bytes)) or not isinstance(answer, Sequence):
+    if type(answer) is not list and (isinstance(answer, (str, bytes)) or not isinstance(answer, Sequence)):
         raise ImpossibleError(f"returned {_a(answer)}; expected a sequence of {_named(kind)}")
     for entry in answer:
         if not isinstance(entry, kind):

@@ -53,7 +53,8 @@ class RunContext:
 
     def ask(self, rule: BoundRule, view: WarehouseView | None = None, **arguments: Any) -> tuple[Any, float]:
         """Ask a rule, with the whole view unless another is given; return its answer and the seconds it took."""
-        return self.asker.ask(rule, warehouse=view or self.view, rng=self._stream(rule), **arguments)
+        rng = self._streams.get(id(rule)) or self._stream(rule)
+        return self.asker.ask(rule, warehouse=view or self.view, rng=rng, **arguments)
 
     def after(self, ticks: int) -> simpy.Event:
         """Event that happens so much later."""
@@ -72,9 +73,8 @@ class RunContext:
         }
 
     def _stream(self, rule: BoundRule) -> np.random.Generator:
-        """Return a rule's random generator: by role and name, and by place among filters of the same name."""
-        if id(rule) not in self._streams:
-            same = [other for other in self.rules.filters if other.name == rule.name]
-            place = same.index(rule) + 1 if rule in same else None
-            self._streams[id(rule)] = rule_stream(self.scenario.seed, rule.role, rule.name, place)
+        """Make a rule's random generator: by role and name, and by place among filters of the same name."""
+        same = [other for other in self.rules.filters if other.name == rule.name]
+        place = same.index(rule) + 1 if rule in same else None
+        self._streams[id(rule)] = rule_stream(self.scenario.seed, rule.role, rule.name, place)
         return self._streams[id(rule)]

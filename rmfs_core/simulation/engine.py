@@ -105,7 +105,7 @@ class Simulation:
     def start(self) -> None:
         """Place what is at the stations, tell the observers, and let everything begin at time 0."""
         placed = self._place_at_stations()
-        self.context.observers.call(self.rules.pm.hook.run_started, run=self._info)
+        self.context.observers.call("run_started", run=self._info)
         if self._hours:
             self._keep_hours()
             self.env.process(self._follow_hours())
@@ -129,13 +129,14 @@ class Simulation:
         orders = len(self.warehouse.orders)
         while self._completed < orders:
             upcoming = self.env.peek()
-            if upcoming == math.inf or self.decisions.alarms_in_a_row > MOST_ALARMS:
-                raise StandstillError(self._standstill())
-            if end is not None and upcoming > end:
-                self.warehouse.advance(end)
-                self.driving.cut_off()
-                break
-            self.warehouse.advance(int(upcoming))
+            if upcoming > self.warehouse.now:
+                if upcoming == math.inf or self.decisions.alarms_in_a_row > MOST_ALARMS:
+                    raise StandstillError(self._standstill())
+                if end is not None and upcoming > end:
+                    self.warehouse.advance(end)
+                    self.driving.cut_off()
+                    break
+                self.warehouse.advance(int(upcoming))
             self.env.step()
         self.status = "complete" if self._completed == orders else "partial"
 

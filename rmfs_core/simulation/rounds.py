@@ -144,8 +144,7 @@ class Decisions:
 
     def _max_fetches(self) -> int:
         """How many robots could start now."""
-        idle = sum(robot.idle for robot in self.warehouse.robots)
-        return max(idle - len(self.warehouse.waiting), 0)
+        return max(len(self.warehouse.idle) - len(self.warehouse.waiting), 0)
 
     # ROA and RPS
 
@@ -165,7 +164,7 @@ class Decisions:
     # TA
 
     def _assign_tasks(self) -> None:
-        if not self.warehouse.waiting or not any(robot.idle for robot in self.warehouse.robots):
+        if not self.warehouse.waiting or not self.warehouse.idle:
             return
         rule = self.rules.ta
         answer, _ = self._run.ask(rule)

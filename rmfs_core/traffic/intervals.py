@@ -30,18 +30,17 @@ def conflict(cells, begins, ends, me, first, count, since, until, owner):  # typ
 
 @njit(cache=True)
 def drive(cell, heading, tick, since, legs, width, kinematics, passing):  # type: ignore[no-untyped-def]
-    """Cells that legs occupy, from when, until when; and cell, heading and tick of the end.
+    """Rows of cells that legs occupy, from when, until when; and cell, heading and tick of the end.
 
     ``legs`` has an end and a wait in each row; `Roads` says what the last two are. The cells are none where a leg is no
-    straight run, and the end is where that begins.
+    straight run; then cell and heading are where that begins and the number of the leg.
     """
     cells = 1
     at = cell
     for i in range(len(legs)):
         to = legs[i, 0]
         if to != at and at // width != to // width and at % width != to % width:
-            nothing = np.zeros(0, np.int64)
-            return nothing, nothing, nothing, at, i, tick
+            return np.empty((3, 0), np.int64), at, i, tick
         cells += abs(to - at) // width if at % width == to % width else abs(to - at)
         at = to
     rows = np.empty((3, cells), np.int64)
@@ -66,7 +65,22 @@ def drive(cell, heading, tick, since, legs, width, kinematics, passing):  # type
         tick += kinematics[4 + length]
         at, heading = to, towards
     rows[0, n], rows[1, n], rows[2, n] = at, begin, FOREVER
-    return rows[0], rows[1], rows[2], at, heading, tick
+    return rows, at, heading, tick
+
+
+@njit(cache=True)
+def settle(  # type: ignore[no-untyped-def]
+    cell, heading, tick, legs, width, kinematics, passing,
+    before, me, used, first, count, room, since, until, owner,
+):  # fmt: skip
+    """`drive`, and `replace` with the cells of that: returns what the two do."""
+    rows, at, heading, tick = drive(cell, heading, tick, tick, legs, width, kinematics, passing)
+    if not rows.shape[1]:
+        return rows, at, heading, tick, -1, -1, 0, used
+    found, entry, done, used = replace(
+        rows[0], rows[1], rows[2], before, me, used, first, count, room, since, until, owner
+    )
+    return rows, at, heading, tick, found, entry, done, used
 
 
 @njit(cache=True)

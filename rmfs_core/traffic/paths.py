@@ -101,12 +101,10 @@ def drive(roads: Roads, start: Query | Stop, legs: Sequence[Leg], since: int | N
     """Return the cells that legs occupy, as `occupancy` does, and where and when they end."""
     begin = start.start_tick if since is None else since
     ends = np.array([(leg.to, leg.wait_ticks) for leg in legs], dtype=np.int64).reshape(-1, 2)
-    cells, entered, left, *end = roads.work.drive(
-        start.cell, start.heading, start.start_tick, begin, ends, roads.layout.width, roads.kinematics, roads.passes
-    )
-    if not len(cells):
+    rows, *end = roads.work.drive(start.cell, start.heading, start.start_tick, begin, ends, *roads.grid)
+    if not rows.size:
         run_between(roads, end[0], legs[end[1]].to)
-    return Occupancy(cells, entered, left), Stop(*end)
+    return Occupancy(*rows), Stop(*end)
 
 
 def occupancy(roads: Roads, path: TimedPath, since: int | None = None) -> Occupancy:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
 from typing import NamedTuple
 
@@ -10,11 +10,12 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
-from rmfs_core.traffic.paths import FOREVER, Occupancy, Query
+from rmfs_core.traffic.paths import FOREVER, Occupancy, Query, Stop, run_between
 from rmfs_core.traffic.roads import Roads
 
 ROOM = 4
 """Entries set aside for each cell at first."""
+Rows = NDArray[np.int64]
 NOTHING = np.zeros(0, dtype=np.int64)
 
 
@@ -114,6 +115,24 @@ class Reservations:
         self._cells_of[owner] = new.cells
         if done < len(new.cells):
             self._insert(owner, new, done)
+
+    def settle(self, owner: int, roads: Roads, start: Stop, ends: Sequence[tuple[int, int]]) -> tuple[Rows, Stop]:
+        """Reserve what legs occupy in place of all that their owner had before: `drive` and `commit` in one go.
+
+        ``ends`` has cell and wait of each leg. Returns the columns of an `Occupancy` as rows, and where the legs end.
+        """
+        rows, cell, heading, tick, found, entry, done, self._used = self._work.settle(
+            *start, np.array(ends, dtype=np.int64).reshape(-1, 2), *roads.grid, self._cells_of.get(owner, NOTHING),
+            owner, self._used, self._first, self._count, self._room, self._since, self._until, self._owner,
+        )  # fmt: skip
+        if not rows.size:
+            run_between(roads, cell, ends[heading][0])
+        if found >= 0:
+            raise self._error(Occupancy(*rows), found, entry)
+        self._cells_of[owner] = rows[0]
+        if done < len(rows[0]):
+            self._insert(owner, Occupancy(*rows), done)
+        return rows, Stop(cell, heading, tick)
 
     def add(self, owner: int, occupancy: Occupancy) -> None:
         """Reserve more for an owner; as `commit`, but what it had stays."""

@@ -64,10 +64,9 @@ class Roads:
         self.passing = PassingTimes(travel.motion, len(travel.runs) - 1)
         self.offsets = travel.offsets
         self.turns = tuple(map(int, travel.turns))
-        self.kinematics = np.concatenate([travel.turns, travel.runs])
-        """Ticks of turns by the difference of headings, then of runs by their length."""
-        self.passes = np.array([self.passing.enter, self.passing.leave])
-        """``enter`` and ``leave`` of `PassingTimes`."""
+        kinematics, passes = np.concatenate([travel.turns, travel.runs]), [self.passing.enter, self.passing.leave]
+        self.grid = travel.layout.width, kinematics, np.array(passes)
+        """Width, ticks of turns by the difference of headings, then of runs by length, and when runs pass cells."""
 
     @cached_property
     def work(self) -> Any:

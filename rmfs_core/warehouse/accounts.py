@@ -135,7 +135,8 @@ class Backlog(Sequence[Order]):
         self._orders[order.id] = order
         self.log._add(order)
         self.sizes[order.open_items] += 1
-        self.line_sizes.update(line.quantity for line in order.lines)
+        for line in order.lines:
+            self.line_sizes[line.quantity] += 1
         self._tuple = self._lines = None
 
     def close(self, order: Order, skus: Sequence[int]) -> list[OrderLine]:

@@ -44,7 +44,9 @@ class Promises:
     def count(self, pod: Pod, station: Station, sign: int) -> None:
         """Take the free items of an inbound pod into the account of what is available, or out of it."""
         if self._available is not None:
-            self._available[station.id, list(pod._contents)] += [sign * pod.free_items(sku) for sku in pod._contents]
+            promised, row = pod._promised, self._available[station.id]
+            for sku, number in pod._contents.items():
+                row[sku] += sign * (pod.free_items(sku) if sku in promised else number)
 
     def change(self, pod: Pod, sku: int, items: int) -> None:
         """Take note that a pod has more free items, or fewer."""
@@ -140,7 +142,10 @@ def next_request(station: Station, pod: Pod) -> Request | None:
 
 def serves(station: Station, pod: Pod) -> bool:
     """Whether there is a `next_request`."""
-    return any(_usable(pod, sku, station.id) for sku in station._by_sku if sku in pod._contents)
+    for sku in pod._contents:  # noqa: SIM110 - no generator: each pod at a station is asked about at each decision
+        if sku in station._by_sku and _usable(pod, sku, station.id):
+            return True
+    return False
 
 
 def _usable(pod: Pod, sku: int, station: int) -> bool:

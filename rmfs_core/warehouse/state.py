@@ -108,6 +108,11 @@ class Warehouse:
         return min(order.open_items, station.capacity) if order.open_items > self._largest else order.open_items
 
     @property
+    def idle(self) -> list[Robot]:
+        """Robots that can take a task, by id."""
+        return [robot for robot in self.robots if robot._task is None and robot.idle]
+
+    @property
     def spare_locations(self) -> int:
         """Free storage locations beyond one for each pod that is being carried and may go back there."""
         return len(self.free_locations) - sum(robot._pod is not None for robot in self.robots)
@@ -125,9 +130,12 @@ class Warehouse:
 
     def leaving_pods(self) -> tuple[Pod, ...]:
         """Pods that stand at a station, have nothing left to serve there and are bound nowhere else."""
-        there = [(station, pod) for station in self.stations if (pod := self.pod_at(station)) is not None]
-        there = [(at, pod) for at, pod in there if pod._itinerary == [at.id] and not pod._bundles]
-        leaving = [pod for at, pod in there if not serves(at, pod)]
+        leaving = [
+            pod
+            for at in self.stations
+            if at._line and (pod := self.pod_at(at)) is not None
+            if len(pod._itinerary) == 1 and pod._itinerary[0] == at.id and not pod._bundles and not serves(at, pod)
+        ]
         return tuple(sorted(leaving, key=lambda pod: pod.id))
 
     def _arrival(self, pod: Pod) -> int | None:

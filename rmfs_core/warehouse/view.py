@@ -122,7 +122,7 @@ class WarehouseView(ReadOnly):
     @property
     def idle_robots(self) -> tuple[Robot, ...]:
         """Robots that can take a task, by id."""
-        return tuple(robot for robot in self._state.robots if robot.idle)
+        return tuple(self._state.idle)
 
     @property
     def resting_robots(self) -> tuple[Robot, ...]:

@@ -76,12 +76,8 @@ class Travel:
         self._tables: OrderedDict[tuple[int, int, bool], NDArray[np.int64]] = OrderedDict()
         self._of_stations: dict[tuple[int, int, bool], NDArray[np.int64]] = {}
         self._bytes = 0
-        self._seconds = 0.0
-
-    @property
-    def seconds(self) -> float:
+        self.seconds = 0.0
         """Wall-clock seconds that tables have taken so far."""
-        return self._seconds
 
     @property
     def layout(self) -> Layout:
@@ -169,13 +165,10 @@ class Travel:
 
     def heading(self, cell: int, to: int) -> int | None:
         """Heading of a straight run between two cells, None when they are in neither one row nor one column."""
-        width = self.layout.width
-        across, down = to % width - cell % width, to // width - cell // width
-        if (across == 0) == (down == 0):
-            return None
-        if down == 0:
-            return 0 if across > 0 else 2
-        return 1 if down < 0 else 3
+        width = self._layout.width
+        if cell // width == to // width:
+            return None if to == cell else 0 if to > cell else 2
+        return None if (to - cell) % width else 1 if to < cell else 3
 
     def passable(self, end: int, loaded: bool) -> NDArray[np.bool_]:
         """Cells that a robot may cross on its way from or to a cell. Shape (cells,), read-only."""
@@ -189,9 +182,10 @@ class Travel:
     def _crossed(self, end: int, loaded: bool) -> bytes:
         """Return `passable` as bytes: a single one of them is quicker to look at."""
         key = self._lanes[end], loaded
-        if key not in self._bytes_of:
-            self._bytes_of[key] = self.passable(end, loaded).tobytes()
-        return self._bytes_of[key]
+        found = self._bytes_of.get(key)
+        if found is None:
+            found = self._bytes_of[key] = self.passable(end, loaded).tobytes()
+        return found
 
     def _grid(self, end: int, loaded: bool) -> tuple[NDArray[np.int64] | NDArray[np.int8] | NDArray[np.bool_], ...]:
         """Return moves, passable cells, offsets, run and turn times."""
@@ -199,8 +193,9 @@ class Travel:
 
     def _table(self, key: tuple[int, int, bool], search: Callable[[], NDArray[np.int64]]) -> NDArray[np.int64]:
         """Return a table as it was kept, or else search for it and keep it."""
-        if key in self._of_stations:
-            return self._of_stations[key]
+        table = self._of_stations.get(key)
+        if table is not None:
+            return table
         if key in self._tables:
             self._tables.move_to_end(key)
             return self._tables[key]
@@ -214,5 +209,5 @@ class Travel:
             self._bytes += table.nbytes
         while self._bytes > TABLES_BYTES and len(self._tables) > 1:
             self._bytes -= self._tables.popitem(last=False)[1].nbytes
-        self._seconds += perf_counter() - started
+        self.seconds += perf_counter() - started
         return table

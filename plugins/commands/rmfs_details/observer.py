@@ -5,7 +5,7 @@ Where there is replenishment, bundles.csv and stock.csv as well.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -61,9 +61,9 @@ class Details:
                 self._handlers.setdefault(kind, []).append(partial(_below, last, handler) if told else handler)
 
     @property
-    def hears(self) -> tuple[type[Event], ...]:
-        """The kinds of events that somebody follows."""
-        return tuple(self._handlers)
+    def hears(self) -> Mapping[type[Event], Sequence[Callable[[Any], None]]]:
+        """Who follows which kinds of events."""
+        return self._handlers
 
     @hookimpl
     def on_event(self, event: Event) -> None:

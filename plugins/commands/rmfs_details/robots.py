@@ -57,9 +57,9 @@ class _Robot:
         Returns how long it waited.
         """
         waited = 0
-        if self.state in _UNDER_WAY:
-            # A robot that steps aside without a task may get one on the way: that leg began before it was under way.
-            waited = max(max(start, self.begin) - max(self.free, self.begin), 0)
+        # A robot that steps aside without a task may get one on the way: that leg began before it was under way.
+        if start > self.free and start > self.begin and self.state in _UNDER_WAY:
+            waited = start - max(self.free, self.begin)
             self.ticks["waiting"] += waited
             self.ticks[self.state] -= waited
         self.free = tick

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from attrs import define, field
-from numpy.typing import NDArray
 
 from rmfs_core import PodTrip, hookimpl
 from rmfs_rule_helpers import send_pods, ticks_to_station
@@ -17,37 +16,36 @@ if TYPE_CHECKING:
 
 
 class _Wanted:
-    """How many items of each pod are wanted; kept from call to call, and changed where the demand did."""
+    """How many items of pods are wanted. What is on them is kept as arrays, and read anew where it changed."""
 
     def __init__(self) -> None:
-        self._pods: tuple[Pod, ...] = ()  # whose sums these are
-        self._demand: NDArray[np.int64] = np.zeros(0, np.int64)
-        self._sums: dict[int, tuple[int, int]] = {}  # pod -> items picked from it by then, sum
+        self._pods: tuple[Pod, ...] = ()  # whose contents these are
 
     def update(self, warehouse: WarehouseView) -> None:
         """Take in what the open demand has become."""
+        self._demand = warehouse.open_demand()
         if self._pods is not warehouse.pods:
-            self._pods, self._sums = warehouse.pods, {}
-            self._demand = warehouse.open_demand()
-            return
-        demand = warehouse.open_demand()
-        for sku in np.flatnonzero(demand != self._demand).tolist():
-            before, now = int(self._demand[sku]), int(demand[sku])
-            least, sums = min(before, now), self._sums
-            for pod in warehouse.pods_with(sku):
-                items = pod.contents.get(sku, 0)
-                if items > least and pod.id in sums:  # a sum that is out of date stays so
-                    picked, wanted = sums[pod.id]
-                    sums[pod.id] = picked, wanted + min(now, items) - min(before, items)
-        self._demand = demand
+            self._pods = warehouse.pods
+            self._read = [-1] * len(self._pods)
+            self._skus = np.zeros((len(self._pods), 1), np.int64)
+            self._items = np.zeros_like(self._skus)
 
-    def of(self, pod: Pod) -> int:
-        """Return how many items of a pod are wanted."""
-        picked, wanted = self._sums.get(pod.id, (-1, 0))
-        if picked != pod.changes():
-            wanted = sum(min(int(self._demand[sku]), items) for sku, items in pod.contents.items())
-            self._sums[pod.id] = pod.changes(), wanted
+    def of(self, pods: Sequence[Pod]) -> list[int]:
+        """Return how many items of each pod are wanted."""
+        for pod in pods:
+            if self._read[pod.id] != pod.changes():
+                self._take_in(pod)
+        rows = [pod.id for pod in pods]
+        wanted: list[int] = np.minimum(self._demand[self._skus[rows]], self._items[rows]).sum(axis=1).tolist()
         return wanted
+
+    def _take_in(self, pod: Pod) -> None:
+        """Read what is on a pod."""
+        self._read[pod.id] = pod.changes()
+        while len(pod.contents) > self._skus.shape[1]:
+            self._skus, self._items = (np.hstack([array, np.zeros_like(array)]) for array in (self._skus, self._items))
+        self._skus[pod.id, : len(pod.contents)] = list(pod.contents)
+        self._items[pod.id, : len(pod.contents)] = list(pod.contents.values())
 
 
 @define
@@ -80,7 +78,9 @@ class Demand:
         self._wanted.update(warehouse)
 
         def most_wanted(station: Station, pods: Sequence[Pod]) -> Pod:
-            wanted = [self._wanted.of(pod) for pod in pods]
+            if len(pods) == 1:
+                return pods[0]
+            wanted = self._wanted.of(pods)
             most = max(wanted)
             ties = [pod for pod, items in zip(pods, wanted, strict=True) if items == most]
             if len(ties) == 1:  # only ties need driving times

@@ -7,7 +7,6 @@ decision under construction takes up.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -306,47 +305,49 @@ def send_pods(
         The trips in the order in which they were chosen.
     """
     sent: set[int] = set()
-
-    def can_be_sent(pod: Pod) -> bool:
-        free = max_fetches > 0 and pod.location is not None and not pod.bound_for and pod.id not in sent
-        return free or pod.id in leaving
-
     leaving = {pod.id for pod in warehouse.leaving_pods}
+
+    def servers(station: Station, skus: Iterable[int]) -> list[Pod]:
+        """Pods that can be sent, by id, that hold a free item of one of the SKUs and are not bound for the station."""
+        found: dict[int, Pod] = {}
+        for sku in skus:
+            for pod in warehouse.pods_with(sku):
+                number = pod.id
+                if number in leaving:
+                    usable = station.id not in pod.bound_for
+                else:
+                    usable = max_fetches > 0 and pod.location is not None and number not in sent and not pod.bound_for
+                if usable and number not in found and pod.free_items(sku) > 0:
+                    found[number] = pod
+        return [found[number] for number in sorted(found)]
+
     inbound = {station.id: len(station.inbound_pods) for station in warehouse.stations}
-    uncovered = {
-        station.id: Counter(request.sku for request in station.uncovered_requests) for station in warehouse.stations
-    }
-    needy = {station.id for station in warehouse.stations if uncovered[station.id]}
+    needy: dict[int, dict[int, int]] = {}  # uncovered requests of each SKU, by station
+    for station in warehouse.stations:
+        for request in station.uncovered_requests:
+            wanted = needy.setdefault(station.id, {})
+            wanted[request.sku] = wanted.get(request.sku, 0) + 1
     trips: list[PodTrip] = []
     while needy:
-        identifier = min(needy, key=lambda i: (inbound[i], -uncovered[i].total(), i))
-        station = warehouse.stations[identifier]
-        candidates = _servers(warehouse, station, uncovered[identifier], can_be_sent)
+        identifier = min(needy, key=lambda i: (inbound[i], -sum(needy[i].values()), i))
+        station, wanted = warehouse.stations[identifier], needy[identifier]
+        candidates = servers(station, wanted)
         if not candidates:
-            needy.remove(identifier)
+            del needy[identifier]
             continue
         pod = choose(station, candidates)
         trips.append(PodTrip(pod.id, identifier))
         inbound[identifier] += 1
-        uncovered[identifier] -= Counter({sku: pod.free_items(sku) for sku in pod.contents})
-        if not uncovered[identifier]:
-            needy.remove(identifier)
+        for sku in wanted.keys() & pod.contents.keys():
+            wanted[sku] -= pod.free_items(sku)
+            if wanted[sku] <= 0:
+                del wanted[sku]
+        if not wanted:
+            del needy[identifier]
         max_fetches -= pod.id not in leaving
         sent.add(pod.id)
         leaving.discard(pod.id)
     return trips
-
-
-def _servers(
-    warehouse: WarehouseView, station: Station, skus: Iterable[int], usable: Callable[[Pod], bool]
-) -> list[Pod]:
-    """Return the usable pods, by id, that hold a free item of one of the SKUs and are not bound for the station."""
-    found: dict[int, Pod] = {}
-    for sku in skus:
-        for pod in warehouse.pods_with(sku):
-            if pod.id not in found and usable(pod) and station.id not in pod.bound_for and pod.free_items(sku) > 0:
-                found[pod.id] = pod
-    return [found[identifier] for identifier in sorted(found)]
 
 
 def ticks_to_station(warehouse: WarehouseView, pod: Pod, station: Station) -> int:

@@ -40,10 +40,8 @@ class PairScores:
     def load(self) -> None:
         """Load what is compiled, or compile it."""
         self._begin(1, 1)
-        self._join(np.array([[0], [0], [1]]))
-        self._work.change_all(np.ones(1, np.bool_), np.ones_like(self.available), *self._arrays())
+        self._take_in(np.array([[0], [0], [1]]), [], np.ones(1, np.bool_), np.ones_like(self.available))
         self._best(np.ones(1, np.int64), np.zeros(1, np.bool_), np.zeros(1, np.int64))
-        self._leave([0])
         self._log = None
 
     def decides(self, warehouse: WarehouseView, available: Ints | None = None) -> bool:
@@ -59,18 +57,13 @@ class PairScores:
         if log is not self._log:
             self._begin(len(warehouse.stations), warehouse.n_skus)
             self._log = log
-        joined, left = log.joined(self._joined), log.left(self._left)
-        if joined.size:
-            self._join(joined)
-        if left:
-            self._leave(left)
-        if available is not None:
-            room = np.array([station.free_capacity > 0 for station in warehouse.stations])  # others can wait
-            self._work.change_all(room, available, *self._arrays())
+        room = [available is not None and station.free_capacity > 0 for station in warehouse.stations]  # else it waits
+        available = self.available if available is None else available
+        self._take_in(log.joined(self._joined), log.left(self._left), np.array(room, np.bool_), available)
 
     def lines_of(self, place: int) -> Iterable[tuple[int, int]]:
         """Yield SKU and number of items of each line of the order at a place."""
-        begin, end = self._starts[place], self._starts[place + 1]
+        begin, end = self._starts[place : place + 2].tolist()
         yield from zip(*self._lines[1:3, begin:end].tolist(), strict=True)
 
     @property
@@ -93,10 +86,11 @@ class PairScores:
         take: Callable[[Station, int], None] | None = None,
         prefer: Callable[[int, Station], int] | None = None,
     ) -> list[OrderAssignment]:
-        """Assign whole orders, again and again the pair with the highest score that fits, and tell ``take`` of each.
+        """Assign whole orders, again and again the pair with the highest score that fits.
 
         Of the stations with an order's highest score the one takes it that ``prefer`` (order's id, station) is lowest
-        for; left out, or with ties, as `assign_best_pairs` says.
+        for; left out, or with ties, as `assign_best_pairs` says. ``take`` is told of each pair, unless nothing more
+        can fit.
         """
         free = np.array([station.free_capacity for station in stations], np.int64)
         load = np.array([station.load for station in stations], np.int64)
@@ -110,13 +104,15 @@ class PairScores:
             if prefer is not None:
                 fitting = np.flatnonzero((free > 0) & (counts | (self._orders[1, place] <= free))).tolist()
                 tied = [i for i in fitting if self._scores[i, place] == self._scores[at, place]]
-                at = min(tied, key=lambda i: (prefer(self._ids[place], stations[i]), load[i], i))
-            chosen.append(OrderAssignment(self._ids[place], at))
+                at = min(tied, key=lambda i: (prefer(self._ids[place].item(), stations[i]), load[i], i))
+            chosen.append(OrderAssignment(self._ids[place].item(), at))
             size = 1 if counts[at] else self._orders[1, place]
             free[at] -= size
             load[at] += size
             self._taken[place] = True
             places.append(place)
+            if max(free.tolist()) <= 0:
+                break
             if take is not None:
                 take(stations[at], place)
         self._taken[places] = False
@@ -129,9 +125,9 @@ class PairScores:
         from rmfs_rule_helpers import pair_search  # compiled: imported when needed, for it takes its time
 
         self._work: Any = pair_search
-        self._joined = self._left = self._parts = self._largest = self._first = 0
-        self._ids: list[int] = []
-        self._starts = [0]  # of each order's lines, and the end of all
+        self._joined = self._left = self._parts = self._largest = self._first = self._number = 0
+        self._ids = np.zeros(256, np.int64)
+        self._starts = np.zeros(257, np.int64)  # of each order's lines, and the end of all
         self.available = np.zeros((stations, skus), np.int64)
         self._heads = np.full(skus, -1, np.int64)
         self._lines = np.zeros((5, 256), np.int64)
@@ -143,46 +139,28 @@ class PairScores:
     def _arrays(self) -> tuple[Ints, ...]:
         return self._lines, self._heads, self._orders, self._scores, self._best_scores, self.available
 
-    def _join(self, rows: Ints) -> None:
-        begin, end = self._starts.pop(), self._joined + rows.shape[1]
-        places, items = [], 0
-        for line, (order, _, quantity) in enumerate(rows.T.tolist(), begin):
-            if line == begin or order != self._ids[-1]:  # lines of an order join together
-                self._ids.append(order)
-                self._starts.append(line)
-                items = 0
-            items += quantity
-            self._largest = max(self._largest, items)
-            places.append(len(self._ids) - 1)
-        self._starts.append(end)
-        while end > self._lines.shape[1]:
+    def _take_in(self, rows: Ints, left: list[int], room: NDArray[np.bool_], available: Ints) -> None:
+        """Take in lines that joined and left, and what stations with room have available."""
+        joined = rows.shape[1]
+        while self._joined + joined > self._lines.shape[1]:
             self._lines = np.concatenate([self._lines, np.zeros_like(self._lines)], axis=1)
-        while len(self._ids) > len(self._taken):
-            for name in ("_orders", "_scores", "_taken"):
+        while self._number + joined > len(self._taken):
+            for name in ("_orders", "_scores", "_taken", "_ids"):
                 array = getattr(self, name)
                 setattr(self, name, np.concatenate([array, np.zeros_like(array)], axis=-1))
-            more = np.full_like(self._best_scores, -1)
-            self._best_scores = np.concatenate([self._best_scores, more], axis=1)
-        self._lines[0, begin:end] = places
-        self._lines[1:3, begin:end] = rows[1:]
-        self._work.add(begin, end, *self._arrays())
-        self._joined = end
-
-    def _leave(self, left: list[int]) -> None:
-        places = {self._lines[0, line].item() for line in left}
-        self._parts -= sum(self._in_part(place) for place in places)
-        self._work.close(np.array(left, np.int64), *self._arrays())
-        self._parts += sum(self._in_part(place) for place in places)
+            self._starts = np.concatenate([self._starts, np.zeros_like(self._ids[: len(self._starts) - 1])])
+            self._best_scores = np.concatenate([self._best_scores, np.full_like(self._best_scores, -1)], axis=1)
+        self._number, self._first, largest, parts = self._work.update(
+            rows, np.array(left, np.int64), self._joined, self._number, self._first, room, available,
+            self._ids, self._starts, *self._arrays(),
+        )  # fmt: skip
+        self._largest = max(self._largest, largest)
+        self._parts += parts
+        self._joined += joined
         self._left += len(left)
-        while self._first < len(self._ids) and not self._orders[0, self._first]:
-            self._first += 1
-
-    def _in_part(self, place: int) -> bool:
-        """Whether some lines of the order at a place are in the backlog and some are not."""
-        return 0 < int(self._orders[0, place]) < self._starts[place + 1] - self._starts[place]
 
     def _best(self, free: Ints, counts: NDArray[np.bool_], load: Ints) -> tuple[int, int]:
-        bounds = self._first, len(self._ids)
+        bounds = self._first, self._number
         found: tuple[int, int] = self._work.best_pair(
             free, counts, load, *bounds, self._orders, self._taken, self._scores, self._best_scores
         )

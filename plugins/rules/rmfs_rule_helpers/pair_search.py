@@ -23,24 +23,52 @@ def raise_best(station, order, orders, scores, best):  # type: ignore[no-untyped
 
 
 @njit(cache=True)
-def add(begin, end, lines, heads, orders, scores, best, known):  # type: ignore[no-untyped-def]
-    """Take in lines that joined the backlog."""
-    for line in range(begin, end):
-        order, sku, quantity = lines[ORDER, line], lines[SKU, line], lines[QUANTITY, line]
+def update(  # type: ignore[no-untyped-def]
+    rows, left, begin, number, first, room, available, ids, starts, lines, heads, orders, scores, best, known
+):  # fmt: skip
+    """Take in lines that joined the backlog from ``begin`` on and lines that left it, and what stations have available.
+
+    ``rows`` has order id, SKU and items of those that joined; there is room for them in the arrays. Returns how many
+    orders there are then, the first that may be in the backlog, the largest that joined, and how many more are in it in
+    part.
+    """
+    number, largest = _join(rows, begin, number, ids, starts, lines, heads, orders, scores, best, known)
+    parts = _leave(left, starts, lines, heads, orders, scores, best, known)
+    while first < number and not orders[OPEN, first]:
+        first += 1
+    change_all(room, available, lines, heads, orders, scores, best, known)
+    return number, first, largest, parts
+
+
+@njit(cache=True)
+def _join(rows, begin, number, ids, starts, lines, heads, orders, scores, best, known):  # type: ignore[no-untyped-def]
+    """Take in lines that joined the backlog; lines of an order join together."""
+    largest = 0
+    for i in range(rows.shape[1]):
+        line, sku, quantity = begin + i, rows[1, i], rows[2, i]
+        if i == 0 or rows[0, i] != ids[number - 1]:
+            ids[number], starts[number] = rows[0, i], line
+            number += 1
+        order = number - 1
+        lines[ORDER, line], lines[SKU, line], lines[QUANTITY, line] = order, sku, quantity
         lines[BEFORE, line], lines[AFTER, line] = -1, heads[sku]
         if heads[sku] >= 0:
             lines[BEFORE, heads[sku]] = line
         heads[sku] = line
         orders[OPEN, order] += 1
         orders[ITEMS, order] += quantity
+        largest = max(largest, orders[ITEMS, order])
         for station in range(len(known)):
             scores[station, order] += min(quantity, known[station, sku])
             raise_best(station, order, orders, scores, best)
+    starts[number] = begin + rows.shape[1]
+    return number, largest
 
 
 @njit(cache=True)
-def close(left, lines, heads, orders, scores, best, known):  # type: ignore[no-untyped-def]
-    """Take out lines that left the backlog."""
+def _leave(left, starts, lines, heads, orders, scores, best, known):  # type: ignore[no-untyped-def]
+    """Take out lines that left the backlog; returns how many more orders are in it in part."""
+    parts = 0
     for line in left:
         order, sku, quantity = lines[ORDER, line], lines[SKU, line], lines[QUANTITY, line]
         before, after = lines[BEFORE, line], lines[AFTER, line]
@@ -50,12 +78,15 @@ def close(left, lines, heads, orders, scores, best, known):  # type: ignore[no-u
             heads[sku] = after
         if after >= 0:
             lines[BEFORE, after] = before
+        parts -= 0 < orders[OPEN, order] < starts[order + 1] - starts[order]
         orders[OPEN, order] -= 1
         orders[ITEMS, order] -= quantity
+        parts += 0 < orders[OPEN, order] < starts[order + 1] - starts[order]
         for station in range(len(known)):
             scores[station, order] -= min(quantity, known[station, sku])
             if orders[OPEN, order]:
                 raise_best(station, order, orders, scores, best)
+    return parts
 
 
 @njit(cache=True)

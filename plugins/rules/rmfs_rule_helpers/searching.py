@@ -104,16 +104,22 @@ def path_of(roads: Roads, query: Query, rows: list[list[int]]) -> TimedPath:
 
     A row that ends where it begins only waits until its arrival.
     """
+    legs, end = legs_of(roads, query, rows)
+    return TimedPath(query.cell, query.heading, query.start_tick, tuple(legs), *end)
+
+
+def legs_of(roads: Roads, query: Query, rows: list[list[int]]) -> tuple[list[Leg], tuple[int, int, int]]:
+    """Return the legs alone, and where, with which heading and when they end."""
     legs = []
     cell, heading, tick = query.cell, query.heading, query.start_tick
-    turns = roads.turns
+    turns, heading_of = roads.turns, roads.travel.heading
     for to, departure, arrival in rows:
         if to == cell:
             legs.append(Leg(to, arrival - tick))
         else:
-            towards = roads.travel.heading(cell, to)
+            towards = heading_of(cell, to)
             assert towards is not None
             legs.append(Leg(to, departure - turns[(towards - heading) % 4] - tick))
             cell, heading = to, towards
         tick = arrival
-    return TimedPath(query.cell, query.heading, query.start_tick, tuple(legs), cell, heading, tick)
+    return legs, (cell, heading, tick)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from attrs import define, field
 
 from rmfs_core import Path, hookimpl
-from rmfs_rule_helpers.searching import path_of, search_once
+from rmfs_rule_helpers.searching import legs_of, path_of, search_once
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -39,6 +40,13 @@ class _Memory:
             )  # a window for each at most
         self.searches += 1
         return self.searches
+
+
+@cache
+def _compiled() -> Any:
+    from rmfs_sipp import compiled  # imported when needed, for it takes its time
+
+    return compiled
 
 
 @define
@@ -72,18 +80,20 @@ class Sipp:
     @hookimpl
     def plan_path(self, traffic: Traffic) -> Path | None:
         """Return the path that arrives first; None when there is none, which the kernel's scheme excludes."""
-        path = self.search(traffic.roads, traffic.table, traffic.query)
-        return None if path is None else path.path
+        rows = self._rows(traffic.roads, traffic.table, traffic.query)
+        return None if rows is None else Path(tuple(legs_of(traffic.roads, traffic.query, rows)[0]))
 
     def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
         """Return the path that arrives first and may stay at the goal for ever; None when there is none."""
-        from rmfs_sipp import compiled
+        rows = self._rows(roads, table, query)
+        return None if rows is None else path_of(roads, query, rows)
 
+    def _rows(self, roads: Roads, table: Reservations, query: Query) -> list[list[int]] | None:
         memory = self._memory
         number = memory.next(table)
         tracks = roads.tracks(query.goal, query.loaded)
-        rows = compiled.search(
+        rows: Any = _compiled().search(
             query.cell, query.heading, query.start_tick, query.goal, query.latest, query.robot, number,
             *tracks, *table.arrays, memory.states, memory.queue, memory.low, memory.high,
         )  # fmt: skip
-        return None if rows is None else path_of(roads, query, rows.tolist())
+        return None if rows is None else rows.tolist()

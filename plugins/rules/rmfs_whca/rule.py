@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from attrs import define, field, validators
@@ -10,7 +11,7 @@ from attrs import define, field, validators
 from rmfs_core import Path, hookimpl
 from rmfs_core.clock import to_ticks
 from rmfs_core.traffic import FOREVER
-from rmfs_rule_helpers.searching import path_of, search_once
+from rmfs_rule_helpers.searching import legs_of, path_of, search_once
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, Traffic
@@ -24,6 +25,13 @@ def _positive(_instance: object, _attribute: Any, value: float) -> None:
 def _at_least_a_tick(_instance: object, _attribute: Any, value: float) -> None:
     if not 0.001 <= value < math.inf:
         raise ValueError(f"expected a number >= 0.001, found {value}")
+
+
+@cache
+def _compiled() -> Any:
+    from rmfs_whca import compiled  # imported when needed, for it takes its time
+
+    return compiled
 
 
 @define
@@ -78,16 +86,18 @@ class WhcaN:
     @hookimpl
     def plan_path(self, traffic: Traffic) -> Path | None:
         """Return a path to the goal or to the end of the window; None where none leads anywhere."""
-        path = self.search(traffic.roads, traffic.table, traffic.query)
-        return path.path if path is not None and path.legs else None
+        rows = self._rows(traffic.roads, traffic.table, traffic.query)
+        return Path(tuple(legs_of(traffic.roads, traffic.query, rows)[0])) if rows else None
 
     def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
         """Return a path to the goal or to the end of the window, where the robot may stay; None when there is none."""
-        from rmfs_whca import compiled
+        rows = self._rows(roads, table, query)
+        return None if rows is None else path_of(roads, query, rows)
 
+    def _rows(self, roads: Roads, table: Reservations, query: Query) -> list[list[int]] | None:
         end = FOREVER if self.window_s == math.inf else query.start_tick + to_ticks(self.window_s)
-        rows = compiled.search(
+        rows: Any = _compiled().search(
             query.cell, query.heading, query.start_tick, query.goal, query.robot, end, to_ticks(self.wait_s),
             self.max_nodes, *roads.tracks(query.goal, query.loaded), *table.arrays,
         )  # fmt: skip
-        return None if rows is None else path_of(roads, query, rows.tolist())
+        return None if rows is None else rows.tolist()

@@ -16,8 +16,9 @@ from rmfs_core.events import RobotMoved
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import instance_of
 from rmfs_core.simulation.context import RunContext
-from rmfs_core.traffic import Occupancy, Traffic
+from rmfs_core.traffic import Traffic
 from rmfs_core.traffic.paths import Stop
+from rmfs_core.traffic.reservations import Rows
 from rmfs_core.warehouse import Robot, Station
 
 Process = Generator[simpy.Event, Any, None]
@@ -62,7 +63,7 @@ class Course:
     under_way: tuple[Stop, Stop] | None = None
     since: int = 0
     joined: bool = False
-    reserved: Occupancy | None = None
+    reserved: Rows | None = None
     arrives: int = 0
     overtaken: int = 0
 
@@ -88,8 +89,9 @@ class Driving:
         self.rule = run.rules.pp
         self.standstill_ticks = to_ticks(run.scenario.run.standstill_s)
         travel = run.warehouse.travel
+        self._width = travel.layout.width
         self._turns, self._runs = travel.turns.tolist(), travel.runs.tolist()
-        self._under_way: dict[int, tuple[Robot, Leg, int, int, int]] = {}
+        self.under_way: dict[int, tuple[Robot, Leg, int, int, int]] = {}
 
     # What each way does for the story
 
@@ -131,26 +133,26 @@ class Driving:
         turn = self._turns[(towards - robot.heading) % 4]
         return towards, turn, self._runs[travel.layout.distance(robot.cell, leg.to)]
 
-    def drive(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int, arrival: int) -> Process:
-        """Let a robot be on a leg that began at ``start`` and ends at ``arrival``."""
-        self._under_way[robot.id] = (robot, leg, heading, start, turn_ticks)
-        yield self.run.after(arrival - self.run.warehouse.now)
-        self._arrive_at(*self._under_way.pop(robot.id))
+    def set_off(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int, arrival: int) -> simpy.Event:
+        """Let a robot be on a leg that began at ``start``; return what happens when it is to `arrive`."""
+        self.under_way[robot.id] = (robot, leg, heading, start, turn_ticks)
+        return self.run.after(arrival - self.run.warehouse.now)
 
     def cut_off(self) -> None:
         """Put robots under way in the last cells whose centres they have passed: the run is over."""
         motion, layout = self.run.warehouse.travel.motion, self.run.warehouse.travel.layout
-        for robot, leg, heading, start, turn_ticks in self._under_way.values():
+        for robot, leg, heading, start, turn_ticks in self.under_way.values():
             driven = self.run.warehouse.now - start - leg.wait_ticks - turn_ticks
             whole = layout.distance(robot.cell, leg.to)
             metres = int(motion.position_m(whole, to_seconds(driven))) if driven > 0 else 0
             if metres:
                 to = robot.cell + (leg.to - robot.cell) // whole * metres
-                self._arrive_at(robot, Leg(to, leg.wait_ticks), heading, start, turn_ticks)
+                self.arrive(robot, Leg(to, leg.wait_ticks), heading, start, turn_ticks)
 
-    def _arrive_at(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int) -> None:
+    def arrive(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int) -> None:
         origin, to, wait = robot.cell, leg.to, leg.wait_ticks
-        now, metres = self.run.warehouse.now, self.run.warehouse.travel.layout.distance(origin, to)
+        apart, width, now = abs(to - origin), self._width, self.run.warehouse.now
+        metres = apart if apart < width else apart // width
         self.run.warehouse.move(robot, to, heading, now - start - wait)
         if robot.charge is not None and robot.charge < 0:
             where = f"{self.run.warehouse.travel.layout.where(to)}, at {to_seconds(now):.3f} s"

@@ -42,7 +42,7 @@ from rmfs_core.decisions import Leg
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.simulation.driving.base import Course, Process
 from rmfs_core.simulation.driving.reserved import ReservedDriving
-from rmfs_core.traffic import Query
+from rmfs_core.traffic import Occupancy, Query
 from rmfs_core.warehouse import Robot, Station
 
 
@@ -95,8 +95,8 @@ class CompleteDriving(ReservedDriving):
         paths = self.both(course, first, ahead, second)
         if paths is None:
             return False
-        self._commit(course, first, paths[0])
-        self._commit(ahead, second, paths[1])
+        self._commit(course, paths[0])
+        self._commit(ahead, paths[1])
         line[place - 1 : place + 1] = [course, ahead]
         for each, goal in ((course, first.goal), (ahead, second.goal)):
             self._owner[goal], each.goal = each, goal
@@ -123,7 +123,7 @@ class CompleteDriving(ReservedDriving):
             self.table.release(robot)
         for robot, reserved in before:
             assert reserved is not None
-            self.table.add(robot, reserved)
+            self.table.add(robot, Occupancy(*reserved))
         return None
 
     def _give_up(self, course: Course) -> None:
@@ -148,7 +148,7 @@ class CompleteDriving(ReservedDriving):
         legs = self._ask(query)
 
         def commit() -> None:
-            end = int(self._commit(course, query, legs).cells[-1])
+            end = int(self._commit(course, legs)[0, -1])
             if end != goal:
                 where = self.roads.layout.where
                 raise ImpossibleError(

@@ -71,7 +71,7 @@ class FleetDriving(CompleteDriving):
         self.run.asker.apply(self.rule, commit)
 
     def _reach(self, course: Course, query: Query, legs: Sequence[Leg]) -> None:
-        end = int(self._commit(course, query, legs).cells[-1])
+        end = int(self._commit(course, legs)[0, -1])
         if end != query.goal:
             where = self.roads.layout.where
             raise ImpossibleError(
@@ -81,7 +81,7 @@ class FleetDriving(CompleteDriving):
     def _paths(self, queries: Sequence[Query], others: Sequence[Course]) -> dict[int, list[Leg]]:
         """Ask the rule, and check that the robots can drive what it answers."""
         under_way = {query.robot: held for query in queries if (held := self._held(self.courses[query.robot]))}
-        reserved = {course.robot.id: course.reserved for course in others if course.reserved is not None}
+        reserved = {one.robot.id: Occupancy(*one.reserved) for one in others if one.reserved is not None}
         arrives = {course.robot.id: course.arrives for course in others}
         traffic = FleetTraffic(self.roads, self.table, under_way, reserved, arrives)
         answer, _ = self.run.ask(self.rule, queries=tuple(queries), traffic=traffic)

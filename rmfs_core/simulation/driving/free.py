@@ -65,4 +65,5 @@ class FreeDriving(Driving):
             for leg in self.path(robot, goal):
                 start = run.warehouse.now
                 heading, turn, ticks = self.turn_and_run(robot, leg)
-                yield from self.drive(robot, leg, heading, start, turn, start + leg.wait_ticks + turn + ticks)
+                yield self.set_off(robot, leg, heading, start, turn, start + leg.wait_ticks + turn + ticks)
+                self.arrive(*self.under_way.pop(robot.id))

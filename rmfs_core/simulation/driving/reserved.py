@@ -20,6 +20,7 @@ from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Course, Driving, Process
 from rmfs_core.traffic import Occupancy, Query, Reservations, ReservedError, Traffic, drive, roads_on
 from rmfs_core.traffic.paths import Stop
+from rmfs_core.traffic.reservations import Rows
 from rmfs_core.warehouse import Robot, Station
 
 Driven = tuple[Occupancy, Stop]
@@ -100,9 +101,13 @@ class ReservedDriving(Driving):
         """Send a robot to a storage location that nobody else owns."""
         raise NotImplementedError
 
-    def register(self, course: Course, leg: Leg) -> bool:  # noqa: ARG002
-        """Take note that a robot begins a leg that it has reserved; return whether it does."""
-        return True
+    def register(self, course: Course, leg: Leg) -> Stop | None:
+        """Take note that a robot begins a leg that it has reserved; return where and when it ends, None if it may not.
+
+        Its wait is over.
+        """
+        heading, turn, ticks = self.turn_and_run(course.robot, leg)
+        return Stop(leg.to, heading, self.run.warehouse.now + turn + ticks)
 
     # Paths
 
@@ -120,21 +125,24 @@ class ReservedDriving(Driving):
         robot, traffic = self.run.warehouse.robots[query.robot], Traffic(self.roads, self.table, query)
         return self.path(robot, query.goal, traffic, needed=needed)
 
-    def _commit(self, course: Course, query: Query, legs: Sequence[Leg], driven: Driven | None = None) -> Occupancy:
-        """Reserve a path, ``driven`` so, in place of what the robot has not begun; return what it occupies."""
-        occupied, end = driven or self._drive(course, query, legs)
+    def _commit(self, course: Course, legs: Sequence[Leg]) -> Rows:
+        """Reserve a path in place of what the robot has not begun; return what it occupies."""
+        ends = [(leg.to, leg.wait_ticks) for leg in legs]
+        start = self.next_stop(course)
+        if course.under_way is not None:
+            start, ends = course.under_way[0], [(start.cell, 0), *ends]
         try:
-            self.table.commit(course.robot.id, occupied)
+            rows, end = self.table.settle(course.robot.id, self.roads, start, ends)
         except ReservedError as error:
             raise checks.hit(self.roads.layout, course.robot.id, error) from None
-        course.reserved, course.arrives = occupied, end.start_tick
+        course.reserved, course.arrives = rows, end.start_tick
         if course.under_way is None and not course.legs:
             course.since = self.run.warehouse.now
         self._replace(course, legs)
         if self.run.warehouse.now - self._forgotten > FORGET_TICKS:
             self._forgotten = self.run.warehouse.now
             self.table.forget_before(self._forgotten)
-        return occupied
+        return rows
 
     def _replace(self, course: Course, legs: Sequence[Leg]) -> None:
         """Give a robot other legs to drive than those that it has not begun."""
@@ -165,12 +173,13 @@ class ReservedDriving(Driving):
                 if changed.triggered:
                     continue
             leg = course.legs.popleft()
-            if leg.to == robot.cell or not self.register(course, leg):
+            if leg.to == robot.cell or (end := self.register(course, leg)) is None:
                 continue
-            heading, turn, ticks = self.turn_and_run(robot, leg)
-            now, arrival = run.warehouse.now, run.warehouse.now + turn + ticks
-            course.under_way = Stop(robot.cell, robot.heading, now), Stop(leg.to, heading, arrival)
-            yield from self.drive(robot, Leg(leg.to, now - course.since), heading, course.since, turn, arrival)
+            now, turn = run.warehouse.now, self._turns[(end.heading - robot.heading) % 4]
+            course.under_way = Stop(robot.cell, robot.heading, now), end
+            driven = Leg(leg.to, now - course.since)
+            yield self.set_off(robot, driven, end.heading, course.since, turn, end.start_tick)
+            self.arrive(*self.under_way.pop(robot.id))
             course.under_way, course.since = None, run.warehouse.now
             if course.station is not None and not course.joined:
                 self._join(course.station)

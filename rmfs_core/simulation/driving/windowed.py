@@ -35,7 +35,6 @@ from itertools import pairwise, takewhile
 
 import numpy as np
 from attrs import define, evolve
-from numpy.typing import NDArray
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.decisions import Leg
@@ -43,8 +42,9 @@ from rmfs_core.errors import StandstillError
 from rmfs_core.randomness import stream
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Course, Process
-from rmfs_core.simulation.driving.reserved import Driven, ReservedDriving
+from rmfs_core.simulation.driving.reserved import ReservedDriving
 from rmfs_core.traffic import FOREVER, Query, Reservations, ReservedError, drive
+from rmfs_core.traffic.paths import Stop
 from rmfs_core.warehouse import Robot, Station
 from rmfs_core.world.travel import UNREACHABLE
 
@@ -192,31 +192,29 @@ class WindowedDriving(ReservedDriving):
             elif course.legs:  # it passes its goal, and could go on
                 self.stop(course)
             return
-        legs, driven = [] if self._is_shut_in(query) else self._ask(query, needed=False), None
+        legs = [] if self._is_shut_in(query) else self._ask(query, needed=False)
         if legs and course.station is not None:
-            driven = drive(self.roads, query, legs)
-            if self.gets_ahead(course, driven[0].cells, planned=True) is not None:
-                legs, driven = self._ask(evolve(query, goal=course.station.cells.queue[-1]), needed=False), None
-        if all(leg.to == query.cell for leg in legs):
+            ways = self._ways_past(course, [query.cell, *(leg.to for leg in legs)])
+            if self.gets_ahead(course, ways, planned=True) is not None:
+                legs = self._ask(evolve(query, goal=course.station.cells.queue[-1]), needed=False)
+        if legs and legs[0].to == query.cell and all(leg.to == query.cell for leg in legs):
             legs = []
         progress = self._progress_of[course.robot.id]
         if not legs or (progress.refused is not None and self._has_stood_long(course)):
             if self.run.warehouse.now - progress.set_out > self.standstill_ticks:
                 raise StandstillError(self.who_waits_for_whom(course))
-            if aside := self._step_aside(course, query):
-                legs, driven = aside, None
+            legs = self._step_aside(course, query) or legs
         if legs:
-            self._go(course, query, legs, driven if course.under_way is None else None)
+            self._go(course, legs)
         elif self.rests(course):  # where a path goes on it asks again at its end
             self.run.after(RETRY_TICKS).callbacks.append(lambda _: self._ask_again(course))
 
-    def _go(self, course: Course, query: Query, legs: list[Leg], driven: Driven | None) -> None:
+    def _go(self, course: Course, legs: list[Leg]) -> None:
         """Reserve a path, and see whether it leads into a line."""
         progress = self._progress_of[course.robot.id]
-        path = self.run.asker.apply(self.rule, lambda: self._commit(course, query, legs, driven))
-        station = course.station
+        rows, station = self.run.asker.apply(self.rule, lambda: self._commit(course, legs)), course.station
         if station is not None and course not in self.lines[station.id]:
-            enters = path.since[self._queues[station.id][path.cells]]
+            enters = rows[1][self._queues[station.id][rows[0]]]
             if len(enters):
                 passing = (self._progress_of[other.robot.id] for other in self.lines[station.id])
                 progress.entry = max([int(enters[0]), *(other.entry for other in passing if other.passes)])
@@ -232,29 +230,28 @@ class WindowedDriving(ReservedDriving):
 
     # Runs that are registered or refused
 
-    def register(self, course: Course, leg: Leg) -> bool:
-        """Register a run; when another is in its way, stop the robot instead."""
+    def register(self, course: Course, leg: Leg) -> Stop | None:
+        """Register a run, and return its end; when another is in its way, stop the robot instead."""
         robot, progress = course.robot, self._progress_of[course.robot.id]
-        occupied, end = drive(self.roads, self.next_stop(course), (Leg(leg.to),))
+        ways = self._ways_past(course, (robot.cell, leg.to))
+        progress.refused = self.gets_ahead(course, ways, planned=False)
         try:
-            progress.refused = self.gets_ahead(course, occupied.cells, planned=False)
             if progress.refused is None:
-                self.registered.commit(robot.id, occupied)
+                _, end = self.registered.settle(robot.id, self.roads, self.next_stop(course), ((leg.to, 0),))
         except ReservedError as error:
             progress.refused = error.cell
         if progress.refused is not None:
             self.stop(course)
-            return False
-        progress.moved, progress.refused = end.start_tick, None
-        progress.passes |= next(self._ways_past(course, occupied.cells), None) is not None
+            return None
+        progress.moved, progress.passes = end.start_tick, progress.passes or bool(ways)
         left, progress.leaves = progress.leaves, None
         if left is not None:
             self.lines[left.id].remove(course)
             self.let_move_up(left)
-        return True
+        return end
 
-    def gets_ahead(self, course: Course, cells: NDArray[np.int64], *, planned: bool) -> int | None:
-        """Cell at which a robot would come into its lane, or pass others there, in front of one ahead in its line.
+    def gets_ahead(self, course: Course, ways: Iterable[int], *, planned: bool) -> int | None:
+        """First of the cells by which a robot would come into its lane, or pass others there, before one ahead of it.
 
         Those ahead have to end up nearer to the station than that: with what is planned, or with their runs alone.
         """
@@ -262,20 +259,26 @@ class WindowedDriving(ReservedDriving):
         def end(other: Course) -> int:
             return other.legs[-1].to if planned and other.legs else self.next_stop(other).cell
 
-        for station, slots, cell in self._ways_past(course, cells):
-            ahead = takewhile(lambda other: other is not course, self.lines[station.id])
+        for cell in ways:
+            assert course.station is not None
+            slots, _ = self._slots[course.station.id]
+            ahead = takewhile(lambda other: other is not course, self.lines[course.station.id])
             if any(end(other) not in slots[: slots.index(cell)] for other in ahead):
-                return int(cell)
+                return cell
         return None
 
-    def _ways_past(self, course: Course, cells: NDArray[np.int64]) -> Iterator[tuple[Station, tuple[int, ...], int]]:
-        """Yield cells of its lane that a robot enters by a shortcut or second entrance, with station and slots."""
-        if (station := course.station) is not None:
-            (slots, behind), path = self._slots[station.id], cells.tolist()
-            if not behind.keys().isdisjoint(path):
-                for before, cell in pairwise(path):
-                    if behind.get(cell, before) != before:
-                        yield station, slots, cell
+    def _ways_past(self, course: Course, ends: Iterable[int]) -> list[int]:
+        """Cells of its lane that a robot enters by a shortcut or second entrance on runs between cells."""
+        found: list[int] = []
+        if course.station is None:
+            return found
+        behind, width = self._slots[course.station.id][1], self.roads.layout.width
+        for start, end in pairwise(ends):
+            step = (1 if abs(end - start) < width else width) * (1 if end > start else -1)
+            cells = range(start + step, end + step, step)
+            if not behind.keys().isdisjoint(cells):
+                found += [cell for cell in cells if behind.get(cell, cell - step) != cell - step]
+        return found
 
     def stop(self, course: Course) -> None:
         """Take a robot's path from it: it stops where it stands or where its run ends, and plans anew.
