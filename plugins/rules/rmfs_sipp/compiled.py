@@ -13,19 +13,27 @@ from numba import njit
 from rmfs_core.traffic import FOREVER, Intervals, Tracks
 from rmfs_core.world.travel import UNREACHABLE
 from rmfs_rule_helpers.searching import free_for_good, gap_at, inlined, narrow
+from rmfs_sipp.backwards import earliest
 from rmfs_sipp.states import AHEAD, ARRIVAL, CELL, DONE, DUE, GAP_END, PARENT, REST, known, put, reach, take, turned
 
 FAR = UNREACHABLE
+LITTLE = 1_000
+"""States that a search expands before it looks from the goal when a path can arrive at all."""
+LABELS = 256
+"""States that it looks at there."""
+NONE, FOUND, UNDECIDED = range(3)
 
 
 @njit(cache=True)
 def search(  # type: ignore[no-untyped-def]
-    cell, heading, start, goal, latest, me, number,
+    cell, heading, start, goal, latest, me, number, little,
     moves, passable, offsets, runs, turns, enter, leave, common, times, first, count, since, until, owner,
     states, queue, low, high,
 ):  # fmt: skip
     """Runs of the path that arrives first, as rows (end, departure, arrival); None when none does before ``latest``.
 
+    A search that expands more than ``little`` states looks from the goal when a path can arrive at all, and begins anew:
+    where others have the last cells before it for long, estimates are far too early. It uses numbers up to ``number + 2``.
     Arrays come one by one: those in a named tuple take numba longer to look at than a short search takes.
     """
     tracks = Tracks(moves, passable, offsets, runs, turns, enter, leave, common, times)
@@ -37,21 +45,49 @@ def search(  # type: ignore[no-untyped-def]
     if cell == goal and end >= FOREVER:
         return np.empty((0, 3), np.int64)
     bound = _entered(last, tracks)
+    rows, found = _forward(
+        cell, heading, start, goal, gap, end, bound, latest, little, me, number,
+        tracks, table, states, queue, low, high,
+    )  # fmt: skip
+    if found != UNDECIDED:
+        return rows if found == FOUND else None
     due = max(start + times[cell, heading], bound)
+    bound, latest = earliest(
+        cell, heading, start, gap, goal, due, latest, LABELS, me, number + 1,
+        tracks, table, states, queue, low, high,
+    )  # fmt: skip
+    rows, found = _forward(
+        cell, heading, start, goal, gap, end, bound, latest, FOREVER, me, number + 2,
+        tracks, table, states, queue, low, high,
+    )  # fmt: skip
+    return rows if found == FOUND else None
+
+
+@njit(cache=True)
+def _forward(  # type: ignore[no-untyped-def]
+    cell, heading, start, goal, gap, end, bound, latest, most, me, number,
+    tracks, table, states, queue, low, high,
+):  # fmt: skip
+    """Rows of the path, as `search` returns them, and what came of it: at most so many states are expanded."""
+    nothing = np.empty((0, 3), np.int64)
+    due = max(start + tracks.times[cell, heading], bound)
     waiting = reach(4 * gap + heading, number, start, -1, cell, end, due, tracks, states, queue, 0)
     found = np.int64(latest)
     while waiting:
         state = take(states, queue, waiting)
         waiting -= 1
         if states[state, DUE] >= latest:
-            return None
+            return nothing, NONE
         time = states[state, ARRIVAL]
-        if turned(state, time, number, turns, states):
+        if turned(state, time, number, tracks.turns, states):
             continue
         if states[state, CELL] == goal and states[state, GAP_END] >= FOREVER:
-            return _runs(state, tracks, states)
-        if states[state, CELL] == goal and states[state, PARENT] >= 0 and not passable[goal]:
+            return _runs(state, tracks, states), FOUND
+        if states[state, CELL] == goal and states[state, PARENT] >= 0 and not tracks.passable[goal]:
             continue  # a storage location is no way through for a robot with a pod
+        if most == 0:
+            return nothing, UNDECIDED
+        most -= 1
         limit = states[state, DUE]
         if states[state, DONE] >= 0:
             limit += (limit - time - states[state, REST]) // 2  # the farther off, the more at once
@@ -61,7 +97,7 @@ def search(  # type: ignore[no-untyped-def]
         if left < FAR:
             states[state, DONE], states[state, DUE] = limit, max(left, bound)
             waiting = put(state, states, queue, waiting)
-    return None
+    return nothing, NONE
 
 
 @inlined

@@ -38,7 +38,7 @@ class _Memory:
             self.low, self.high = (
                 np.zeros((4, gaps + 2), dtype=np.int64) for _ in range(2)
             )  # a window for each at most
-        self.searches += 1
+        self.searches += 3  # as many numbers as a search may take
         return self.searches
 
 
@@ -58,7 +58,8 @@ class Sipp:
     windows; they are narrowed cell by cell, once for all lengths, since runs differ only where they brake. Of each gap
     that a run can end in only the earliest arrival counts: whoever comes earlier can wait there until any later
     time. Estimates are exact times without traffic, and never earlier than the goal is free for good, because a path
-    has to end with a hold of the goal without end. Among equal estimates the state nearest to the goal goes
+    has to end with a hold of the goal without end; where that still is far too early, a search from the goal says when a
+    path can arrive at all (`rmfs_sipp.backwards`). Among equal estimates the state nearest to the goal goes
     first, then the one with the lower number: the result is the same on every machine.
 
     The arrival is the earliest that any path made of such moves has, waiting times being free to the tick.
@@ -94,6 +95,6 @@ class Sipp:
         tracks = roads.tracks(query.goal, query.loaded)
         rows: Any = _compiled().search(
             query.cell, query.heading, query.start_tick, query.goal, query.latest, query.robot, number,
-            *tracks, *table.arrays, memory.states, memory.queue, memory.low, memory.high,
+            compiled.LITTLE, *tracks, *table.arrays, memory.states, memory.queue, memory.low, memory.high,
         )  # fmt: skip
         return None if rows is None else rows.tolist()
