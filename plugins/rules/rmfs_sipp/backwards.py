@@ -56,14 +56,10 @@ def _before(  # type: ignore[no-untyped-def]
     state, cell, heading, start, gap, brake, me, number, tracks, table, states, queue, waiting, low, high
 ):
     """Note the states that runs into a state begin in; return when the last run arrives, and the queue's length."""
-    to, towards, due, by = states[state, CELL], state % 4, states[state, DUE], states[state, ARRIVAL]
-    rest = tracks.times[to, towards]
-    begin = arrives = np.int64(-FOREVER)
-    for p in range(table.first[to], table.first[to] + table.count[to]):
-        if table.owner[p] != me and p < state // 4:
-            begin = table.until[p]
-        elif p == state // 4:
-            by = min(by, table.since[p])
+    to, towards, due = states[state, CELL], state % 4, states[state, DUE]
+    rest, arrives = tracks.times[to, towards], np.int64(-FOREVER)
+    begin, end = _gap(to, state // 4, me, table)
+    by = min(end, states[state, ARRIVAL])
     soonest = start + tracks.times[cell, heading] - rest - 4  # four ticks for what is rounded
     at, offset = to, tracks.offsets[towards]
     for length in range(1, len(tracks.runs)):
@@ -87,10 +83,7 @@ def _before(  # type: ignore[no-untyped-def]
         if n:
             arrives = max(arrives, high[now, n - 1] + run)
         if n and at == cell:
-            turn = tracks.turns[(towards - heading) % 4]
-            until = np.int64(FOREVER)
-            if gap < table.first[at] + table.count[at]:
-                until = table.since[gap]
+            turn, until = tracks.turns[(towards - heading) % 4], _gap(at, gap, me, table)[1]
             departure, final = _departs(start + turn, until - tracks.leave[length, 0], now, n, low, high)
             if departure <= final:
                 alone, by = departure + run + rest, final - turn
@@ -103,6 +96,16 @@ def _before(  # type: ignore[no-untyped-def]
         if not tracks.passable[at]:
             break
     return arrives, waiting
+
+
+@inlined
+def _gap(cell, gap, me, table):  # type: ignore[no-untyped-def]
+    """Begin and end of a gap of a cell."""
+    begin, last = np.int64(-FOREVER), table.first[cell] + table.count[cell]
+    for p in range(table.first[cell], gap):
+        if table.owner[p] != me:
+            begin = table.until[p]
+    return begin, table.since[gap] if gap < last else np.int64(FOREVER)
 
 
 @inlined

@@ -32,8 +32,10 @@ def search(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """Runs of the path that arrives first, as rows (end, departure, arrival); None when none does before ``latest``.
 
-    A search that expands more than ``little`` states looks from the goal when a path can arrive at all, and begins anew:
-    where others have the last cells before it for long, estimates are far too early. It uses numbers up to ``number + 2``.
+    After expanding ``little`` states it looks from the goal when a path can arrive at all, and begins anew with that:
+    where others have the last cells before the goal for long, estimates are far too early. All in all it uses three
+    numbers, up to ``number + 2``.
+
     Arrays come one by one: those in a named tuple take numba longer to look at than a short search takes.
     """
     tracks = Tracks(moves, passable, offsets, runs, turns, enter, leave, common, times)

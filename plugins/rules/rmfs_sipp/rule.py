@@ -58,8 +58,8 @@ class Sipp:
     windows; they are narrowed cell by cell, once for all lengths, since runs differ only where they brake. Of each gap
     that a run can end in only the earliest arrival counts: whoever comes earlier can wait there until any later
     time. Estimates are exact times without traffic, and never earlier than the goal is free for good, because a path
-    has to end with a hold of the goal without end; where that still is far too early, a search from the goal says when a
-    path can arrive at all (`rmfs_sipp.backwards`). Among equal estimates the state nearest to the goal goes
+    has to end with a hold of the goal without end. Where even that is far too early, a search from the goal finds out
+    when a path can arrive at all (`rmfs_sipp.backwards`). Among equal estimates the state nearest to the goal goes
     first, then the one with the lower number: the result is the same on every machine.
 
     The arrival is the earliest that any path made of such moves has, waiting times being free to the tick.

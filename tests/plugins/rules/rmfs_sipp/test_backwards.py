@@ -23,7 +23,8 @@ from rmfs_sipp.states import empty_states
 
 OPEN = parse_map("#.....\n....#.\n.qO...\n.#....", "open")
 AISLES = parse_map(".>>>.\nv###^\n.<<<.\nqO...", "aisles")
-LANE = parse_map("#........#\n.q........\n.O........", "lane")
+LANE = parse_map("#........#\n@q@.......\n@O........", "lane")
+"""The queue cell, 11, has one way in, over cell 1; cell 8 is floor in the same row."""
 
 
 def limits(roads: Roads, table: Reservations, query: Query, labels: int) -> tuple[int, int]:
@@ -86,26 +87,21 @@ def test_crowds(robots: int) -> None:
 
 def test_the_last_run_decides() -> None:
     """Where others pass before the goal for long, the first arrival is known from the goal alone, to the tick."""
-    roads = roads_on(travel_on(LANE, Motion()))
-    goal, before = roads.layout.cell(1, 1), roads.layout.cell(0, 1)
-    table = Reservations(roads.cells)
-    hold_until(table, 1, before, 0, 60_000)
-    query = Query(0, roads.layout.cell(0, 8), 2, 0, goal, True)
+    roads, table = roads_on(travel_on(LANE, Motion())), Reservations(30)
+    hold_until(table, 1, 1, 0, 60_000)
+    query = Query(0, 8, 2, 0, 11, True)
     path = Sipp().search(roads, table, query)
     assert path is not None
     assert path.end_tick > 60_000
-    first, _ = limits(roads, table, query, compiled.LABELS)
-    assert first == path.end_tick
+    assert limits(roads, table, query, compiled.LABELS)[0] == path.end_tick
 
 
 def test_no_way_in_after_others_have_come_to_stay() -> None:
     """Who comes after the only way in is closed for good is told so from the goal."""
-    roads = roads_on(travel_on(LANE, Motion()))
-    goal, before = roads.layout.cell(1, 1), roads.layout.cell(0, 1)
-    table = Reservations(roads.cells)
-    hold_until(table, 1, before, 9_000, FOREVER)
-    near, far = (Query(0, roads.layout.cell(0, column), 2, start, goal, True) for column, start in ((2, 0), (8, 9_000)))
-    assert Sipp().search(roads, table, near) is not None
-    assert Sipp().search(roads, table, far) is None
-    first, last = limits(roads, table, far, compiled.LABELS)
-    assert first == last < FOREVER
+    roads, table = roads_on(travel_on(LANE, Motion())), Reservations(30)
+    hold_until(table, 1, 1, 9_000, FOREVER)
+    assert Sipp().search(roads, table, Query(0, 3, 2, 0, 11, True)) is not None
+    late = Query(0, 8, 2, 5_000, 11, True)
+    assert Sipp().search(roads, table, late) is None
+    first, last = limits(roads, table, late, compiled.LABELS)
+    assert first == last
