@@ -75,8 +75,8 @@ class Roads:
 
         return intervals
 
-    def tracks(self, goal: int, loaded: bool) -> Tracks:
-        """Return the arrays of a goal for a compiled search."""
+    def tracks(self, goal: int, loaded: bool, times: Ints | None = None) -> Tracks:
+        """Return the arrays of a goal for a compiled search, with the times of `Travel.times_to` if not with others."""
         passing = self.passing
         return Tracks(
             self.layout.moves,
@@ -87,5 +87,5 @@ class Roads:
             passing.enter,
             passing.leave,
             passing.common,
-            self.travel.times_to(goal, loaded),
+            self.travel.times_to(goal, loaded) if times is None else times,
         )

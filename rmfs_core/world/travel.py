@@ -11,7 +11,7 @@ cell of the same queue, and a station is never driven through.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property, lru_cache
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from rmfs_core.world.travel_search import Work
 
 UNREACHABLE = 1 << 40
+SPARE_TICKS = 5_000
+"""How much longer than the fastest way the times of `Travel.times_near` are, at most."""
 TABLES_BYTES = 640 << 20
 """Memory that the tables of one layout may take, besides those of stations; the least recently used go first."""
 
@@ -104,6 +106,7 @@ class Travel:
     def load_searches(self) -> None:
         """Load the compiled searches now (or compile them), not within the first decision that needs them."""
         station = self.layout.stations[0].station
+        self.times_near([(station, 0)], self.layout.storage_locations[0], loaded=True)
         self.times_from(station, 0, loaded=True)
         self.fastest_path(station, 0, self.layout.storage_locations[0], loaded=True)
 
@@ -115,6 +118,28 @@ class Travel:
         return self._table(
             (goal, -1, loaded), lambda: self._search.times_to(goal, *self._grid(goal, loaded), self._work)
         )
+
+    def times_near(self, stops: Sequence[tuple[int, int]], goal: int, loaded: bool) -> tuple[NDArray[np.int64], int]:
+        """As `times_to`, for whom few of its times are enough, and up to how many ticks it has them.
+
+        They are those that are little longer than the way from the nearest of some stops (cell, heading); any other has
+        the number of ticks that is returned, `UNREACHABLE` if all are right. Valid until the next call.
+        """
+        if self._lanes[goal] >= 0 or (goal, -1, loaded) in self._tables:
+            return self.times_to(goal, loaded), UNREACHABLE
+        started = perf_counter()
+        wanted = np.array([4 * cell + heading for cell, heading in stops])
+        grid = self._grid(goal, loaded)
+        within = int(self._search.times_near(goal, wanted, SPARE_TICKS, self._near, *grid, self._work))
+        table = self._near.reshape(-1, 4)
+        table.setflags(write=False)
+        self._seconds += perf_counter() - started
+        return table, within
+
+    @cached_property
+    def _near(self) -> NDArray[np.int64]:
+        """What `times_near` writes its table on."""
+        return np.zeros(4 * len(self._lane), dtype=np.int64)
 
     def times_from(self, cell: int, heading: int, loaded: bool) -> NDArray[np.int64]:
         """Ticks from standing in ``cell`` with ``heading`` to rest in each cell, whatever the heading there.

@@ -82,7 +82,7 @@ def work_on(cells: int, runs: NDArray[np.int64], turns: NDArray[np.int64]) -> Wo
     buckets = np.full(1 << ((move >> shift) + 2).bit_length(), -1, np.int32)  # a power of two
     slowest = cells * int(runs[1] + 2 * turns.max())  # no way visits a cell twice with one heading
     times: Any = np.empty(4 * cells, np.int32 if 4 * slowest + move < 1 << 31 else np.int64)
-    links, losses = np.empty((4 * cells, 3), np.int32), runs + runs[::-1] - runs[-1] + 4
+    links, losses = np.full((4 * cells, 3), -1, np.int32), runs + runs[::-1] - runs[-1] + 4
     onwards = bool(2 * runs[1] - runs[min(2, longest)] < 3)  # the closest call; each is rounded by half a tick
     return Work(times, np.empty(4 * cells, np.int32), links, buckets, shift, losses, gains, onwards)
 
@@ -90,9 +90,33 @@ def work_on(cells: int, runs: NDArray[np.int64], turns: NDArray[np.int64]) -> Wo
 @njit(cache=True)
 def times_to(goal, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
     """Ticks from each (cell, heading) to rest at ``goal``: a search backwards from it."""
+    _spread(goal, np.empty(0, np.int64), 0, moves, passable, offsets, runs, turns, work)
+    return _table(work.times).reshape((-1, 4))
+
+
+@njit(cache=True)
+def times_near(goal, wanted, spare, table, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
+    """Write to ``table`` what `times_to` returns, up to ``spare`` ticks more than the least of the ``wanted`` states.
+
+    Returns how much that is; all other states get that. `FAR` if the table is whole.
+    """
+    within = _spread(goal, wanted, spare, moves, passable, offsets, runs, turns, work)
+    times = work.times
+    for i in range(len(times)):
+        if times[i] <= within:
+            table[i] = times[i] if times[i] < FAR_32 or times.itemsize == 8 else FAR
+        else:
+            table[i] = within
+    return within
+
+
+@inlined
+def _spread(goal, wanted, spare, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
+    """Search backwards from a goal, only as far as `times_near` says if states are ``wanted``."""
     times, driven, links, buckets, shift, losses, gains, onwards = work
-    _begin(work)
+    _begin(times)
     waiting = bucket = 0
+    within, looked, span = np.int64(FAR), np.int64(0), np.int64(1) << shift
     for heading in range(4):
         waiting += _reach(4 * goal + heading, 0, 0, times, driven, links, buckets, shift)
     while waiting:
@@ -101,17 +125,17 @@ def times_to(goal, moves, passable, offsets, runs, turns, work):  # type: ignore
         state = buckets[bucket]
         waiting -= _take(state, links, buckets)
         time, cell = times[state], state >> 2
-        if time and not driven[state]:
-            continue  # turned to since it began to wait
+        if within == FAR and time >= looked:
+            within, looked = _within(wanted, time - span, spare, times), time + span
+        if time > within + span or (time and not driven[state]):
+            continue  # all that is near has been taken, and the others wait no longer; or turned to while it waited
         for difference in range(1 if time and not onwards else 0, 4):
             heading, turned = (state - difference) & 3, time + turns[difference]
             if turned < times[4 * cell + heading]:
                 times[4 * cell + heading], driven[4 * cell + heading] = turned, 0
             elif difference:
                 continue
-            if not (passable[cell] or cell == goal):
-                continue
-            before, length = cell - offsets[heading], 1
+            before, length = cell - offsets[heading] if passable[cell] or cell == goal else -1, 1
             while 0 <= before < len(moves) and moves[before] >> heading & 1:
                 into, arrival = 4 * before + heading, turned + runs[length]
                 if arrival < times[into]:
@@ -122,14 +146,24 @@ def times_to(goal, moves, passable, offsets, runs, turns, work):  # type: ignore
                     break
                 before -= offsets[heading]
                 length += 1
-    return _table(times).reshape((-1, 4))
+    return within
+
+
+@inlined
+def _within(wanted, by, spare, times):  # type: ignore[no-untyped-def]
+    """Ticks to spare after the nearest wanted state, or `FAR` if none is reached by a tick."""
+    nearest = np.int64(FAR)
+    for state in wanted:
+        if times[state] <= by:
+            nearest = min(nearest, times[state] + spare)
+    return nearest
 
 
 @njit(cache=True)
 def times_from(start, start_heading, lane, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
     """Ticks from standing at ``start`` to rest in each cell, whatever the heading there."""
     times, driven, links, buckets, shift, losses, gains, onwards = work
-    _begin(work)
+    _begin(times)
     waiting, bucket = _reach(4 * start + start_heading, 0, 0, times, driven, links, buckets, shift), 0
     while waiting:
         while buckets[bucket] < 0:
@@ -165,12 +199,10 @@ def times_from(start, start_heading, lane, moves, passable, offsets, runs, turns
     return _table(fastest)
 
 
-@njit(cache=True)
-def _begin(work):  # type: ignore[no-untyped-def]
-    """Forget the search before."""
-    work.times.fill(FAR if work.times.itemsize == 8 else FAR_32)
-    work.links[:, BUCKET] = -1
-    work.buckets.fill(-1)
+@inlined
+def _begin(times):  # type: ignore[no-untyped-def]
+    """Forget the search before, of which nothing waits any more."""
+    times.fill(FAR if times.itemsize == 8 else FAR_32)
 
 
 @njit(cache=True)

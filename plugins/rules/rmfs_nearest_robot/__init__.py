@@ -31,8 +31,10 @@ class NearestRobot:
         idle = list(warehouse.idle_robots)
         tasks = []
         for pod in warehouse.waiting_pods[: len(idle)]:
-            times = warehouse.travel.times_to(pod.cell, False)
-            nearest = min(idle, key=lambda robot: (int(times[robot.cell, robot.heading]), robot.id))
+            nearest = idle[0]
+            if len(idle) > 1:
+                times, _ = warehouse.travel.times_near([(r.cell, r.heading) for r in idle], pod.cell, loaded=False)
+                nearest = min(idle, key=lambda robot: (int(times[robot.cell, robot.heading]), robot.id))
             idle.remove(nearest)
             tasks.append(TaskAssignment(nearest.id, pod.id))
         return tasks

@@ -14,7 +14,7 @@ from rmfs_rule_helpers.searching import legs_of, path_of, search_once
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, Traffic
+    from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, Tracks, Traffic
 
 
 @define(eq=False)
@@ -81,20 +81,24 @@ class Sipp:
     @hookimpl
     def plan_path(self, traffic: Traffic) -> Path | None:
         """Return the path that arrives first; None when there is none, which the kernel's scheme excludes."""
-        rows = self._rows(traffic.roads, traffic.table, traffic.query)
-        return None if rows is None else Path(tuple(legs_of(traffic.roads, traffic.query, rows)[0]))
+        roads, table, query = traffic.roads, traffic.table, traffic.query
+        times, within = roads.travel.times_near([(query.cell, query.heading)], query.goal, query.loaded)
+        latest, soon = query.latest, query.start_tick + within
+        rows = self._rows(table, query, min(latest, soon), roads.tracks(query.goal, query.loaded, times))
+        if rows is None and soon < latest:
+            rows = self._rows(table, query, latest, roads.tracks(query.goal, query.loaded))
+        return None if rows is None else Path(tuple(legs_of(roads, query, rows)[0]))
 
     def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
         """Return the path that arrives first and may stay at the goal for ever; None when there is none."""
-        rows = self._rows(roads, table, query)
+        rows = self._rows(table, query, query.latest, roads.tracks(query.goal, query.loaded))
         return None if rows is None else path_of(roads, query, rows)
 
-    def _rows(self, roads: Roads, table: Reservations, query: Query) -> list[list[int]] | None:
+    def _rows(self, table: Reservations, query: Query, latest: int, tracks: Tracks) -> list[list[int]] | None:
         memory = self._memory
-        number = memory.next(table)
-        tracks = roads.tracks(query.goal, query.loaded)
-        rows: Any = _compiled().search(
-            query.cell, query.heading, query.start_tick, query.goal, query.latest, query.robot, number,
+        number, compiled = memory.next(table), _compiled()
+        rows: Any = compiled.search(
+            query.cell, query.heading, query.start_tick, query.goal, latest, query.robot, number,
             compiled.LITTLE, *tracks, *table.arrays, memory.states, memory.queue, memory.low, memory.high,
         )  # fmt: skip
         return None if rows is None else rows.tolist()

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from rmfs_core.motion import Motion
 from rmfs_core.scenario.model import LayoutSection
 from rmfs_core.world import EAST, NORTH, WEST, CellKind, Layout, block_map, parse_map
-from rmfs_core.world.travel import UNREACHABLE, Travel
+from rmfs_core.world.travel import SPARE_TICKS, UNREACHABLE, Travel
 from rmfs_testing import small_layout
 
 OPEN = parse_map("#......#\n........\n..qO....\n........", "open")
@@ -119,6 +119,31 @@ def test_times_from_a_station_equal_times_to_each_location() -> None:
     times = travel.times_from(station, WEST, loaded=True)
     for location in layout.storage_locations:
         assert times[location] == travel.ticks(station, WEST, location, loaded=True)
+
+
+@given(data=st.data())
+@settings(deadline=None)
+def test_a_table_for_who_is_near_is_right_as_far_as_it_says(data: st.DataObject) -> None:
+    """Up to the ticks that it says its times are those of the whole table, and no other time is less."""
+    layout = small_layout(stations=2)
+    whole, travel = Travel(layout, Motion()), Travel(layout, Motion())
+    places = st.sampled_from(layout.storage_locations)
+    for _ in range(2):  # nothing is left of the search before
+        goal, loaded = data.draw(places), data.draw(st.booleans())
+        stops = data.draw(st.lists(st.tuples(places, st.integers(0, 3)), min_size=1, max_size=3))
+        right = whole.times_to(goal, loaded)
+        table, within = travel.times_near(stops, goal, loaded)
+        assert within in {UNREACHABLE, min(right[cell, heading] for cell, heading in stops) + SPARE_TICKS}
+        assert (table == right.clip(max=within)).all()
+
+
+def test_who_is_near_is_given_a_whole_table_that_is_there() -> None:
+    """A table that is kept, and any of a station, is whole."""
+    travel = Travel(small_layout(), Motion())
+    first, second = travel.layout.storage_locations[:2]
+    kept, station = travel.times_to(first, True), travel.layout.stations[0].station
+    assert travel.times_near([(second, 0)], first, True) == (kept, UNREACHABLE)
+    assert travel.times_near([(second, 0)], station, True) == (travel.times_to(station, True), UNREACHABLE)
 
 
 @given(data=st.data())

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from rmfs_core.motion import Motion
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST, Layout, parse_map
-from rmfs_core.world.travel_search import FAR, Work, descend, times_from, times_to, work_on
+from rmfs_core.world.travel_search import FAR, Work, descend, times_from, times_near, times_to, work_on
 
 LAYOUT = parse_map("....\n.@@.\n.##.", "horseshoe")
 """A way round a wall; cells 9 and 10 are storage locations between its ends."""
@@ -66,6 +66,16 @@ def test_a_cell_that_is_not_passable_is_an_end_only() -> None:
     assert blocked[8, EAST] == 10
     assert blocked[11, WEST] == blocked[11, NORTH] + 3  # round the wall, not over cell 10
     assert blocked[11, NORTH] == 14 + 3 + 17 + 3 + 14 + 3 + 10
+
+
+def test_a_search_for_who_is_near_ends_early() -> None:
+    """What is farther than the nearest state wanted and some ticks to spare is as far as that."""
+    arrays, table = grid(floor_of(LAYOUT, 9, 10)), np.zeros(48, dtype=np.int64)
+    right = times_to(11, *arrays, WORK)
+    wanted = np.array([4 * 3 + SOUTH, 4 * 8 + NORTH])
+    assert times_near(11, wanted, 4, table, *arrays, WORK) == right[3, SOUTH] + 4
+    assert (table.reshape(-1, 4) == right.clip(max=right[3, SOUTH] + 4)).all()
+    assert times_near(11, wanted[1:], 50, table, *arrays, WORK) in {FAR, right[8, NORTH] + 50}
 
 
 def test_what_cannot_be_reached_is_far() -> None:
