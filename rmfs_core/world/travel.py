@@ -133,7 +133,7 @@ class Travel:
         within = int(self._search.times_near(goal, wanted, SPARE_TICKS, self._near, *grid, self._work))
         table = self._near.reshape(-1, 4)
         table.setflags(write=False)
-        self._seconds += perf_counter() - started
+        self.seconds += perf_counter() - started
         return table, within
 
     @cached_property
