@@ -44,8 +44,8 @@ class CommonLines(KeptPairs):
         wanted = np.zeros((len(warehouse.stations), warehouse.n_skus), dtype=np.int64)
         for station in warehouse.stations:
             wanted[station.id, [request.sku for request in station.open_requests]] = 1
-        if self.plain and self._scores.decides(warehouse, wanted):
-            return self._scores.assign(warehouse.stations, self._take)
+        if self._scores.decides(warehouse, wanted):
+            return self.assign_kept(warehouse, rng, self._take)
         lines = warehouse.backlog_lines
 
         def score(station: Station) -> NDArray[np.int64]:

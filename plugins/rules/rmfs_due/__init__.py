@@ -7,17 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from attrs import define, field, validators
-from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rule_helpers import assign_best_pairs, items_per_order
-from rmfs_rule_helpers.options import LaneOptions, due_s
+from rmfs_rule_helpers import assign_best_pairs
+from rmfs_rule_helpers.pair_scores import KeptLanes, by_due_time
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import WarehouseView
+    from rmfs_core.warehouse import Order, WarehouseView
 
 
-def _assign(warehouse: WarehouseView, rank: NDArray[np.float64], options: LaneOptions) -> list[OrderAssignment]:
+def _assign(warehouse: WarehouseView, options: KeptLanes) -> list[OrderAssignment]:
+    if options.decides(warehouse):
+        return options.assign_kept(warehouse)
+    rank = np.array([options.rank(order) for order in warehouse.backlog], np.float64)
     same = np.zeros(len(rank), np.int64)
     return assign_best_pairs(
         warehouse, lambda _: same, max_wait_s=options.max_wait_s, rank=rank, fast_lane=options.fast_lane
@@ -25,7 +27,7 @@ def _assign(warehouse: WarehouseView, rank: NDArray[np.float64], options: LaneOp
 
 
 @define
-class EarliestDue(LaneOptions):
+class EarliestDue(KeptLanes):
     """Assign the order that is due first.
 
     Of the orders that fit anywhere, the one with the earliest due time goes to the station with the lowest load where
@@ -44,11 +46,15 @@ class EarliestDue(LaneOptions):
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
         """Assign orders by due time."""
-        return _assign(warehouse, due_s(warehouse), self)
+        return _assign(warehouse, self)
+
+    def rank(self, order: Order) -> float:
+        """Return the due time in seconds."""
+        return by_due_time(order)
 
 
 @define
-class LeastSlack(LaneOptions):
+class LeastSlack(KeptLanes):
     """Assign the order that has least time to spare.
 
     Of the orders that fit anywhere, the one with the lowest slack
@@ -74,4 +80,8 @@ class LeastSlack(LaneOptions):
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
         """Assign orders by slack; what time it is makes no difference between them."""
-        return _assign(warehouse, due_s(warehouse) - self.item_s * items_per_order(warehouse), self)
+        return _assign(warehouse, self)
+
+    def rank(self, order: Order) -> float:
+        """Return the slack in seconds, but for the time that it is now."""
+        return by_due_time(order) - self.item_s * order.open_items

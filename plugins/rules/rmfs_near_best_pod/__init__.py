@@ -48,8 +48,8 @@ class NearBestPod(KeptPairs):
             times = warehouse.travel.times_to(station.cell, True)
             return min((int(times[pod.cell].min()) for pod in best[order]), default=0)
 
-        if self.plain and self._scores.decides(warehouse):
-            return self._scores.assign(warehouse.stations, prefer=drive)
+        if self._scores.decides(warehouse):
+            return self.assign_kept(warehouse, rng, prefer=drive)
         same = np.zeros(len(warehouse.backlog), np.int64)
         return assign_best_pairs(
             warehouse,

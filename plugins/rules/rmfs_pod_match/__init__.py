@@ -41,9 +41,8 @@ class PodMatch(KeptPairs):
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign the best matching pairs of order and station."""
-        if self.plain and self._scores.decides(warehouse, warehouse.available()):
-            takes = None if warehouse.unlimited_stock else _Stock(self._scores).take
-            return self._scores.assign(warehouse.stations, takes)
+        if self._scores.decides(warehouse, warehouse.available()):
+            return self.assign_kept(warehouse, rng, None if warehouse.unlimited_stock else _Stock(self._scores).take)
         stock = _InboundStock(warehouse)
         take = None if warehouse.unlimited_stock else stock.take
         return self.assign(warehouse, rng, stock.score, take)

@@ -18,7 +18,7 @@ from rmfs_core.decisions import OrderAssignment, PodTrip
 from rmfs_rule_helpers.bundles import StoragePods, cheapest, store_bundles
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, Station, WarehouseView
+    from rmfs_core.warehouse import Order, Pod, Station, WarehouseView
 
 __all__ = [
     "OVERSIZE_WAIT_S",
@@ -175,7 +175,8 @@ def assign_best_pairs(
         if scores[position].max() > DOES_NOT_FIT:
             assign(position)
         elif max_wait_s is not None or not any(kept.values()):
-            keep = _station_to_keep(warehouse, position, dict(zip((s.id for s in stations), free, strict=True)), kept)
+            room = dict(zip((station.id for station in stations), free.tolist(), strict=True))
+            keep = station_to_keep(warehouse, warehouse.backlog[position], room, kept)
             if keep is not None:
                 kept[keep] = bool(oversize[position])
                 for column in (column for column, station in enumerate(stations) if station.id == keep):
@@ -202,13 +203,13 @@ def _next_order(scores: NDArray[np.int64], rank: NDArray[np.generic] | None, fir
     return int(tied[0] if rank is None else tied[rank[tied].argmin()])
 
 
-def _station_to_keep(
-    warehouse: WarehouseView, position: int, free: Mapping[int, int], kept: Container[int]
+def station_to_keep(
+    warehouse: WarehouseView, order: Order, free: Mapping[int, int], kept: Container[int]
 ) -> int | None:
     """Return the station with most room of those that could take an order if they took nothing else."""
-    room = {station.id: int(free.get(station.id, 0)) for station in warehouse.stations}
+    room = {station.id: free.get(station.id, 0) for station in warehouse.stations}
     lacking = {
-        station.id: warehouse.size_at(warehouse.backlog[position], station) - room[station.id]
+        station.id: warehouse.size_at(order, station) - room[station.id]
         for station in warehouse.stations
         if station.open and station.id not in kept
     }

@@ -52,11 +52,6 @@ class PairOptions(LaneOptions):
         default=False, metadata={"doc": "Whether orders that are late already go before all others"}
     )
 
-    @property
-    def plain(self) -> bool:
-        """Whether scores alone decide: ties go to the oldest order, and no order goes before better ones."""
-        return self.tie_break == "oldest" and not self.late_first and self.max_wait_s is None and not self.fast_lane
-
     def assign(
         self, warehouse: WarehouseView, rng: np.random.Generator, score: Score, assigned: Assigned | None = None
     ) -> list[OrderAssignment]:
@@ -75,7 +70,22 @@ class PairOptions(LaneOptions):
         """Return which order of the backlog goes before which others that are alike; None: the older one."""
         if self.tie_break == "due":
             return due_s(warehouse)
-        return rng.permutation(len(warehouse.backlog)) if self.tie_break == "random" else None
+        if self.tie_break == "random":
+            return lots(lot_key(rng), np.array([order.id for order in warehouse.backlog], np.uint64))
+        return None
+
+
+def lot_key(rng: np.random.Generator) -> int:
+    """Draw the number that the lots of one decision are made from."""
+    return int(rng.integers(1, 1 << 63))
+
+
+def lots(key: int, orders: NDArray[np.uint64]) -> NDArray[np.float64]:
+    """Return the lot, from 0 to 1, that each order draws by its id: SplitMix64 of the id, begun with a key."""
+    mixed = np.uint64(key) + (orders + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+    mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return ((mixed ^ (mixed >> np.uint64(31))) >> np.uint64(11)) * 2.0**-53
 
 
 def due_s(warehouse: WarehouseView) -> NDArray[np.float64]:

@@ -2,23 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import heapq
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from attrs import define, field
+from attrs import Factory, define, field
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment
-from rmfs_rule_helpers import largest_capacity
-from rmfs_rule_helpers.options import PairOptions
+from rmfs_rule_helpers import OVERSIZE_WAIT_S, largest_capacity, pod_at, station_to_keep
+from rmfs_rule_helpers.options import LaneOptions, PairOptions, lot_key
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
-    from rmfs_core.warehouse import Station, WarehouseView
+    from rmfs_core.warehouse import Order, Station, WarehouseView
 
 Ints = NDArray[np.int64]
-Change = Callable[[int, int, int], None]
+Take = Callable[["Station", int], None]
+Prefer = Callable[[int, "Station"], int]
+Rank = Callable[["Order"], float]
+
+LATE = 1 << 30
+"""What an order scores besides once it is late, where such orders go first."""
+
+
+def by_due_time(order: Order) -> float:
+    """Return when an order is due, in seconds; infinite without a due time."""
+    return math.inf if order.due_s is None else order.due_s
 
 
 class PairScores:
@@ -27,44 +40,80 @@ class PairScores:
     ``update`` takes in what a warehouse has become since the last call, in time that depends on what changed and not on
     the size of the backlog; ``assign`` then assigns the best pairs, as `assign_best_pairs` with such scores does.
 
+    Parameters
+    ----------
+    rank
+        Of orders with the same score the one goes first that this is lowest for, as it is when an order joins. Left
+        out: the oldest.
+    late_first
+        Whether orders that are late already go before all others.
+    tables
+        2: there is a second table of what is available, and ties go first to the order with the largest share of its
+        lines whose SKU that table has at the station.
+
     Attributes
     ----------
     available
         Items by station and SKU that the scores are made of, shape (stations, SKUs).
     """
 
-    def __init__(self) -> None:
+    def __init__(self, rank: Rank | None = None, *, late_first: bool = False, tables: int = 1) -> None:
         self._log: object = None
-        self.available: Ints = np.zeros((0, 0), np.int64)
+        self._rank, self._late_first, self._tables = rank, late_first, tables
+        self._now: Ints = np.zeros((tables, 0, 0), np.int64)
+
+    @property
+    def available(self) -> Ints:
+        """Items by station and SKU that the scores are made of."""
+        return self._now[0]
 
     def load(self) -> None:
         """Load what is compiled, or compile it."""
-        self._begin(1, 1)
-        self._take_in(np.array([[0], [0], [1]]), [], np.ones(1, np.bool_), np.ones_like(self.available))
-        self._best(np.ones(1, np.int64), np.zeros(1, np.bool_), np.zeros(1, np.int64))
+        self._begin(1, 1, math.inf)
+        self._join(np.array([[0], [0], [1]]), None)
+        self.change(0, 0, 1)
+        self._work.lift(np.zeros(1, np.int64), LATE, *self._arrays()[3:7])
+        self.completed(np.ones(1, np.int64))
+        self._best(np.ones((5, 1), np.int64), np.zeros(1), np.zeros((2, 0), np.int64), 0)
+        self._score(0, 0)
+        self._leave([0])
         self._log = None
 
-    def decides(self, warehouse: WarehouseView, available: Ints | None = None) -> bool:
-        """Update, and say whether `assign` may decide: all orders are shown, whole, and small enough for a station."""
+    def decides(self, warehouse: WarehouseView, *available: Ints) -> bool:
+        """Update, and say whether `assign` may decide: all orders are shown, and none was assigned in part."""
         if warehouse.filtered:
             return False
-        self.update(warehouse, available)
-        return self.whole and self.largest <= largest_capacity(warehouse)
+        self.update(warehouse, *available)
+        return self.whole
 
-    def update(self, warehouse: WarehouseView, available: Ints | None = None) -> None:
+    def update(self, warehouse: WarehouseView, *available: Ints) -> None:
         """Take in what joined and left the backlog, and what is available now; left out: what was, nothing at first."""
         log = warehouse.backlog_log()
         if log is not self._log:
-            self._begin(len(warehouse.stations), warehouse.n_skus)
+            self._begin(len(warehouse.stations), warehouse.n_skus, largest_capacity(warehouse))
             self._log = log
-        room = [available is not None and station.free_capacity > 0 for station in warehouse.stations]  # else it waits
-        available = self.available if available is None else available
-        self._take_in(log.joined(self._joined), log.left(self._left), np.array(room, np.bool_), available)
+        joined, left = log.joined(self._joined), log.left(self._left)
+        if joined.size:
+            self._join(joined, warehouse)
+        if left:
+            self._leave(left)
+        for table, now in enumerate(available):
+            self._changes[(self._now[table] != now).any(axis=1)] += 1
+            self._now[table] = now
+        late = []
+        while self._due and self._due[0][0] < warehouse.now_s:
+            late.append(heapq.heappop(self._due)[1])
+        if late:
+            self._work.lift(np.array(late, np.int64), LATE, *self._arrays()[3:7])
 
     def lines_of(self, place: int) -> Iterable[tuple[int, int]]:
         """Yield SKU and number of items of each line of the order at a place."""
         begin, end = self._starts[place : place + 2].tolist()
         yield from zip(*self._lines[1:3, begin:end].tolist(), strict=True)
+
+    def order_at(self, place: int) -> int:
+        """Return the id of the order at a place."""
+        return int(self._ids[place])
 
     @property
     def whole(self) -> bool:
@@ -72,107 +121,362 @@ class PairScores:
         return not self._parts
 
     @property
-    def largest(self) -> int:
-        """Items of the largest order that was ever in the backlog."""
-        return self._largest
+    def oversize(self) -> tuple[int, ...]:
+        """Places of the orders of the backlog that are larger than any station, oldest first."""
+        self._large = [place for place in self._large if self._orders[0, place]]
+        return tuple(self._large)
 
     def change(self, station: int, sku: int, items: int) -> None:
         """Let a station have another number of items of a SKU available, until the next update."""
-        self._work.change(station, sku, items, *self._arrays())
+        self._now[0, station, sku] = items
+        self._changes[station] += 1
+
+    def completed(self, items: Ints) -> Ints:
+        """Return the places of the orders of which a pod has all that is open, if it has so many free items by SKU."""
+        places: Ints = self._work.completed(items, self._shelves, self._pool, self._orders, self._enough)
+        return places
 
     def assign(
         self,
-        stations: tuple[Station, ...],
-        take: Callable[[Station, int], None] | None = None,
-        prefer: Callable[[int, Station], int] | None = None,
+        warehouse: WarehouseView,
+        take: Take | None = None,
+        prefer: Prefer | None = None,
+        *,
+        extra: NDArray[np.float64] | None = None,
+        max_wait_s: float | None = None,
+        fast_lane: int = 0,
+        key: int = 0,
     ) -> list[OrderAssignment]:
         """Assign whole orders, again and again the pair with the highest score that fits.
 
-        Of the stations with an order's highest score the one takes it that ``prefer`` (order's id, station) is lowest
-        for; left out, or with ties, as `assign_best_pairs` says. ``take`` is told of each pair, unless nothing more
-        can fit.
+        Parameters
+        ----------
+        warehouse
+            The warehouse as it was at the last update.
+        take
+            Told of each assignment (station, place of the order) before the next one is chosen.
+        prefer
+            Which of the stations with an order's highest score takes it (order's id, station): the lowest. Left out, or
+            with ties, as `assign_best_pairs` says.
+        extra
+            What a station adds to the scores of all orders, by station; ``take`` may change it.
+        max_wait_s, fast_lane
+            As `assign_best_pairs` has them.
+        key
+            Of orders with the same score the one with the lowest lot goes first, drawn with this number; 0: as ``rank``
+            says.
         """
-        free = np.array([station.free_capacity for station in stations], np.int64)
-        load = np.array([station.load for station in stations], np.int64)
-        counts = np.array([station.counts_orders for station in stations], np.bool_)
-        chosen: list[OrderAssignment] = []
-        places: list[int] = []
-        while True:
-            place, at = self._best(free, counts, load)
-            if place < 0:
-                break
-            if prefer is not None:
-                fitting = np.flatnonzero((free > 0) & (counts | (self._orders[1, place] <= free))).tolist()
-                tied = [i for i in fitting if self._scores[i, place] == self._scores[at, place]]
-                at = min(tied, key=lambda i: (prefer(self._ids[place].item(), stations[i]), load[i], i))
-            chosen.append(OrderAssignment(self._ids[place].item(), at))
-            size = 1 if counts[at] else self._orders[1, place]
-            free[at] -= size
-            load[at] += size
-            self._taken[place] = True
-            places.append(place)
-            if max(free.tolist()) <= 0:
-                break
-            if take is not None:
-                take(stations[at], place)
-        self._taken[places] = False
-        return chosen
+        return _Assigning(self, warehouse, take, prefer, extra, max_wait_s, fast_lane, key).done()
 
     # What is kept
 
-    def _begin(self, stations: int, skus: int) -> None:
+    def _begin(self, stations: int, skus: int, largest: float) -> None:
         """Start anew with an empty backlog and nothing available."""
         from rmfs_rule_helpers import pair_search  # compiled: imported when needed, for it takes its time
 
         self._work: Any = pair_search
-        self._joined = self._left = self._parts = self._largest = self._first = self._number = 0
+        self._joined = self._left = self._parts = self._first = self._number = self._used = 0
+        self._largest = largest
+        self._large: list[int] = []  # places of orders larger than any station, some of which may have left
+        self._due: list[tuple[float, int]] = []  # a heap: when orders will be late, and their places
+        self._starts = [0]  # of each order's lines, and the end of all
+        sizes = pair_search.SIZES
+        self._now = np.zeros((self._tables, stations, skus), np.int64)
+        self._changes = np.zeros(stations, np.int64)  # how often what is available has changed
+        self._seen = np.zeros((stations, sizes), np.int64)  # the same, when the scores of a size were last made
+        self._known = np.zeros((self._tables, stations, sizes, skus), np.int64)
+        self._shelves = np.zeros((skus, sizes, 3), np.int32)
+        self._most = np.zeros(skus, np.int64)  # items that a line of a SKU ever had
+        self._lines = np.zeros((4, 256), np.int64)
+        self._pool = np.zeros((256, 3), np.int32)
+        self._orders = np.zeros((3, 256), np.int32)
         self._ids = np.zeros(256, np.int64)
-        self._starts = np.zeros(257, np.int64)  # of each order's lines, and the end of all
-        self.available = np.zeros((stations, skus), np.int64)
-        self._heads = np.full(skus, -1, np.int64)
-        self._lines = np.zeros((5, 256), np.int64)
-        self._orders = np.zeros((2, 256), np.int64)
         self._taken = np.zeros(256, np.bool_)
-        self._scores = np.zeros((stations, 256), np.int64)
-        self._best_scores = np.full((stations, 256 // pair_search.BLOCK, pair_search.SIZES), -1, np.int64)
+        self._enough = np.zeros(256, np.int32)
+        self._ranks = np.zeros(256)
+        self._scores = np.zeros((self._tables, stations, 256), np.int32)
+        self._best_values = np.zeros((2, stations, sizes, 256 // pair_search.BLOCK))
+        self._best_values[0], self._best_values[1] = -1.0, np.inf
 
-    def _arrays(self) -> tuple[Ints, ...]:
-        return self._lines, self._heads, self._orders, self._scores, self._best_scores, self.available
+    def _arrays(self) -> tuple[Any, ...]:
+        lines = self._shelves, self._most, self._pool
+        return *lines, self._orders, self._scores, self._ranks, self._best_values, self._known
 
-    def _take_in(self, rows: Ints, left: list[int], room: NDArray[np.bool_], available: Ints) -> None:
-        """Take in lines that joined and left, and what stations with room have available."""
-        joined = rows.shape[1]
-        while self._joined + joined > self._lines.shape[1]:
+    def _join(self, rows: Ints, warehouse: WarehouseView | None) -> None:
+        begin, end = self._starts.pop(), self._joined + rows.shape[1]
+        places: list[int] = []
+        ids: list[int] = []
+        items: list[int] = []
+        for line, (order, _, quantity) in enumerate(rows.T.tolist(), begin):
+            if line == begin or order != ids[-1]:  # lines of an order join together
+                ids.append(order)
+                items.append(0)
+                self._starts.append(line)
+            items[-1] += quantity
+            places.append(self._number + len(ids) - 1)
+        self._large += [place for place, size in enumerate(items, self._number) if size > self._largest]
+        self._starts.append(end)
+        while end > self._lines.shape[1]:
             self._lines = np.concatenate([self._lines, np.zeros_like(self._lines)], axis=1)
-        while self._number + joined > len(self._taken):
-            for name in ("_orders", "_scores", "_taken", "_ids"):
+        while self._number + len(ids) > len(self._taken):
+            for name in ("_orders", "_scores", "_taken", "_enough", "_ranks", "_ids"):
                 array = getattr(self, name)
                 setattr(self, name, np.concatenate([array, np.zeros_like(array)], axis=-1))
-            self._starts = np.concatenate([self._starts, np.zeros_like(self._ids[: len(self._starts) - 1])])
-            self._best_scores = np.concatenate([self._best_scores, np.full_like(self._best_scores, -1)], axis=1)
-        self._number, self._first, largest, parts = self._work.update(
-            rows, np.array(left, np.int64), self._joined, self._number, self._first, room, available,
-            self._ids, self._starts, *self._arrays(),
-        )  # fmt: skip
-        self._largest = max(self._largest, largest)
-        self._parts += parts
-        self._joined += joined
-        self._left += len(left)
+            more = np.full_like(self._best_values, -1.0)
+            more[1] = np.inf
+            self._best_values = np.concatenate([self._best_values, more], axis=3)
+        new = slice(self._number, self._number + len(ids))
+        self._ids[new], self._orders[1, new] = ids, items
+        self._orders[0, new] = np.diff(self._starts[-1 - len(ids) :])
+        self._orders[2, new] = np.minimum(items, self._work.SIZES) - 1
+        shelves = Counter(zip(rows[1].tolist(), self._orders[2, places].tolist(), strict=True))
+        needed = sum(4 * (int(self._shelves[shelf][1]) + more + 1) for shelf, more in shelves.items())
+        while self._used + needed > len(self._pool):
+            self._pool = np.concatenate([self._pool, np.zeros_like(self._pool)])
+        self._lines[0, begin:end] = places
+        self._lines[1:3, begin:end] = rows[1:]
+        if warehouse is not None and (self._rank is not None or self._late_first):
+            for place, order in enumerate(map(warehouse.order, ids), self._number):
+                if self._rank is not None:
+                    self._ranks[place] = self._rank(order)
+                if self._late_first and order.due_s is not None:
+                    heapq.heappush(self._due, (order.due_s, place))
+        self._used = self._work.add(begin, end, self._used, self._lines, *self._arrays())
+        self._joined, self._number = end, self._number + len(ids)
 
-    def _best(self, free: Ints, counts: NDArray[np.bool_], load: Ints) -> tuple[int, int]:
-        bounds = self._first, self._number
+    def _leave(self, left: list[int]) -> None:
+        places = {self._lines[0, line].item() for line in left}
+        self._parts -= sum(self._in_part(place) for place in places)
+        self._work.close(np.array(left, np.int64), self._lines, *self._arrays())
+        self._parts += sum(self._in_part(place) for place in places)
+        self._left += len(left)
+        while self._first < self._number and not self._orders[0, self._first]:
+            self._first += 1
+
+    def _in_part(self, place: int) -> bool:
+        """Whether some lines of the order at a place are in the backlog and some are not."""
+        return 0 < int(self._orders[0, place]) < self._starts[place + 1] - self._starts[place]
+
+    def _best(self, stations: Ints, extra: NDArray[np.float64], lanes: Ints, key: int) -> tuple[int, int]:
+        beyond = LATE if self._late_first else self._tables - 1
+        limits = np.array([min(self._largest, LATE), self._first, self._number, beyond], np.int64)
         found: tuple[int, int] = self._work.best_pair(
-            free, counts, load, *bounds, self._orders, self._taken, self._scores, self._best_scores
-        )
+            stations, extra, limits, lanes, key, self._ids, self._taken, *self._arrays(),
+            self._now, self._changes, self._seen,
+        )  # fmt: skip
         return found
+
+    def _score(self, place: int, at: int) -> int:
+        """Return the score of the order at a place at a station."""
+        size = self._orders[2, place]
+        self._work.refresh(at, size, *self._arrays(), self._now, self._changes, self._seen)
+        return int(self._scores[0, at, place])
+
+    def _waiting(self, warehouse: WarehouseView, max_wait_s: float | None) -> Iterator[int]:
+        """Yield the places of the orders that have waited too long, oldest first."""
+        limit_s = OVERSIZE_WAIT_S if max_wait_s is None else max_wait_s
+        for place in self.oversize if max_wait_s is None else range(self._first, self._number):
+            if self._orders[0, place]:
+                if warehouse.now_s - warehouse.order(self.order_at(place)).arrival_s < limit_s:
+                    break
+                yield place
+
+
+class _Assigning:
+    """One decision: see `PairScores.assign`."""
+
+    def __init__(
+        self,
+        scores: PairScores,
+        warehouse: WarehouseView,
+        take: Take | None,
+        prefer: Prefer | None,
+        extra: NDArray[np.float64] | None,
+        max_wait_s: float | None,
+        fast_lane: int,
+        key: int,
+    ) -> None:
+        self.kept, self.warehouse, self.take, self.prefer = scores, warehouse, take, prefer
+        self.max_wait_s, self.key = max_wait_s, key
+        self.stations = stations = warehouse.stations
+        of_stations = [(0, s.free_capacity, s.capacity, s.counts_orders, s.load) for s in stations]
+        self.at = np.array(of_stations, np.int64).T.copy()  # as the search has them
+        _, self.free, self.capacity, self.counts, self.load = self.at
+        self.extra = np.zeros(len(stations)) if extra is None else extra
+        self.lane = _Lane(scores, warehouse, fast_lane) if fast_lane else None
+        self.chosen: list[OrderAssignment] = []
+        self.places: list[int] = []
+
+    def done(self) -> list[OrderAssignment]:
+        """Decide."""
+        try:
+            if self.max_wait_s is not None or self.kept.oversize:
+                self._assign_waiting()
+            while True:
+                self.at[0] = self._room()
+                lanes = _NO_LANES if self.lane is None else self.lane.pairs(self.load, self.free)
+                place, at = self.kept._best(self.at, self.extra, lanes, self.key)
+                if place < 0:
+                    return self.chosen
+                self._assign(place, at if self.prefer is None else self._preferred(place, self._fitting(place)))
+        finally:
+            self.kept._taken[self.places] = False
+
+    def _room(self) -> Ints:
+        """Return how much room stations have for orders that no lane is for."""
+        if self.lane is None:
+            return self.free
+        return np.where(self.load > 0, np.maximum(self.free - self.lane.places, 0), self.free)
+
+    def _size(self, place: int, at: int) -> int:
+        items = int(self.kept._orders[1, place])
+        return 1 if self.counts[at] else int(self.capacity[at]) if items > self.kept._largest else items
+
+    def _fitting(self, place: int) -> list[int]:
+        """Return the ids of the stations where an order fits."""
+        room = self._room()
+        return [
+            at
+            for at in range(len(self.stations))
+            if (size := self._size(place, at)) <= room[at]
+            or (self.lane is not None and size <= self.free[at] and place in self.lane.completed(at))
+        ]
+
+    def _preferred(self, place: int, fitting: list[int]) -> int:
+        """Return the station that takes an order, of those where it fits."""
+        value = {at: self.kept._score(place, at) + self.extra[at] for at in fitting}
+        order, prefer = self.kept.order_at(place), self.prefer
+
+        def key(at: int) -> tuple[int, int, int]:
+            return prefer(order, self.stations[at]) if prefer is not None else 0, int(self.load[at]), at
+
+        return min((at for at in fitting if value[at] == max(value.values())), key=key)
+
+    def _assign(self, place: int, at: int) -> None:
+        self.chosen.append(OrderAssignment(self.kept.order_at(place), at))
+        size = self._size(place, at)
+        self.free[at] -= size
+        self.load[at] += size
+        self.kept._taken[place] = True
+        self.places.append(place)
+        if self.lane is not None:
+            self.lane.take(at, place)
+        if self.take is not None:
+            self.take(self.stations[at], place)
+
+    def _assign_waiting(self) -> None:
+        """Assign the orders that have waited too long; for those that fit nowhere stations are kept."""
+        kept: dict[int, bool] = {}  # stations kept for an order that waits, and whether that is larger than any station
+        open_stations = sum(station.open for station in self.stations)
+        for place in self.kept._waiting(self.warehouse, self.max_wait_s):
+            if fitting := self._fitting(place):
+                self._assign(place, self._preferred(place, fitting))
+            elif self.max_wait_s is not None or not any(kept.values()):
+                order = self.warehouse.order(self.kept.order_at(place))
+                keep = station_to_keep(self.warehouse, order, dict(enumerate(self.free.tolist())), kept)
+                if keep is not None:
+                    kept[keep] = int(self.kept._orders[1, place]) > self.kept._largest
+                    self.free[keep] = 0
+            if len(kept) == open_stations:
+                break
+
+
+_NO_LANES = np.zeros((2, 0), np.int64)
+
+
+class _Lane:
+    """Orders that the pods which stand at the stations can complete; see `LaneOptions.fast_lane`."""
+
+    def __init__(self, scores: PairScores, warehouse: WarehouseView, places: int) -> None:
+        self.kept, self.warehouse, self.places = scores, warehouse, places
+        self.pods = {station.id: pod for station in warehouse.stations if (pod := pod_at(warehouse, station))}
+        self.left: dict[int, Ints] = {}  # pod -> free items by SKU
+        for pod in self.pods.values():
+            self.left[pod.id] = np.zeros(warehouse.n_skus, np.int64)
+            for sku in pod.contents:
+                self.left[pod.id][sku] = pod.free_items(sku)
+        self._completed: dict[int, Ints] = {}  # station -> places
+
+    def completed(self, at: int) -> Ints:
+        """Return the places of the orders that the pod at a station can complete."""
+        if at not in self._completed:
+            there = self.pods.get(at)
+            self._completed[at] = _NO_LANES[0] if there is None else self.kept.completed(self.left[there.id])
+        return self._completed[at]
+
+    def pairs(self, load: Ints, free: Ints) -> Ints:
+        """Return stations and places of the orders for which these stations have the places that they keep."""
+        found = [(at, self.completed(at)) for at in np.flatnonzero((load > 0) & (free > 0)).tolist()]
+        if not found:
+            return _NO_LANES
+        stations = np.repeat([at for at, _ in found], [len(places) for _, places in found])
+        return np.array([stations, np.concatenate([places for _, places in found])])
+
+    def take(self, at: int, place: int) -> None:
+        """Take account of an assigned order: pods at or bound for its station may have to serve it."""
+        if self.warehouse.unlimited_stock:
+            return
+        for other, pod in self.pods.items():
+            if at in pod.bound_for:
+                for sku, items in self.kept.lines_of(place):
+                    self.left[pod.id][sku] -= items
+                self._completed.pop(other, None)
+
+
+@define
+class KeptLanes(LaneOptions):
+    """Parameters of a rule that keeps an account of the orders, and ranks them alike at all stations."""
+
+    _scores: PairScores = field(
+        init=False, default=Factory(lambda rule: PairScores(rule.rank), takes_self=True), repr=False, eq=False
+    )
+
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self._scores.load()
+
+    def rank(self, order: Order) -> float:
+        """Which orders go first: those with the lowest number."""
+        raise NotImplementedError
+
+    def decides(self, warehouse: WarehouseView) -> bool:
+        """Take in what changed, and say whether `assign_kept` may decide."""
+        return self._scores.decides(warehouse)
+
+    def assign_kept(self, warehouse: WarehouseView) -> list[OrderAssignment]:
+        """Assign the orders as they are ranked, by what is kept."""
+        return self._scores.assign(warehouse, max_wait_s=self.max_wait_s, fast_lane=self.fast_lane)
+
+
+def _of_options(options: PairOptions) -> PairScores:
+    return PairScores(by_due_time if options.tie_break == "due" else None, late_first=options.late_first)
 
 
 @define
 class KeptPairs(PairOptions):
     """Parameters of a rule that keeps the scores of pairs of order and station."""
 
-    _scores: PairScores = field(init=False, factory=PairScores, repr=False, eq=False)
+    _scores: PairScores = field(init=False, default=Factory(_of_options, takes_self=True), repr=False, eq=False)
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
         self._scores.load()
+
+    def assign_kept(
+        self,
+        warehouse: WarehouseView,
+        rng: np.random.Generator,
+        take: Take | None = None,
+        prefer: Prefer | None = None,
+        extra: NDArray[np.float64] | None = None,
+    ) -> list[OrderAssignment]:
+        """Assign the best pairs by the scores that are kept, as `PairScores.assign` does with these parameters."""
+        return self._scores.assign(
+            warehouse,
+            take,
+            prefer,
+            extra=extra,
+            max_wait_s=self.max_wait_s,
+            fast_lane=self.fast_lane,
+            key=lot_key(rng) if self.tie_break == "random" else 0,
+        )

@@ -8,139 +8,235 @@ from numba import njit
 BLOCK = 128
 """Orders whose best scores are kept together."""
 SIZES = 8
-"""Sizes of orders whose best scores are kept apart; the last one has all that are larger, too."""
-ORDER, SKU, QUANTITY, BEFORE, AFTER = range(5)
-"""Rows of the lines: the order's place, SKU, items, and the lines of the same SKU before and after it (-1: none)."""
-OPEN, ITEMS = range(2)
-"""Rows of the orders: open lines (0: not in the backlog), and items."""
+"""Sizes of orders that are kept apart, by the items they have when they join; the last one has all larger ones, too."""
+ORDER, SKU, QUANTITY, AT = range(4)
+"""Rows of the lines: the order's place, SKU, items, and where the line is among those of its SKU and size."""
+START, LENGTH, ROOM = range(3)
+"""Of the shelves, one for each SKU and size: where their lines begin in the pool, how many are there, may be."""
+OPEN, ITEMS, SIZE = range(3)
+"""Rows of the orders: open lines (0: not in the backlog), items, and the size among `SIZES`."""
+EXACT = 2.0**-53
+"""What 53 bits of a lot are multiplied by, to lie between 0 and 1."""
 
 
 @njit(cache=True, inline="always")
-def raise_best(station, order, orders, scores, best):  # type: ignore[no-untyped-def]
-    """Let the best score of an order's block be no lower than the order's."""
-    size, block = min(orders[ITEMS, order], SIZES) - 1, order // BLOCK
-    best[station, block, size] = max(best[station, block, size], scores[station, order])
+def value_of(station, order, orders, scores):  # type: ignore[no-untyped-def]
+    """What a pair counts: its score, and by less than one the share of the order's lines that the second table has."""
+    if len(scores) == 1:
+        return np.float64(scores[0, station, order])
+    return scores[0, station, order] + 0.5 * (scores[1, station, order] / orders[OPEN, order])
+
+
+@njit(cache=True, inline="always")
+def raise_best(station, size, order, orders, scores, ranks, best):  # type: ignore[no-untyped-def]
+    """Let the best value of an order's block, and the first rank that has it, be no worse than the order's."""
+    block, value = order // BLOCK, value_of(station, order, orders, scores)
+    if value > best[0, station, size, block]:
+        best[0, station, size, block], best[1, station, size, block] = value, ranks[order]
+    elif value == best[0, station, size, block]:
+        best[1, station, size, block] = min(best[1, station, size, block], ranks[order])
 
 
 @njit(cache=True)
-def update(  # type: ignore[no-untyped-def]
-    rows, left, begin, number, first, room, available, ids, starts, lines, heads, orders, scores, best, known
-):  # fmt: skip
-    """Take in lines that joined the backlog from ``begin`` on and lines that left it, and what stations have available.
-
-    ``rows`` has order id, SKU and items of those that joined; there is room for them in the arrays. Returns how many
-    orders there are then, the first that may be in the backlog, the largest that joined, and how many more are in it in
-    part.
-    """
-    number, largest = _join(rows, begin, number, ids, starts, lines, heads, orders, scores, best, known)
-    parts = _leave(left, starts, lines, heads, orders, scores, best, known)
-    while first < number and not orders[OPEN, first]:
-        first += 1
-    change_all(room, available, lines, heads, orders, scores, best, known)
-    return number, first, largest, parts
-
-
-@njit(cache=True)
-def _join(rows, begin, number, ids, starts, lines, heads, orders, scores, best, known):  # type: ignore[no-untyped-def]
-    """Take in lines that joined the backlog; lines of an order join together."""
-    largest = 0
-    for i in range(rows.shape[1]):
-        line, sku, quantity = begin + i, rows[1, i], rows[2, i]
-        if i == 0 or rows[0, i] != ids[number - 1]:
-            ids[number], starts[number] = rows[0, i], line
-            number += 1
-        order = number - 1
-        lines[ORDER, line], lines[SKU, line], lines[QUANTITY, line] = order, sku, quantity
-        lines[BEFORE, line], lines[AFTER, line] = -1, heads[sku]
-        if heads[sku] >= 0:
-            lines[BEFORE, heads[sku]] = line
-        heads[sku] = line
-        orders[OPEN, order] += 1
-        orders[ITEMS, order] += quantity
-        largest = max(largest, orders[ITEMS, order])
-        for station in range(len(known)):
-            scores[station, order] += min(quantity, known[station, sku])
-            raise_best(station, order, orders, scores, best)
-    starts[number] = begin + rows.shape[1]
-    return number, largest
+def add(begin, end, used, lines, shelves, most, pool, orders, scores, ranks, best, known):  # type: ignore[no-untyped-def]
+    """Take in lines that joined the backlog, of orders whose items are counted; return how much of the pool is used."""
+    for line in range(begin, end):
+        order, sku, quantity = lines[ORDER, line], lines[SKU, line], lines[QUANTITY, line]
+        size = orders[SIZE, order]
+        length = shelves[sku, size, LENGTH]
+        if length == shelves[sku, size, ROOM]:
+            before = shelves[sku, size, START]
+            for at in range(length):
+                pool[used + at] = pool[before + at]
+                lines[AT, pool[used + at, 2]] = used + at
+            shelves[sku, size, START], shelves[sku, size, ROOM] = used, 2 * (length + 1)
+            used += 2 * (length + 1)
+        at = shelves[sku, size, START] + length
+        pool[at, 0], pool[at, 1], pool[at, 2] = order, quantity, line
+        lines[AT, line] = at
+        shelves[sku, size, LENGTH] += 1
+        most[sku] = max(most[sku], quantity)
+        for table in range(len(known)):
+            for station in range(known.shape[1]):
+                scores[table, station, order] += min(quantity, known[table, station, size, sku])
+    for line in range(begin, end):
+        for station in range(known.shape[1]):
+            raise_best(station, orders[SIZE, lines[ORDER, line]], lines[ORDER, line], orders, scores, ranks, best)
+    return used
 
 
 @njit(cache=True)
-def _leave(left, starts, lines, heads, orders, scores, best, known):  # type: ignore[no-untyped-def]
-    """Take out lines that left the backlog; returns how many more orders are in it in part."""
-    parts = 0
+def close(left, lines, shelves, most, pool, orders, scores, ranks, best, known):  # type: ignore[no-untyped-def]
+    """Take out lines that left the backlog."""
     for line in left:
         order, sku, quantity = lines[ORDER, line], lines[SKU, line], lines[QUANTITY, line]
-        before, after = lines[BEFORE, line], lines[AFTER, line]
-        if before >= 0:
-            lines[AFTER, before] = after
-        else:
-            heads[sku] = after
-        if after >= 0:
-            lines[BEFORE, after] = before
-        parts -= 0 < orders[OPEN, order] < starts[order + 1] - starts[order]
+        size = orders[SIZE, order]
+        at, last = lines[AT, line], shelves[sku, size, START] + shelves[sku, size, LENGTH] - 1
+        pool[at] = pool[last]
+        lines[AT, pool[at, 2]] = at
+        shelves[sku, size, LENGTH] -= 1
         orders[OPEN, order] -= 1
         orders[ITEMS, order] -= quantity
-        parts += 0 < orders[OPEN, order] < starts[order + 1] - starts[order]
-        for station in range(len(known)):
-            scores[station, order] -= min(quantity, known[station, sku])
+        for station in range(known.shape[1]):
+            for table in range(len(known)):
+                scores[table, station, order] -= min(quantity, known[table, station, size, sku])
             if orders[OPEN, order]:
-                raise_best(station, order, orders, scores, best)
-    return parts
+                raise_best(station, size, order, orders, scores, ranks, best)
 
 
 @njit(cache=True)
-def change(station, sku, items, lines, heads, orders, scores, best, known):  # type: ignore[no-untyped-def]
-    """Let a station have another number of items of a SKU available."""
-    had = known[station, sku]
-    known[station, sku] = items
-    line = heads[sku]
-    while line >= 0:
-        order, quantity = lines[ORDER, line], lines[QUANTITY, line]
-        scores[station, order] += min(quantity, items) - min(quantity, had)
-        if items > had:
-            raise_best(station, order, orders, scores, best)
-        line = lines[AFTER, line]
+def refresh(  # type: ignore[no-untyped-def]
+    station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen
+):
+    """Bring the scores of the orders of a size at a station up to what is available there now."""
+    if seen[station, size] == changes[station]:
+        return
+    seen[station, size] = changes[station]
+    changed = np.empty(known.shape[3], np.int64)
+    for table in range(len(known)):
+        fewer, more = 0, known.shape[3]  # SKUs of which fewer are available from the left, the others from the right
+        for sku in range(known.shape[3]):
+            if now[table, station, sku] < known[table, station, size, sku]:
+                changed[fewer] = sku
+                fewer += 1
+            elif now[table, station, sku] > known[table, station, size, sku]:
+                more -= 1
+                changed[more] = sku
+        for at in range(fewer):
+            change(table, station, size, changed[at], shelves, most, pool, orders, scores, ranks, best, known, now)
+        for at in range(more, known.shape[3]):  # last, so that nothing is raised that falls again
+            change(table, station, size, changed[at], shelves, most, pool, orders, scores, ranks, best, known, now)
 
 
 @njit(cache=True)
-def change_all(stations, available, lines, heads, orders, scores, best, known):  # type: ignore[no-untyped-def]
-    """Let those stations have available what they have now."""
-    for station in np.flatnonzero(stations):
-        for sku in range(known.shape[1]):
-            if available[station, sku] != known[station, sku]:
-                change(station, sku, available[station, sku], lines, heads, orders, scores, best, known)
+def change(  # type: ignore[no-untyped-def]
+    table, station, size, sku, shelves, most, pool, orders, scores, ranks, best, known, now
+):
+    """Bring the scores of the orders of a size with a SKU up to what is available of it at a station now."""
+    had, items = min(known[table, station, size, sku], most[sku]), min(now[table, station, sku], most[sku])
+    known[table, station, size, sku] = now[table, station, sku]
+    if items == had:
+        return
+    for at in range(shelves[sku, size, START], shelves[sku, size, START] + shelves[sku, size, LENGTH]):
+        order, quantity = pool[at, 0], pool[at, 1]
+        more = min(quantity, items) - min(quantity, had)
+        scores[table, station, order] += more
+        if more > 0:
+            raise_best(station, size, order, orders, scores, ranks, best)
 
 
 @njit(cache=True)
-def best_pair(free, counts, load, first, number, orders, taken, scores, best):  # type: ignore[no-untyped-def]
-    """Place of the order and id of the station with the highest score that fits; (-1, -1) when none fits.
+def lift(places, by, orders, scores, ranks, best):  # type: ignore[no-untyped-def]
+    """Let orders score more everywhere, whatever is available."""
+    for order in places:
+        for station in range(scores.shape[1]):
+            scores[0, station, order] += by
+            if orders[OPEN, order]:
+                raise_best(station, orders[SIZE, order], order, orders, scores, ranks, best)
 
-    Ties go to the oldest order, then to the station with the lowest load, then the lowest id. ``best`` is at least the
-    highest score in each block, and is put right where a block is looked through.
+
+@njit(cache=True)
+def completed(items, shelves, pool, orders, enough):  # type: ignore[no-untyped-def]
+    """Places of the orders that a pod completes which has so many free items of each SKU; ``enough`` is all zeros."""
+    held = np.flatnonzero(items)
+    places = [np.int64(0) for _ in range(0)]
+    for size in range(SIZES):
+        for sku in held:
+            start = shelves[sku, size, START]
+            for at in range(start, start + shelves[sku, size, LENGTH]):
+                if pool[at, 1] <= items[sku]:
+                    order = pool[at, 0]
+                    enough[order] += 1
+                    if enough[order] == orders[OPEN, order]:
+                        places.append(np.int64(order))
+        for sku in held:
+            start = shelves[sku, size, START]
+            for at in range(start, start + shelves[sku, size, LENGTH]):
+                enough[pool[at, 0]] = 0
+    return np.array(places, np.int64)
+
+
+@njit(cache=True)
+def lot(key, order):  # type: ignore[no-untyped-def]
+    """Number from 0 to 1 that an order draws, by its id: SplitMix64, begun with a key."""
+    mixed = np.uint64(key) + np.uint64(order + 1) * np.uint64(0x9E3779B97F4A7C15)
+    mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return np.float64((mixed ^ (mixed >> np.uint64(31))) >> np.uint64(11)) * EXACT
+
+
+@njit(cache=True, inline="always")
+def fits(items, free, capacity, counts, largest):  # type: ignore[no-untyped-def]
+    """Whether an order of so many items fits a station; one larger than any fits an empty one."""
+    return free > 0 if counts else (items <= free or (items > largest and 0 < free == capacity))
+
+
+@njit(cache=True, inline="always")
+def is_better(value, rank, order, load, station, than):  # type: ignore[no-untyped-def]
+    """Whether a pair goes before the best so far: by value, rank, age, and the load and id of its station."""
+    if value != than[0]:
+        return value > than[0]
+    if rank != than[1]:
+        return rank < than[1]
+    if order != than[2]:
+        return order < than[2]
+    return load < than[3] or (load == than[3] and station < than[4])
+
+
+@njit(cache=True)
+def best_pair(  # type: ignore[no-untyped-def]
+    at, extra, limits, lanes, key, ids, taken, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen
+):
+    """Place of the order and id of the station that go first of those that fit; (-1, -1) when none fits.
+
+    The highest value, then the lowest rank, the oldest order, the station with the lowest load, the lowest id. ``best``
+    is no worse than the best of each block, and is put right where a block is looked through. ``at`` has room, free
+    places, capacity, whether orders are counted, and load, by station; ``limits`` the items of the largest order that
+    fits, the first and the number of places, and what an order can score beyond its items.
     """
-    found, at, where = -1, -1, -1
-    highest = np.empty(SIZES, np.int64)
-    for station in range(len(free)):
-        sizes = SIZES if counts[station] else min(free[station], SIZES)  # of orders that may fit
-        if free[station] <= 0:
-            continue
-        for block in range(first // BLOCK, (number + BLOCK - 1) // BLOCK):
-            bound = -1
-            for size in range(sizes):
-                bound = max(bound, best[station, block, size])
-            if bound < found or (bound == found and at < block * BLOCK):
+    room, free, capacity, counts, load = at
+    largest, begin, end = limits[0], limits[1] // BLOCK, (limits[2] + BLOCK - 1) // BLOCK
+    leader = (-np.inf, np.inf, np.int64(-1), np.int64(0), np.int64(-1))
+    for size in range(SIZES - 1, -1, -1):
+        for station in range(len(room)):
+            if room[station] <= 0 or (not counts[station] and size >= room[station] != capacity[station]):
                 continue
-            highest[:] = -1
-            for order in range(block * BLOCK, min((block + 1) * BLOCK, number)):
-                if not orders[OPEN, order]:
+            if size < SIZES - 1 and size + 1 + limits[3] + extra[station] < leader[0]:
+                continue
+            refresh(station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen)
+            bound, rank = best[0, station, size], best[1, station, size]
+            likely = begin  # the block that promises most; then all others
+            for block in range(begin + 1, end):
+                if bound[block] > bound[likely] or (bound[block] == bound[likely] and rank[block] < rank[likely]):
+                    likely = block
+            for turn in range(begin - 1, end):
+                block = likely if turn < begin else turn
+                value = bound[block] + extra[station]
+                if bound[block] < 0 or value < leader[0]:
                     continue
-                score, items = scores[station, order], orders[ITEMS, order]
-                size = min(items, SIZES) - 1
-                highest[size] = max(highest[size], score)
-                if score < found or taken[order] or (not counts[station] and items > free[station]):
-                    continue
-                if score > found or order < at or (order == at and load[station] < load[where]):
-                    found, at, where = score, order, station
-            best[station, block] = highest
-    return at, where
+                if value == leader[0] and not key:
+                    if rank[block] > leader[1] or (rank[block] == leader[1] and leader[2] < block * BLOCK):
+                        continue
+                bound[block], rank[block] = -1.0, np.inf
+                for order in range(block * BLOCK, min((block + 1) * BLOCK, limits[2])):
+                    if not orders[OPEN, order] or orders[SIZE, order] != size:
+                        continue
+                    raise_best(station, size, order, orders, scores, ranks, best)
+                    value = value_of(station, order, orders, scores) + extra[station]
+                    if value < leader[0] or taken[order]:
+                        continue
+                    if fits(orders[ITEMS, order], room[station], capacity[station], counts[station], largest):
+                        first = lot(key, ids[order]) if key else ranks[order]
+                        if is_better(value, first, order, load[station], station, leader):
+                            leader = (value, first, np.int64(order), load[station], np.int64(station))
+    for pair in range(lanes.shape[1]):
+        station, order = lanes[0, pair], lanes[1, pair]
+        items, size = orders[ITEMS, order], orders[SIZE, order]
+        if taken[order] or not fits(items, free[station], capacity[station], counts[station], largest):
+            continue
+        refresh(station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen)
+        value = value_of(station, order, orders, scores) + extra[station]
+        first = lot(key, ids[order]) if key else ranks[order]
+        if is_better(value, first, order, load[station], station, leader):
+            leader = (value, first, np.int64(order), load[station], np.int64(station))
+    return leader[2], leader[4]

@@ -10,14 +10,14 @@ from attrs import define, field, validators
 from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rule_helpers.options import PairOptions
+from rmfs_rule_helpers.pair_scores import KeptPairs
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
 
 
 @define
-class Workload(PairOptions):
+class Workload(KeptPairs):
     """Fill the station that works on the fewest orders, or on the most.
 
     Of the stations where an order fits, the one that works on the fewest orders (``prefer = "fewest"``, which evens the
@@ -41,6 +41,14 @@ class Workload(PairOptions):
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign orders to the stations by their number of orders."""
         orders = {s.id: {request.order.id for request in s.open_requests} for s in warehouse.stations}
+        if self._scores.decides(warehouse):
+            sign = 1.0 if self.prefer == "most" else -1.0
+            extra = np.array([sign * len(orders[station.id]) for station in warehouse.stations])
+
+            def take(station: Station, _place: int) -> None:
+                extra[station.id] += sign
+
+            return self.assign_kept(warehouse, rng, take, extra=extra)
         backlog = warehouse.backlog
         most = max(map(len, orders.values()), default=0) + len(backlog)
 
