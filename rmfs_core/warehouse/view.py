@@ -61,6 +61,10 @@ class WarehouseView(ReadOnly):
             self._lines = lines_of(self._backlog)
         return self._lines
 
+    def showing(self, orders: Sequence[Order]) -> WarehouseView:
+        """Return the warehouse with some orders as its ``backlog``, oldest first, for who looks at no others."""
+        return WarehouseView(self._state, orders)
+
     @property
     def backlog_size(self) -> int:
         """Number of orders in ``backlog``; quicker than to make it."""

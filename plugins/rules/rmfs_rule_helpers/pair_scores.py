@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -115,6 +115,10 @@ class PairScores:
         """Return the id of the order at a place."""
         return int(self._ids[place])
 
+    def place_of(self, order_id: int) -> int:
+        """Return the place of an order; it is looked for."""
+        return int(np.flatnonzero(self._ids[: self._number] == order_id)[-1])
+
     @property
     def whole(self) -> bool:
         """Whether no order of the backlog was assigned in part."""
@@ -167,6 +171,40 @@ class PairScores:
             says.
         """
         return _Assigning(self, warehouse, take, prefer, extra, max_wait_s, fast_lane, key).done()
+
+    def queue_up(
+        self, warehouse: WarehouseView, queued: Mapping[int, int], most: int, without: Sequence[int]
+    ) -> Iterator[tuple[int, int]]:
+        """Yield the best pairs of orders (places) and open stations (ids), each order once, until all queues are full.
+
+        Orders fit that would fit the station if it were empty; of stations that are alike that with the shortest queue
+        goes first.
+
+        Parameters
+        ----------
+        warehouse
+            The warehouse as it was at the last update.
+        queued, most
+            How many orders queue by station, and may queue at each.
+        without
+            Places of orders that are left out.
+        """
+        taken = list(without)
+        of_stations = [(s.capacity, s.capacity, -1, s.counts_orders, queued.get(s.id, 0)) for s in warehouse.stations]
+        at = np.array(of_stations, np.int64).T.copy()
+        self._taken[taken] = True
+        try:
+            while True:
+                at[0] = np.where(at[4] < most, at[1], 0) * [station.open for station in warehouse.stations]
+                place, station = self._best(at, np.zeros(len(of_stations)), _NO_LANES, 0)
+                if place < 0:
+                    return
+                at[4, station] += 1
+                self._taken[place] = True
+                taken.append(place)
+                yield place, station
+        finally:
+            self._taken[taken] = False
 
     # What is kept
 

@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 from rmfs_core import OrderAssignment, hookimpl
 from rmfs_rule_helpers import assign_best_pairs, items_per_order, largest_capacity, pod_at, sum_per_order
 from rmfs_rule_helpers.options import due_s, places_kept
+from rmfs_rule_helpers.pair_scores import PairScores, by_due_time
 
 if TYPE_CHECKING:
+    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Robot, Station, WarehouseView
 
 NOWHERE = -1
@@ -60,27 +62,57 @@ class StationQueue:
     """Order -> the station that it queues for."""
     _robots: tuple[Robot, ...] = field(init=False, default=(), repr=False, eq=False)  # whose run it is
 
+    _scores: PairScores = field(
+        init=False, factory=lambda: PairScores(by_due_time, tables=2), repr=False, eq=False
+    )
+    _places: dict[int, int] = field(init=False, factory=dict, repr=False, eq=False)  # of queued orders, in the scores
+
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self._scores.load()
+
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
         """Fill the queues, and then the stations from them."""
         if self._robots is not warehouse.robots:  # another run
-            self._robots, self.queue_of = warehouse.robots, {}
+            self._robots, self.queue_of, self._places = warehouse.robots, {}, {}
         self.queue_of = {  # of a station that closes they queue elsewhere
             order: at
             for order, at in self.queue_of.items()
             if warehouse.order(order).open_lines and warehouse.stations[at].open
         }
-        suitability = _Suitability(warehouse)
-        oversize = items_per_order(warehouse) > largest_capacity(warehouse)
-        self._fill(suitability, oversize)
-        queue = np.array([self.queue_of.get(order.id, NOWHERE) for order in warehouse.backlog], np.int64)
-        urgent = due_s(warehouse) <= warehouse.now_s + self.urgent_s
+        wanted = np.zeros((len(warehouse.stations), warehouse.n_skus), np.int64)
+        for station in warehouse.stations:
+            wanted[station.id, [request.sku for request in station.open_requests]] = 1
+        if self._scores.decides(warehouse, warehouse.available(), wanted):
+            self._fill_by_scores(warehouse)
+            large = {self._scores.order_at(place): place for place in self._scores.oversize}
+            places = large | {order: self._places[order] for order in self.queue_of}
+            candidates = warehouse.showing([warehouse.order(order) for order in sorted(places, key=places.__getitem__)])
+        else:
+            self._fill(_Suitability(warehouse), items_per_order(warehouse) > largest_capacity(warehouse))
+            candidates = warehouse
+        suitability = _Suitability(candidates)
+        oversize = items_per_order(candidates) > largest_capacity(warehouse)
+        queue = np.array([self.queue_of.get(order.id, NOWHERE) for order in candidates.backlog], np.int64)
+        urgent = due_s(candidates) <= warehouse.now_s + self.urgent_s
 
         def score(station: Station) -> NDArray[np.int64]:
             here = 4 * urgent + 2 * suitability.completed_now(station) + suitability.completed_soon(station)
             return np.where((queue == station.id) | oversize, here, -1)
 
-        return assign_best_pairs(warehouse, score, fast_lane=self.fast_lane)
+        return assign_best_pairs(candidates, score, fast_lane=self.fast_lane)
+
+    def _fill_by_scores(self, warehouse: WarehouseView) -> None:
+        """Let orders join queues as `_fill` does, by what is kept."""
+        length = Counter(self.queue_of.values())
+        for order in self.queue_of.keys() - self._places.keys():  # queued without the scores
+            self._places[order] = self._scores.place_of(order)
+        queued = [self._places[order] for order in self.queue_of]
+        for place, at in self._scores.queue_up(warehouse, length, self.queue_length, queued):
+            order = self._scores.order_at(place)
+            self.queue_of[order], self._places[order] = at, place
+        self._places = {order: self._places[order] for order in self.queue_of}
 
     def _fill(self, suitability: _Suitability, oversize: NDArray[np.bool_]) -> None:
         """Let orders join queues, the best pair of order and station first."""
