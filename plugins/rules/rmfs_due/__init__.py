@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def _assign(warehouse: WarehouseView, options: KeptLanes) -> list[OrderAssignment]:
-    if options.decides(warehouse):
+    if options.keeps(warehouse):
         return options.assign_kept(warehouse)
     rank = np.array([options.rank(order) for order in warehouse.backlog], np.float64)
     same = np.zeros(len(rank), np.int64)

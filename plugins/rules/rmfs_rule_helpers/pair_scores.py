@@ -100,10 +100,9 @@ class PairScores:
         for table, now in enumerate(available):
             self._changes[(self._now[table] != now).any(axis=1)] += 1
             self._now[table] = now
-        late = []
-        while self._due and self._due[0][0] < warehouse.now_s:
-            late.append(heapq.heappop(self._due)[1])
+        late = self._due.before(warehouse.now_s)
         if late:
+            self._late.update(late)
             self._work.lift(np.array(late, np.int64), LATE, *self._arrays()[3:7])
 
     def lines_of(self, place: int) -> Iterable[tuple[int, int]]:
@@ -138,6 +137,23 @@ class PairScores:
     def completed(self, items: Ints) -> Ints:
         """Return the places of the orders of which a pod has all that is open, if it has so many free items by SKU."""
         places: Ints = self._work.completed(items, self._shelves, self._pool, self._orders, self._enough)
+        return places
+
+    def completed_at(self, station: int, pod: int, items: Ints) -> Ints:
+        """Return what `completed` does, and perhaps orders that have left, for the pod that stands at a station.
+
+        While it stands there and has as many items, only orders that joined are looked at.
+        """
+        known = self._lanes.get(station)
+        if known is None or known[0] != pod or not np.array_equal(known[2], items):
+            places = self.completed(items)
+        elif known[1] < self._number:
+            joined = range(known[1], self._number)
+            more = [place for place in joined if all(items[sku] >= number for sku, number in self.lines_of(place))]
+            places = np.concatenate([known[3], np.array(more, np.int64)])
+        else:
+            return known[3]
+        self._lanes[station] = pod, self._number, items.copy(), places
         return places
 
     def assign(
@@ -216,7 +232,9 @@ class PairScores:
         self._joined = self._left = self._parts = self._first = self._number = self._used = 0
         self._largest = largest
         self._large: list[int] = []  # places of orders larger than any station, some of which may have left
-        self._due: list[tuple[float, int]] = []  # a heap: when orders will be late, and their places
+        self._due = _Calendar()  # of the places of orders, by when they will be late
+        self._late: set[int] = set()  # places of orders that are late, and go first
+        self._lanes: dict[int, tuple[int, int, Ints, Ints]] = {}  # by station: see `completed_at`
         self._starts = [0]  # of each order's lines, and the end of all
         sizes = pair_search.SIZES
         self._now = np.zeros((self._tables, stations, skus), np.int64)
@@ -274,11 +292,12 @@ class PairScores:
         self._lines[0, begin:end] = places
         self._lines[1:3, begin:end] = rows[1:]
         if warehouse is not None and (self._rank is not None or self._late_first):
-            for place, order in enumerate(map(warehouse.order, ids), self._number):
-                if self._rank is not None:
-                    self._ranks[place] = self._rank(order)
-                if self._late_first and order.due_s is not None:
-                    heapq.heappush(self._due, (order.due_s, place))
+            orders = [warehouse.order(order) for order in ids]
+            if self._rank is not None:
+                self._ranks[new] = [self._rank(order) for order in orders]
+            if self._late_first:
+                due = [(order.due_s, place) for place, order in enumerate(orders, self._number) if order.due_s is not None]
+                self._due.add(due)
         self._used = self._work.add(begin, end, self._used, self._lines, *self._arrays())
         self._joined, self._number = end, self._number + len(ids)
 
@@ -288,6 +307,7 @@ class PairScores:
         self._work.close(np.array(left, np.int64), self._lines, *self._arrays())
         self._parts += sum(self._in_part(place) for place in places)
         self._left += len(left)
+        self._late -= {place for place in places if not self._orders[0, place]}
         while self._first < self._number and not self._orders[0, self._first]:
             self._first += 1
 
@@ -296,7 +316,7 @@ class PairScores:
         return 0 < int(self._orders[0, place]) < self._starts[place + 1] - self._starts[place]
 
     def _best(self, stations: Ints, extra: NDArray[np.float64], lanes: Ints, key: int) -> tuple[int, int]:
-        beyond = LATE if self._late_first else self._tables - 1
+        beyond = LATE if self._late else self._tables - 1
         limits = np.array([min(self._largest, LATE), self._first, self._number, beyond], np.int64)
         found: tuple[int, int] = self._work.best_pair(
             stations, extra, limits, lanes, key, self._ids, self._taken, *self._arrays(),
@@ -439,7 +459,9 @@ class _Lane:
         """Return the places of the orders that the pod at a station can complete."""
         if at not in self._completed:
             there = self.pods.get(at)
-            self._completed[at] = _NO_LANES[0] if there is None else self.kept.completed(self.left[there.id])
+            self._completed[at] = (
+                _NO_LANES[0] if there is None else self.kept.completed_at(at, there.id, self.left[there.id])
+            )
         return self._completed[at]
 
     def pairs(self, load: Ints, free: Ints) -> Ints:
@@ -461,6 +483,32 @@ class _Lane:
                 self._completed.pop(other, None)
 
 
+class _Calendar:
+    """Numbers by time. Many that are added at once are sorted once; few are put into a heap."""
+
+    def __init__(self) -> None:
+        self._heap: list[tuple[float, int]] = []
+        self._sorted: list[list[tuple[float, int]]] = []  # latest first
+
+    def add(self, entries: list[tuple[float, int]]) -> None:
+        """Take in times and numbers."""
+        if len(entries) > 256:
+            self._sorted.append(sorted(entries, reverse=True))
+        else:
+            for entry in entries:
+                heapq.heappush(self._heap, entry)
+
+    def before(self, time: float) -> list[int]:
+        """Take out and return the numbers whose time is earlier than one."""
+        found = []
+        while self._heap and self._heap[0][0] < time:
+            found.append(heapq.heappop(self._heap)[1])
+        for entries in self._sorted:
+            while entries and entries[-1][0] < time:
+                found.append(entries.pop()[1])
+        return found
+
+
 @define
 class KeptLanes(LaneOptions):
     """Parameters of a rule that keeps an account of the orders, and ranks them alike at all stations."""
@@ -477,7 +525,7 @@ class KeptLanes(LaneOptions):
         """Which orders go first: those with the lowest number."""
         raise NotImplementedError
 
-    def decides(self, warehouse: WarehouseView) -> bool:
+    def keeps(self, warehouse: WarehouseView) -> bool:
         """Take in what changed, and say whether `assign_kept` may decide."""
         return self._scores.decides(warehouse)
 

@@ -232,7 +232,9 @@ def best_pair(  # type: ignore[no-untyped-def]
     for pair in range(lanes.shape[1]):
         station, order = lanes[0, pair], lanes[1, pair]
         items, size = orders[ITEMS, order], orders[SIZE, order]
-        if taken[order] or not fits(items, free[station], capacity[station], counts[station], largest):
+        if taken[order] or not orders[OPEN, order]:
+            continue
+        if not fits(items, free[station], capacity[station], counts[station], largest):
             continue
         refresh(station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen)
         value = value_of(station, order, orders, scores) + extra[station]
