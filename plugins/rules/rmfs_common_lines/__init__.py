@@ -44,7 +44,7 @@ class CommonLines(KeptPairs):
         wanted = np.zeros((len(warehouse.stations), warehouse.n_skus), dtype=np.int64)
         for station in warehouse.stations:
             wanted[station.id, [request.sku for request in station.open_requests]] = 1
-        if self._scores.decides(warehouse, wanted):
+        if self.keeps(warehouse, wanted):
             return self.assign_kept(warehouse, rng, self._take)
         lines = warehouse.backlog_lines
 

@@ -31,7 +31,7 @@ class FirstCome(KeptPairs):
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign orders by age: all pairs score the same, and ties go to the oldest order."""
-        if self._scores.decides(warehouse):
+        if self.keeps(warehouse):
             return self.assign_kept(warehouse, rng)
         same = np.zeros(len(warehouse.backlog), dtype=np.int64)
         return self.assign(warehouse, rng, lambda _: same)

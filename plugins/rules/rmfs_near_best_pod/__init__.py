@@ -48,7 +48,7 @@ class NearBestPod(KeptPairs):
             times = warehouse.travel.times_to(station.cell, True)
             return min((int(times[pod.cell].min()) for pod in best[order]), default=0)
 
-        if self._scores.decides(warehouse):
+        if self.keeps(warehouse):
             return self.assign_kept(warehouse, rng, prefer=drive)
         same = np.zeros(len(warehouse.backlog), np.int64)
         return assign_best_pairs(

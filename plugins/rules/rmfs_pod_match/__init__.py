@@ -41,7 +41,7 @@ class PodMatch(KeptPairs):
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign the best matching pairs of order and station."""
-        if self._scores.decides(warehouse, warehouse.available()):
+        if self.keeps(warehouse, warehouse.available()):
             return self.assign_kept(warehouse, rng, None if warehouse.unlimited_stock else _Stock(self._scores).take)
         stock = _InboundStock(warehouse)
         take = None if warehouse.unlimited_stock else stock.take

@@ -65,7 +65,8 @@ class PairScores:
     @property
     def available(self) -> Ints:
         """Items by station and SKU that the scores are made of."""
-        return self._now[0]
+        available: Ints = self._now[0]
+        return available
 
     def load(self) -> None:
         """Load what is compiled, or compile it."""
@@ -126,7 +127,6 @@ class PairScores:
     @property
     def oversize(self) -> tuple[int, ...]:
         """Places of the orders of the backlog that are larger than any station, oldest first."""
-        self._large = [place for place in self._large if self._orders[0, place]]
         return tuple(self._large)
 
     def change(self, station: int, sku: int, items: int) -> None:
@@ -231,7 +231,7 @@ class PairScores:
         self._work: Any = pair_search
         self._joined = self._left = self._parts = self._first = self._number = self._used = 0
         self._largest = largest
-        self._large: list[int] = []  # places of orders larger than any station, some of which may have left
+        self._large: list[int] = []  # places of orders larger than any station, oldest first
         self._due = _Calendar()  # of the places of orders, by when they will be late
         self._late: set[int] = set()  # places of orders that are late, and go first
         self._lanes: dict[int, tuple[int, int, Ints, Ints]] = {}  # by station: see `completed_at`
@@ -296,7 +296,9 @@ class PairScores:
             if self._rank is not None:
                 self._ranks[new] = [self._rank(order) for order in orders]
             if self._late_first:
-                due = [(order.due_s, place) for place, order in enumerate(orders, self._number) if order.due_s is not None]
+                due = [
+                    (order.due_s, place) for place, order in enumerate(orders, self._number) if order.due_s is not None
+                ]
                 self._due.add(due)
         self._used = self._work.add(begin, end, self._used, self._lines, *self._arrays())
         self._joined, self._number = end, self._number + len(ids)
@@ -304,9 +306,12 @@ class PairScores:
     def _leave(self, left: list[int]) -> None:
         places = {self._lines[0, line].item() for line in left}
         self._parts -= sum(self._in_part(place) for place in places)
-        self._work.close(np.array(left, np.int64), self._lines, *self._arrays())
+        shelves, _, *others = self._arrays()
+        self._work.close(np.array(left, np.int64), self._lines, shelves, *others)
         self._parts += sum(self._in_part(place) for place in places)
         self._left += len(left)
+        if self._large:
+            self._large = [place for place in self._large if self._orders[0, place]]
         self._late -= {place for place in places if not self._orders[0, place]}
         while self._first < self._number and not self._orders[0, self._first]:
             self._first += 1
@@ -358,8 +363,9 @@ class _Assigning:
         self.max_wait_s, self.key = max_wait_s, key
         self.stations = stations = warehouse.stations
         of_stations = [(0, s.free_capacity, s.capacity, s.counts_orders, s.load) for s in stations]
-        self.at = np.array(of_stations, np.int64).T.copy()  # as the search has them
-        _, self.free, self.capacity, self.counts, self.load = self.at
+        self.at: Ints = np.array(of_stations, np.int64).T.copy()  # as the search has them
+        self.free: Ints = self.at[1]
+        self.load: Ints = self.at[4]
         self.extra = np.zeros(len(stations)) if extra is None else extra
         self.lane = _Lane(scores, warehouse, fast_lane) if fast_lane else None
         self.chosen: list[OrderAssignment] = []
@@ -384,11 +390,12 @@ class _Assigning:
         """Return how much room stations have for orders that no lane is for."""
         if self.lane is None:
             return self.free
-        return np.where(self.load > 0, np.maximum(self.free - self.lane.places, 0), self.free)
+        room: Ints = np.where(self.load > 0, np.maximum(self.free - self.lane.places, 0), self.free)
+        return room
 
     def _size(self, place: int, at: int) -> int:
         items = int(self.kept._orders[1, place])
-        return 1 if self.counts[at] else int(self.capacity[at]) if items > self.kept._largest else items
+        return 1 if self.at[3, at] else int(self.at[2, at]) if items > self.kept._largest else items
 
     def _fitting(self, place: int) -> list[int]:
         """Return the ids of the stations where an order fits."""
@@ -547,6 +554,10 @@ class KeptPairs(PairOptions):
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
         self._scores.load()
+
+    def keeps(self, warehouse: WarehouseView, *available: Ints) -> bool:
+        """Take in what changed, as `PairScores.update` does, and say whether `assign_kept` may decide."""
+        return self._scores.decides(warehouse, *available)
 
     def assign_kept(
         self,

@@ -66,7 +66,7 @@ def add(begin, end, used, lines, shelves, most, pool, orders, scores, ranks, bes
 
 
 @njit(cache=True)
-def close(left, lines, shelves, most, pool, orders, scores, ranks, best, known):  # type: ignore[no-untyped-def]
+def close(left, lines, shelves, pool, orders, scores, ranks, best, known):  # type: ignore[no-untyped-def]
     """Take out lines that left the backlog."""
     for line in left:
         order, sku, quantity = lines[ORDER, line], lines[SKU, line], lines[QUANTITY, line]
@@ -184,61 +184,99 @@ def is_better(value, rank, order, load, station, than):  # type: ignore[no-untyp
 
 
 @njit(cache=True)
+def likely(bound, rank, begin, end):  # type: ignore[no-untyped-def]
+    """Return the block that promises most."""
+    best = begin
+    for block in range(begin + 1, end):
+        if bound[block] > bound[best] or (bound[block] == bound[best] and rank[block] < rank[best]):
+            best = block
+    return best
+
+
+@njit(cache=True, inline="always")
+def may_lead(value, rank, block, key, leader):  # type: ignore[no-untyped-def]
+    """Whether a block may have a pair that goes before the best so far, by what it promises."""
+    if value != leader[0] or key:
+        return value >= leader[0]
+    return rank < leader[1] or (rank == leader[1] and leader[2] >= block * BLOCK)
+
+
+@njit(cache=True)
+def look_through(  # type: ignore[no-untyped-def]
+    block, station, size, at, extra, limits, key, ids, taken, orders, scores, ranks, best, leader
+):
+    """Return the best pair, this or one of the orders of a size in a block; put right what the block promises."""
+    best[0, station, size, block], best[1, station, size, block] = -1.0, np.inf
+    for order in range(block * BLOCK, min((block + 1) * BLOCK, limits[2])):
+        if not orders[OPEN, order] or orders[SIZE, order] != size:
+            continue
+        raise_best(station, size, order, orders, scores, ranks, best)
+        value = value_of(station, order, orders, scores) + extra[station]
+        if value < leader[0] or taken[order]:
+            continue
+        if fits(orders[ITEMS, order], at[0, station], at[2, station], at[3, station], limits[0]):
+            rank = lot(key, ids[order]) if key else ranks[order]
+            if is_better(value, rank, order, at[4, station], station, leader):
+                leader = (value, rank, np.int64(order), at[4, station], np.int64(station))
+    return leader
+
+
+@njit(cache=True)
 def best_pair(  # type: ignore[no-untyped-def]
-    at, extra, limits, lanes, key, ids, taken, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen
+    at,
+    extra,
+    limits,
+    lanes,
+    key,
+    ids,
+    taken,
+    shelves,
+    most,
+    pool,
+    orders,
+    scores,
+    ranks,
+    best,
+    known,
+    now,
+    changes,
+    seen,
 ):
     """Place of the order and id of the station that go first of those that fit; (-1, -1) when none fits.
 
     The highest value, then the lowest rank, the oldest order, the station with the lowest load, the lowest id. ``best``
     is no worse than the best of each block, and is put right where a block is looked through. ``at`` has room, free
     places, capacity, whether orders are counted, and load, by station; ``limits`` the items of the largest order that
-    fits, the first and the number of places, and what an order can score beyond its items.
+    fits, the first and the number of places, and what an order can score beyond its items. ``lanes`` has pairs of
+    station and order that all free places are for, not room alone.
     """
     room, free, capacity, counts, load = at
-    largest, begin, end = limits[0], limits[1] // BLOCK, (limits[2] + BLOCK - 1) // BLOCK
+    begin, end = limits[1] // BLOCK, (limits[2] + BLOCK - 1) // BLOCK
     leader = (-np.inf, np.inf, np.int64(-1), np.int64(0), np.int64(-1))
     for size in range(SIZES - 1, -1, -1):
         for station in range(len(room)):
             if room[station] <= 0 or (not counts[station] and size >= room[station] != capacity[station]):
                 continue
             if size < SIZES - 1 and size + 1 + limits[3] + extra[station] < leader[0]:
-                continue
+                continue  # what is available now is looked at when it matters
             refresh(station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen)
             bound, rank = best[0, station, size], best[1, station, size]
-            likely = begin  # the block that promises most; then all others
-            for block in range(begin + 1, end):
-                if bound[block] > bound[likely] or (bound[block] == bound[likely] and rank[block] < rank[likely]):
-                    likely = block
+            first = likely(bound, rank, begin, end)
             for turn in range(begin - 1, end):
-                block = likely if turn < begin else turn
-                value = bound[block] + extra[station]
-                if bound[block] < 0 or value < leader[0]:
-                    continue
-                if value == leader[0] and not key:
-                    if rank[block] > leader[1] or (rank[block] == leader[1] and leader[2] < block * BLOCK):
-                        continue
-                bound[block], rank[block] = -1.0, np.inf
-                for order in range(block * BLOCK, min((block + 1) * BLOCK, limits[2])):
-                    if not orders[OPEN, order] or orders[SIZE, order] != size:
-                        continue
-                    raise_best(station, size, order, orders, scores, ranks, best)
-                    value = value_of(station, order, orders, scores) + extra[station]
-                    if value < leader[0] or taken[order]:
-                        continue
-                    if fits(orders[ITEMS, order], room[station], capacity[station], counts[station], largest):
-                        first = lot(key, ids[order]) if key else ranks[order]
-                        if is_better(value, first, order, load[station], station, leader):
-                            leader = (value, first, np.int64(order), load[station], np.int64(station))
+                block = first if turn < begin else turn
+                if bound[block] >= 0 and may_lead(bound[block] + extra[station], rank[block], block, key, leader):
+                    leader = look_through(
+                        block, station, size, at, extra, limits, key, ids, taken, orders, scores, ranks, best, leader
+                    )
     for pair in range(lanes.shape[1]):
         station, order = lanes[0, pair], lanes[1, pair]
         items, size = orders[ITEMS, order], orders[SIZE, order]
         if taken[order] or not orders[OPEN, order]:
             continue
-        if not fits(items, free[station], capacity[station], counts[station], largest):
-            continue
-        refresh(station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen)
-        value = value_of(station, order, orders, scores) + extra[station]
-        first = lot(key, ids[order]) if key else ranks[order]
-        if is_better(value, first, order, load[station], station, leader):
-            leader = (value, first, np.int64(order), load[station], np.int64(station))
+        if fits(items, free[station], capacity[station], counts[station], limits[0]):
+            refresh(station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen)
+            value = value_of(station, order, orders, scores) + extra[station]
+            place = lot(key, ids[order]) if key else ranks[order]
+            if is_better(value, place, order, load[station], station, leader):
+                leader = (value, place, np.int64(order), load[station], np.int64(station))
     return leader[2], leader[4]

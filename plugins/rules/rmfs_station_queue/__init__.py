@@ -62,9 +62,7 @@ class StationQueue:
     """Order -> the station that it queues for."""
     _robots: tuple[Robot, ...] = field(init=False, default=(), repr=False, eq=False)  # whose run it is
 
-    _scores: PairScores = field(
-        init=False, factory=lambda: PairScores(by_due_time, tables=2), repr=False, eq=False
-    )
+    _scores: PairScores = field(init=False, factory=lambda: PairScores(by_due_time, tables=2), repr=False, eq=False)
     _places: dict[int, int] = field(init=False, factory=dict, repr=False, eq=False)  # of queued orders, in the scores
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002

@@ -41,7 +41,7 @@ class Workload(KeptPairs):
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign orders to the stations by their number of orders."""
         orders = {s.id: {request.order.id for request in s.open_requests} for s in warehouse.stations}
-        if self._scores.decides(warehouse):
+        if self.keeps(warehouse):
             sign = 1.0 if self.prefer == "most" else -1.0
             extra = np.array([sign * len(orders[station.id]) for station in warehouse.stations])
 
