@@ -1,0 +1,56 @@
+"""A period takes hardly longer with 50,000 orders in the backlog than with 250: rules are told what changed."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+import pluggy
+import pytest
+
+import rmfs_core
+from rmfs_core.roles import Role
+from rmfs_core.rules import BoundRule
+from rmfs_core.simulation.asking import Asker
+
+FIRST = 5
+"""Periods that are left out: in the first ones the whole backlog joins."""
+
+
+def times_us(monkeypatch: pytest.MonkeyPatch, overrides: list[str]) -> dict[Role, float]:
+    """Return the mean CPU time of POA and of PPS in a run: of each call the shortest of two runs."""
+    asked, runs = Asker.ask, []
+
+    def ask(asker: Asker, rule: BoundRule, hook: pluggy.HookCaller | None = None, **arguments: Any) -> Any:
+        begin = time.thread_time_ns()
+        answer = asked(asker, rule, hook, **arguments)
+        if hook is None and rule.role in runs[-1]:
+            runs[-1][rule.role].append(time.thread_time_ns() - begin)
+        return answer
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Asker, "ask", ask)
+        for _ in range(2):
+            runs.append({Role.POA: [], Role.PPS: []})
+            rmfs_core.run("paper-250", overrides=overrides)
+    return {role: float(np.min([run[role] for run in runs], axis=0)[FIRST:].mean()) / 1e3 for role in runs[0]}
+
+
+@pytest.mark.parametrize("counts", [[], ["stations.order_capacity=6"]], ids=["items", "orders"])
+@pytest.mark.parametrize("rule", ["pod-match", "station-queue"])
+def test_a_period_of_a_large_backlog(monkeypatch: pytest.MonkeyPatch, rule: str, counts: list[str]) -> None:
+    """At most twice the time, whether stations count items or orders."""
+    world = [
+        "instance.skus=1000",
+        "instance.pods=428",
+        "instance.skus_per_pod=12",
+        "robots.count=16",
+        "run.until_s=600",
+    ]
+    rules = [f"rules.poa={rule}", "rules.pps=demand", "rules.pp=free-flow"]
+    took = {}
+    for backlog in (250, 50_000):
+        orders = [f"instance.orders={backlog + 2000}", f"instance.arrivals.backlog={backlog}"]
+        took[backlog] = times_us(monkeypatch, [*world, *rules, *counts, "instance.arrivals.process=refill", *orders])
+    assert sum(took[50_000].values()) <= 2 * sum(took[250].values()), took
