@@ -269,6 +269,8 @@ def _sizes_at(
 ) -> NDArray[np.int64]:
     """Return `WarehouseView.size_at` of all orders of the backlog."""
     if station.counts_orders:
+        if not warehouse.split_orders_open:  # none has a place anywhere
+            return np.ones(len(warehouse.backlog), np.int64)
         return np.array([not order.has_place_at(station.id) for order in warehouse.backlog], dtype=np.int64)
     return np.where(oversize, station.capacity, items)
 

@@ -105,7 +105,10 @@ class PodScores:
             total += weights.completion_boost * (of_order @ self._completed(station, pods))
         if weights.backlog_weight:
             rest = self._rest(station, pods)
-            work = self._backlog.work(rest, lambda order: worth(order, self._warehouse.now_s))
+            if weights.value == "picks" and not self._warehouse.filtered:
+                work = rest.of_use(self._waiting)
+            else:
+                work = self._backlog.work(rest, lambda order: worth(order, self._warehouse.now_s))
             total += weights.backlog_weight * work
         return total
 
@@ -130,6 +133,14 @@ class PodScores:
     @cached_property
     def _backlog(self) -> Backlog:
         return Backlog(self._warehouse)
+
+    @cached_property
+    def _waiting(self) -> NDArray[np.int64]:
+        """Items by SKU that are wanted in the backlog: all that are, but for those assigned."""
+        waiting = self._warehouse.open_demand()
+        assigned = [request.sku for station in self._warehouse.stations for request in station.open_requests]
+        np.subtract.at(waiting, np.array(assigned, np.int64), 1)
+        return waiting
 
     @cached_property
     def _demand(self) -> Values:
