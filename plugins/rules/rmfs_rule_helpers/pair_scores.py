@@ -108,7 +108,7 @@ class PairScores:
 
     def lines_of(self, place: int) -> Iterable[tuple[int, int]]:
         """Yield SKU and number of items of each line of the order at a place."""
-        begin, end = self._starts[place : place + 2].tolist()
+        begin, end = self._starts[place], self._starts[place + 1]
         yield from zip(*self._lines[1:3, begin:end].tolist(), strict=True)
 
     def order_at(self, place: int) -> int:
@@ -174,7 +174,8 @@ class PairScores:
         warehouse
             The warehouse as it was at the last update.
         take
-            Told of each assignment (station, place of the order) before the next one is chosen.
+            Told of each assignment (station, place of the order) before the next one is chosen, unless nothing more can
+            fit.
         prefer
             Which of the stations with an order's highest score takes it (order's id, station): the lowest. Left out, or
             with ties, as `assign_best_pairs` says.
@@ -383,6 +384,8 @@ class _Assigning:
                 if place < 0:
                     return self.chosen
                 self._assign(place, at if self.prefer is None else self._preferred(place, self._fitting(place)))
+                if self.free.max() <= 0:
+                    return self.chosen
         finally:
             self.kept._taken[self.places] = False
 
@@ -426,7 +429,7 @@ class _Assigning:
         self.places.append(place)
         if self.lane is not None:
             self.lane.take(at, place)
-        if self.take is not None:
+        if self.take is not None and self.free.max() > 0:
             self.take(self.stations[at], place)
 
     def _assign_waiting(self) -> None:
