@@ -26,6 +26,7 @@ from rmfs_pod_index.period import (
     URGENT,
     Shelves,
     new_period,
+    with_arrays,
     with_room,
 )
 from rmfs_pod_index.turns import decide
@@ -62,7 +63,7 @@ class Deciding:
         counts_orders = [station.counts_orders for station in stations]
         if any(counts_orders):
             placed = np.zeros((len(stations), len(self.period.begin)), np.bool_)
-            self.period = self.period._replace(placed=placed)
+            self.period = with_arrays(self.period, {"placed": placed})
         self.period.counts_orders[:] = counts_orders
         self.period.capacity[:] = [station.capacity for station in stations]
 
@@ -157,7 +158,8 @@ def prepare(rule: PodIndex) -> None:
         shown.setflags(write=False)  # as what the view shows; numba compiles for either kind
     by_sku, first_with = sorted_by_sku(zero, 1)
     shelves, weights = Shelves(np.array([0, 1]), zero, zero, first_with, by_sku), weights_of(rule, waits=True)
-    period = with_room(with_room(new_period(1, 1, 1, 1), OF_LINES, 1), OF_ORDERS + PACKED, 1)._replace(least=np.ones(1))
+    period = with_room(with_room(new_period(1, 1, 1, 1), OF_LINES, 1), OF_ORDERS + PACKED, 1)
+    period = with_arrays(period, {"least": np.ones(1)})
     period.left[:] = -1.0
     none = np.zeros(0, np.int64)
     update(period, none, one, shelves)

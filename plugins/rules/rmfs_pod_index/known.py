@@ -20,6 +20,7 @@ from rmfs_pod_index.period import (
     Shelves,
     Weights,
     new_period,
+    with_arrays,
     with_room,
 )
 from rmfs_pod_index.urging import next_urgent
@@ -132,7 +133,7 @@ class Known:
         """Return an account without lines, and without items."""
         least = (np.arange(MOST_SECONDS) ** self.weights.finish).astype(np.float64)
         period = new_period(warehouse.n_skus, len(self.pods), len(warehouse.stations), len(self.shelves.sku))
-        return period._replace(least=least)
+        return with_arrays(period, {"least": least})
 
     def settle(
         self, warehouse: WarehouseView, left: int, room: Sequence[int], inbound: Sequence[int], *, nothing: bool

@@ -230,4 +230,10 @@ def with_room(period: Period, names: tuple[str, ...], length: int) -> Period:
     grown = {name: np.zeros((2 * length + 64, *array.shape[1:]), array.dtype) for name, array in arrays.items()}
     for name, array in arrays.items():
         grown[name][: len(array)] = array
-    return period._replace(**grown)
+    return with_arrays(period, grown)
+
+
+def with_arrays(period: Period, arrays: dict[str, NDArray[Any]]) -> Period:
+    """Return a period in which some arrays are others."""
+    names = Period.__annotations__
+    return Period(*(arrays.get(name, array) for name, array in zip(names, period, strict=True)))

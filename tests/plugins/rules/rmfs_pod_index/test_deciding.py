@@ -46,13 +46,14 @@ def test_what_is_decided_leaves_nothing_to_decide() -> None:
 
 
 def test_where_equal_pods_are_is_asked_anew() -> None:
-    """Both have the SKU; the one that was nearer has been carried to the farthest place."""
+    """Both have the SKU; where they were when last asked would make the other one the nearer."""
     world = small_world({"1": ["a"]}, {str(i): ["a"] for i in range(2)}, capacities=[1])
     view = WarehouseView(world)
     known = Known(PodIndex(), view)
     known.hear(view)
     (trip,) = Deciding(known, view, [1], 0).decision().trips
-    ticks = known.ticks(view)[0]
-    world.pods[trip.pod]._cell = max(world.free_locations, key=lambda cell: ticks[cell])
-    (other,) = Deciding(known, view, [1], 0).decision().trips
-    assert {trip.pod, other.pod} == {0, 1}
+    known.cells[trip.pod] = known.cells[1 - trip.pod]
+    known.cells[1 - trip.pod] = world.pods[trip.pod].cell
+    (again,) = Deciding(known, view, [1], 0).decision().trips
+    assert again.pod == trip.pod
+    assert known.cells.tolist() == [pod.cell for pod in world.pods]
