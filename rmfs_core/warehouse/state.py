@@ -258,7 +258,7 @@ class Warehouse:
         if pod._contents[bundle.sku] < UNLIMITED:
             pod._contents[bundle.sku] += bundle.items
             self.promises.change(pod, bundle.sku, bundle.items)
-        pod._touched.add(pod)
+        pod._touched.add((pod, bundle.sku))
         for station in pod._itinerary:
             self.promises.promise_items(pod, self.stations[station])
 

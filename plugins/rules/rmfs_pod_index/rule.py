@@ -167,22 +167,22 @@ class PodIndex:
         if not any(room):
             return NOTHING
         known = self._about(warehouse)
-        if known.nothing_to_do(warehouse, room):
+        need = known.need(warehouse, room)
+        if known.nothing_to_do(warehouse, room, need):
             return NOTHING
-        return Deciding(known, warehouse, room).decision()
+        return Deciding(known, warehouse, room, need).decision()
 
     @hookimpl
     def wake_at(self, warehouse: WarehouseView) -> float | None:
         """Return when the ages of the lines of a pod will add up, if a station could take it then."""
         stations = warehouse.stations
-        if not self.urge_s or not warehouse.backlog or not any(station.load for station in stations):
+        if not self.urge_s or not warehouse.backlog_size or not any(station.load for station in stations):
             return None
         known = self._about(warehouse)
         if not known.weights.urge_ticks:
             return None
-        room, inbound = [s.free_capacity for s in stations], [len(s.inbound_pods) for s in stations]
-        needs = known.needs(warehouse, room, inbound)
-        tick = known.next_urgent(warehouse, min(needs))[0] if needs else NEVER
+        need = known.need(warehouse, [station.free_capacity for station in stations])
+        tick = NEVER if need is None else known.next_urgent(warehouse, need)[0]
         return None if tick == NEVER else to_seconds(tick)
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
@@ -191,7 +191,7 @@ class PodIndex:
 
     def _about(self, warehouse: WarehouseView) -> Known:
         """Return what is known of a run, and begin anew with another, or when a pod was given a new SKU."""
-        if self._known is None or self._known.held is not warehouse.free_items.pod:
+        if self._known is None or not self._known.is_of(warehouse):
             self._known = Known(self, warehouse)
         self._known.hear(warehouse)
         return self._known
