@@ -158,6 +158,8 @@ def best_covered(p, station, more_than, weights):  # type: ignore[no-untyped-def
 def best_pods(p, station, bound, pods, shelves, weights):  # type: ignore[no-untyped-def]
     """Fill in ``found`` with the pods of the largest index for a station, if that is above ``bound``: all equal ones.
 
+    For a station that no pod is at or bound for also those whose index is less by up to the share ``near``.
+
     The index of a pod is the largest ratio of worth to seconds, ``sum of w / (visit_s + handle_s * items)``, over the
     sets of lines that it would bring. That ratio is above r when the lines' ``w - r * handle_s * items``, those that
     are positive, add up to more than ``r * visit_s``: there each line decides for itself whether it is in the set. So r
@@ -178,7 +180,8 @@ def best_pods(p, station, bound, pods, shelves, weights):  # type: ignore[no-unt
         better = best
         index = ratio(p, station, best, index * weights.handle_s, w, q, start, end, shelves, weights)
     if better != NONE:
-        index *= 1 - CLOSE
+        less = CLOSE if p.inbound[station] else max(CLOSE, weights.near)
+        index = max(index * (1 - less), bound * (1 - 2 * CLOSE))  # below that, lines were left out
         values = gains(p, station, index * weights.handle_s, w, q, start, end, pods, shelves)
         for pod in range(len(pods)):
             if pods[pod] and values[pod] > index * weights.visit_s:

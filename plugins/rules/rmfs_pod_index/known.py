@@ -192,4 +192,5 @@ def weights_of(rule: PodIndex, *, waits: bool) -> Weights:
         to_ticks(rule.urge_s) if waits else 0,
         float(rule.full),
         rule.packing_capacity is not None,
+        float(rule.near),
     )

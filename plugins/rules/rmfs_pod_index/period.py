@@ -47,6 +47,7 @@ class Weights(NamedTuple):
     urge_ticks: int
     full: float
     packing: bool
+    near: float
 
 
 class Period(NamedTuple):
