@@ -121,6 +121,8 @@ def best_covered(p, station, weights):  # type: ignore[no-untyped-def]
 def best_pods(p, station, bound, shelves, weights):  # type: ignore[no-untyped-def]
     """Fill in ``found`` with the able pods of the largest index for a station, if that is above ``bound``: all equals.
 
+    For a station that no pod is at or bound for also those whose index is less by up to the share ``near``.
+
     The index of a pod is the largest ratio of worth to seconds, ``sum of w / (visit_s + handle_s * items)``, over the
     sets of lines that it would bring. That ratio is above r when the lines' ``w - r * handle_s * items``, those that
     are positive, add up to more than ``r * visit_s``: there each line decides for itself whether it is in the set. So r
@@ -141,7 +143,8 @@ def best_pods(p, station, bound, shelves, weights):  # type: ignore[no-untyped-d
         better = best
         index = ratio(p, station, best, index * weights.handle_s, shelves, weights)
     if better != NONE:
-        index *= 1 - CLOSE
+        less = CLOSE if p.inbound[station] else max(CLOSE, weights.near)
+        index = max(index * (1 - less), bound * (1 - 2 * CLOSE))  # below that, lines were left out
         find_gains(p, station, index * weights.handle_s, shelves)
         for pod in p.gaining[: p.numbers[GAINING]]:
             if p.values[pod] > index * weights.visit_s:

@@ -211,4 +211,5 @@ def weights_of(rule: PodIndex, *, waits: bool) -> Weights:
         due_factor=float(rule.due_factor),
         due_s=float(rule.due_s),
         packing=rule.packing_capacity is not None,
+        near=float(rule.near),
     )

@@ -52,6 +52,7 @@ class Weights(NamedTuple):
     due_factor: float
     due_s: float
     packing: bool
+    near: float
 
 
 class Period(NamedTuple):

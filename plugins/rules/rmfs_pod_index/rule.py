@@ -42,9 +42,10 @@ class PodIndex:
     Stations take turns, fewest pods first. The one whose turn it is takes the covered line that is worth most. But when
     fewer than most_pods pods are there or on their way, and the largest index of a pod that is stored or leaving is
     above stay * w / (handle_s * q) of that line (above 0 where none is covered), it sends that pod, the nearest of
-    equals, and takes its best line. Where neither is to be had, its places stay free. While stations are at work,
-    and once orders have come after the first ones, pods wait until it pays: one is sent only when the ages of its open
-    lines, and base_s for each, add up to
+    equals, and takes its best line. A station that no pod is at or bound for waits for the first one: there pods whose
+    index is less by up to the share ``near`` count as equals. Where neither is to be had, its places stay free. While
+    stations are at work, and once orders have come after the first ones, pods wait until it pays: one is sent only when
+    the ages of its open lines, and base_s for each, add up to
 
         urge_s * (1 + (full - 1) * share of the station's places that are taken);
 
@@ -131,6 +132,14 @@ class PodIndex:
         default=13.0,
         validator=validators.gt(0),
         metadata={"unit": "s", "doc": "How long a picker is busy with an item"},
+    )
+    near: float = field(
+        default=0.2,
+        validator=validators.and_(validators.ge(0), validators.le(1)),
+        metadata={
+            "doc": "By what share the index of a station's first pod may be less than the largest one if the pod is "
+            "nearer: the larger, the less a station waits, and the more visits"
+        },
     )
     packing_capacity: int | None = field(
         default=None,

@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from rmfs_core.warehouse.parts import UNLIMITED
@@ -26,7 +26,7 @@ from rmfs_pod_index.period import (
 )
 
 HANDLE_S, VISIT_S, N_SKUS = 10.0, 100.0, 4
-WEIGHTS = Weights(HANDLE_S, 0.0, 1.0, VISIT_S, 1.0, 0.5, 2, 0, 16.0, 0, 3.0, 1800.0, packing=False)
+WEIGHTS = Weights(HANDLE_S, 0.0, 1.0, VISIT_S, 1.0, 0.5, 2, 0, 16.0, 0, 3.0, 1800.0, packing=False, near=0.0)
 
 
 def shown(values: list[int]) -> np.ndarray:
@@ -158,8 +158,16 @@ def test_the_best_pods_are_those_of_the_best_sets_of_lines(data: st.DataObject) 
         return largest
 
     ratios = [ratio(pod) for pod in pods]
-    found = best(*period_of(rows, worth, pods, available=[here], taken=taken), weights=weights)
-    assert found == [i for i, one in enumerate(ratios) if one > 0 and one == pytest.approx(max(ratios), rel=1e-6)]
+    period, shelves = period_of(rows, worth, pods, available=[here], taken=taken)
+    equal = [i for i, one in enumerate(ratios) if one > 0 and one == pytest.approx(max(ratios), rel=1e-6)]
+    assert best(period, shelves, weights=weights) == equal
+
+    near = data.draw(st.sampled_from([0.1, 0.3]))
+    assume(all(one != pytest.approx((1 - near) * max(ratios), rel=1e-6) for one in ratios if one))
+    as_good = [i for i, one in enumerate(ratios) if one > (1 - near) * max(ratios)]
+    assert best(period, shelves, weights=weights._replace(near=near)) == as_good
+    period.inbound[0] = 1
+    assert best(period, shelves, weights=weights._replace(near=near)) == equal
 
 
 @given(data=st.data())
