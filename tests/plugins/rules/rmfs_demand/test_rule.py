@@ -47,6 +47,24 @@ def test_no_more_than_the_items_on_the_pod_count() -> None:
     assert decide(world, 1) == [("q", 0)]
 
 
+def test_what_was_picked_no_longer_counts() -> None:
+    """From one decision to the next: a pod with three items of `a` has one when two were picked from it."""
+    world = small_world({"1": {"a": 5}, "2": ["b"], "3": ["c"]}, {"p": {"a": 3}, "q": {"a": 1, "b": 1, "c": 1}})
+    rule, view = Demand(), WarehouseView(world)
+    assign(world, (1, 0))
+    wanted = rule._wanted
+    wanted.update(view)
+    assert wanted.of(world.pods) == [3, 3]
+    assign(world, (0, 0))
+    world.bind(world.pods[0], world.stations[0])
+    for request in [request for request in world.stations[0].open_requests if request.sku in world.pods[0].contents][
+        :2
+    ]:
+        world.fulfil(request, world.pods[0])
+    wanted.update(view)
+    assert wanted.of(world.pods[::-1]) == [3, 1]
+
+
 def test_ties_go_to_the_nearer_pod() -> None:
     """Both hold the same."""
     world = small_world({"1": ["a"]}, NINE_PODS)
