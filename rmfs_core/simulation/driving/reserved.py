@@ -99,7 +99,7 @@ class ReservedDriving(Driving):
         raise NotImplementedError
 
     def register(self, course: Course, leg: Leg) -> Stop | None:
-        """Take note that a robot begins a leg that it has reserved, after its wait; return its end, None if it stays."""
+        """Take note that a robot begins a reserved leg, after its wait; return its end, None if it may not."""
         heading, turn, ticks = self.turn_and_run(course.robot, leg)
         return Stop(leg.to, heading, self.run.warehouse.now + turn + ticks)
 

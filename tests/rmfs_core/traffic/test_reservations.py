@@ -194,3 +194,14 @@ def test_the_pool_grows() -> None:
         hold_until(table, i % 7, i % 2, 10 * ((i * 37) % 500), 10 * ((i * 37) % 500) + 5)
     assert table.arrays.count.sum() == 500
     assert [a for _, a, _ in table.reserved(0)] == sorted(10 * ((i * 37) % 500) for i in range(0, 500, 2))
+
+
+def test_the_pool_grows_for_a_path() -> None:
+    """Among many intervals, more than there was room for."""
+    table = Reservations(OPEN.cells)
+    table.hold(9, 19, 0)
+    for i in range(300):
+        hold_until(table, i % 7, 5 + i % 5, 100_000 + 10 * i, 100_000 + 10 * i + 5)
+    table.settle(8, OPEN, Stop(5, EAST, 0), [(9, 0), (14, 0)])
+    assert [table.reserved(cell)[0][0] for cell in (5, 6, 7, 8, 9, 14)] == [8] * 6
+    assert table.arrays.count.sum() == 307
