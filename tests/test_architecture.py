@@ -18,7 +18,7 @@ RULES = ROOT / "plugins" / "rules"
 COMMANDS = ROOT / "plugins" / "commands"
 PUBLIC = ROOT / "docs" / "reference" / "api.md"
 
-MOST_LINES, MOST_FILES, MOST_FOLDERS = 12_985, 81, 8
+MOST_LINES, MOST_FILES, MOST_FOLDERS = 12_953, 81, 8
 """The kernel's budget. A capability may raise it by at most 300 lines, with its reason in the changelog."""
 
 NAMES_A_PLUGIN = {
@@ -32,7 +32,6 @@ NO_TEST_OF_ITS_OWN = {
     "rmfs_core/info.py": "declares what observers are handed, and does nothing",
     "plugins/commands/rmfs_experiments/watching.py": "declares what watchers are told, and does nothing",
     "plugins/commands/rmfs_experiments/workers.py": "declares what workers are; each kind has its own test",
-    "plugins/rules/rmfs_pod_index/period.py": "declares what a period consists of, and does nothing",
 }
 """Code files without a test file, with the reason."""
 

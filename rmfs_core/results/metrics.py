@@ -87,9 +87,7 @@ class Metrics:
     @hookimpl
     def on_event(self, event: Event) -> None:
         """Count."""
-        if self.now < self.warmup:
-            self._pass(event.tick)
-        self.now = event.tick
+        self._pass(event.tick)
         match event:
             case RobotMoved():
                 if event.pod is None:

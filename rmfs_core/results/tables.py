@@ -81,11 +81,10 @@ class _Rows:
     def __init__(self, types: Mapping[str, type]) -> None:
         self.types, codes = types, {int: "q", float: "d", bool: "b"}
         self.columns: dict[str, Any] = {name: array(codes[t]) if t in codes else [] for name, t in types.items()}
-        self._append = [column.append for column in self.columns.values()]
 
     def add(self, *values: Any) -> None:
-        for append, value in zip(self._append, values, strict=True):
-            append(math.nan if value is None else value)
+        for column, value in zip(self.columns.values(), values, strict=True):
+            column.append(math.nan if value is None else value)
 
     def rows(self) -> list[Row]:
         shown = [(name, finite if kind is float else kind) for name, kind in self.types.items()]

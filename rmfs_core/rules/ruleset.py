@@ -70,7 +70,10 @@ class BoundRule:
     @call.default
     def _(self) -> Callable[..., Any]:
         ones = self.hook.get_hookimpls()  # none of an observer that hears no events
-        return _called_by_name(ones[0].function, ones[0].argnames) if ones else self.hook
+        if not ones:
+            return self.hook
+        function, names = ones[0].function, ones[0].argnames
+        return lambda **arguments: function(*map(arguments.__getitem__, names))
 
     @property
     def name(self) -> str:
@@ -95,10 +98,6 @@ class _Registered:
         for hook, method in marked_methods(instance).items():
             if hook in hooks:
                 setattr(self, method, getattr(instance, method))
-
-
-def _called_by_name(function: Callable[..., Any], names: Collection[str]) -> Callable[..., Any]:
-    return lambda **arguments: function(*map(arguments.__getitem__, names))
 
 
 @define(eq=False)
@@ -209,26 +208,19 @@ class RuleSet:
         return [plugin.instance for _, plugin in registered]
 
     def told_of(self, kind: type[Event]) -> list[tuple[str | None, Callable[[Event], object]]]:
-        """Return what is called at a kind of event, and what messages call whose it is: who was registered last first.
-
-        Without a name, what that raises is raised as it is.
-        """
+        """Return what is called at a kind of event, and whose it is for messages: who was registered last first."""
         told: list[tuple[str | None, Callable[[Event], object]]] = []
-        for one in reversed(self.pm.hook.on_event.get_hookimpls()):
-            observer: Any = one.plugin
-            hears = getattr(observer.instance, "hears", None)
+        for one in self.told("on_event"):
+            described, hears = one.plugin.described, getattr(one.plugin.instance, "hears", None)
             if isinstance(hears, Mapping):
-                told += [(observer.described, method) for method in hears.get(kind, ())]
+                told += [(described, method) for method in hears.get(kind, ())]
             elif not isinstance(hears, tuple) or kind in hears:
-                told.append((observer.described, one.function if one.argnames else lambda _, one=one: one.function()))  # type: ignore[misc]
+                told.append((described, one.function if one.argnames else lambda _, one=one: one.function()))  # type: ignore[misc]
         return told
 
-    def told(self, hook: str) -> list[tuple[str | None, str, Callable[..., Any]]]:
-        """Return for every observer with a hook its name as `told_of` does, its name in any case, and the method."""
-        return [
-            (one.plugin.described, type(one.plugin.instance).__name__, _called_by_name(one.function, one.argnames))
-            for one in reversed(getattr(self.pm.hook, hook).get_hookimpls())
-        ]
+    def told(self, hook: str) -> list[Any]:
+        """Return pluggy's implementations of an observer hook, those of who was registered last first."""
+        return getattr(self.pm.hook, hook).get_hookimpls()[::-1]  # type: ignore[no-any-return]
 
 
 def with_objects(rules: RulesSection, objects: Mapping[str, Any]) -> RulesSection:

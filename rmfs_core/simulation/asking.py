@@ -66,15 +66,15 @@ class Observers:
 
     def call(self, hook: str, **arguments: Any) -> None:
         """Call a hook of all observers."""
-        for name, _, called in self._rules.told(hook):
-            self._ask(name, hook, called, **arguments)
+        for one in self._rules.told(hook):
+            self._ask(one, hook, **arguments)
 
-    def _ask(self, name: str | None, hook: str, called: Callable[..., Any], **arguments: Any) -> Any:
+    def _ask(self, one: Any, hook: str, **arguments: Any) -> Any:
         started = time.perf_counter()
         try:
-            answer = called(**arguments)
+            answer = one.function(*[arguments[name] for name in one.argnames])
         except BaseException as error:
-            self._blame(name, hook, error)
+            self._blame(one.plugin.described, hook, error)
             raise
         self.seconds += time.perf_counter() - started
         return answer
@@ -91,16 +91,17 @@ class Observers:
         """Tell every observer that the run is over; return what they have measured, by name, and what they raised."""
         errors: list[BaseException] = []
         found: dict[str, float | None] = {}
-        for name, _, tell in self._rules.told("run_ended"):
+        for one in self._rules.told("run_ended"):
             try:
-                self._ask(name, "run_ended", tell, tick=self._warehouse.now, status=status)
+                self._ask(one, "run_ended", tick=self._warehouse.now, status=status)
             except BaseException as error:
                 errors.append(error)
-        for name, kind, ask in self._rules.told("measured"):
+        for one in self._rules.told("measured"):
             try:
-                found.update(_numbers(self._ask(name, "measured", ask), found))
+                found.update(_numbers(self._ask(one, "measured"), found))
             except ImpossibleError as problem:
-                errors.append(fault(self._warehouse, name or f"observer {kind}", "measured", str(problem)))
+                name = one.plugin.described or f"observer {type(one.plugin.instance).__name__}"
+                errors.append(fault(self._warehouse, name, "measured", str(problem)))
             except BaseException as error:
                 errors.append(error)
         return found, errors

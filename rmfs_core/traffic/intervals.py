@@ -73,28 +73,17 @@ def settle(  # type: ignore[no-untyped-def]
     cell, heading, tick, legs, width, kinematics, passing,
     before, me, used, first, count, room, since, until, owner,
 ):  # fmt: skip
-    """`drive`, and `replace` with the cells of that: returns what the two do."""
-    rows, at, heading, tick = drive(cell, heading, tick, tick, legs, width, kinematics, passing)
-    if not rows.shape[1]:
-        return rows, at, heading, tick, -1, -1, 0, used
-    found, entry, done, used = replace(
-        rows[0], rows[1], rows[2], before, me, used, first, count, room, since, until, owner
-    )
-    return rows, at, heading, tick, found, entry, done, used
+    """Reserve what legs occupy in place of the cells ``before``, unless another has one of them.
 
-
-@njit(cache=True)
-def replace(cells, begins, ends, before, me, used, first, count, room, since, until, owner):  # type: ignore[no-untyped-def]
-    """Remove an owner from the cells ``before`` and insert intervals, unless another has one of them.
-
-    Returns what `conflict` and `insert` do: nothing is changed where the first of these is not negative.
+    Returns what `drive`, `conflict` and `insert` do.
     """
-    found, entry = conflict(cells, begins, ends, me, first, count, since, until, owner)
-    if found >= 0:
-        return found, entry, 0, used
-    remove(before, me, first, count, since, until, owner)
-    done, used = insert(cells, begins, ends, 0, me, used, first, count, room, since, until, owner)
-    return found, entry, done, used
+    rows, at, heading, tick = drive(cell, heading, tick, tick, legs, width, kinematics, passing)
+    found, entry = conflict(rows[0], rows[1], rows[2], me, first, count, since, until, owner)
+    done = 0
+    if found < 0 and rows.size:
+        remove(before, me, first, count, since, until, owner)
+        done, used = insert(rows[0], rows[1], rows[2], 0, me, used, first, count, room, since, until, owner)
+    return rows, at, heading, tick, found, entry, done, used
 
 
 @njit(cache=True)

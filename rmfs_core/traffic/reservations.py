@@ -105,16 +105,9 @@ class Reservations:
         ReservedError
             When another has one of the cells then; nothing is changed in that case.
         """
-        new, before = occupancy, self._cells_of.get(owner, NOTHING)
-        found, entry, done, self._used = self._work.replace(
-            new.cells, new.since, new.until, before, owner, self._used, self._first, self._count, self._room,
-            self._since, self._until, self._owner,
-        )  # fmt: skip
-        if found >= 0:
-            raise self._error(new, found, entry)
-        self._cells_of[owner] = new.cells
-        if done < len(new.cells):
-            self._insert(owner, new, done)
+        self.check(owner, occupancy)
+        self.release(owner)
+        self._insert(owner, occupancy)
 
     def settle(self, owner: int, roads: Roads, start: Stop, ends: Sequence[tuple[int, int]]) -> tuple[Rows, Stop]:
         """Reserve what legs occupy in place of all that their owner had before: `drive` and `commit` in one go.

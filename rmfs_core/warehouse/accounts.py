@@ -177,29 +177,34 @@ class FreeItems:
 
 
 class FreeItemsAccount:
-    """Free items of the pods as arrays; of those that gave or took back promises since the last look, read anew."""
+    """Free items of the pods as arrays; of those SKUs of pods that may have changed since the last look, read anew."""
 
     def __init__(self, pods: Sequence[Pod]) -> None:
         self.pods = pods
-        self.start = np.cumsum([0, *(len(pod._contents) for pod in pods)])
         self.shown: FreeItems | None = None
-        self.touched = set(pods)
+        self.touched: set[tuple[Pod, int]] = set()
+        self.places: dict[Pod, dict[int, int]] = {}
         for pod in pods:
             pod._touched = self.touched
 
     def now(self) -> FreeItems:
         """Return them as they are."""
         if self.shown is None:
-            of = np.repeat(np.arange(len(self.pods)), np.diff(self.start))
-            sku = np.array([sku for held in self.pods for sku in sorted(held._contents)], dtype=np.int64)
-            self.shown = FreeItems(of, sku, np.zeros(len(sku), dtype=np.int64))
-        if self.touched:
+            rows = [(pod.id, sku, pod.free_items(sku)) for pod in self.pods for sku in sorted(pod._contents)]
+            self.shown = FreeItems(*np.array(rows, dtype=np.int64).reshape(-1, 3).T.copy())
+        changed = {}
+        for pod, sku in self.touched:
+            if pod not in self.places:
+                first = int(np.searchsorted(self.shown.pod, pod.id))
+                self.places[pod] = {sku: place for place, sku in enumerate(sorted(pod._contents), first)}
+            place, free = self.places[pod][sku], pod.free_items(sku)
+            if self.shown.number[place] != free:
+                changed[place] = free
+        if changed:
             number = self.shown.number.copy()
-            for pod in self.touched:
-                entries = slice(self.start[pod.id], self.start[pod.id + 1])
-                number[entries] = [pod.free_items(sku) for sku in self.shown.sku[entries].tolist()]
+            number[list(changed)] = list(changed.values())
             self.shown = FreeItems(self.shown.pod, self.shown.sku, number)
-            self.touched.clear()
+        self.touched.clear()
         return self.shown
 
 

@@ -254,7 +254,7 @@ class Pod(ReadOnly):
         self._view: Mapping[int, int] = MappingProxyType(self._contents)
         self._changes = 0
         self._promised: dict[int, dict[int, int]] = {}  # SKU -> station -> items promised to requests there
-        self._touched: set[Pod] = set()  # the warehouse's pods whose free items may have changed since it looked
+        self._touched: set[tuple[Pod, int]] = set()  # SKUs whose free items may have changed since the warehouse looked
         self._cell = cell
         self._location: int | None = cell
         self._itinerary: list[int] = []

@@ -64,7 +64,7 @@ class Promises:
         pod = request._pod
         assert pod is not None
         request._pod = None
-        pod._touched.add(pod)
+        pod._touched.add((pod, request.sku))
         by_station = pod._promised[request.sku]
         by_station[request.station] -= 1
         if not by_station[request.station]:
@@ -124,7 +124,7 @@ class Promises:
 def promise(request: Request, pod: Pod) -> None:
     """Promise a free item of a pod to a request that is uncovered, without any account."""
     request._pod = pod
-    pod._touched.add(pod)
+    pod._touched.add((pod, request.sku))
     by_station = pod._promised.setdefault(request.sku, {})
     by_station[request.station] = by_station.get(request.station, 0) + 1
 

@@ -130,12 +130,9 @@ class Warehouse:
 
     def leaving_pods(self) -> tuple[Pod, ...]:
         """Pods that stand at a station, have nothing left to serve there and are bound nowhere else."""
-        leaving = [
-            pod
-            for at in self.stations
-            if at._line and (pod := self.pod_at(at)) is not None
-            if len(pod._itinerary) == 1 and pod._itinerary[0] == at.id and not pod._bundles and not serves(at, pod)
-        ]
+        there = [(at, pod) for at in self.stations if at._line and (pod := self.pod_at(at)) is not None]
+        there = [(at, pod) for at, pod in there if pod._itinerary == [at.id] and not pod._bundles]
+        leaving = [pod for at, pod in there if not serves(at, pod)]
         return tuple(sorted(leaving, key=lambda pod: pod.id))
 
     def _arrival(self, pod: Pod) -> int | None:
@@ -258,7 +255,7 @@ class Warehouse:
         if pod._contents[bundle.sku] < UNLIMITED:
             pod._contents[bundle.sku] += bundle.items
             self.promises.change(pod, bundle.sku, bundle.items)
-        pod._touched.add(pod)
+        pod._touched.add((pod, bundle.sku))
         for station in pod._itinerary:
             self.promises.promise_items(pod, self.stations[station])
 

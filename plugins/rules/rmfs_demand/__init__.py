@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rmfs_core.warehouse import Pod, Station, WarehouseView
 
 
-class _Wanted:
+class Wanted:
     """How many items of pods are wanted. What is on them is kept as arrays, and read anew where it changed."""
 
     def __init__(self) -> None:
@@ -70,7 +70,7 @@ class Demand:
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
-    _wanted: _Wanted = field(init=False, factory=_Wanted, repr=False, eq=False)
+    _wanted: Wanted = field(init=False, factory=Wanted, repr=False, eq=False)
 
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int) -> Sequence[PodTrip]:

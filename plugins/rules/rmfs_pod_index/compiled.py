@@ -2,110 +2,55 @@
 
 from __future__ import annotations
 
+from math import exp
+
 import numpy as np
 from numba import njit
 
-from rmfs_pod_index.period import FOUND, NONE, PACKING_ROOM
+from rmfs_core.clock import TICKS_PER_S
+from rmfs_pod_index.period import CLOSE, FOUND, GAINING, LOOKED, NONE, NOW, PACKING_ROOM, WANTED
 
-CLOSE = 1e-9
-"""Relative difference up to which two indices count as equal: sums of the same numbers in another order may differ."""
 TINY = 1e-12
 """What sums of gains that are zero may come out as."""
 
 
 @njit(cache=True)
-def sorted_by_sku(sku, n_skus):  # type: ignore[no-untyped-def]
-    """Return entries or lines sorted by SKU, and where each SKU's begin."""
-    first = np.zeros(n_skus + 1, np.int64)
-    for i in sku:
-        first[i + 1] += 1
-    for i in range(n_skus):
-        first[i + 1] += first[i]
-    to, by_sku = first.copy(), np.empty(len(sku), np.int64)
-    for line in range(len(sku)):
-        by_sku[to[sku[line]]] = line
-        to[sku[line]] += 1
-    return by_sku, first
-
-
-@njit(cache=True)
-def grouped(order, order_id, sku, quantity, n_skus):  # type: ignore[no-untyped-def]
-    """Return ids and open items of the orders of lines; the lines by SKU, where those of each begin, which have any."""
-    ids = np.empty(order[-1] + 1 if len(order) else 0, np.int64)
-    open_items = np.zeros(len(ids), np.int64)
-    for line in range(len(order)):
-        ids[order[line]] = order_id[line]
-        open_items[order[line]] += quantity[line]
-    by_sku, first = sorted_by_sku(sku, n_skus)
-    return ids, open_items, by_sku, first, np.flatnonzero(first[1:] > first[:-1])
-
-
-@njit(cache=True)
-def unknown(ids, arrival):  # type: ignore[no-untyped-def]
-    """Return the ids of which nothing is known."""
-    found = np.empty(len(ids), np.int64)
-    number = 0
-    for i in ids:
-        if i >= len(arrival) or arrival[i] < 0:
-            found[number] = i
-            number += 1
-    return found[:number]
-
-
-@njit(cache=True)
-def bring(available, pod, station, sign, shelves, items):  # type: ignore[no-untyped-def]
+def bring(p, pod, station, sign, shelves):  # type: ignore[no-untyped-def]
     """Add a pod's free items to those of a station, or take them away."""
     for entry in range(shelves.first[pod], shelves.first[pod + 1]):
-        available[station, shelves.sku[entry]] += sign * items[entry]
+        p.available[shelves.sku[entry], station] += sign * p.items[entry]
 
 
 @njit(cache=True)
-def brought_so_far(available, before, pods, last, shelves, items):  # type: ignore[no-untyped-def]
-    """Set the items of each SKU that pods have free, at the stations where they go last: each counts once.
-
-    ``before`` are the pods that ``available`` has items of.
-    """
-    for pod in before:
-        for entry in range(shelves.first[pod], shelves.first[pod + 1]):
-            available[:, shelves.sku[entry]] = 0
-    for pod in pods:
-        bring(available, pod, last[pod], 1, shelves, items)
-
-
-@njit(cache=True)
-def share_visits(share, first, wanted, available, shelves, items, cost_s):  # type: ignore[no-untyped-def]
-    """Work out seconds of a visit for each line of a SKU that no pod at or bound for a station has, 0 before."""
-    number = np.zeros(len(shelves.first) - 1, np.int64)
-    for sku in wanted:
-        for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
-            if items[shelves.by_sku[k]] > 0:
-                number[shelves.pod[shelves.by_sku[k]]] += first[sku + 1] - first[sku]
-    for sku in wanted:
+def share_visits(p, shelves, cost_s):  # type: ignore[no-untyped-def]
+    """Work out seconds of a visit for each line of a SKU that no pod at or bound for a station has; 0 for others."""
+    for sku in p.wanted[: p.numbers[WANTED]]:
         here = False
-        for station in range(len(available)):
-            here = here or available[station, sku] > 0
+        for station in range(p.available.shape[1]):
+            here = here or p.available[sku, station] > 0
         most = 0
-        for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
-            if items[shelves.by_sku[k]] > 0:
-                most = max(most, number[shelves.pod[shelves.by_sku[k]]])
-        if not here and most > 0:
-            share[sku] = cost_s / most
+        if not here:
+            for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
+                if p.items[shelves.by_sku[k]] > 0:
+                    most = max(most, p.lines_of[shelves.pod[shelves.by_sku[k]]])
+        p.share[sku] = cost_s / most if most > 0 else 0.0
 
 
 @njit(cache=True)
-def look_at(line, order, sku, quantity, share, untaken, factor, left, power, weights):  # type: ignore[no-untyped-def]
-    """Work out, for the order of a line, what the seconds of its lines are divided by for their worth."""
-    at, whose = line, order[line]
-    while at > 0 and order[at - 1] == whose:
-        at -= 1
-    left[whose] = 0.0
-    while at < len(order) and order[at] == whose:
-        if untaken[at]:
-            left[whose] += weights.handle_s * quantity[at] + share[sku[at]]
-        at += 1
-    power[whose] = left[whose] ** weights.finish
-    if len(factor):
-        power[whose] /= factor[whose]
+def look_at(o, order, sku, quantity, share, untaken, now_s, weights):  # type: ignore[no-untyped-def]
+    """Work out what the seconds of an order's lines are divided by for their worth; ``o``: what there is of orders."""
+    begin, end, due_s, worth, left, base, root, power = o
+    seconds, factor = 0.0, worth[order]
+    for line in range(begin[order], end[order]):
+        if untaken[line]:
+            seconds += weights.handle_s * quantity[line] + share[sku[line]]
+    if due_s[order] < np.inf:
+        slack_s = max(due_s[order] - now_s, 0.0)
+        factor = (1.0 + (weights.due_factor - 1.0) * exp(-slack_s / weights.due_s)) * worth[order]
+    left[order] = seconds
+    if seconds != base[order]:  # to raise to a power takes longer than all else
+        base[order], root[order] = seconds, seconds**weights.finish
+    power[order] = root[order] / factor
 
 
 @njit(cache=True)
@@ -122,41 +67,61 @@ def fits(p, line, station, packing):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def best_covered(p, station, more_than, weights):  # type: ignore[no-untyped-def]
-    """Line of the largest worth that the pods of a station cover, the oldest of equals, and its worth; NONE for none.
+def better_line(p, station, sku, more_than, best, most, weights):  # type: ignore[no-untyped-def]
+    """Best of a line and the lines of a SKU that a station covers: of the largest worth, the oldest of equals.
 
-    Of lines that want more items of their SKU than ``more_than`` has alone.
+    Of lines that want more items of their SKU than ``more_than``.
+
+    Returns
+    -------
+    The line, NONE for none, and its worth.
     """
-    # Each name for what a period has is given outside of the loops: to look it up takes longer than what they do
-    order, sku_of, quantity, share, untaken = p.order, p.sku, p.quantity, p.share, p.untaken
-    left, power, factor, by_sku, first, here = p.left, p.power, p.factor, p.by_sku, p.first, p.available[station]
-    open_items, least = p.open_items, p.least
-    plain = not (weights.packing or p.counts_orders[station])
-    room, best, most = p.room[station], NONE, 0.0
-    for sku in p.wanted:
-        if here[sku] > 0:
-            for k in range(first[sku], first[sku + 1]):
-                line = by_sku[k]
-                q = quantity[line]
-                if not untaken[line] or q <= more_than[sku] or q > here[sku]:
+    # Each name for what a period has is given outside of the loop: to look it up takes longer than what it does
+    order, sku_of, quantity, untaken, after, power = p.order, p.sku, p.quantity, p.untaken, p.after, p.power
+    left, open_items, highest, shares, looked = p.left, p.open_items, p.highest, p.share, p.looked
+    least, top, now_s = p.least, len(p.least) - 1, p.numbers[NOW] / TICKS_PER_S
+    orders = p.begin, p.end, p.due_s, p.worth, left, p.base, p.root, power
+    n_looked = p.numbers[LOOKED]
+    plain, room = not (weights.packing or p.counts_orders[station]), p.room[station]
+    here, share, line = p.available[sku, station], p.share[sku], p.head[sku]
+    while line != NONE:
+        q = quantity[line]
+        if (
+            untaken[line]
+            and more_than < q <= here
+            and (q <= room if plain else fits(p, line, station, weights.packing))
+        ):
+            seconds, whose = weights.handle_s * q + share, order[line]
+            if left[whose] < 0:
+                if seconds * highest[whose] < most * least[min(int(weights.handle_s * open_items[whose] + share), top)]:
+                    line = after[line]
                     continue
-                if q <= room if plain else fits(p, line, station, weights.packing):
-                    seconds, whose = weights.handle_s * q + share[sku], order[line]
-                    if left[whose] < 0:
-                        # What it could be worth at most takes no power to know
-                        at_most = (1 + CLOSE) * seconds / least[open_items[whose]]
-                        if (at_most * factor[whose] if len(factor) else at_most) < most:
-                            continue
-                        look_at(line, order, sku_of, quantity, share, untaken, factor, left, power, weights)
-                    w = seconds / power[whose]
-                    if best == NONE or w > most or (w == most and line < best):
-                        best, most = line, w
+                look_at(orders, whose, sku_of, quantity, shares, untaken, now_s, weights)
+                looked[n_looked] = whose
+                n_looked += 1
+            w = seconds / power[whose]
+            if best == NONE or w > most or (w == most and line < best):
+                best, most = line, w
+        line = after[line]
+    p.numbers[LOOKED] = n_looked
     return best, most
 
 
 @njit(cache=True)
-def best_pods(p, station, bound, pods, shelves, weights):  # type: ignore[no-untyped-def]
-    """Fill in ``found`` with the pods of the largest index for a station, if that is above ``bound``: all equal ones.
+def best_covered(p, station, weights):  # type: ignore[no-untyped-def]
+    """Line of the largest worth that the pods of a station cover, NONE for none, and its worth."""
+    best, most = NONE, 0.0
+    for sku in p.wanted[: p.numbers[WANTED]]:
+        if p.available[sku, station] > 0:
+            best, most = better_line(p, station, sku, 0, best, most, weights)
+    return best, most
+
+
+@njit(cache=True)
+def best_pods(p, station, bound, shelves, weights):  # type: ignore[no-untyped-def]
+    """Fill in ``found`` with the able pods of the largest index for a station, if that is above ``bound``: all equals.
+
+    For a station that no pod is at or bound for also those whose index is less by up to the share ``near``.
 
     The index of a pod is the largest ratio of worth to seconds, ``sum of w / (visit_s + handle_s * items)``, over the
     sets of lines that it would bring. That ratio is above r when the lines' ``w - r * handle_s * items``, those that
@@ -165,74 +130,83 @@ def best_pods(p, station, bound, pods, shelves, weights):  # type: ignore[no-unt
     contents) a step.
     """
     p.numbers[FOUND] = 0
-    w, q, start, end = wanted_there(p, station, bound * weights.handle_s * (1 - 2 * CLOSE), weights)
+    find_wanted_there(p, station, bound * weights.handle_s * (1 - 2 * CLOSE), weights)
     index, better = bound, NONE
     while True:
-        values = gains(p, station, index * weights.handle_s, w, q, start, end, pods, shelves)
+        find_gains(p, station, index * weights.handle_s, shelves)
         best = NONE
-        for pod in range(len(pods)):
-            if pods[pod] and (best == NONE or values[pod] > values[best]):
+        for pod in p.gaining[: p.numbers[GAINING]]:
+            if best == NONE or p.values[pod] > p.values[best] or (p.values[pod] == p.values[best] and pod < best):
                 best = pod
-        if best == NONE or values[best] <= index * weights.visit_s * (1 + CLOSE) + TINY:
+        if best == NONE or p.values[best] <= index * weights.visit_s * (1 + CLOSE) + TINY:
             break
         better = best
-        index = ratio(p, station, best, index * weights.handle_s, w, q, start, end, shelves, weights)
+        index = ratio(p, station, best, index * weights.handle_s, shelves, weights)
     if better != NONE:
-        index *= 1 - CLOSE
-        values = gains(p, station, index * weights.handle_s, w, q, start, end, pods, shelves)
-        for pod in range(len(pods)):
-            if pods[pod] and values[pod] > index * weights.visit_s:
+        less = CLOSE if p.inbound[station] else max(CLOSE, weights.near)
+        index = max(index * (1 - less), bound * (1 - 2 * CLOSE))  # below that, lines were left out
+        find_gains(p, station, index * weights.handle_s, shelves)
+        for pod in p.gaining[: p.numbers[GAINING]]:
+            if p.values[pod] > index * weights.visit_s:
                 p.found[p.numbers[FOUND]] = pod
                 p.numbers[FOUND] += 1
 
 
 @njit(cache=True)
-def wanted_there(p, station, rate, weights):  # type: ignore[no-untyped-def]
-    """Return worth and items of the lines that a station does not cover, by SKU, and where those of each SKU are.
+def find_wanted_there(p, station, rate, weights):  # type: ignore[no-untyped-def]
+    """Fill in worth and items of the lines that a station does not cover, by SKU, and where those of each SKU are.
 
     Of lines that may be worth more than a rate.
     """
-    order, sku_of, quantity, share, untaken = p.order, p.sku, p.quantity, p.share, p.untaken
-    left, power, factor, by_sku, first, available = p.left, p.power, p.factor, p.by_sku, p.first, p.available
-    plain = not (weights.packing or p.counts_orders[station])
-    open_items, least, room, number = p.open_items, p.least, p.room[station], 0
-    w, q = np.empty(len(order)), np.empty(len(order), np.int64)
-    start, end = np.zeros(len(share), np.int64), np.zeros(len(share), np.int64)
-    for sku in p.wanted:
-        start[sku] = number
-        other, here = 0, available[station, sku]
-        for i in range(len(available)):
+    order, sku_of, quantity, untaken, after, power = p.order, p.sku, p.quantity, p.untaken, p.after, p.power
+    left, open_items, highest, shares, looked = p.left, p.open_items, p.highest, p.share, p.looked
+    least, top, now_s = p.least, len(p.least) - 1, p.numbers[NOW] / TICKS_PER_S
+    orders = p.begin, p.end, p.due_s, p.worth, left, p.base, p.root, power
+    n_looked = p.numbers[LOOKED]
+    plain, room = not (weights.packing or p.counts_orders[station]), p.room[station]
+    w, q, number = p.w, p.q, 0
+    for sku in p.wanted[: p.numbers[WANTED]]:
+        p.start[sku] = number
+        other, here, share = 0, p.available[sku, station], p.share[sku]
+        for i in range(p.available.shape[1]):
             if i != station:
-                other = max(other, available[i, sku])
-        for k in range(first[sku], first[sku + 1]):
-            line = by_sku[k]
+                other = max(other, p.available[sku, i])
+        line = p.head[sku]
+        while line != NONE:
             items = quantity[line]
-            if not untaken[line] or items <= here:
-                continue
-            if items <= room if plain else fits(p, line, station, weights.packing):
-                seconds, whose = weights.handle_s * items + share[sku], order[line]
+            if untaken[line] and items > here and (items <= room if plain else fits(p, line, station, weights.packing)):
+                seconds, whose = weights.handle_s * items + share, order[line]
                 if left[whose] < 0:
-                    at_most = (1 + CLOSE) * seconds / least[open_items[whose]]
-                    if (at_most * factor[whose] if len(factor) else at_most) <= rate * items:
+                    if (
+                        seconds * highest[whose]
+                        < rate * items * least[min(int(weights.handle_s * open_items[whose] + share), top)]
+                    ):
+                        line = after[line]
                         continue
-                    look_at(line, order, sku_of, quantity, share, untaken, factor, left, power, weights)
+                    look_at(orders, whose, sku_of, quantity, shares, untaken, now_s, weights)
+                    looked[n_looked] = whose
+                    n_looked += 1
                 w[number] = seconds / power[whose]
                 if items <= other:
                     w[number] *= weights.elsewhere
                 q[number] = items
                 number += 1
-        end[sku] = number
-    return w, q, start, end
+            line = after[line]
+        p.stop[sku] = number
+    p.numbers[LOOKED] = n_looked
 
 
 @njit(cache=True)
-def gains(p, station, rate, w, q, start, end, pods, shelves):  # type: ignore[no-untyped-def]
-    """Return what each pod brings beyond a rate."""
-    values = np.zeros(len(pods))
-    first_with, by_sku, pod_of, held_items, here = shelves.first_with, shelves.by_sku, shelves.pod, p.items, p.available
-    for sku in p.wanted:
+def find_gains(p, station, rate, shelves):  # type: ignore[no-untyped-def]
+    """Fill in what each able pod brings beyond a rate, and list those that bring anything."""
+    w, q, values, gaining, able, held_items = p.w, p.q, p.values, p.gaining, p.able, p.items
+    first_with, by_sku, pod_of = shelves.first_with, shelves.by_sku, shelves.pod
+    for pod in gaining[: p.numbers[GAINING]]:
+        values[pod] = 0.0
+    number = 0
+    for sku in p.wanted[: p.numbers[WANTED]]:
         whole, items = 0.0, 0
-        for k in range(start[sku], end[sku]):
+        for k in range(p.start[sku], p.stop[sku]):
             gain = w[k] - rate * q[k]
             if gain > 0:
                 whole += gain
@@ -240,27 +214,36 @@ def gains(p, station, rate, w, q, start, end, pods, shelves):  # type: ignore[no
         if items:
             for e in range(first_with[sku], first_with[sku + 1]):
                 pod, held = pod_of[by_sku[e]], held_items[by_sku[e]]
-                if held > 0 and pods[pod]:
-                    held += here[station, sku]
+                if held > 0 and able[pod]:
+                    before = values[pod]
+                    held += p.available[sku, station]
                     if items <= held:
                         values[pod] += whole
                     else:
-                        for k in brought(held, rate, w, q, start[sku], end[sku]):
+                        for k in brought(held, rate, w, q, p.start[sku], p.stop[sku]):
                             values[pod] += w[k] - rate * q[k]
-    return values
+                    if before == 0.0 and values[pod] > 0.0:
+                        gaining[number] = pod
+                        number += 1
+    p.numbers[GAINING] = number
 
 
 @njit(cache=True)
-def ratio(p, station, pod, rate, w, q, start, end, shelves, weights):  # type: ignore[no-untyped-def]
+def ratio(p, station, pod, rate, shelves, weights):  # type: ignore[no-untyped-def]
     """Worth to seconds of the lines that a pod would bring and that are worth more than a rate."""
     total, time_s = 0.0, weights.visit_s
     for entry in range(shelves.first[pod], shelves.first[pod + 1]):
         sku = shelves.sku[entry]
-        if p.items[entry] > 0 and end[sku] > start[sku]:
-            held = p.items[entry] + p.available[station, sku]
-            for k in brought(held, rate, w, q, start[sku], end[sku]):
-                total += w[k]
-                time_s += weights.handle_s * q[k]
+        if p.items[entry] > 0 and p.number[sku] and p.stop[sku] > p.start[sku]:
+            held, k = p.items[entry] + p.available[sku, station], p.start[sku]
+            if p.stop[sku] == k + 1:
+                if p.q[k] <= held and p.w[k] > rate * p.q[k]:
+                    total += p.w[k]
+                    time_s += weights.handle_s * p.q[k]
+                continue
+            for k in brought(held, rate, p.w, p.q, p.start[sku], p.stop[sku]):
+                total += p.w[k]
+                time_s += weights.handle_s * p.q[k]
     return total / time_s
 
 

@@ -9,20 +9,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip
-from rmfs_pod_index.compiled import grouped, sorted_by_sku, unknown
+from rmfs_pod_index.account import join, sorted_by_sku, update
 from rmfs_pod_index.known import Known, weights_of
 from rmfs_pod_index.period import (
+    ASKED,
     AT_WORK,
     COMPLETED,
     NONE,
+    NOW,
+    OF_LINES,
+    OF_ORDERS,
+    PACKED,
     PACKING_ROOM,
     SENDS,
     TAKES,
-    Period,
+    URGENT,
     Shelves,
+    new_period,
+    with_arrays,
+    with_room,
 )
 from rmfs_pod_index.turns import decide
-from rmfs_pod_index.urging import needed, next_urgent, urges
+from rmfs_pod_index.urging import find_urgent, next_urgent
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Pod, WarehouseView
@@ -30,116 +38,112 @@ if TYPE_CHECKING:
 
 
 class Deciding:
-    """A period under construction, around its compiled part."""
+    """A period under construction, around its compiled part.
 
-    def __init__(self, known: Known, warehouse: WarehouseView, room: Sequence[int]) -> None:
-        self.rule, self.known, self.warehouse = known.rule, known, warehouse
-        self.lines, self.items = warehouse.backlog_lines, warehouse.free_items.number
-        self.ids, open_items, by_sku, first, wanted = known.look(warehouse)
-        rule, stations, pods, lines = self.rule, warehouse.stations, known.pods, self.lines
-        n_orders, packing = len(self.ids), rule.packing_capacity is not None
+    Parameters
+    ----------
+    known
+        What is known of the run.
+    warehouse
+        The warehouse.
+    room
+        Free places of each station.
+    need
+        What the ages of a pod's lines have to add up to for it to be sent anywhere; None where none may be sent.
+    """
+
+    def __init__(self, known: Known, warehouse: WarehouseView, room: Sequence[int], need: int | None) -> None:
+        self.rule, self.known, self.warehouse, self.room, self.need = known.rule, known, warehouse, room, need
+        self.period, stations = known.shown(warehouse), warehouse.stations
         inbound = [station.inbound_pods for station in stations]
         bound = {pod.id: pod for there in inbound for pod in there}  # one may be bound for several, to be replenished
         self.bound = list(bound)
-        last = np.full(len(pods), NONE)
-        last[self.bound] = [_last_of(pod, len(stations)) for pod in bound.values()]
-        number = [len(there) for there in inbound]
-        counts_orders = np.array([station.counts_orders for station in stations], np.bool_)
-        backlog = warehouse.backlog if packing else ()
-        split = np.array([bool(order.parts) for order in backlog], np.bool_)
-        self.period = Period(
-            order=lines.order,
-            sku=lines.sku,
-            quantity=lines.quantity,
-            age=known.ages(warehouse) if known.weights.urge_ticks else np.zeros(0, np.int64),
-            factor=self.factors(),
-            by_sku=by_sku,
-            first=first,
-            wanted=wanted,
-            share=np.zeros(warehouse.n_skus),
-            left=np.full(n_orders, -1.0),
-            power=np.empty(n_orders),
-            open_items=open_items.copy(),
-            least=known.least_powers(int(open_items.max(initial=0))),
-            untaken=np.ones(len(lines.order), np.bool_),
-            items=self.items,
-            movable=self.movable() if known.needs(warehouse, room, number) else np.zeros(len(pods), np.bool_),
-            last=last,
-            ages=known.ages_of_skus,
-            urge=np.zeros(len(pods), np.int64),
-            available=known.available,
-            room=np.array(room, np.int64),
-            load=np.array([station.load for station in stations], np.int64),
-            capacity=np.array([station.capacity for station in stations], np.int64),
-            inbound=np.array(number, np.int64),
-            counts_orders=counts_orders,
-            open=np.array(room, np.int64) > 0,
-            placed=self._placed(n_orders) if counts_orders.any() else np.zeros((0, 0), np.bool_),
-            split=split,
-            single=np.array([len(order.open_lines) == 1 for order in backlog], np.bool_),
-            before=split.copy(),
-            parts=np.zeros(len(backlog), np.int64),
-            turn=np.zeros(len(stations), np.int64),
-            takes=np.empty((len(lines.order), 2), np.int64),
-            sends=np.empty((len(pods), 2), np.int64),
-            found=np.empty(len(pods), np.int64),
-            numbers=np.zeros(8, np.int64),
-        )
-        self.period.numbers[AT_WORK] = any(station.load for station in stations)
-        self.period.numbers[PACKING_ROOM] = (rule.packing_capacity or 0) - warehouse.split_orders_open
+        self.last = [_last_of(pod, len(stations)) for pod in bound.values()]
+        self.load, self.inbound = [station.load for station in stations], [len(there) for there in inbound]
+        counts_orders = [station.counts_orders for station in stations]
+        if any(counts_orders):
+            placed = np.zeros((len(stations), len(self.period.begin)), np.bool_)
+            self.period = with_arrays(self.period, {"placed": placed})
+        self.period.counts_orders[:] = counts_orders
+        self.period.capacity[:] = [station.capacity for station in stations]
 
-    def factors(self) -> NDArray[np.float64]:
-        """Of each order, how many times more a line of it is worth; empty where all are equal."""
-        if self.known.equal:
-            return np.zeros(0)
-        rule, known = self.rule, self.known
-        slack_s = np.maximum(known.due_s[self.ids] - self.warehouse.now_s, 0.0)
-        due = 1.0 + (rule.due_factor - 1.0) * np.exp(-slack_s / rule.due_s)
-        priority = np.minimum(np.maximum(known.priority[self.ids], -20), 20)
-        factors: NDArray[np.float64] = due * rule.priority_factor**priority
-        return factors
-
-    def movable(self) -> NDArray[np.bool_]:
-        """Pods that may be sent: stored or leaving, and bound nowhere else."""
+    def movable(self, wanted: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Which of some pods may be sent: stored or leaving, and bound nowhere else."""
+        busy = {*self.bound, *(robot.task for robot in self.warehouse.robots if robot.task is not None)}
         movable = np.ones(len(self.known.pods), np.bool_)
-        busy = [*self.bound, *(robot.task for robot in self.warehouse.robots if robot.task is not None)]
-        leaving = [pod.id for pod in self.warehouse.leaving_pods]
-        movable[busy] = False
-        movable[leaving] = True
-        self.known.find(busy, leaving)
+        movable[list(busy)] = False
+        if not busy.isdisjoint(wanted.tolist()):
+            movable[[pod.id for pod in self.warehouse.leaving_pods]] = True
         return movable
 
     def decision(self) -> JointDecision:
         """Let stations take lines and send pods, and return what was chosen as the kernel takes it."""
-        rule, known, period, warehouse = self.rule, self.known, self.period, self.warehouse
-        numbers, bound = period.numbers, np.array(self.bound, np.int64)
-        ticks = known.ticks(warehouse)
-        decide(period, known.in_available, bound, known.nothing, ticks, known.cells, known.shelves, known.weights)
-        sends = period.sends[: numbers[SENDS]].tolist()
-        known.in_available = np.append(bound, period.sends[: numbers[SENDS], 0])
-        known.moving.update(pod for pod, _ in sends)
+        known, period, warehouse, movable = self.known, self.period, self.warehouse, None
+        numbers, pods, cells = period.numbers, known.pods, known.cells
+        bound, last = np.array(self.bound, np.int64), np.array(self.last, np.int64)
+        moved: list[int] | None = None
+        while moved is None or moved:
+            self._begin()
+            if self._find_urgent():
+                movable = self.movable(period.urgent[: numbers[URGENT]]) if movable is None else movable
+                period.movable[:] = movable
+            decide(period, bound, last, known.ticks(warehouse), cells, known.shelves, known.weights)
+            # Only of pods that are equally good it matters where they are: if one has moved, all is decided again
+            moved = []
+            if numbers[ASKED]:
+                asked = np.flatnonzero(period.asked)
+                period.asked[asked] = False
+                moved = [pod for pod in asked.tolist() if pods[pod].cell != cells[pod]]
+                cells[moved] = [pods[pod].cell for pod in moved]
+        return self._told()
+
+    def _begin(self) -> None:
+        """Fill in how stations and orders are before anything is decided."""
+        period, warehouse = self.period, self.warehouse
+        period.room[:], period.load[:], period.inbound[:] = self.room, self.load, self.inbound
+        np.greater(period.room, 0, out=period.open)
+        period.numbers[NOW], period.numbers[AT_WORK] = warehouse.now_tick, any(self.load)
+        if self.known.weights.packing:
+            period.numbers[PACKING_ROOM] = (self.rule.packing_capacity or 0) - warehouse.split_orders_open
+            for order in warehouse.backlog:
+                period.split[order.id] = period.ever[order.id] = bool(order.parts)
+                period.single[order.id], period.parts[order.id] = len(order.open_lines) == 1, 0
+        if period.placed.size:
+            period.placed[:] = False
+            for station in warehouse.stations:
+                here = {request.order.id for request in station.open_requests}
+                period.placed[station.id, [order for order in here if order < period.placed.shape[1]]] = True
+
+    def _find_urgent(self) -> bool:
+        """List the pods that are wanted enough to be sent somewhere: all where no pod waits for that."""
+        period, weights, least = self.period, self.known.weights, NONE
+        if self.need is None:
+            period.numbers[URGENT] = 0
+            return False
+        if weights.urge_ticks and period.numbers[AT_WORK]:
+            least = self.need
+        since = self.warehouse.now_tick + weights.base_ticks
+        period.numbers[URGENT] = find_urgent(
+            period.urge, period.urgent, period.lines_of, period.arrivals_of, since, least
+        )
+        return bool(period.numbers[URGENT])
+
+    def _told(self) -> JointDecision:
+        """Return the decision, and remember what it leaves."""
+        known, period, warehouse = self.known, self.period, self.warehouse
+        takes, sends = (period.takes[: period.numbers[TAKES]], period.sends[: period.numbers[SENDS]].tolist())
         parts: dict[tuple[int, int], list[int]] = {}
-        takes = period.takes[: numbers[TAKES]]
-        for (_, station), order, sku in zip(
-            takes.tolist(), self.lines.order_id[takes[:, 0]].tolist(), self.lines.sku[takes[:, 0]].tolist(), strict=True
-        ):
+        orders, skus = period.order[takes[:, 0]].tolist(), period.sku[takes[:, 0]].tolist()
+        for order, sku, station in zip(orders, skus, takes[:, 1].tolist(), strict=True):
             parts.setdefault((order, station), []).append(sku)
-        if rule.elsewhere and not known.weights.packing and not warehouse.filtered and not period.counts_orders.any():
-            left = len(self.ids) - int(numbers[COMPLETED])
-            known.settle(warehouse, left, period.room.tolist(), period.inbound.tolist(), nothing=not (parts or sends))
+        if self.rule.elsewhere and not known.weights.packing and not warehouse.filtered and not period.placed.size:
+            left = warehouse.backlog_size - int(period.numbers[COMPLETED])
+            room, inbound = period.room.tolist(), period.inbound.tolist()
+            known.settle(warehouse, left, room, inbound, nothing=not (parts or sends))
         return JointDecision(
             [OrderAssignment(order, station, tuple(skus)) for (order, station), skus in parts.items()],
             [PodTrip(pod, station) for pod, station in sends],
         )
-
-    def _placed(self, orders: int) -> NDArray[np.bool_]:
-        """Which orders have a place at each station that counts orders."""
-        position = {order.id: i for i, order in enumerate(self.warehouse.backlog)}
-        placed = np.zeros((len(self.warehouse.stations), orders), np.bool_)
-        for station in self.warehouse.stations:
-            here = {request.order.id for request in station.open_requests}
-            placed[station.id, [position[order] for order in here & position.keys()]] = True
-        return placed
 
 
 def _last_of(pod: Pod, stations: int) -> int:
@@ -152,20 +156,15 @@ def prepare(rule: PodIndex) -> None:
     zero, one = np.zeros(1, np.int64), np.ones(1, np.int64)
     for shown in (zero, one):
         shown.setflags(write=False)  # as what the view shows; numba compiles for either kind
-    unknown(one.copy(), np.zeros(0, np.int64))
     by_sku, first_with = sorted_by_sku(zero, 1)
-    _, open_items, by_sku, first, wanted = grouped(zero, zero, zero, one, 1)
     shelves, weights = Shelves(np.array([0, 1]), zero, zero, first_with, by_sku), weights_of(rule, waits=True)
-    free, available = np.ones(1, np.bool_), np.zeros((1, 1), np.int64)
-    ages = np.ones(1, np.int64)
-    total, number = urges((zero, ages, by_sku, first, wanted), 1, shelves, one, 1)
-    next_urgent(total, number, 0, needed(0, 1, weights.urge_ticks, weights.full))
-    none, no_orders = np.zeros(0, np.bool_), np.zeros((0, 0), np.bool_)
-    period = Period(
-        zero, zero, one, ages, np.zeros(0), by_sku, first, wanted, np.zeros(1), np.full(1, -1.0), np.empty(1),
-        open_items, np.ones(2), free.copy(), one, free.copy(), np.full(1, NONE), ages.copy(), np.zeros(1, np.int64),
-        available, ages.copy(), ages.copy(), ages.copy(), np.zeros(1, np.int64), ~free, free.copy(), no_orders, none,
-        none, none, np.zeros(0, np.int64), np.zeros(1, np.int64), np.empty((1, 2), np.int64),
-        np.empty((1, 2), np.int64), np.empty(1, np.int64), np.zeros(8, np.int64),
-    )  # fmt: skip
-    decide(period, one.copy()[:0], one.copy()[:0], np.zeros(1, np.int64), available, one.copy(), shelves, weights)
+    period = with_room(with_room(new_period(1, 1, 1, 1), OF_LINES, 1), OF_ORDERS + PACKED, 1)
+    period = with_arrays(period, {"least": np.ones(1)})
+    period.left[:] = -1.0
+    none = np.zeros(0, np.int64)
+    update(period, none, one, shelves)
+    join(period, 0, 1, shelves)
+    next_urgent(period.lines_of, period.arrivals_of, 0, 1, weights.base_ticks)
+    find_urgent(period.urge, period.urgent, period.lines_of, period.arrivals_of, 1, 1)
+    decide(period, none, none, np.zeros((1, 1), np.int64), np.zeros(1, np.int64), shelves, weights)
+    update(period, np.zeros(1, np.int64), one[:0], shelves)

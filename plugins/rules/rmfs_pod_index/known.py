@@ -2,149 +2,190 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.clock import to_ticks
-from rmfs_pod_index.compiled import grouped, sorted_by_sku, unknown
-from rmfs_pod_index.period import NONE, Shelves, Weights
-from rmfs_pod_index.urging import needed, next_urgent, urges
+from rmfs_pod_index.account import join, sorted_by_sku, update
+from rmfs_pod_index.period import (
+    CLOSE,
+    NONE,
+    OF_LINES,
+    OF_ORDERS,
+    PACKED,
+    Period,
+    Shelves,
+    Weights,
+    new_period,
+    with_arrays,
+    with_room,
+)
+from rmfs_pod_index.urging import next_urgent
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Order, WarehouseView
+    from rmfs_core.warehouse import WarehouseView
     from rmfs_pod_index.rule import PodIndex
 
 NEVER = 1 << 62
 """A tick that no run comes to."""
-
-
-class Grouped(NamedTuple):
-    """What `grouped` returns.
-
-    Parameters
-    ----------
-    ids, open_items
-        Of each order of the backlog.
-    by_sku, first, wanted
-        Its lines sorted by SKU; where those of SKU i begin; the SKUs that have any, ascending.
-    """
-
-    ids: NDArray[np.int64]
-    open_items: NDArray[np.int64]
-    by_sku: NDArray[np.int64]
-    first: NDArray[np.int64]
-    wanted: NDArray[np.int64]
+MOST_SECONDS = 4096
+"""Of how many seconds the power is kept in a table."""
 
 
 class Known:
-    """What was seen and worked out before: nothing here makes a decision another one, it is only found sooner."""
+    """What was seen and worked out before: nothing here makes a decision another one, it is only found sooner.
+
+    Attributes
+    ----------
+    period
+        The account of the lines of the backlog and of free items.
+    shelves, weights, pods
+        Which pods have which SKUs; the rule's parameters; the pods.
+    cells
+        Of each pod: where it was when it was asked last.
+    """
 
     def __init__(self, rule: PodIndex, warehouse: WarehouseView) -> None:
         free = warehouse.free_items
         by_sku, first_with = sorted_by_sku(free.sku, warehouse.n_skus)
         first = np.searchsorted(free.pod, np.arange(len(warehouse.pods) + 1))
-        self.pods, self.held = warehouse.pods, free.pod
+        self.pods, self._held = warehouse.pods, free.pod
         self.shelves = Shelves(first, free.sku, free.pod, first_with, by_sku)
         self.rule = rule
         self.weights = weights_of(rule, waits=False)
-        self.nothing = np.zeros(warehouse.n_skus, np.int64)
-        self.ages_of_skus = np.zeros(warehouse.n_skus, np.int64)
-        self.available = np.zeros((len(warehouse.stations), warehouse.n_skus), np.int64)
-        self.in_available = np.zeros(0, np.int64)
-        self._least = np.zeros(0)
-        self._base_ticks = to_ticks(rule.base_s)
-        self._looked_at: object = None
+        self.period = self._empty(warehouse)
         self.cells = np.array([pod.cell for pod in self.pods], np.int64)
-        self.moving = {pod.id for pod in self.pods if pod.location is None}
+        self._log = warehouse.backlog_log()
+        self._joined = self._left = self._largest = 0
+        self._leaving: list[int] = []
+        self._items: object = None
+        self._no_items = free.number[:0]
         self._ticks: NDArray[np.int64] | None = None
-        self.arrival = np.zeros(0, np.int64)
-        self.due_s = np.zeros(0)
-        self.priority = np.zeros(0)
-        self.equal = True
         self._settled: tuple[object, ...] | None = None
-        self._largest = 0
-        self._quiet: Sequence[Order] | None = None
-        self._quiet_room: Sequence[int] = ()
-        self._urged = self.nothing, self.nothing
-        self._urged_tick = 0
-        self._urged_of: Sequence[Order] | None = None
+        self._quiet_room: Sequence[int] | None = None
+        self._next: tuple[int, int, bool] | None = None
+
+    def is_of(self, warehouse: WarehouseView) -> bool:
+        """Whether it is what is known of a run, in which no pod was given a new SKU."""
+        if self._log is not warehouse.backlog_log():
+            return False
+        return not warehouse.replenishment_stations or warehouse.free_items.pod is self._held
 
     def hear(self, warehouse: WarehouseView) -> None:
-        """Let pods wait for lines to come once orders have come after the first ones."""
-        if self.rule.urge_s and not self.weights.urge_ticks:
-            orders = warehouse.orders
-            if orders and orders[-1].arrival_tick > orders[0].arrival_tick:
-                self.weights = weights_of(self.rule, waits=True)
+        """Take in what joined and left the backlog since the last time."""
+        joined, left = self._log.joined(self._joined), self._log.left(self._left)
+        if joined.size:
+            self.period = self.with_lines(self.period, warehouse, joined, self._joined)
+            self._joined += joined.shape[1]
+            if self.rule.urge_s and not self.weights.urge_ticks:
+                orders = warehouse.orders
+                # Pods wait for lines to come once some have come
+                self.weights = weights_of(self.rule, waits=orders[-1].arrival_tick > orders[0].arrival_tick)
+        if left:
+            self._leaving += left
+            self._left += len(left)
+        if joined.size or left:
+            self._quiet_room = self._next = None
 
-    def look(self, warehouse: WarehouseView) -> Grouped:
-        """Return what there is to know of the lines of the backlog, with every order known."""
+    def look(self, warehouse: WarehouseView) -> None:
+        """Bring the account of lines and free items up to date."""
+        items = warehouse.free_items.number
+        if items is not self._items or self._leaving:
+            changed = items if items is not self._items else self._no_items
+            update(self.period, np.array(self._leaving, np.int64), changed, self.shelves)
+            self._items, self._leaving, self._next = items, [], None
+
+    def with_lines(self, period: Period, warehouse: WarehouseView, rows: NDArray[np.int64], begin: int) -> Period:
+        """Return a period with more lines, whose order, SKU and number of items are given; ``begin`` are there."""
+        ids, n_orders, end = list(dict.fromkeys(rows[0].tolist())), int(rows[0].max()) + 1, begin + rows.shape[1]
+        period = with_room(period, OF_LINES, end)
+        period = with_room(period, OF_ORDERS + (PACKED if self.weights.packing else ()), n_orders)
+        period.order[begin:end], period.sku[begin:end], period.quantity[begin:end] = rows
+        for i in ids:
+            order = warehouse.order(i)
+            period.arrival[i] = order.arrival_tick
+            period.due_s[i] = np.inf if order.due_s is None else order.due_s
+            period.worth[i] = self.rule.priority_factor ** min(max(order.priority, -20), 20)
+            period.highest[i] = (
+                (1 + CLOSE) * period.worth[i] * (1.0 if order.due_s is None else self.weights.due_factor)
+            )
+        period.left[ids] = -1.0
+        join(period, begin, end, self.shelves)
+        self._largest = max(self._largest, int(rows[2].max()))
+        return period
+
+    def shown(self, warehouse: WarehouseView) -> Period:
+        """Return the account, or one of the lines that filters have left."""
+        self.look(warehouse)
+        if not warehouse.filtered:
+            return self.period
+        period = self._empty(warehouse)
+        update(period, np.zeros(0, np.int64), warehouse.free_items.number, self.shelves)
         lines = warehouse.backlog_lines
-        if lines is not self._looked_at:
-            self._looked_at = lines
-            self._looked = Grouped(*grouped(lines.order, lines.order_id, lines.sku, lines.quantity, warehouse.n_skus))
-            self.learn(warehouse, self._looked.ids)
-        return self._looked
+        if not len(lines.order):
+            return period
+        return self.with_lines(period, warehouse, np.array([lines.order_id, lines.sku, lines.quantity]), 0)
 
-    def ages(self, warehouse: WarehouseView) -> NDArray[np.int64]:
-        """Of each order, its age in ticks, and what a line counts besides."""
-        ages: NDArray[np.int64] = warehouse.now_tick + self._base_ticks - self.arrival[self.look(warehouse).ids]
-        return ages
+    def _empty(self, warehouse: WarehouseView) -> Period:
+        """Return an account without lines, and without items."""
+        least = (np.arange(MOST_SECONDS) ** self.weights.finish).astype(np.float64)
+        period = new_period(warehouse.n_skus, len(self.pods), len(warehouse.stations), len(self.shelves.sku))
+        return with_arrays(period, {"least": least})
 
     def settle(
         self, warehouse: WarehouseView, left: int, room: Sequence[int], inbound: Sequence[int], *, nothing: bool
     ) -> None:
         """Note how a decision leaves the warehouse, in which nothing is left to decide, and whether it did nothing."""
-        self._largest = int(warehouse.backlog_lines.quantity.max(initial=0))
         if nothing:
-            self._quiet, self._quiet_room = warehouse.backlog, room
+            self._quiet_room = room
         else:
             self._settled = warehouse.now_tick, left, room, inbound
 
-    def nothing_to_do(self, warehouse: WarehouseView, room: Sequence[int]) -> bool:
+    def nothing_to_do(self, warehouse: WarehouseView, room: Sequence[int], need: int | None) -> bool:
         """Whether the last decision left free what it could not fill, and nothing has come since that could.
 
         What pods have free at their stations only becomes less, so with the same backlog no line is covered that was
         not; and no pod is sent to a station that has enough of them, or before one is urgent. Replenished, they may.
         """
-        backlog, inbound = warehouse.backlog, [len(station.inbound_pods) for station in warehouse.stations]
         settled, self._settled = self._settled, None
-        if settled == (warehouse.now_tick, len(backlog), room, inbound):
-            self._quiet, self._quiet_room = backlog, room
-            return True
-        if backlog is not self._quiet or warehouse.replenishment_stations:
+        if warehouse.filtered:
             return False
-        if any(then < now and then < self._largest for then, now in zip(self._quiet_room, room, strict=True)):
+        if settled is not None:
+            inbound = [len(station.inbound_pods) for station in warehouse.stations]
+            if settled == (warehouse.now_tick, warehouse.backlog_size, room, inbound):
+                self._quiet_room = room
+                return True
+        quiet = self._quiet_room
+        if quiet is None or warehouse.replenishment_stations:
             return False
-        needs = self.needs(warehouse, room, inbound)
-        if not needs:
-            return True
-        if not self.weights.urge_ticks or not any(station.load for station in warehouse.stations):
+        if room != quiet and any(a < b and a < self._largest for a, b in zip(quiet, room, strict=True)):
             return False
-        return not self.next_urgent(warehouse, min(needs))[1]
+        waits = self.weights.urge_ticks and any(station.load for station in warehouse.stations)
+        return need is None or bool(waits and not self.next_urgent(warehouse, need)[1])
 
-    def needs(self, warehouse: WarehouseView, room: Sequence[int], inbound: Sequence[int]) -> list[int]:
-        """Return what ages have to add up to for each of the stations that one more pod could be sent to."""
-        stations, ticks, full = warehouse.stations, self.weights.urge_ticks, self.weights.full
-        few = [
-            s for s, free, pods in zip(stations, room, inbound, strict=True) if free and pods < self.weights.most_pods
+    def need(self, warehouse: WarehouseView, room: Sequence[int]) -> int | None:
+        """Return what ages have to add up to for a station that one more pod could be sent to: the least, or None."""
+        most_pods, ticks, more = self.weights.most_pods, self.weights.urge_ticks, self.weights.full - 1
+        shares = [
+            min(station.load, station.capacity) / station.capacity
+            for station, free in zip(warehouse.stations, room, strict=True)
+            if free and len(station.inbound_pods) < most_pods
         ]
-        return [needed(station.load, station.capacity, ticks, full) for station in few]
+        return int(ticks * (1 + more * min(shares))) if shares else None
 
     def next_urgent(self, warehouse: WarehouseView, need: int) -> tuple[int, bool]:
         """Return when the ages of the lines of the next pod add up to so many, or NEVER; and whether one's do now."""
-        if self._urged_of is not warehouse.backlog:
-            found, items = self.look(warehouse), warehouse.free_items.number
-            lines = warehouse.backlog_lines.order, self.ages(warehouse), found.by_sku, found.first, found.wanted
-            enough = needed(1, 1, self.weights.urge_ticks, self.weights.full)
-            self._urged = urges(lines, len(self.pods), self.shelves, items, enough)
-            self._urged_of, self._urged_tick = warehouse.backlog, warehouse.now_tick
-        passed = warehouse.now_tick - self._urged_tick
-        total, number = self._urged
-        soonest, now = next_urgent(total, number, passed, need)
-        return NEVER if soonest == NONE else warehouse.now_tick + int(soonest), bool(now)
+        now, known = warehouse.now_tick, self._next
+        # With the same backlog, what pods have free that are bound for no station only changes by replenishment
+        if known is None or known[0] != need or now >= known[1] or warehouse.replenishment_stations:
+            self.look(warehouse)
+            period, base = self.period, self.weights.base_ticks
+            soonest, urgent = next_urgent(period.lines_of, period.arrivals_of, now, need, base)
+            known = self._next = need, NEVER if soonest == NONE else int(soonest), bool(urgent)
+        return known[1:]
 
     def ticks(self, warehouse: WarehouseView) -> NDArray[np.int64]:
         """Shortest loaded driving time to each station from each cell, whatever way the robot faces."""
@@ -153,43 +194,22 @@ class Known:
             self._ticks = np.array(to)
         return self._ticks
 
-    def find(self, busy: Iterable[int], leaving: Iterable[int]) -> None:
-        """Look where pods are that were on the move when last seen, and those that leave a station."""
-        for pod in self.moving.difference(busy).union(leaving):
-            self.cells[pod] = self.pods[pod].cell
-        self.moving = set(busy)
-
-    def least_powers(self, items: int) -> NDArray[np.float64]:
-        """Return the least that seconds are divided by, for orders with up to so many items left."""
-        if items >= len(self._least):
-            self._least = np.power(self.weights.handle_s * np.arange(2 * items + 2), self.weights.finish)
-        return self._least
-
-    def learn(self, warehouse: WarehouseView, ids: NDArray[np.int64]) -> None:
-        """Look at the orders that have come since the last time."""
-        for i in unknown(ids, self.arrival).tolist():
-            if i >= len(self.arrival):
-                more = 2 * i + 64 - len(self.arrival)
-                self.arrival = np.append(self.arrival, np.full(more, NONE))
-                self.due_s, self.priority = (np.append(old, np.zeros(more)) for old in (self.due_s, self.priority))
-            order = warehouse.order(i)
-            self.arrival[i] = order.arrival_tick
-            self.due_s[i] = np.inf if order.due_s is None else order.due_s
-            self.priority[i] = order.priority
-            self.equal = self.equal and order.due_s is None and not order.priority
-
 
 def weights_of(rule: PodIndex, *, waits: bool) -> Weights:
     """Return the rule's parameters as the compiled parts take them, and whether pods wait."""
     return Weights(
-        float(rule.handle_s),
-        float(rule.cost_s),
-        float(rule.finish),
-        float(rule.visit_s),
-        float(rule.stay),
-        float(rule.elsewhere),
-        int(rule.most_pods),
-        to_ticks(rule.urge_s) if waits else 0,
-        float(rule.full),
-        rule.packing_capacity is not None,
+        handle_s=float(rule.handle_s),
+        cost_s=float(rule.cost_s),
+        finish=float(rule.finish),
+        visit_s=float(rule.visit_s),
+        stay=float(rule.stay),
+        elsewhere=float(rule.elsewhere),
+        most_pods=int(rule.most_pods),
+        urge_ticks=to_ticks(rule.urge_s) if waits else 0,
+        full=float(rule.full),
+        base_ticks=to_ticks(rule.base_s),
+        due_factor=float(rule.due_factor),
+        due_s=float(rule.due_s),
+        packing=rule.packing_capacity is not None,
+        near=float(rule.near),
     )

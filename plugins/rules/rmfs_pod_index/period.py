@@ -1,8 +1,8 @@
-"""What a period of pod-index consists of: all that its compiled parts read and write."""
+"""What pod-index keeps and works on: all that its compiled parts read and write."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 NONE = -1
+CLOSE = 1e-9
+"""Relative difference up to which two indices count as equal: sums of the same numbers in another order may differ."""
 
 
 class Shelves(NamedTuple):
@@ -46,81 +48,126 @@ class Weights(NamedTuple):
     most_pods: int
     urge_ticks: int
     full: float
+    base_ticks: int
+    due_factor: float
+    due_s: float
     packing: bool
+    near: float
 
 
 class Period(NamedTuple):
-    """A period under construction: what there is to take and to send, and what was so far.
+    """An account of lines and items that is kept from call to call, and a period under construction.
 
     Parameters
     ----------
     order, sku, quantity
-        Of each open line of the backlog, oldest order first: its order's position, SKU id and items.
-    age
-        Of each order: ticks since it came, and what a line counts besides; empty where no pod waits for that.
-    factor
-        Of each order: how many times a line of it is worth more; empty where all are equal.
-    by_sku, first, wanted
-        The lines sorted by SKU; where those of SKU i begin; the SKUs that have any, ascending.
-    share
-        Of each SKU: seconds of a visit that a line of it has to bear.
-    left
-        Of each order: seconds of its lines that are left; below 0 where not needed yet.
-    power
-        Of each order: what the seconds of a line are divided by for its worth.
+        Of each line that ever was in the backlog, oldest first: ids of its order and SKU, and items.
+    before, after
+        Of each open line: the open lines of its SKU that came before and after it; NONE for none.
+    untaken
+        Of each line: whether it is open and not taken in this period.
+    w, q
+        Worth and items of the lines that a station might be brought, by SKU.
+    takes
+        (line, station) taken so far.
+    arrival, due_s, worth
+        Of each order, by id: when it came, when it is due, how many times more it is worth by its priority.
+    begin, end
+        Of each order: its lines.
     open_items
         Of each order: items of its lines that are left.
-    least
-        What ``power`` is at least where so many items are left, were all lines worth as much; by number of items.
-    untaken
-        Of each line: whether it may be taken.
+    highest
+        Of each order: how many times more it is worth at most, and a trifle.
+    left, power, looked
+        Of each order: seconds of its lines that are left, below 0 where not needed yet; what the seconds of a line are
+        divided by for its worth; the orders for which these are known.
+    base, root
+        Of each order: a number of seconds, and what it is to the power of ``finish``.
+    split, single, ever, parts
+        Of each order, where packing stations are full at some number of split orders: whether it is split; has one open
+        line; was split before; at how many stations this period has parts of it.
+    head, tail, number, arrivals
+        Of each SKU: its first and last open line, how many there are, and when their orders came, added up.
+    wanted, share, start, stop, there
+        The SKUs that have open lines, ascending; of each SKU: seconds of a visit that a line of it has to bear; where
+        its lines are in ``w``; what a station had before pods were sent.
     items
         Of each entry of the shelves: free items.
-    movable
-        Of each pod: whether it may be sent.
-    last
-        Of each pod: the station where it goes last, whose its free items are; NONE for none.
-    ages, urge
-        Of each SKU, the ages of its lines that are left, added up; of each pod, those of its SKUs. Not known before
-        ``numbers`` says so.
+    lines_of, arrivals_of
+        Of each pod: how many open lines it has items for, and when their orders came, added up.
+    urge, urgent
+        Of each pod: the ages of these lines, added up; the pods for which it is enough at some station.
+    movable, last, able
+        Of each pod: whether it may be sent; the station where it goes last, whose its free items are, NONE for none;
+        whether it may be sent to the station whose turn it is.
+    values, gaining
+        Of each pod: what it brings beyond a rate; the pods that bring anything.
+    found, asked
+        The pods that are equally good; of each pod, whether it was asked where it is.
+    sends
+        (pod, station) sent so far.
     available
-        Items of each SKU that the pods of each station have free, shape (stations, SKUs).
+        Items of each SKU that the pods of each station have free, shape (SKUs, stations).
     room, load, capacity, inbound, counts_orders, open
         Of each station: free places, places that are taken, all places, pods at or bound for it, what its places are
         for, whether it may go on.
-    placed
-        Of each station that counts orders: which orders have a place there, shape (stations, orders).
-    split, single, before, parts
-        Of each order, where packing stations are full at some number of split orders: whether it is split; has one open
-        line; was split before; at how many stations this period has parts of it.
     turn
         Stations in the order of the turn.
-    takes, sends, found
-        (line, station) taken and (pod, station) sent so far; pods that are equally good.
+    placed
+        Of each station that counts orders: which orders have a place there, shape (stations, orders).
+    least
+        So many seconds to the power of ``finish``: what it takes to know what a line could be worth at most.
     numbers
-        Numbers: takes, sends, found, length of the turn, whether a station is at work, room at the packing stations,
-        orders of which all lines are taken, whether ``ages`` and ``urge`` are known.
+        See below.
     """
 
     order: Ints
     sku: Ints
     quantity: Ints
-    age: Ints
-    factor: Floats
-    by_sku: Ints
-    first: Ints
+    before: Ints
+    after: Ints
+    untaken: Bools
+    w: Floats
+    q: Ints
+    takes: Ints
+    arrival: Ints
+    due_s: Floats
+    worth: Floats
+    begin: Ints
+    end: Ints
+    open_items: Ints
+    highest: Floats
+    left: Floats
+    base: Floats
+    root: Floats
+    power: Floats
+    looked: Ints
+    split: Bools
+    single: Bools
+    ever: Bools
+    parts: Ints
+    head: Ints
+    tail: Ints
+    number: Ints
+    arrivals: Ints
     wanted: Ints
     share: Floats
-    left: Floats
-    power: Floats
-    open_items: Ints
-    least: Floats
-    untaken: Bools
+    start: Ints
+    stop: Ints
+    there: Ints
     items: Ints
+    lines_of: Ints
+    arrivals_of: Ints
+    urge: Ints
+    urgent: Ints
     movable: Bools
     last: Ints
-    ages: Ints
-    urge: Ints
+    able: Bools
+    values: Floats
+    gaining: Ints
+    found: Ints
+    asked: Bools
+    sends: Ints
     available: Ints
     room: Ints
     load: Ints
@@ -128,17 +175,66 @@ class Period(NamedTuple):
     inbound: Ints
     counts_orders: Bools
     open: Bools
-    placed: Bools
-    split: Bools
-    single: Bools
-    before: Bools
-    parts: Ints
     turn: Ints
-    takes: Ints
-    sends: Ints
-    found: Ints
+    placed: Bools
+    least: Floats
     numbers: Ints
 
 
-TAKES, SENDS, FOUND, LENGTH, AT_WORK, PACKING_ROOM, COMPLETED, URGES = range(8)
-"""Where in ``Period.numbers`` each number is."""
+TAKES, SENDS, FOUND, LENGTH, AT_WORK, PACKING_ROOM, COMPLETED, WANTED, URGENT, GAINING, LOOKED, NOW, ASKED = range(13)
+"""Where in ``Period.numbers`` each number is: how many of ``takes``, ``sends``, ``found``, ``turn``, ``wanted``,
+``urgent``, ``gaining`` and ``looked`` there are; whether a station is at work; room at the packing stations; orders of
+which all lines are taken; the tick; how many pods were asked where they are."""
+
+OF_LINES = ("order", "sku", "quantity", "before", "after", "untaken", "w", "q", "takes")
+OF_ORDERS = (
+    "arrival",
+    "due_s",
+    "worth",
+    "begin",
+    "end",
+    "open_items",
+    "highest",
+    "left",
+    "base",
+    "root",
+    "power",
+    "looked",
+)
+PACKED = ("split", "single", "ever", "parts")
+
+
+def new_period(skus: int, pods: int, stations: int, entries: int) -> Period:
+    """Return an account without lines, and without items."""
+    lengths = dict.fromkeys((*OF_LINES, *OF_ORDERS, *PACKED), 0)
+    lengths |= dict.fromkeys(("head", "tail", "number", "arrivals", "wanted", "share", "start", "stop", "there"), skus)
+    lengths |= dict.fromkeys(("lines_of", "arrivals_of", "urge", "urgent", "movable", "last", "able"), pods)
+    lengths |= dict.fromkeys(("values", "gaining", "found", "asked", "sends"), pods)
+    lengths |= dict.fromkeys(("room", "load", "capacity", "inbound", "counts_orders", "open", "turn"), stations)
+    lengths |= {"items": entries, "available": skus, "placed": 0, "least": 0, "numbers": 13}
+    kinds: dict[Any, Any] = {Ints: np.int64, Floats: np.float64, Bools: np.bool_}
+    widths = {"takes": (2,), "sends": (2,), "available": (stations,), "placed": (0,)}
+    arrays = {
+        name: np.zeros((lengths[name], *widths.get(name, ())), kinds[kind])
+        for name, kind in get_type_hints(Period).items()
+    }
+    for name in ("head", "tail", "last"):
+        arrays[name][:] = NONE
+    return Period(**arrays)
+
+
+def with_room(period: Period, names: tuple[str, ...], length: int) -> Period:
+    """Return a period in which some arrays are at least so long, with zeros at the end."""
+    arrays = {name: getattr(period, name) for name in names}
+    if all(len(array) >= length for array in arrays.values()):
+        return period
+    grown = {name: np.zeros((2 * length + 64, *array.shape[1:]), array.dtype) for name, array in arrays.items()}
+    for name, array in arrays.items():
+        grown[name][: len(array)] = array
+    return with_arrays(period, grown)
+
+
+def with_arrays(period: Period, arrays: dict[str, NDArray[Any]]) -> Period:
+    """Return a period in which some arrays are others."""
+    names = Period.__annotations__
+    return Period(*(arrays.get(name, array) for name, array in zip(names, period, strict=True)))

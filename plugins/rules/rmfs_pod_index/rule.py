@@ -42,9 +42,10 @@ class PodIndex:
     Stations take turns, fewest pods first. The one whose turn it is takes the covered line that is worth most. But when
     fewer than most_pods pods are there or on their way, and the largest index of a pod that is stored or leaving is
     above stay * w / (handle_s * q) of that line (above 0 where none is covered), it sends that pod, the nearest of
-    equals, and takes its best line. Where neither is to be had, its places stay free. While stations are at work,
-    and once orders have come after the first ones, pods wait until it pays: one is sent only when the ages of its open
-    lines, and base_s for each, add up to
+    equals, and takes its best line. A station that no pod is at or bound for waits for the first one: there pods whose
+    index is less by up to the share ``near`` count as equals. Where neither is to be had, its places stay free. While
+    stations are at work, and once orders have come after the first ones, pods wait until it pays: one is sent only when
+    the ages of its open lines, and base_s for each, add up to
 
         urge_s * (1 + (full - 1) * share of the station's places that are taken);
 
@@ -132,6 +133,14 @@ class PodIndex:
         validator=validators.gt(0),
         metadata={"unit": "s", "doc": "How long a picker is busy with an item"},
     )
+    near: float = field(
+        default=0.2,
+        validator=validators.and_(validators.ge(0), validators.le(1)),
+        metadata={
+            "doc": "By what share the index of a station's first pod may be less than the largest one if the pod is "
+            "nearer: the larger, the less a station waits, and the more visits"
+        },
+    )
     packing_capacity: int | None = field(
         default=None,
         validator=validators.optional(validators.ge(1)),
@@ -167,22 +176,22 @@ class PodIndex:
         if not any(room):
             return NOTHING
         known = self._about(warehouse)
-        if known.nothing_to_do(warehouse, room):
+        need = known.need(warehouse, room)
+        if known.nothing_to_do(warehouse, room, need):
             return NOTHING
-        return Deciding(known, warehouse, room).decision()
+        return Deciding(known, warehouse, room, need).decision()
 
     @hookimpl
     def wake_at(self, warehouse: WarehouseView) -> float | None:
         """Return when the ages of the lines of a pod will add up, if a station could take it then."""
         stations = warehouse.stations
-        if not self.urge_s or not warehouse.backlog or not any(station.load for station in stations):
+        if not self.urge_s or not warehouse.backlog_size or not any(station.load for station in stations):
             return None
         known = self._about(warehouse)
         if not known.weights.urge_ticks:
             return None
-        room, inbound = [s.free_capacity for s in stations], [len(s.inbound_pods) for s in stations]
-        needs = known.needs(warehouse, room, inbound)
-        tick = known.next_urgent(warehouse, min(needs))[0] if needs else NEVER
+        need = known.need(warehouse, [station.free_capacity for station in stations])
+        tick = NEVER if need is None else known.next_urgent(warehouse, need)[0]
         return None if tick == NEVER else to_seconds(tick)
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
@@ -191,7 +200,7 @@ class PodIndex:
 
     def _about(self, warehouse: WarehouseView) -> Known:
         """Return what is known of a run, and begin anew with another, or when a pod was given a new SKU."""
-        if self._known is None or self._known.held is not warehouse.free_items.pod:
+        if self._known is None or not self._known.is_of(warehouse):
             self._known = Known(self, warehouse)
         self._known.hear(warehouse)
         return self._known

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-import numpy as np
 from numba import njit
 
+from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.warehouse import UNLIMITED
-from rmfs_pod_index.compiled import best_covered, best_pods, bring, brought_so_far, fits, look_at, share_visits
+from rmfs_pod_index.account import find_wanted
+from rmfs_pod_index.compiled import best_covered, best_pods, better_line, bring, fits, look_at, share_visits
 from rmfs_pod_index.period import (
+    ASKED,
     AT_WORK,
     COMPLETED,
     FOUND,
     LENGTH,
+    LOOKED,
     NONE,
+    NOW,
     PACKING_ROOM,
     SENDS,
     TAKES,
-    URGES,
+    URGENT,
+    WANTED,
 )
-from rmfs_pod_index.urging import change_urges, urgent
+from rmfs_pod_index.urging import change_urges, find_able
 
 
 @njit(cache=True)
@@ -27,9 +32,9 @@ def send(p, pod, station, shelves):  # type: ignore[no-untyped-def]
     p.sends[p.numbers[SENDS], 0], p.sends[p.numbers[SENDS], 1] = pod, station
     p.numbers[SENDS] += 1
     if p.last[pod] != NONE:
-        bring(p.available, pod, p.last[pod], -1, shelves, p.items)
+        bring(p, pod, p.last[pod], -1, shelves)
     p.last[pod] = station
-    bring(p.available, pod, station, 1, shelves, p.items)
+    bring(p, pod, station, 1, shelves)
     p.inbound[station] += 1
     p.movable[pod] = False
 
@@ -37,7 +42,7 @@ def send(p, pod, station, shelves):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def take(p, line, station, shelves, weights):  # type: ignore[no-untyped-def]
     """Assign a line."""
-    order, quantity = p.order[line], p.quantity[line]
+    order, sku, quantity = p.order[line], p.sku[line], p.quantity[line]
     if weights.packing:
         new = 1
         for k in range(p.numbers[TAKES]):
@@ -56,20 +61,31 @@ def take(p, line, station, shelves, weights):  # type: ignore[no-untyped-def]
     p.load[station] += places
     p.untaken[line] = False
     p.open_items[order] -= quantity
-    if p.numbers[URGES]:
-        change_urges(p, p.sku[line], shelves, weights)
-    p.available[station, p.sku[line]] -= quantity
-    for k in range(shelves.first_with[p.sku[line]], shelves.first_with[p.sku[line] + 1]):
+    if weights.urge_ticks:
+        change_urges(p, line, shelves, weights)
+    p.available[sku, station] -= quantity
+    for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
         entry = shelves.by_sku[k]
         if p.last[shelves.pod[entry]] == station and 0 < p.items[entry] < UNLIMITED:
             p.movable[shelves.pod[entry]] = False  # one that was about to leave may be what the line is taken from
-    look_at(line, p.order, p.sku, p.quantity, p.share, p.untaken, p.factor, p.left, p.power, weights)
+    orders = p.begin, p.end, p.due_s, p.worth, p.left, p.base, p.root, p.power
+    look_at(orders, order, p.sku, p.quantity, p.share, p.untaken, p.numbers[NOW] / TICKS_PER_S, weights)
     rest = p.left[order] > 0
     p.numbers[COMPLETED] += not rest
-    if weights.packing and not p.before[order]:
+    if weights.packing and not p.ever[order]:
         split = rest or p.parts[order] > 1
         p.numbers[PACKING_ROOM] += int(p.split[order]) - int(split)
         p.split[order] = split
+
+
+@njit(cache=True)
+def nearer(p, pod, other, station, ticks, cells):  # type: ignore[no-untyped-def]
+    """Whether a pod is sooner at a station than another one; of equals, that of the lower id."""
+    for asked in (pod, other):
+        p.numbers[ASKED] += not p.asked[asked]
+        p.asked[asked] = True
+    difference = ticks[station, cells[pod]] - ticks[station, cells[other]]
+    return difference < 0 or (difference == 0 and pod < other)
 
 
 @njit(cache=True)
@@ -77,76 +93,126 @@ def find_nearest(p, station, ticks, cells):  # type: ignore[no-untyped-def]
     """Of the pods found, keep the one that is soonest at a station."""
     best = p.found[0]
     for pod in p.found[1 : p.numbers[FOUND]]:
-        if ticks[station, cells[pod]] < ticks[station, cells[best]]:
+        if nearer(p, pod, best, station, ticks, cells):
             best = pod
     p.found[0], p.numbers[FOUND] = best, 1
 
 
 @njit(cache=True)
-def find_scattered(p, station, pods, ticks, cells, shelves, packing):  # type: ignore[no-untyped-def]
+def find_scattered(p, station, ticks, cells, shelves, packing):  # type: ignore[no-untyped-def]
     """Find pods for the oldest line that wants several items, which pods have together: those with the most first."""
-    quantity, sku, here = p.quantity, p.sku, p.available[station]
-    for line in range(len(quantity)):
-        missing = quantity[line] - here[sku[line]]
-        if quantity[line] > 1 and missing > 0 and fits(p, line, station, packing):
-            held = np.zeros(len(pods), np.int64)
-            for k in range(shelves.first_with[sku[line]], shelves.first_with[sku[line] + 1]):
-                entry = shelves.by_sku[k]
-                if pods[shelves.pod[entry]]:
-                    held[shelves.pod[entry]] = max(p.items[entry], 0)
-            if held.sum() >= missing:
-                while missing > 0:
-                    order = np.argsort(ticks[station, cells], kind="mergesort")
-                    most = order[np.argmax(held[order])]
-                    p.found[p.numbers[FOUND]] = most
-                    p.numbers[FOUND] += 1
-                    missing -= held[most]
-                    held[most] = 0
-                return
+    oldest = NONE
+    for sku in p.wanted[: p.numbers[WANTED]]:
+        line, held = p.head[sku], -1
+        while line != NONE and (oldest == NONE or line < oldest):
+            missing = p.quantity[line] - p.available[sku, station]
+            if p.quantity[line] > 1 and missing > 0 and fits(p, line, station, packing):
+                if held < 0:
+                    held = 0
+                    for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
+                        if p.able[shelves.pod[shelves.by_sku[k]]]:
+                            held += max(p.items[shelves.by_sku[k]], 0)
+                if held >= missing:
+                    oldest = line
+            line = p.after[line]
+    if oldest == NONE:
+        return
+    sku = p.sku[oldest]
+    missing = p.quantity[oldest] - p.available[sku, station]
+    while missing > 0:
+        most, items = NONE, 0
+        for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
+            pod, held = shelves.pod[shelves.by_sku[k]], p.items[shelves.by_sku[k]]
+            if p.able[pod] and (held > items or (held == items > 0 and nearer(p, pod, most, station, ticks, cells))):
+                most, items = pod, held
+        p.found[p.numbers[FOUND]] = most
+        p.numbers[FOUND] += 1
+        p.able[most] = False
+        missing -= items
 
 
 @njit(cache=True)
-def decide(p, before, bound, nothing, ticks, cells, shelves, weights):  # type: ignore[no-untyped-def]
+def decide(p, bound, stations, ticks, cells, shelves, weights):  # type: ignore[no-untyped-def]
     """Let stations take their turns, fewest pods first, until all are through.
 
     Parameters
     ----------
     p
-        The period, in which ``available`` has items of the pods ``before``, and ``share`` is 0, as ``nothing`` is for
-        each SKU.
-    bound
-        Pods at or bound for stations.
+        The period, in which ``available`` is 0, and ``last`` NONE, as they are afterwards again; lines that were taken
+        are left in the account.
+    bound, stations
+        Pods at or bound for stations, and where each goes last.
     ticks, cells
         Driving times to each station from each cell, shape (stations, cells); cell of each pod that may be sent.
     """
-    brought_so_far(p.available, before, bound, p.last, shelves, p.items)
-    share_visits(p.share, p.first, p.wanted, p.available, shelves, p.items, weights.cost_s)
+    for number in (TAKES, SENDS, COMPLETED, ASKED, LOOKED):
+        p.numbers[number] = 0
+    for i in range(len(bound)):
+        p.last[bound[i]] = stations[i]
+        bring(p, bound[i], stations[i], 1, shelves)
+    find_wanted(p)
+    share_visits(p, shelves, weights.cost_s)
     while begin_turn(p):
         for at in range(p.numbers[LENGTH]):
             station = p.turn[at]
-            line, most = best_covered(p, station, nothing, weights)
+            line, most = best_covered(p, station, weights)
             if p.inbound[station] < weights.most_pods:
                 bring_pods(p, station, line, most, ticks, cells, shelves, weights)
                 if p.numbers[FOUND]:
-                    there = p.available[station].copy()
-                    for k in range(p.numbers[FOUND]):
-                        send(p, p.found[k], station, shelves)
-                    line, _ = best_covered(p, station, there, weights)
+                    line = send_found(p, station, shelves, weights)
             if line != NONE:
                 take(p, line, station, shelves, weights)
             p.open[station] = line != NONE and (p.room[station] > 0 or p.counts_orders[station])
+    for take_ in p.takes[: p.numbers[TAKES]]:
+        p.untaken[take_[0]] = True
+        p.open_items[p.order[take_[0]]] += p.quantity[take_[0]]
+    for order in p.looked[: p.numbers[LOOKED]]:
+        p.left[order] = -1.0
+    for pod in bound:
+        clear(p, pod, shelves)
+    for sent in p.sends[: p.numbers[SENDS]]:
+        clear(p, sent[0], shelves)
+
+
+@njit(cache=True)
+def clear(p, pod, shelves):  # type: ignore[no-untyped-def]
+    """Forget where a pod goes last, and what it brings."""
+    p.last[pod] = NONE
+    for entry in range(shelves.first[pod], shelves.first[pod + 1]):
+        p.available[shelves.sku[entry], :] = 0
+
+
+@njit(cache=True)
+def send_found(p, station, shelves, weights):  # type: ignore[no-untyped-def]
+    """Send the pods found to a station, and return the best line that they bring; NONE for none."""
+    found = p.found[: p.numbers[FOUND]]
+    for pod in found:
+        for entry in range(shelves.first[pod], shelves.first[pod + 1]):
+            p.there[shelves.sku[entry]] = p.available[shelves.sku[entry], station]
+    for pod in found:
+        send(p, pod, station, shelves)
+    line, most = NONE, 0.0
+    for pod in found:
+        for entry in range(shelves.first[pod], shelves.first[pod + 1]):
+            sku = shelves.sku[entry]
+            if p.number[sku]:
+                line, most = better_line(p, station, sku, p.there[sku], line, most, weights)
+    return line
 
 
 @njit(cache=True)
 def bring_pods(p, station, line, most, ticks, cells, shelves, weights):  # type: ignore[no-untyped-def]
     """Find the pods that are sent to a station instead of taking its best covered line, if that is better."""
-    bound = 0.0 if line == NONE else weights.stay * most / (weights.handle_s * p.quantity[line])
-    pods = urgent(p, station, shelves, weights) & (p.last != station)  # one that leaves has brought what it has
-    best_pods(p, station, bound, pods, shelves, weights)
-    if p.numbers[FOUND] > 1:
-        find_nearest(p, station, ticks, cells)
-    if p.numbers[FOUND] == 0 and line == NONE:
-        find_scattered(p, station, pods, ticks, cells, shelves, weights.packing)
+    p.numbers[FOUND] = 0
+    if find_able(p, station, weights):
+        bound = 0.0 if line == NONE else weights.stay * most / (weights.handle_s * p.quantity[line])
+        best_pods(p, station, bound, shelves, weights)
+        if p.numbers[FOUND] > 1:
+            find_nearest(p, station, ticks, cells)
+        if p.numbers[FOUND] == 0 and line == NONE:
+            find_scattered(p, station, ticks, cells, shelves, weights.packing)
+        for pod in p.urgent[: p.numbers[URGENT]]:
+            p.able[pod] = False
 
 
 @njit(cache=True)

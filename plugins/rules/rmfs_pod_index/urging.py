@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
 from numba import njit
 
-from rmfs_pod_index.period import AT_WORK, NONE, URGES
+from rmfs_pod_index.period import AT_WORK, NONE, NOW, URGENT
 
 
 @njit(cache=True)
@@ -15,72 +14,48 @@ def needed(load, capacity, urge_ticks, full):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def ages_of(sku, order, age, untaken, by_sku, first, enough):  # type: ignore[no-untyped-def]
-    """Return the ages of the untaken lines of a SKU, added up, and their number; not much more than is enough."""
-    ages, number = 0, 0
-    for k in range(first[sku], first[sku + 1]):
-        if untaken[by_sku[k]]:
-            ages += age[order[by_sku[k]]]
-            number += 1
-            if ages >= enough:
-                break
-    return ages, number
-
-
-@njit(cache=True)
-def urges(lines, n_pods, shelves, items, enough):  # type: ignore[no-untyped-def]
-    """Return the ages of the lines that each pod has items for, added up, and their number."""
-    order, age, by_sku, first, wanted = lines
-    untaken = np.ones(len(order), np.bool_)
-    total, number = np.zeros(n_pods, np.int64), np.zeros(n_pods, np.int64)
-    for sku in wanted:
-        ages, n = ages_of(sku, order, age, untaken, by_sku, first, enough)
-        for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
-            entry = shelves.by_sku[k]
-            if items[entry] > 0:
-                total[shelves.pod[entry]] += ages
-                number[shelves.pod[entry]] += n
-    return total, number
-
-
-@njit(cache=True)
-def next_urgent(total, number, passed, need):  # type: ignore[no-untyped-def]
-    """Ticks until the ages of the lines of the next pod add up to so many, NONE for never; and whether one's do now.
-
-    Ages have grown since they were added up.
-    """
+def next_urgent(lines_of, arrivals_of, now, need, base_ticks):  # type: ignore[no-untyped-def]
+    """When the ages of the lines of the next pod add up to so many, NONE for never; and whether one's do now."""
     soonest, urgent_now = NONE, False
-    for pod in range(len(total)):
-        missing = need - total[pod] - number[pod] * passed
+    for pod in range(len(lines_of)):
+        number = lines_of[pod]
+        missing = need - number * (now + base_ticks) + arrivals_of[pod]
         urgent_now = urgent_now or missing <= 0
-        if number[pod] and missing > 0:
-            ticks = -(-missing // number[pod])
-            if soonest == NONE or ticks < soonest:
-                soonest = ticks
-    return soonest, urgent_now
+        # Without a division where another pod is sooner
+        if number and missing > 0 and (soonest == NONE or missing <= (soonest - 1) * number):
+            soonest = -(-missing // number)
+    return NONE if soonest == NONE else now + soonest, urgent_now
 
 
 @njit(cache=True)
-def change_urges(p, sku, shelves, weights):  # type: ignore[no-untyped-def]
-    """Work out anew what the lines of a SKU add to the pods that have it."""
-    enough = needed(1, 1, weights.urge_ticks, weights.full)
-    ages, _ = ages_of(sku, p.order, p.age, p.untaken, p.by_sku, p.first, enough)
-    for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
+def find_urgent(urge, urgent, lines_of, arrivals_of, since, need):  # type: ignore[no-untyped-def]
+    """Add up the ages for each pod, as of a tick, and list the pods for which they are enough; return how many."""
+    number = 0
+    for pod in range(len(urge)):
+        urge[pod] = lines_of[pod] * since - arrivals_of[pod]
+        if urge[pod] >= need:
+            urgent[number] = pod
+            number += 1
+    return number
+
+
+@njit(cache=True)
+def change_urges(p, line, shelves, weights):  # type: ignore[no-untyped-def]
+    """Take the age of a line from what the pods that have items for it are wanted."""
+    age = p.numbers[NOW] + weights.base_ticks - p.arrival[p.order[line]]
+    for k in range(shelves.first_with[p.sku[line]], shelves.first_with[p.sku[line] + 1]):
         entry = shelves.by_sku[k]
         if p.items[entry] > 0:
-            p.urge[shelves.pod[entry]] += ages - p.ages[sku]
-    p.ages[sku] = ages
+            p.urge[shelves.pod[entry]] -= age
 
 
 @njit(cache=True)
-def urgent(p, station, shelves, weights):  # type: ignore[no-untyped-def]
-    """Which pods are wanted enough to be sent now: all of them where no station has anything to do."""
-    if not (p.numbers[AT_WORK] and weights.urge_ticks):
-        return p.movable
-    if not p.numbers[URGES]:
-        p.numbers[URGES] = 1
-        p.ages[:] = 0
-        for sku in p.wanted:
-            change_urges(p, sku, shelves, weights)
-    need = needed(p.load[station], p.capacity[station], weights.urge_ticks, weights.full)
-    return p.movable & (p.urge >= need)
+def find_able(p, station, weights):  # type: ignore[no-untyped-def]
+    """Mark the pods that may be sent to a station: movable, and wanted enough where it matters; return whether any."""
+    waits, some = p.numbers[AT_WORK] and weights.urge_ticks, False
+    need = needed(p.load[station], p.capacity[station], weights.urge_ticks, weights.full) if waits else 0
+    for pod in p.urgent[: p.numbers[URGENT]]:
+        # One that leaves the station has brought what it has
+        p.able[pod] = p.movable[pod] and p.last[pod] != station and (not waits or p.urge[pod] >= need)
+        some = some or p.able[pod]
+    return some

@@ -23,9 +23,6 @@ from rmfs_core.traffic.paths import Stop
 from rmfs_core.traffic.reservations import Rows
 from rmfs_core.warehouse import Robot, Station
 
-Driven = tuple[Occupancy, Stop]
-"""What legs occupy, and where and when they end."""
-
 FORGET_TICKS = 10_000
 """How often reservations of the past are removed from the table."""
 
@@ -102,10 +99,7 @@ class ReservedDriving(Driving):
         raise NotImplementedError
 
     def register(self, course: Course, leg: Leg) -> Stop | None:
-        """Take note that a robot begins a leg that it has reserved; return where and when it ends, None if it may not.
-
-        Its wait is over.
-        """
+        """Take note that a robot begins a reserved leg, after its wait; return its end, None if it may not."""
         heading, turn, ticks = self.turn_and_run(course.robot, leg)
         return Stop(leg.to, heading, self.run.warehouse.now + turn + ticks)
 
@@ -151,7 +145,7 @@ class ReservedDriving(Driving):
             changed, course.changed = course.changed, self.env.event()
             changed.succeed()
 
-    def _drive(self, course: Course, start: Query | Stop, legs: Sequence[Leg]) -> Driven:
+    def _drive(self, course: Course, start: Query | Stop, legs: Sequence[Leg]) -> tuple[Occupancy, Stop]:
         """Return what legs occupy and where they end, after the leg under way if there is one."""
         if course.under_way is None:
             return drive(self.roads, start, legs)

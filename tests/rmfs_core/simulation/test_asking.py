@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -302,3 +302,20 @@ def test_an_observer_hears_what_it_listens_to() -> None:
     rmfs_core.run("examples/small", overrides=["run.until_s=200", "rules.pp=free-flow"], observers=[every, choosy])
     assert {type(event) for event in choosy.heard} == {ItemPicked}
     assert choosy.heard == [event for event in every.heard if isinstance(event, ItemPicked)]
+
+
+def test_an_observer_can_name_a_function_for_each_kind_of_event() -> None:
+    """Called in the order in which ``hears`` has them, in place of the hook."""
+    heard: list[tuple[str, Event]] = []
+
+    class Several:
+        hears: ClassVar = {ItemPicked: [lambda e: heard.append(("first", e)), lambda e: heard.append(("second", e))]}
+
+        @hookimpl
+        def on_event(self, event: Event) -> None:
+            raise AssertionError(event)
+
+    rmfs_core.run("examples/small", overrides=["run.until_s=200", "rules.pp=free-flow"], observers=[Several()])
+    assert {type(event) for _, event in heard} == {ItemPicked}
+    assert [name for name, _ in heard] == ["first", "second"] * (len(heard) // 2)
+    assert heard[0][1] is heard[1][1]

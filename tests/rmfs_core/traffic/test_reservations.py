@@ -11,7 +11,14 @@ from hypothesis import strategies as st
 
 from plain_sipp import gaps
 from reserving import hold_until
-from rmfs_core.traffic import FOREVER, Occupancy, Reservations, ReservedError
+from rmfs_core.decisions import Leg
+from rmfs_core.motion import Motion
+from rmfs_core.traffic import FOREVER, Occupancy, Reservations, ReservedError, Roads, drive
+from rmfs_core.traffic.paths import Stop
+from rmfs_core.world import EAST, parse_map
+from rmfs_core.world.travel import Travel
+
+OPEN = Roads(Travel(parse_map("#....\n.....\n.qO..\n.....", "open"), Motion()))
 
 
 def occupy(*intervals: tuple[int, int, int]) -> Occupancy:
@@ -55,6 +62,40 @@ def test_a_commit_replaces_what_was_there() -> None:
     assert table.reserved(2) == [(0, 15, FOREVER)]
     table.release(0)
     assert table.arrays.count.sum() == 0
+
+
+@given(
+    paths=st.lists(
+        st.tuples(
+            st.integers(0, 2),  # owner
+            st.sampled_from([5, 6, 7, 12]),  # from where
+            st.integers(0, 9000),  # and when
+            st.lists(st.tuples(st.sampled_from([5, 7, 9, 12, 17, 19]), st.integers(0, 3000)), max_size=4),
+        ),
+        max_size=12,
+    )
+)
+def test_a_path_is_settled_as_it_is_driven_and_committed(
+    paths: list[tuple[int, int, int, list[tuple[int, int]]]],
+) -> None:
+    """In one go or in two: the same cells, the same end, the same table, the same refusals."""
+    one, two = Reservations(OPEN.cells), Reservations(OPEN.cells)
+    for owner, cell, tick, ends in paths:
+        start = Stop(cell, EAST, tick)
+        outcomes: list[object] = []
+        try:
+            rows, end = one.settle(owner, OPEN, start, ends)
+            outcomes.append((rows.tolist(), end))
+        except ValueError as error:  # what another has, or no straight run
+            outcomes.append((type(error), str(error)))
+        try:
+            occupied, end = drive(OPEN, start, [Leg(*leg) for leg in ends])
+            two.commit(owner, occupied)
+            outcomes.append(([occupied.cells.tolist(), occupied.since.tolist(), occupied.until.tolist()], end))
+        except ValueError as error:
+            outcomes.append((type(error), str(error)))
+        assert outcomes[0] == outcomes[1]
+        assert all(one.reserved(cell) == two.reserved(cell) for cell in range(OPEN.cells))
 
 
 def test_a_copy_is_a_table_of_its_own() -> None:
@@ -153,3 +194,14 @@ def test_the_pool_grows() -> None:
         hold_until(table, i % 7, i % 2, 10 * ((i * 37) % 500), 10 * ((i * 37) % 500) + 5)
     assert table.arrays.count.sum() == 500
     assert [a for _, a, _ in table.reserved(0)] == sorted(10 * ((i * 37) % 500) for i in range(0, 500, 2))
+
+
+def test_the_pool_grows_for_a_path() -> None:
+    """Among many intervals, more than there was room for."""
+    table = Reservations(OPEN.cells)
+    table.hold(9, 19, 0)
+    for i in range(300):
+        hold_until(table, i % 7, 5 + i % 5, 100_000 + 10 * i, 100_000 + 10 * i + 5)
+    table.settle(8, OPEN, Stop(5, EAST, 0), [(9, 0), (14, 0)])
+    assert [table.reserved(cell)[0][0] for cell in (5, 6, 7, 8, 9, 14)] == [8] * 6
+    assert table.arrays.count.sum() == 307

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from rmfs_core.warehouse import Warehouse, WarehouseView
-from rmfs_demand import Demand
+from rmfs_demand import Demand, Wanted
 from rmfs_testing import small_world
 
 NINE_PODS = {"p0": ["a"], **{f"p{i}": ["z"] for i in range(1, 8)}, "p8": ["a"]}
@@ -45,6 +45,21 @@ def test_no_more_than_the_items_on_the_pod_count() -> None:
     world = small_world({"1": {"a": 5}, "2": ["b"]}, {"p": {"a": 1, "b": 9}, "q": {"a": 3}})
     assign(world, (0, 0))
     assert decide(world, 1) == [("q", 0)]
+
+
+def test_what_was_picked_no_longer_counts() -> None:
+    """From one decision to the next: a pod with three items of `a` has one when two were picked from it."""
+    world = small_world({"1": {"a": 5}, "2": ["b"], "3": ["c"]}, {"p": {"a": 3}, "q": {"a": 1, "b": 1, "c": 1}})
+    wanted, view = Wanted(), WarehouseView(world)
+    assign(world, (1, 0))
+    wanted.update(view)
+    assert wanted.of(world.pods) == [3, 3]
+    assign(world, (0, 0))
+    world.bind(world.pods[0], world.stations[0])
+    for request in world.stations[0].open_requests[1:3]:  # behind that for `b`
+        world.fulfil(request, world.pods[0])
+    wanted.update(view)
+    assert wanted.of(world.pods[::-1]) == [3, 1]
 
 
 def test_ties_go_to_the_nearer_pod() -> None:

@@ -6,23 +6,27 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from rmfs_core.warehouse.parts import UNLIMITED
-from rmfs_pod_index.compiled import (
-    best_covered,
-    best_pods,
-    brought_so_far,
-    grouped,
-    share_visits,
-    sorted_by_sku,
-    unknown,
+from rmfs_pod_index.account import find_wanted, join, sorted_by_sku, update
+from rmfs_pod_index.compiled import best_covered, best_pods, better_line, bring, share_visits
+from rmfs_pod_index.period import (
+    CLOSE,
+    FOUND,
+    NONE,
+    OF_LINES,
+    OF_ORDERS,
+    Period,
+    Shelves,
+    Weights,
+    new_period,
+    with_room,
 )
-from rmfs_pod_index.period import FOUND, NONE, Period, Shelves, Weights
 
 HANDLE_S, VISIT_S, N_SKUS = 10.0, 100.0, 4
-WEIGHTS = Weights(HANDLE_S, 0.0, 1.0, VISIT_S, 1.0, 0.5, 2, 0, 16.0, packing=False)
+WEIGHTS = Weights(HANDLE_S, 0.0, 1.0, VISIT_S, 1.0, 0.5, 2, 0, 16.0, 0, 3.0, 1800.0, packing=False, near=0.0)
 
 
 def shown(values: list[int]) -> np.ndarray:
@@ -41,9 +45,19 @@ def shelves_of(pods: list[dict[int, int]]) -> tuple[Shelves, np.ndarray]:
     return Shelves(first, sku, shown([i for i, pod in enumerate(pods) for _ in pod]), first_with, by_sku), items
 
 
-def wanted_skus(first: np.ndarray) -> np.ndarray:
-    """The SKUs that have lines."""
-    return np.flatnonzero(np.diff(first))
+def account(lines: list[tuple[int, int, int]], pods: list[dict[int, int]], stations: int = 1) -> tuple[Period, Shelves]:
+    """Open lines given as (order, SKU, items), all orders as dear, and pods."""
+    shelves, items = shelves_of(pods)
+    period = new_period(N_SKUS, len(pods), stations, len(items))
+    period = with_room(with_room(period, OF_LINES, len(lines)), OF_ORDERS, len(lines))
+    for i, line in enumerate(lines):
+        period.order[i], period.sku[i], period.quantity[i] = line
+    period.worth[:], period.highest[:], period.due_s[:], period.left[:] = 1.0, 1 + CLOSE, np.inf, -1.0
+    period.movable[:], period.able[:] = True, True
+    update(period, np.zeros(0, np.int64), items, shelves)
+    join(period, 0, len(lines), shelves)
+    find_wanted(period)
+    return period._replace(least=np.arange(1000.0)), shelves
 
 
 def period_of(
@@ -56,62 +70,48 @@ def period_of(
     room: int = 100,
 ) -> tuple[Period, Shelves]:
     """Lines given as (SKU, items), each of an order of its own and worth so much; items that are at each station."""
-    shelves, items = shelves_of(pods)
-    sku, quantity = shown([row[0] for row in rows]), shown([row[1] for row in rows])
-    by_sku, first = sorted_by_sku(sku, N_SKUS)
-    here = np.array(available or [[0] * N_SKUS], dtype=np.int64)
-    untaken, stations = np.array([i not in taken for i in range(len(rows))]), len(here)
-    none, free = np.zeros(0, np.bool_), np.ones(stations, np.bool_)
-    period = Period(
-        order=shown(list(range(len(rows)))), sku=sku, quantity=quantity, age=np.zeros(0, np.int64), factor=np.zeros(0),
-        by_sku=by_sku, first=first, wanted=wanted_skus(first), share=np.zeros(N_SKUS), left=np.ones(len(rows)),
-        power=HANDLE_S * quantity / np.array(worth), open_items=quantity.copy(),
-        least=HANDLE_S * np.arange(1.0 + max(quantity)),
-        untaken=untaken, items=items,
-        movable=np.ones(len(pods), np.bool_), last=np.full(len(pods), NONE),
-        ages=np.zeros(N_SKUS, np.int64),
-        urge=np.zeros(len(pods), np.int64), available=here, room=np.full(stations, room),
-        load=np.zeros(stations, np.int64), capacity=np.full(stations, room),
-        inbound=np.zeros(stations, np.int64), counts_orders=~free, open=free,
-        placed=np.zeros((0, 0), np.bool_), split=none, single=none, before=none, parts=np.zeros(0, np.int64),
-        turn=np.zeros(stations, np.int64), takes=np.empty((len(rows), 2), np.int64),
-        sends=np.empty((len(pods), 2), np.int64), found=np.empty(len(pods), np.int64), numbers=np.zeros(8, np.int64),
-    )  # fmt: skip
+    here = np.array(available or [[0] * N_SKUS])
+    period, shelves = account([(i, *row) for i, row in enumerate(rows)], pods, len(here))
+    period.available[:] = here.T
+    period.room[:] = room
+    period.untaken[list(taken)] = False
+    period.left[:] = 1.0
+    period.power[: len(rows)] = HANDLE_S * np.array([items for _, items in rows]) / np.array(worth)
     return period, shelves
 
 
 def best(period: Period, shelves: Shelves, bound: float = 0.0, weights: Weights = WEIGHTS) -> list[int]:
     """The pods of the largest index for the first station."""
-    best_pods(period, 0, bound, period.movable, shelves, weights)
-    return list(period.found[: period.numbers[FOUND]])
+    best_pods(period, 0, bound, shelves, weights)
+    return sorted(period.found[: period.numbers[FOUND]])
 
 
 def test_a_line_whose_sku_is_at_no_station_bears_its_share_of_a_visit() -> None:
     """SKU 1 shares a visit with SKU 0 (three lines in all on pod 0); pod 1 would bring but one of them."""
-    shelves, items = shelves_of([{0: UNLIMITED, 1: UNLIMITED}, {0: UNLIMITED}, {2: 0}])
-    _, first = sorted_by_sku(shown([0, 1, 1, 2]), N_SKUS)
-    available = np.array([[5, 0, 0, 0], [0, 0, 0, 0]])
-    share = np.zeros(N_SKUS)
-    share_visits(share, first, wanted_skus(first), available, shelves, items, 300.0)
-    assert share.tolist() == [0.0, 100.0, 0.0, 0.0]
+    pods = [{0: UNLIMITED, 1: UNLIMITED}, {0: UNLIMITED}, {2: 0}]
+    period, shelves = account([(0, 0, 1), (1, 1, 1), (2, 1, 1), (3, 2, 1)], pods, 2)
+    period.available[0, 0] = 5
+    share_visits(period, shelves, 300.0)
+    assert period.share.tolist() == [0.0, 100.0, 0.0, 0.0]
 
 
-def test_free_items_count_where_a_pod_goes_last() -> None:
-    """Pod 1 goes to the second station, pod 0, which was at the first, is stored."""
-    shelves, items = shelves_of([{0: 3, 1: 1}, {0: 2, 2: 1}])
-    available = np.array([[3, 1, 0, 0], [0, 0, 0, 0]])
-    brought_so_far(available, np.array([0]), np.array([1]), np.array([NONE, 1]), shelves, items)
-    assert available.tolist() == [[0, 0, 0, 0], [2, 0, 1, 0]]
+def test_free_items_count_where_a_pod_goes() -> None:
+    """And no longer when it is gone."""
+    period, shelves = account([], [{0: 3, 1: 1}, {0: 2, 2: 1}], 2)
+    bring(period, 0, 0, 1, shelves)
+    bring(period, 1, 1, 1, shelves)
+    assert period.available.T.tolist() == [[3, 1, 0, 0], [2, 0, 1, 0]]
+    bring(period, 0, 0, -1, shelves)
+    assert period.available.T.tolist() == [[0, 0, 0, 0], [2, 0, 1, 0]]
 
 
 def test_the_best_covered_line_has_the_largest_worth_and_is_the_oldest_of_equals() -> None:
     """The last line would be worth most, but there is one item of its SKU and it wants two."""
     rows, worth = [(0, 1), (1, 1), (1, 1), (2, 2)], [0.2, 0.5, 0.5, 1.0]
-    nothing = np.zeros(N_SKUS, np.int64)
 
     def covered(here: list[int], **more: object) -> int:
         period, _ = period_of(rows, worth, [{3: 1}], available=[here], **more)  # type: ignore[arg-type]
-        return int(best_covered(period, 0, nothing, WEIGHTS)[0])
+        return int(best_covered(period, 0, WEIGHTS)[0])
 
     assert covered([1, 1, 1, 0]) == 1
     assert covered([1, 1, 1, 0], taken=(1,)) == 2
@@ -158,44 +158,45 @@ def test_the_best_pods_are_those_of_the_best_sets_of_lines(data: st.DataObject) 
         return largest
 
     ratios = [ratio(pod) for pod in pods]
-    found = best(*period_of(rows, worth, pods, available=[here], taken=taken), weights=weights)
-    assert found == [i for i, one in enumerate(ratios) if one > 0 and one == pytest.approx(max(ratios), rel=1e-6)]
+    period, shelves = period_of(rows, worth, pods, available=[here], taken=taken)
+    equal = [i for i, one in enumerate(ratios) if one > 0 and one == pytest.approx(max(ratios), rel=1e-6)]
+    assert best(period, shelves, weights=weights) == equal
+
+    near = data.draw(st.sampled_from([0.1, 0.3]))
+    assume(all(one != pytest.approx((1 - near) * max(ratios), rel=1e-6) for one in ratios if one))
+    as_good = [i for i, one in enumerate(ratios) if one > (1 - near) * max(ratios)]
+    assert best(period, shelves, weights=weights._replace(near=near)) == as_good
+    period.inbound[0] = 1
+    assert best(period, shelves, weights=weights._replace(near=near)) == equal
 
 
 @given(data=st.data())
 def test_lines_that_cannot_be_best_are_left_out_without_a_difference(data: st.DataObject) -> None:
     """The best covered line and the best pods are those that all lines together would give."""
     orders = data.draw(st.lists(st.lists(st.integers(0, 3), min_size=1, max_size=4, unique=True), min_size=1))
-    order = shown([i for i, skus in enumerate(orders) for _ in skus])
-    sku = [one for skus in orders for one in skus]
-    rows = [(one, data.draw(st.integers(1, 2))) for one in sku]
+    lines = [(i, one, data.draw(st.integers(1, 2))) for i, skus in enumerate(orders) for one in skus]
     pods = data.draw(st.lists(st.dictionaries(st.integers(0, 3), st.just(9), min_size=1), min_size=1, max_size=4))
     here = data.draw(st.lists(st.integers(0, 2), min_size=4, max_size=4))
-    factor = np.array(
-        data.draw(st.one_of(st.just([]), st.lists(st.floats(0.5, 3), min_size=len(orders), max_size=len(orders))))
-    )
+    worth = data.draw(st.lists(st.floats(0.5, 3), min_size=len(orders), max_size=len(orders)))
+    due_s = data.draw(st.lists(st.sampled_from([0.0, 900.0, np.inf]), min_size=len(orders), max_size=len(orders)))
     weights = WEIGHTS._replace(finish=data.draw(st.sampled_from([0.0, 0.85, 1.2])))
-    share = np.array([0.0 if n else 50.0 for n in here])
 
     def decided(least_of: float) -> tuple[int, list[int], list[int]]:
-        period, shelves = period_of(rows, [1.0] * len(rows), pods, available=[here])
-        period = period._replace(order=order, left=np.full(len(orders), -1.0), factor=factor, share=share)
-        period.open_items[: len(orders)] = np.bincount(order, weights=period.quantity)
-        least = least_of * (HANDLE_S * np.arange(1.0, 20)) ** weights.finish
-        period = period._replace(least=np.append(least_of, least))
-        line, most = best_covered(period, 0, np.zeros(N_SKUS, np.int64), weights)
+        period, shelves = account(lines, pods)
+        period = period._replace(least=least_of * np.arange(1000.0) ** weights.finish)
+        period.worth[: len(orders)], period.due_s[: len(orders)] = worth, due_s
+        period.highest[: len(orders)] = (1 + CLOSE) * weights.due_factor * np.array(worth)
+        period.available[:, 0], period.room[:] = here, 100
+        period.share[:] = [0.0 if n else 50.0 for n in here]
+        line, most = best_covered(period, 0, weights)
         bound = most / HANDLE_S
         return line, best(period, shelves, bound, weights), best(period, shelves, 0.0, weights)
 
     assert decided(1.0) == decided(1e-100)
 
 
-def test_lines_by_order_and_by_sku() -> None:
-    """Two orders, of which the second has two lines."""
-    found = grouped(shown([0, 1, 1]), shown([7, 9, 9]), shown([2, 2, 0]), shown([1, 3, 1]), N_SKUS)
-    assert [one.tolist() for one in found] == [[7, 9], [1, 4], [2, 0, 1], [0, 1, 1, 3, 3], [0, 2]]
-
-
-def test_orders_that_nothing_is_known_of() -> None:
-    """Whether the list is too short or has no entry yet."""
-    assert unknown(shown([0, 1, 5]), np.array([7, NONE])).tolist() == [1, 5]
+def test_of_lines_that_are_covered_already_none_is_better() -> None:
+    """Two items are there before a pod brings a third: only the line that wants three counts."""
+    period, _ = period_of([(0, 2), (0, 3)], [1.0, 0.5], [{0: 1}], available=[[3, 0, 0, 0]])
+    assert better_line(period, 0, 0, 2, NONE, 0.0, WEIGHTS) == (1, 0.5)
+    assert better_line(period, 0, 0, 0, NONE, 0.0, WEIGHTS) == (0, 1.0)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from rmfs_core import PodTrip
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_pod_index import PodIndex
@@ -21,7 +23,9 @@ def test_a_pod_at_a_station_that_it_serves_is_not_to_be_had(
     put_at_station(world, 1, 1)
     world.assign(world.orders[0], world.stations[0], [0])
     view = WarehouseView(world)
-    assert Deciding(Known(PodIndex(), view), view, [1, 2]).movable().tolist() == [False, True, True]
+    deciding = Deciding(Known(PodIndex(), view), view, [1, 2], 0)
+    assert deciding.movable(np.arange(3)).tolist() == [False, True, True]
+    assert not deciding.movable(np.array([2]))[0]
 
 
 def test_what_is_decided_leaves_nothing_to_decide() -> None:
@@ -29,11 +33,27 @@ def test_what_is_decided_leaves_nothing_to_decide() -> None:
     world = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[1])
     view, room = WarehouseView(world), [1]
     known = Known(PodIndex(most_pods=1), view)
-    decision = Deciding(known, view, room).decision()
+    known.hear(view)
+    decision = Deciding(known, view, room, 0).decision()
     assert list(decision.trips) == [PodTrip(0, 0)]
     world.assign(world.orders[0], world.stations[0], [0])
     world.bind(world.pods[0], world.stations[0])
-    assert known.nothing_to_do(view, [0])
-    assert known.nothing_to_do(view, [0])
+    known.hear(view)
+    assert known.nothing_to_do(view, [0], None)
+    assert known.nothing_to_do(view, [0], None)
     world.close(world.stations[0].open_requests[0])
-    assert not known.nothing_to_do(view, [1])
+    assert not known.nothing_to_do(view, [1], None)
+
+
+def test_where_equal_pods_are_is_asked_anew() -> None:
+    """Both have the SKU; where they were when last asked would make the other one the nearer."""
+    world = small_world({"1": ["a"]}, {str(i): ["a"] for i in range(2)}, capacities=[1])
+    view = WarehouseView(world)
+    known = Known(PodIndex(), view)
+    known.hear(view)
+    (trip,) = Deciding(known, view, [1], 0).decision().trips
+    known.cells[trip.pod] = known.cells[1 - trip.pod]
+    known.cells[1 - trip.pod] = world.pods[trip.pod].cell
+    (again,) = Deciding(known, view, [1], 0).decision().trips
+    assert again.pod == trip.pod
+    assert known.cells.tolist() == [pod.cell for pod in world.pods]

@@ -22,6 +22,8 @@ WORLDS = {
     "order capacity": ("instance.items_per_sku=20", "stations.order_capacity=3"),
     "due times": ("instance.due.allowance_s=900",),
     "few places": ("stations.item_capacity=3",),
+    "filtered": ("instance.items_per_sku=20", 'rules.filters=[{rule="most-covered",n=4}]'),
+    "packing stations": ("rules.poa_pps.packing_capacity=3",),
 }
 
 

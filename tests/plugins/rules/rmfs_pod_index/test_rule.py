@@ -11,7 +11,7 @@ from attrs import evolve
 
 from rmfs_core import run
 from rmfs_core.warehouse import Warehouse, WarehouseView
-from rmfs_pod_index import PodIndex, compiled, turns, urging
+from rmfs_pod_index import PodIndex, account, compiled, turns, urging
 from rmfs_rule_helpers import ticks_to_station
 from rmfs_testing import check_rule, small_instance, small_world
 
@@ -38,7 +38,9 @@ def test_it_conforms() -> None:
 def test_nothing_is_compiled_once_a_run_has_begun() -> None:
     """What is prepared is what decisions call."""
     searches = [
-        called for called in {**vars(compiled), **vars(turns), **vars(urging)}.values() if hasattr(called, "signatures")
+        called
+        for called in {**vars(account), **vars(compiled), **vars(turns), **vars(urging)}.values()
+        if hasattr(called, "signatures")
     ]
     PodIndex().prepare(None)  # type: ignore[arg-type]
     before = [len(search.signatures) for search in searches]

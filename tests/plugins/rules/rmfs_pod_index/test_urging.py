@@ -4,33 +4,28 @@ from __future__ import annotations
 
 import numpy as np
 
-from rmfs_core.warehouse.parts import UNLIMITED
-from rmfs_pod_index.compiled import sorted_by_sku
-from rmfs_pod_index.period import NONE, Shelves
-from rmfs_pod_index.urging import needed, next_urgent, urges
-
-
-def shown(values: list[int]) -> np.ndarray:
-    """An array as the view has them: for looking only."""
-    array = np.array(values, dtype=np.int64)
-    array.setflags(write=False)
-    return array
+from rmfs_pod_index.period import NONE
+from rmfs_pod_index.urging import find_urgent, needed, next_urgent
 
 
 def test_the_ages_of_the_lines_that_a_pod_has_items_for_add_up() -> None:
-    """Pod 0 has lines of 30 and 40 ticks, pod 1 the second alone; a pod that ran out does not count."""
-    sku, items = shown([0, 1, 1, 0]), shown([1, UNLIMITED, 1, 0])
-    by_sku, first_with = sorted_by_sku(sku, 2)
-    shelves = Shelves(np.array([0, 2, 3, 4]), sku, shown([0, 0, 1, 2]), first_with, by_sku)
-    lines = shown([0, 1]), np.array([30, 40]), *sorted_by_sku(shown([0, 1]), 2), np.array([0, 1])
-    total, number = urges(lines, 3, shelves, items, 100)
-    assert (total.tolist(), number.tolist()) == ([70, 40, 0], [2, 1, 0])
-    assert next_urgent(total, number, 0, 70) == (30, True)
-    assert next_urgent(total, number, 0, 71) == (1, False)
-    assert next_urgent(total, number, 0, 100) == (15, False)
-    assert next_urgent(total, number, 10, 100) == (5, False)
-    assert next_urgent(total, number, 15, 100) == (45, True)
-    assert next_urgent(total, 0 * number, 0, 100) == (NONE, False)
+    """Pod 0 has lines of 30 and 40 ticks, pod 1 the second alone, pod 2 none."""
+    now, lines, arrivals = 100, np.array([2, 1, 0]), np.array([130, 60, 0])
+
+    def soonest(need: int, passed: int = 0) -> tuple[int, bool]:
+        tick, urgent = next_urgent(lines, arrivals, now + passed, need, 0)
+        return (tick if tick == NONE else tick - now - passed), urgent
+
+    assert soonest(70) == (30, True)
+    assert soonest(71) == (1, False)
+    assert soonest(100) == (15, False)
+    assert soonest(100, 10) == (5, False)
+    assert soonest(100, 15) == (45, True)
+    assert next_urgent(0 * lines, 0 * arrivals, now, 100, 0) == (NONE, False)
+    urge, urgent = np.zeros(3, np.int64), np.zeros(3, np.int64)
+    assert find_urgent(urge, urgent, lines, arrivals, now, 40) == 2
+    assert (urge.tolist(), urgent.tolist()[:2]) == ([70, 40, 0], [0, 1])
+    assert find_urgent(urge, urgent, lines, arrivals, now, NONE) == 3
 
 
 def test_the_fuller_a_station_the_more_it_takes() -> None:
