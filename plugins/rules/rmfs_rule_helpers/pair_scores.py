@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import heapq
 import math
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,16 +12,15 @@ from attrs import Factory, define, field
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment
-from rmfs_rule_helpers import OVERSIZE_WAIT_S, largest_capacity, pod_at, station_to_keep
+from rmfs_rule_helpers import OVERSIZE_WAIT_S, largest_capacity
+from rmfs_rule_helpers.calendars import Calendar
 from rmfs_rule_helpers.options import LaneOptions, PairOptions, lot_key
+from rmfs_rule_helpers.pair_assigning import NO_LANES, Assigning, Ints, Prefer, Take
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
-    from rmfs_core.warehouse import Order, Station, WarehouseView
+    from rmfs_core.warehouse import Order, WarehouseView
 
-Ints = NDArray[np.int64]
-Take = Callable[["Station", int], None]
-Prefer = Callable[[int, "Station"], int]
 Rank = Callable[["Order"], float]
 
 LATE = 1 << 30
@@ -71,13 +69,12 @@ class PairScores:
     def load(self) -> None:
         """Load what is compiled, or compile it."""
         self._begin(1, 1, math.inf)
-        self._join(np.array([[0], [0], [1]]), None)
-        self.change(0, 0, 1)
+        self._take_in(np.array([[0], [0], [1]]), [], None)
+        self._work.note(0, np.ones((1, 1), np.int64), self._now, self._changes, self._recent)
         self._work.lift(np.zeros(1, np.int64), LATE, *self._arrays()[3:7])
         self.completed(np.ones(1, np.int64))
         self._best(np.ones((5, 1), np.int64), np.zeros(1), np.zeros((2, 0), np.int64), 0)
         self._score(0, 0)
-        self._leave([0])
         self._log = None
 
     def decides(self, warehouse: WarehouseView, *available: Ints) -> bool:
@@ -94,21 +91,17 @@ class PairScores:
             self._begin(len(warehouse.stations), warehouse.n_skus, largest_capacity(warehouse))
             self._log = log
         joined, left = log.joined(self._joined), log.left(self._left)
-        if joined.size:
-            self._join(joined, warehouse)
-        if left:
-            self._leave(left)
+        if joined.size or left:
+            self._take_in(joined, left, warehouse)
         for table, now in enumerate(available):
-            self._changes[(self._now[table] != now).any(axis=1)] += 1
-            self._now[table] = now
-        late = self._due.before(warehouse.now_s)
-        if late:
+            self._work.note(table, now, self._now, self._changes, self._recent)
+        if self._late_first and (late := self._due.before(warehouse.now_s)):
             self._late.update(late)
             self._work.lift(np.array(late, np.int64), LATE, *self._arrays()[3:7])
 
     def lines_of(self, place: int) -> Iterable[tuple[int, int]]:
         """Yield SKU and number of items of each line of the order at a place."""
-        begin, end = self._starts[place], self._starts[place + 1]
+        begin, end = self._starts[place : place + 2].tolist()
         yield from zip(*self._lines[1:3, begin:end].tolist(), strict=True)
 
     def order_at(self, place: int) -> int:
@@ -132,7 +125,9 @@ class PairScores:
     def change(self, station: int, sku: int, items: int) -> None:
         """Let a station have another number of items of a SKU available, until the next update."""
         self._now[0, station, sku] = items
-        self._changes[station] += 1
+        changes = int(self._changes[station])
+        self._recent[station, changes % self._work.RECENT] = sku
+        self._changes[station] = changes + 1
 
     def completed(self, items: Ints) -> Ints:
         """Return the places of the orders of which a pod has all that is open, if it has so many free items by SKU."""
@@ -187,7 +182,7 @@ class PairScores:
             Of orders with the same score the one with the lowest lot goes first, drawn with this number; 0: as ``rank``
             says.
         """
-        return _Assigning(self, warehouse, take, prefer, extra, max_wait_s, fast_lane, key).done()
+        return Assigning(self, warehouse, take, prefer, extra, max_wait_s, fast_lane, key).done()
 
     def queue_up(
         self, warehouse: WarehouseView, queued: Mapping[int, int], most: int, without: Sequence[int]
@@ -213,7 +208,7 @@ class PairScores:
         try:
             while True:
                 at[0] = np.where(at[4] < most, at[1], 0) * [station.open for station in warehouse.stations]
-                place, station = self._best(at, np.zeros(len(of_stations)), _NO_LANES, 0)
+                place, station = self._best(at, np.zeros(len(of_stations)), NO_LANES, 0)
                 if place < 0:
                     return
                 at[4, station] += 1
@@ -233,13 +228,13 @@ class PairScores:
         self._joined = self._left = self._parts = self._first = self._number = self._used = 0
         self._largest = largest
         self._large: list[int] = []  # places of orders larger than any station, oldest first
-        self._due = _Calendar()  # of the places of orders, by when they will be late
+        self._due = Calendar()  # of the places of orders, by when they will be late
         self._late: set[int] = set()  # places of orders that are late, and go first
         self._lanes: dict[int, tuple[int, int, Ints, Ints]] = {}  # by station: see `completed_at`
-        self._starts = [0]  # of each order's lines, and the end of all
         sizes = pair_search.SIZES
         self._now = np.zeros((self._tables, stations, skus), np.int64)
         self._changes = np.zeros(stations, np.int64)  # how often what is available has changed
+        self._recent = np.zeros((stations, pair_search.RECENT), np.int64)  # the last of these: what it was
         self._seen = np.zeros((stations, sizes), np.int64)  # the same, when the scores of a size were last made
         self._known = np.zeros((self._tables, stations, sizes, skus), np.int64)
         self._shelves = np.zeros((skus, sizes, 3), np.int32)
@@ -248,6 +243,7 @@ class PairScores:
         self._pool = np.zeros((256, 3), np.int32)
         self._orders = np.zeros((3, 256), np.int32)
         self._ids = np.zeros(256, np.int64)
+        self._starts = np.zeros(257, np.int64)  # of each order's lines, and the end of all
         self._taken = np.zeros(256, np.bool_)
         self._enough = np.zeros(256, np.int32)
         self._ranks = np.zeros(256)
@@ -259,81 +255,58 @@ class PairScores:
         lines = self._shelves, self._most, self._pool
         return *lines, self._orders, self._scores, self._ranks, self._best_values, self._known
 
-    def _join(self, rows: Ints, warehouse: WarehouseView | None) -> None:
-        begin, end = self._starts.pop(), self._joined + rows.shape[1]
-        places: list[int] = []
-        ids: list[int] = []
-        items: list[int] = []
-        for line, (order, _, quantity) in enumerate(rows.T.tolist(), begin):
-            if line == begin or order != ids[-1]:  # lines of an order join together
-                ids.append(order)
-                items.append(0)
-                self._starts.append(line)
-            items[-1] += quantity
-            places.append(self._number + len(ids) - 1)
-        self._large += [place for place, size in enumerate(items, self._number) if size > self._largest]
-        self._starts.append(end)
-        while end > self._lines.shape[1]:
+    def _take_in(self, rows: Ints, left: list[int], warehouse: WarehouseView | None) -> None:
+        """Take in lines that joined and left."""
+        joined, before = rows.shape[1], self._number
+        self._make_room(joined)
+        if warehouse is not None and (self._rank is not None or self._late_first):
+            orders = [warehouse.order(order) for order, _ in groupby(rows[0].tolist())]
+            if self._rank is not None:
+                self._ranks[before : before + len(orders)] = [self._rank(order) for order in orders]
+            due = [(order.due_s, place) for place, order in enumerate(orders, before) if order.due_s is not None]
+            if self._late_first:
+                self._due.add(due)
+        self._number, self._first, largest, parts, self._pool, self._used = self._work.update(
+            rows, np.array(left, np.int64), self._joined, before, self._first, self._used,
+            self._ids, self._starts, self._lines, *self._arrays(),
+        )  # fmt: skip
+        if largest > self._largest:
+            sizes = enumerate(self._orders[1, before : self._number].tolist(), before)
+            self._large += [place for place, items in sizes if items > self._largest]
+        if self._large:
+            self._large = [place for place in self._large if self._orders[0, place]]
+        if self._late:
+            self._late -= {place for place in self._lines[0, left].tolist() if not self._orders[0, place]}
+        self._parts += parts
+        self._joined += joined
+        self._left += len(left)
+
+    def _make_room(self, joined: int) -> None:
+        """Let the arrays have room for so many more lines, each of an order of its own."""
+        while self._joined + joined > self._lines.shape[1]:
             self._lines = np.concatenate([self._lines, np.zeros_like(self._lines)], axis=1)
-        while self._number + len(ids) > len(self._taken):
+        while self._number + joined > len(self._taken):
             for name in ("_orders", "_scores", "_taken", "_enough", "_ranks", "_ids"):
                 array = getattr(self, name)
                 setattr(self, name, np.concatenate([array, np.zeros_like(array)], axis=-1))
+            self._starts = np.concatenate([self._starts, np.zeros_like(self._starts[1:])])
             more = np.full_like(self._best_values, -1.0)
             more[1] = np.inf
             self._best_values = np.concatenate([self._best_values, more], axis=3)
-        new = slice(self._number, self._number + len(ids))
-        self._ids[new], self._orders[1, new] = ids, items
-        self._orders[0, new] = np.diff(self._starts[-1 - len(ids) :])
-        self._orders[2, new] = np.minimum(items, self._work.SIZES) - 1
-        shelves = Counter(zip(rows[1].tolist(), self._orders[2, places].tolist(), strict=True))
-        needed = sum(4 * (int(self._shelves[shelf][1]) + more + 1) for shelf, more in shelves.items())
-        while self._used + needed > len(self._pool):
-            self._pool = np.concatenate([self._pool, np.zeros_like(self._pool)])
-        self._lines[0, begin:end] = places
-        self._lines[1:3, begin:end] = rows[1:]
-        if warehouse is not None and (self._rank is not None or self._late_first):
-            orders = [warehouse.order(order) for order in ids]
-            if self._rank is not None:
-                self._ranks[new] = [self._rank(order) for order in orders]
-            if self._late_first:
-                due = [
-                    (order.due_s, place) for place, order in enumerate(orders, self._number) if order.due_s is not None
-                ]
-                self._due.add(due)
-        self._used = self._work.add(begin, end, self._used, self._lines, *self._arrays())
-        self._joined, self._number = end, self._number + len(ids)
-
-    def _leave(self, left: list[int]) -> None:
-        places = {self._lines[0, line].item() for line in left}
-        self._parts -= sum(self._in_part(place) for place in places)
-        shelves, _, *others = self._arrays()
-        self._work.close(np.array(left, np.int64), self._lines, shelves, *others)
-        self._parts += sum(self._in_part(place) for place in places)
-        self._left += len(left)
-        if self._large:
-            self._large = [place for place in self._large if self._orders[0, place]]
-        self._late -= {place for place in places if not self._orders[0, place]}
-        while self._first < self._number and not self._orders[0, self._first]:
-            self._first += 1
-
-    def _in_part(self, place: int) -> bool:
-        """Whether some lines of the order at a place are in the backlog and some are not."""
-        return 0 < int(self._orders[0, place]) < self._starts[place + 1] - self._starts[place]
 
     def _best(self, stations: Ints, extra: NDArray[np.float64], lanes: Ints, key: int) -> tuple[int, int]:
         beyond = LATE if self._late else self._tables - 1
-        limits = np.array([min(self._largest, LATE), self._first, self._number, beyond], np.int64)
+        limits = min(self._largest, LATE), self._first, self._number, beyond
         found: tuple[int, int] = self._work.best_pair(
             stations, extra, limits, lanes, key, self._ids, self._taken, *self._arrays(),
-            self._now, self._changes, self._seen,
+            self._now, self._changes, self._seen, self._recent,
         )  # fmt: skip
         return found
 
     def _score(self, place: int, at: int) -> int:
         """Return the score of the order at a place at a station."""
         size = self._orders[2, place]
-        self._work.refresh(at, size, *self._arrays(), self._now, self._changes, self._seen)
+        self._work.refresh(at, size, *self._arrays(), self._now, self._changes, self._seen, self._recent)
         return int(self._scores[0, at, place])
 
     def _waiting(self, warehouse: WarehouseView, max_wait_s: float | None) -> Iterator[int]:
@@ -344,179 +317,6 @@ class PairScores:
                 if warehouse.now_s - warehouse.order(self.order_at(place)).arrival_s < limit_s:
                     break
                 yield place
-
-
-class _Assigning:
-    """One decision: see `PairScores.assign`."""
-
-    def __init__(
-        self,
-        scores: PairScores,
-        warehouse: WarehouseView,
-        take: Take | None,
-        prefer: Prefer | None,
-        extra: NDArray[np.float64] | None,
-        max_wait_s: float | None,
-        fast_lane: int,
-        key: int,
-    ) -> None:
-        self.kept, self.warehouse, self.take, self.prefer = scores, warehouse, take, prefer
-        self.max_wait_s, self.key = max_wait_s, key
-        self.stations = stations = warehouse.stations
-        of_stations = [(0, s.free_capacity, s.capacity, s.counts_orders, s.load) for s in stations]
-        self.at: Ints = np.array(of_stations, np.int64).T.copy()  # as the search has them
-        self.free: Ints = self.at[1]
-        self.load: Ints = self.at[4]
-        self.extra = np.zeros(len(stations)) if extra is None else extra
-        self.lane = _Lane(scores, warehouse, fast_lane) if fast_lane else None
-        self.chosen: list[OrderAssignment] = []
-        self.places: list[int] = []
-
-    def done(self) -> list[OrderAssignment]:
-        """Decide."""
-        try:
-            if self.max_wait_s is not None or self.kept.oversize:
-                self._assign_waiting()
-            while True:
-                self.at[0] = self._room()
-                lanes = _NO_LANES if self.lane is None else self.lane.pairs(self.load, self.free)
-                place, at = self.kept._best(self.at, self.extra, lanes, self.key)
-                if place < 0:
-                    return self.chosen
-                self._assign(place, at if self.prefer is None else self._preferred(place, self._fitting(place)))
-                if self.free.max() <= 0:
-                    return self.chosen
-        finally:
-            self.kept._taken[self.places] = False
-
-    def _room(self) -> Ints:
-        """Return how much room stations have for orders that no lane is for."""
-        if self.lane is None:
-            return self.free
-        room: Ints = np.where(self.load > 0, np.maximum(self.free - self.lane.places, 0), self.free)
-        return room
-
-    def _size(self, place: int, at: int) -> int:
-        items = int(self.kept._orders[1, place])
-        return 1 if self.at[3, at] else int(self.at[2, at]) if items > self.kept._largest else items
-
-    def _fitting(self, place: int) -> list[int]:
-        """Return the ids of the stations where an order fits."""
-        room = self._room()
-        return [
-            at
-            for at in range(len(self.stations))
-            if (size := self._size(place, at)) <= room[at]
-            or (self.lane is not None and size <= self.free[at] and place in self.lane.completed(at))
-        ]
-
-    def _preferred(self, place: int, fitting: list[int]) -> int:
-        """Return the station that takes an order, of those where it fits."""
-        value = {at: self.kept._score(place, at) + self.extra[at] for at in fitting}
-        order, prefer = self.kept.order_at(place), self.prefer
-
-        def key(at: int) -> tuple[int, int, int]:
-            return prefer(order, self.stations[at]) if prefer is not None else 0, int(self.load[at]), at
-
-        return min((at for at in fitting if value[at] == max(value.values())), key=key)
-
-    def _assign(self, place: int, at: int) -> None:
-        self.chosen.append(OrderAssignment(self.kept.order_at(place), at))
-        size = self._size(place, at)
-        self.free[at] -= size
-        self.load[at] += size
-        self.kept._taken[place] = True
-        self.places.append(place)
-        if self.lane is not None:
-            self.lane.take(at, place)
-        if self.take is not None and self.free.max() > 0:
-            self.take(self.stations[at], place)
-
-    def _assign_waiting(self) -> None:
-        """Assign the orders that have waited too long; for those that fit nowhere stations are kept."""
-        kept: dict[int, bool] = {}  # stations kept for an order that waits, and whether that is larger than any station
-        open_stations = sum(station.open for station in self.stations)
-        for place in self.kept._waiting(self.warehouse, self.max_wait_s):
-            if fitting := self._fitting(place):
-                self._assign(place, self._preferred(place, fitting))
-            elif self.max_wait_s is not None or not any(kept.values()):
-                order = self.warehouse.order(self.kept.order_at(place))
-                keep = station_to_keep(self.warehouse, order, dict(enumerate(self.free.tolist())), kept)
-                if keep is not None:
-                    kept[keep] = int(self.kept._orders[1, place]) > self.kept._largest
-                    self.free[keep] = 0
-            if len(kept) == open_stations:
-                break
-
-
-_NO_LANES = np.zeros((2, 0), np.int64)
-
-
-class _Lane:
-    """Orders that the pods which stand at the stations can complete; see `LaneOptions.fast_lane`."""
-
-    def __init__(self, scores: PairScores, warehouse: WarehouseView, places: int) -> None:
-        self.kept, self.warehouse, self.places = scores, warehouse, places
-        self.pods = {station.id: pod for station in warehouse.stations if (pod := pod_at(warehouse, station))}
-        self.left: dict[int, Ints] = {}  # pod -> free items by SKU
-        for pod in self.pods.values():
-            self.left[pod.id] = np.zeros(warehouse.n_skus, np.int64)
-            for sku in pod.contents:
-                self.left[pod.id][sku] = pod.free_items(sku)
-        self._completed: dict[int, Ints] = {}  # station -> places
-
-    def completed(self, at: int) -> Ints:
-        """Return the places of the orders that the pod at a station can complete."""
-        if at not in self._completed:
-            there = self.pods.get(at)
-            self._completed[at] = (
-                _NO_LANES[0] if there is None else self.kept.completed_at(at, there.id, self.left[there.id])
-            )
-        return self._completed[at]
-
-    def pairs(self, load: Ints, free: Ints) -> Ints:
-        """Return stations and places of the orders for which these stations have the places that they keep."""
-        found = [(at, self.completed(at)) for at in np.flatnonzero((load > 0) & (free > 0)).tolist()]
-        if not found:
-            return _NO_LANES
-        stations = np.repeat([at for at, _ in found], [len(places) for _, places in found])
-        return np.array([stations, np.concatenate([places for _, places in found])])
-
-    def take(self, at: int, place: int) -> None:
-        """Take account of an assigned order: pods at or bound for its station may have to serve it."""
-        if self.warehouse.unlimited_stock:
-            return
-        for other, pod in self.pods.items():
-            if at in pod.bound_for:
-                for sku, items in self.kept.lines_of(place):
-                    self.left[pod.id][sku] -= items
-                self._completed.pop(other, None)
-
-
-class _Calendar:
-    """Numbers by time. Many that are added at once are sorted once; few are put into a heap."""
-
-    def __init__(self) -> None:
-        self._heap: list[tuple[float, int]] = []
-        self._sorted: list[list[tuple[float, int]]] = []  # latest first
-
-    def add(self, entries: list[tuple[float, int]]) -> None:
-        """Take in times and numbers."""
-        if len(entries) > 256:
-            self._sorted.append(sorted(entries, reverse=True))
-        else:
-            for entry in entries:
-                heapq.heappush(self._heap, entry)
-
-    def before(self, time: float) -> list[int]:
-        """Take out and return the numbers whose time is earlier than one."""
-        found = []
-        while self._heap and self._heap[0][0] < time:
-            found.append(heapq.heappop(self._heap)[1])
-        for entries in self._sorted:
-            while entries and entries[-1][0] < time:
-                found.append(entries.pop()[1])
-        return found
 
 
 @define

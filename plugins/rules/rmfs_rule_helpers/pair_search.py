@@ -9,6 +9,8 @@ BLOCK = 128
 """Orders whose best scores are kept together."""
 SIZES = 8
 """Sizes of orders that are kept apart, by the items they have when they join; the last one has all larger ones, too."""
+RECENT = 1024
+"""Changes of what is available that are remembered by station, as table * SKUs + SKU."""
 ORDER, SKU, QUANTITY, AT = range(4)
 """Rows of the lines: the order's place, SKU, items, and where the line is among those of its SKU and size."""
 START, LENGTH, ROOM = range(3)
@@ -38,19 +40,60 @@ def raise_best(station, size, order, orders, scores, ranks, best):  # type: igno
 
 
 @njit(cache=True)
-def add(begin, end, used, lines, shelves, most, pool, orders, scores, ranks, best, known):  # type: ignore[no-untyped-def]
-    """Take in lines that joined the backlog, of orders whose items are counted; return how much of the pool is used."""
-    for line in range(begin, end):
+def update(  # type: ignore[no-untyped-def]
+    rows, left, begin, number, first, used, ids, starts, lines, shelves, most, pool, orders, scores, ranks, best, known
+):  # fmt: skip
+    """Take in lines that joined the backlog from ``begin`` on, and lines that left it.
+
+    ``rows`` has order id, SKU and items of those that joined; there is room for them in the arrays, but for the pool,
+    which grows. Returns how many orders there are then, the first that may be in the backlog, the largest that joined,
+    how many more are in it in part, the pool, and how much of it is used.
+    """
+    before = number
+    number, largest = _join(rows, begin, number, ids, starts, lines, orders)
+    pool, used = _add(before, number, used, starts, lines, shelves, most, pool, orders, scores, ranks, best, known)
+    parts = _leave(left, starts, lines, shelves, pool, orders, scores, ranks, best, known)
+    while first < number and not orders[OPEN, first]:
+        first += 1
+    return number, first, largest, parts, pool, used
+
+
+@njit(cache=True)
+def _join(rows, begin, number, ids, starts, lines, orders):  # type: ignore[no-untyped-def]
+    """Take in lines that joined the backlog; lines of an order join together."""
+    largest, before = 0, number
+    for i in range(rows.shape[1]):
+        line, quantity = begin + i, rows[2, i]
+        if i == 0 or rows[0, i] != ids[number - 1]:
+            ids[number], starts[number] = rows[0, i], line
+            number += 1
+        order = number - 1
+        lines[ORDER, line], lines[SKU, line], lines[QUANTITY, line] = order, rows[1, i], quantity
+        orders[OPEN, order] += 1
+        orders[ITEMS, order] += quantity
+        largest = max(largest, orders[ITEMS, order])
+    for order in range(before, number):
+        orders[SIZE, order] = min(orders[ITEMS, order], SIZES) - 1
+    starts[number] = begin + rows.shape[1]
+    return number, largest
+
+
+@njit(cache=True)
+def _add(before, number, used, starts, lines, shelves, most, pool, orders, scores, ranks, best, known):  # type: ignore[no-untyped-def]
+    """Shelve and score the lines of orders that joined; return the pool, and how much of it is used."""
+    for line in range(starts[before], starts[number]):
         order, sku, quantity = lines[ORDER, line], lines[SKU, line], lines[QUANTITY, line]
         size = orders[SIZE, order]
-        length = shelves[sku, size, LENGTH]
+        length, start = shelves[sku, size, LENGTH], shelves[sku, size, START]
         if length == shelves[sku, size, ROOM]:
-            before = shelves[sku, size, START]
+            room = 2 * (length + 1)
+            while used + room > len(pool):
+                pool = np.concatenate((pool, np.zeros_like(pool)))
             for at in range(length):
-                pool[used + at] = pool[before + at]
+                pool[used + at] = pool[start + at]
                 lines[AT, pool[used + at, 2]] = used + at
-            shelves[sku, size, START], shelves[sku, size, ROOM] = used, 2 * (length + 1)
-            used += 2 * (length + 1)
+            shelves[sku, size, START], shelves[sku, size, ROOM] = used, room
+            used += room
         at = shelves[sku, size, START] + length
         pool[at, 0], pool[at, 1], pool[at, 2] = order, quantity, line
         lines[AT, line] = at
@@ -59,15 +102,16 @@ def add(begin, end, used, lines, shelves, most, pool, orders, scores, ranks, bes
         for table in range(len(known)):
             for station in range(known.shape[1]):
                 scores[table, station, order] += min(quantity, known[table, station, size, sku])
-    for line in range(begin, end):
+    for order in range(before, number):
         for station in range(known.shape[1]):
-            raise_best(station, orders[SIZE, lines[ORDER, line]], lines[ORDER, line], orders, scores, ranks, best)
-    return used
+            raise_best(station, orders[SIZE, order], order, orders, scores, ranks, best)
+    return pool, used
 
 
 @njit(cache=True)
-def close(left, lines, shelves, pool, orders, scores, ranks, best, known):  # type: ignore[no-untyped-def]
-    """Take out lines that left the backlog."""
+def _leave(left, starts, lines, shelves, pool, orders, scores, ranks, best, known):  # type: ignore[no-untyped-def]
+    """Take out lines that left the backlog; return how many more orders are in it in part."""
+    parts = 0
     for line in left:
         order, sku, quantity = lines[ORDER, line], lines[SKU, line], lines[QUANTITY, line]
         size = orders[SIZE, order]
@@ -75,37 +119,47 @@ def close(left, lines, shelves, pool, orders, scores, ranks, best, known):  # ty
         pool[at] = pool[last]
         lines[AT, pool[at, 2]] = at
         shelves[sku, size, LENGTH] -= 1
+        parts -= 0 < orders[OPEN, order] < starts[order + 1] - starts[order]
         orders[OPEN, order] -= 1
         orders[ITEMS, order] -= quantity
+        parts += 0 < orders[OPEN, order] < starts[order + 1] - starts[order]
         for station in range(known.shape[1]):
             for table in range(len(known)):
                 scores[table, station, order] -= min(quantity, known[table, station, size, sku])
             if orders[OPEN, order]:
                 raise_best(station, size, order, orders, scores, ranks, best)
+    return parts
+
+
+@njit(cache=True)
+def note(table, available, now, changes, recent):  # type: ignore[no-untyped-def]
+    """Note what is available now, and what of that has changed; scores follow when they matter."""
+    for station in range(len(available)):
+        for sku in range(available.shape[1]):
+            if available[station, sku] != now[table, station, sku]:
+                now[table, station, sku] = available[station, sku]
+                recent[station, changes[station] % RECENT] = table * available.shape[1] + sku
+                changes[station] += 1
 
 
 @njit(cache=True)
 def refresh(  # type: ignore[no-untyped-def]
-    station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen
+    station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen, recent
 ):
     """Bring the scores of the orders of a size at a station up to what is available there now."""
-    if seen[station, size] == changes[station]:
+    begin, end, skus = seen[station, size], changes[station], known.shape[3]
+    if begin == end:
         return
-    seen[station, size] = changes[station]
-    changed = np.empty(known.shape[3], np.int64)
-    for table in range(len(known)):
-        fewer, more = 0, known.shape[3]  # SKUs of which fewer are available from the left, the others from the right
-        for sku in range(known.shape[3]):
-            if now[table, station, sku] < known[table, station, size, sku]:
-                changed[fewer] = sku
-                fewer += 1
-            elif now[table, station, sku] > known[table, station, size, sku]:
-                more -= 1
-                changed[more] = sku
-        for at in range(fewer):
-            change(table, station, size, changed[at], shelves, most, pool, orders, scores, ranks, best, known, now)
-        for at in range(more, known.shape[3]):  # last, so that nothing is raised that falls again
-            change(table, station, size, changed[at], shelves, most, pool, orders, scores, ranks, best, known, now)
+    seen[station, size] = end
+    every = end - begin > RECENT  # more has changed than is remembered: look at all SKUs
+    if every:
+        begin, end = 0, len(known) * skus
+    for raised in range(2):  # last, so that nothing is raised that falls again
+        for at in range(begin, end):
+            which = at if every else recent[station, at % RECENT]
+            table, sku = which // skus, which % skus
+            if (now[table, station, sku] > known[table, station, size, sku]) == (raised == 1):
+                change(table, station, size, sku, shelves, most, pool, orders, scores, ranks, best, known, now)
 
 
 @njit(cache=True)
@@ -241,6 +295,7 @@ def best_pair(  # type: ignore[no-untyped-def]
     now,
     changes,
     seen,
+    recent,
 ):
     """Place of the order and id of the station that go first of those that fit; (-1, -1) when none fits.
 
@@ -259,7 +314,7 @@ def best_pair(  # type: ignore[no-untyped-def]
                 continue
             if size < SIZES - 1 and size + 1 + limits[3] + extra[station] < leader[0]:
                 continue  # what is available now is looked at when it matters
-            refresh(station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen)
+            refresh(station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen, recent)
             bound, rank = best[0, station, size], best[1, station, size]
             first = likely(bound, rank, begin, end)
             for turn in range(begin - 1, end):
@@ -274,7 +329,7 @@ def best_pair(  # type: ignore[no-untyped-def]
         if taken[order] or not orders[OPEN, order]:
             continue
         if fits(items, free[station], capacity[station], counts[station], limits[0]):
-            refresh(station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen)
+            refresh(station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen, recent)
             value = value_of(station, order, orders, scores) + extra[station]
             place = lot(key, ids[order]) if key else ranks[order]
             if is_better(value, place, order, load[station], station, leader):
