@@ -1,7 +1,7 @@
 """How much robots without end of work lose to each other: the task of RHCR's fulfilment centre, in unit steps.
 
 A robot drives to a random endpoint that no other stands in or drives to, and on from there to the next. The map is
-drawn from the description in J. Li, A. Tinka, S. Kiesel, J. W. Durham, T. K. S. Kumar, S. Koenig: Lifelong multi-agent
+made after J. Li, A. Tinka, S. Kiesel, J. W. Durham, T. K. S. Kumar, S. Koenig: Lifelong multi-agent
 path finding in large-scale warehouses, AAAI 2021, https://doi.org/10.1609/aaai.v35i13.17344: 33 x 46 cells, a sixth of
 them shelves, with endpoints above and below.
 
@@ -35,7 +35,7 @@ def centre() -> tuple[Roads, tuple[int, ...]]:
     """Return the roads of the map, and its endpoints."""
     free, ends = np.ones((33, 46), dtype=bool), np.zeros((33, 46), dtype=bool)
     for row in range(2, 33, 4):
-        for column in (6, 18, 30):
+        for column in (7, 18, 29):
             shelf = slice(column, column + 10)
             free[row, shelf] = False
             ends[row - 1, shelf] = ends[row + 1, shelf] = True
