@@ -63,11 +63,12 @@ class Deciding:
         self.period.capacity[:] = [station.capacity for station in stations]
 
     def movable(self, wanted: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Which of some pods may be sent: stored or leaving, and bound nowhere else."""
-        busy = {*self.bound, *(robot.task for robot in self.warehouse.robots if robot.task is not None)}
-        movable = np.ones(len(self.known.pods), np.bool_)
-        movable[list(busy)] = False
-        if not busy.isdisjoint(wanted.tolist()):
+        """Which of some pods may be sent: stored or leaving, and bound nowhere else; of others it says nothing."""
+        pods, bound = self.known.pods, set(self.bound)
+        busy = [pod for pod in wanted.tolist() if pod in bound or pods[pod].robot is not None]
+        movable = np.ones(len(pods), np.bool_)
+        if busy:
+            movable[busy] = False
             movable[[pod.id for pod in self.warehouse.leaving_pods]] = True
         return movable
 

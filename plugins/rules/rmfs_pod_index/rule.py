@@ -182,10 +182,11 @@ class PodIndex:
     @hookimpl
     def wake_at(self, warehouse: WarehouseView) -> float | None:
         """Return when the ages of the lines of a pod will add up, if a station could take it then."""
-        if self._known is None or not self._known.still_wakes(warehouse):
-            self._about(warehouse).wake(warehouse)
-        tick = self._known.wakes
-        return None if tick == NEVER else to_seconds(tick)
+        known = self._known
+        if known is None or not known.still_wakes(warehouse):
+            known = self._about(warehouse)
+            known.wake(warehouse)
+        return None if known.wakes == NEVER else to_seconds(known.wakes)
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load the compiled period, or compile it."""

@@ -27,7 +27,7 @@ def test_a_pod_at_a_station_that_it_serves_is_not_to_be_had(
     known.hear(view)
     deciding = Deciding(known, view)
     assert deciding.movable(np.arange(3)).tolist() == [False, True, True]
-    assert not deciding.movable(np.array([2]))[0]
+    assert deciding.movable(np.array([2]))[2]
 
 
 def test_what_is_decided_leaves_nothing_to_decide() -> None:
