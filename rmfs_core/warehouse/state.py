@@ -50,7 +50,7 @@ class Warehouse:
         pod_capacity: int = UNLIMITED,
         battery: Callable[[Callable[[], int]], Battery] | None = None,
     ) -> None:
-        self.now = 0
+        self.now = self.changes = 0
         self.travel = travel
         self.n_skus = len(instance.skus)
         self.unlimited_stock = instance.unlimited_stock
@@ -171,6 +171,7 @@ class Warehouse:
         if tick is not None:
             object.__setattr__(order, "arrival_tick", tick)
             object.__setattr__(order, "arrival_s", to_seconds(tick))
+        self.changes += 1
         self.arrived[order.id] = order
         self.backlog.add(order)
         for line in order.lines:
@@ -182,6 +183,7 @@ class Warehouse:
         What one period assigns of an order to a station is one part, in however many steps it does. Whatever the
         steps, the promises to all that it assigns are a maximum flow over the pods; earlier promises stay.
         """
+        self.changes += 1
         was_split, had_place = order.split, order.has_place_at(station.id)
         lines = self.backlog.close(order, skus)
         items = sum(line.quantity for line in lines)
@@ -206,6 +208,7 @@ class Warehouse:
 
     def bind(self, pod: Pod, station: Station, *, promise: bool = True) -> None:
         """Decide a trip: the pod is bound for the station from now on. ``promise``: and its items are promised."""
+        self.changes += 1
         pod._itinerary.append(station.id)
         station._inbound[pod.id] = pod
         self.promises.count(pod, station, 1)
@@ -318,10 +321,12 @@ class Warehouse:
 
     def staff(self, station: Station, staffed: bool, until: int | None) -> None:
         """Open or close a station by its timetable, which changes that at a tick."""
+        self.changes += 1
         station._staffed, station._changes = staffed, until
 
     def activate(self, station: Station, active: bool) -> None:
         """Activate a station, or no longer."""
+        self.changes += 1
         station._active = active
 
     def put_on_duty(self, number: int) -> None:
@@ -356,6 +361,7 @@ class Warehouse:
 
     def leave(self, robot: Robot, pod: Pod, station: Station) -> None:
         """End a visit: the robot leaves the line, and the pod is no longer bound for the station."""
+        self.changes += 1
         station._line.remove(robot)
         self.promises.count(pod, station, -1)
         pod._itinerary.remove(station.id)
@@ -393,6 +399,7 @@ class Warehouse:
         order._left -= 1
         part._left -= 1
         if part._left == 0:
+            self.changes += 1
             station._load -= int(not order.has_place_at(station.id)) if station.counts_orders else part._items
         if order.complete and order.split:
             self.split_orders_open -= 1

@@ -74,6 +74,10 @@ class WarehouseView(ReadOnly):
         """Return what joined and left the backlog so far, for rules that keep account; filters leave nothing out."""
         return self._state.backlog.log
 
+    def changes(self) -> int:
+        """Return how often the backlog, or places or inbound pods of stations have changed, for who remembers them."""
+        return self._state.changes
+
     @property
     def n_skus(self) -> int:
         """Number of SKUs; SKU ids are 0 .. n_skus - 1."""

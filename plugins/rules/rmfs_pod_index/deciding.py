@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -46,20 +45,16 @@ class Deciding:
         What is known of the run.
     warehouse
         The warehouse.
-    room
-        Free places of each station.
-    need
-        What the ages of a pod's lines have to add up to for it to be sent anywhere; None where none may be sent.
     """
 
-    def __init__(self, known: Known, warehouse: WarehouseView, room: Sequence[int], need: int | None) -> None:
-        self.rule, self.known, self.warehouse, self.room, self.need = known.rule, known, warehouse, room, need
+    def __init__(self, known: Known, warehouse: WarehouseView) -> None:
+        self.rule, self.known, self.warehouse = known.rule, known, warehouse
+        self.room, self.load, self.inbound, self.need = known.seen
         self.period, stations = known.shown(warehouse), warehouse.stations
         inbound = [station.inbound_pods for station in stations]
         bound = {pod.id: pod for there in inbound for pod in there}  # one may be bound for several, to be replenished
         self.bound = list(bound)
         self.last = [_last_of(pod, len(stations)) for pod in bound.values()]
-        self.load, self.inbound = [station.load for station in stations], [len(there) for there in inbound]
         counts_orders = [station.counts_orders for station in stations]
         if any(counts_orders):
             placed = np.zeros((len(stations), len(self.period.begin)), np.bool_)
@@ -68,11 +63,12 @@ class Deciding:
         self.period.capacity[:] = [station.capacity for station in stations]
 
     def movable(self, wanted: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Which of some pods may be sent: stored or leaving, and bound nowhere else."""
-        busy = {*self.bound, *(robot.task for robot in self.warehouse.robots if robot.task is not None)}
-        movable = np.ones(len(self.known.pods), np.bool_)
-        movable[list(busy)] = False
-        if not busy.isdisjoint(wanted.tolist()):
+        """Which of some pods may be sent: stored or leaving, and bound nowhere else; of others it says nothing."""
+        pods, bound = self.known.pods, set(self.bound)
+        busy = [pod for pod in wanted.tolist() if pod in bound or pods[pod].robot is not None]
+        movable = np.ones(len(pods), np.bool_)
+        if busy:
+            movable[busy] = False
             movable[[pod.id for pod in self.warehouse.leaving_pods]] = True
         return movable
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +34,23 @@ MOST_SECONDS = 4096
 """Of how many seconds the power is kept in a table."""
 
 
+class Seen(NamedTuple):
+    """The picking stations at one moment.
+
+    Parameters
+    ----------
+    room, load, inbound
+        Of each: free places, places that are taken, pods at or bound for it.
+    need
+        What the ages of a pod's lines have to add up to for it to be sent anywhere; None where none may be sent.
+    """
+
+    room: list[int]
+    load: list[int]
+    inbound: list[int]
+    need: int | None
+
+
 class Known:
     """What was seen and worked out before: nothing here makes a decision another one, it is only found sooner.
 
@@ -46,6 +62,10 @@ class Known:
         Which pods have which SKUs; the rule's parameters; the pods.
     cells
         Of each pod: where it was when it was asked last.
+    seen
+        The stations as they are.
+    wakes
+        When to wake up, or NEVER.
     """
 
     def __init__(self, rule: PodIndex, warehouse: WarehouseView) -> None:
@@ -65,8 +85,11 @@ class Known:
         self._no_items = free.number[:0]
         self._ticks: NDArray[np.int64] | None = None
         self._settled: tuple[object, ...] | None = None
-        self._quiet_room: Sequence[int] | None = None
+        self._quiet_room: list[int] | None = None
         self._next: tuple[int, int, bool] | None = None
+        self.seen, self.wakes = Seen([], [], [], None), NEVER
+        self._changes = -1
+        self._quiet_until = self._wakes_until = 0
 
     def is_of(self, warehouse: WarehouseView) -> bool:
         """Whether it is what is known of a run, in which no pod was given a new SKU."""
@@ -75,7 +98,10 @@ class Known:
         return not warehouse.replenishment_stations or warehouse.free_items.pod is self._held
 
     def hear(self, warehouse: WarehouseView) -> None:
-        """Take in what joined and left the backlog since the last time."""
+        """Take in what joined and left the backlog since the last time, and look at the stations."""
+        if self._changes == warehouse.changes():
+            return
+        self._changes, self._quiet_until, self._wakes_until = warehouse.changes(), 0, 0
         joined, left = self._log.joined(self._joined), self._log.left(self._left)
         if joined.size:
             self.period = self.with_lines(self.period, warehouse, joined, self._joined)
@@ -89,6 +115,7 @@ class Known:
             self._left += len(left)
         if joined.size or left:
             self._quiet_room = self._next = None
+        self.seen = self._see(warehouse)
 
     def look(self, warehouse: WarehouseView) -> None:
         """Bring the account of lines and free items up to date."""
@@ -97,6 +124,7 @@ class Known:
             changed = items if items is not self._items else self._no_items
             update(self.period, np.array(self._leaving, np.int64), changed, self.shelves)
             self._items, self._leaving, self._next = items, [], None
+            self._quiet_until = self._wakes_until = 0
 
     def with_lines(self, period: Period, warehouse: WarehouseView, rows: NDArray[np.int64], begin: int) -> Period:
         """Return a period with more lines, whose order, SKU and number of items are given; ``begin`` are there."""
@@ -136,7 +164,7 @@ class Known:
         return with_arrays(period, {"least": least})
 
     def settle(
-        self, warehouse: WarehouseView, left: int, room: Sequence[int], inbound: Sequence[int], *, nothing: bool
+        self, warehouse: WarehouseView, left: int, room: list[int], inbound: list[int], *, nothing: bool
     ) -> None:
         """Note how a decision leaves the warehouse, in which nothing is left to decide, and whether it did nothing."""
         if nothing:
@@ -144,37 +172,60 @@ class Known:
         else:
             self._settled = warehouse.now_tick, left, room, inbound
 
-    def nothing_to_do(self, warehouse: WarehouseView, room: Sequence[int], need: int | None) -> bool:
+    def still_nothing(self, warehouse: WarehouseView) -> bool:
+        """Whether there was nothing to do, nothing has changed, and no pod is urgent that was not."""
+        return warehouse.now_tick < self._quiet_until and self._same(warehouse) and not warehouse.filtered
+
+    def still_wakes(self, warehouse: WarehouseView) -> bool:
+        """Whether nothing has changed since it was worked out when to wake up, and that is not over."""
+        return warehouse.now_tick < self._wakes_until and self._same(warehouse)
+
+    def _same(self, warehouse: WarehouseView) -> bool:
+        return warehouse.changes() == self._changes and warehouse.backlog_log() is self._log
+
+    def nothing_to_do(self, warehouse: WarehouseView) -> bool:
         """Whether the last decision left free what it could not fill, and nothing has come since that could.
 
         What pods have free at their stations only becomes less, so with the same backlog no line is covered that was
         not; and no pod is sent to a station that has enough of them, or before one is urgent. Replenished, they may.
         """
-        settled, self._settled = self._settled, None
+        (room, load, inbound, need), settled, self._settled = self.seen, self._settled, None
         if warehouse.filtered:
             return False
-        if settled is not None:
-            inbound = [len(station.inbound_pods) for station in warehouse.stations]
-            if settled == (warehouse.now_tick, warehouse.backlog_size, room, inbound):
-                self._quiet_room = room
-                return True
+        if settled is not None and settled == (warehouse.now_tick, warehouse.backlog_size, room, inbound):
+            self._quiet_room = room
+            return True
         quiet = self._quiet_room
         if quiet is None or warehouse.replenishment_stations:
             return False
         if room != quiet and any(a < b and a < self._largest for a, b in zip(quiet, room, strict=True)):
             return False
-        waits = self.weights.urge_ticks and any(station.load for station in warehouse.stations)
-        return need is None or bool(waits and not self.next_urgent(warehouse, need)[1])
+        until, urgent = NEVER, False
+        if need is not None:
+            if not (self.weights.urge_ticks and any(load)):
+                return False
+            until, urgent = self.next_urgent(warehouse, need)
+        self._quiet_until = 0 if urgent else until
+        return not urgent
 
-    def need(self, warehouse: WarehouseView, room: Sequence[int]) -> int | None:
-        """Return what ages have to add up to for a station that one more pod could be sent to: the least, or None."""
+    def wake(self, warehouse: WarehouseView) -> None:
+        """Work out when the ages of the lines of a pod will add up, if a station could take it then."""
+        waits, need = self.weights.urge_ticks and warehouse.backlog_size and any(self.seen.load), self.seen.need
+        self.wakes = self.next_urgent(warehouse, need)[0] if waits and need is not None else NEVER
+        self._wakes_until = 0 if warehouse.replenishment_stations else self.wakes
+
+    def _see(self, warehouse: WarehouseView) -> Seen:
+        """Look at the stations."""
         most_pods, ticks, more = self.weights.most_pods, self.weights.urge_ticks, self.weights.full - 1
+        stations = warehouse.stations
+        room, load = [station.free_capacity for station in stations], [station.load for station in stations]
+        inbound = [len(station.inbound_pods) for station in stations]
         shares = [
-            min(station.load, station.capacity) / station.capacity
-            for station, free in zip(warehouse.stations, room, strict=True)
-            if free and len(station.inbound_pods) < most_pods
+            min(taken, station.capacity) / station.capacity
+            for station, free, taken, pods in zip(stations, room, load, inbound, strict=True)
+            if free and pods < most_pods
         ]
-        return int(ticks * (1 + more * min(shares))) if shares else None
+        return Seen(room, load, inbound, int(ticks * (1 + more * min(shares))) if shares else None)
 
     def next_urgent(self, warehouse: WarehouseView, need: int) -> tuple[int, bool]:
         """Return when the ages of the lines of the next pod add up to so many, or NEVER; and whether one's do now."""

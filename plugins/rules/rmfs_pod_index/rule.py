@@ -172,27 +172,21 @@ class PodIndex:
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
         """Take lines and send pods, one after another, until the places are taken or left free."""
-        room = [station.free_capacity for station in warehouse.stations]
-        if not any(room):
+        if self._known is not None and self._known.still_nothing(warehouse):
             return NOTHING
         known = self._about(warehouse)
-        need = known.need(warehouse, room)
-        if known.nothing_to_do(warehouse, room, need):
+        if not any(known.seen.room) or known.nothing_to_do(warehouse):
             return NOTHING
-        return Deciding(known, warehouse, room, need).decision()
+        return Deciding(known, warehouse).decision()
 
     @hookimpl
     def wake_at(self, warehouse: WarehouseView) -> float | None:
         """Return when the ages of the lines of a pod will add up, if a station could take it then."""
-        stations = warehouse.stations
-        if not self.urge_s or not warehouse.backlog_size or not any(station.load for station in stations):
-            return None
-        known = self._about(warehouse)
-        if not known.weights.urge_ticks:
-            return None
-        need = known.need(warehouse, [station.free_capacity for station in stations])
-        tick = NEVER if need is None else known.next_urgent(warehouse, need)[0]
-        return None if tick == NEVER else to_seconds(tick)
+        known = self._known
+        if known is None or not known.still_wakes(warehouse):
+            known = self._about(warehouse)
+            known.wake(warehouse)
+        return None if known.wakes == NEVER else to_seconds(known.wakes)
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load the compiled period, or compile it."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 
 from rmfs_core.warehouse import Warehouse, WarehouseView
@@ -135,6 +137,29 @@ def test_the_backlog_says_what_came_and_went() -> None:
     assert (view.backlog_size, view.backlog_log().left(), view.backlog_log().left(1)) == (1, [1, 2], [2])
     assert WarehouseView(world, ()).backlog_size == 0
     assert WarehouseView(world, ()).backlog_log() is view.backlog_log()
+
+
+def test_changes_of_stations_and_the_backlog_are_counted() -> None:
+    """Places, inbound pods and the backlog; not what robots do, nor a picked item whose part has others left."""
+    world = small_world({"1": {"a": 2}}, {"p": ["a"]}, capacities=[5])
+    view, pod, robot, station = WarehouseView(world), world.pods[0], world.robots[0], world.stations[0]
+
+    def counted(change: Callable[[], object]) -> bool:
+        before = view.changes()
+        change()
+        return view.changes() > before
+
+    assert counted(lambda: world.bind(pod, station))
+    assert counted(lambda: world.assign(world.orders[0], station, [0]))
+    assert not counted(lambda: world.take_task(robot, pod))
+    assert not counted(lambda: world.lift(robot, pod))
+    assert not counted(lambda: world.join_line(robot, station))
+    first, last = station.open_requests
+    assert not counted(lambda: world.fulfil(first, pod))
+    assert counted(lambda: world.fulfil(last, pod))
+    assert station.load == 0
+    assert counted(lambda: world.leave(robot, pod, station))
+    assert counted(lambda: world.activate(station, False))
 
 
 def test_what_is_available_follows_pods_and_promises() -> None:

@@ -23,26 +23,31 @@ def test_a_pod_at_a_station_that_it_serves_is_not_to_be_had(
     put_at_station(world, 1, 1)
     world.assign(world.orders[0], world.stations[0], [0])
     view = WarehouseView(world)
-    deciding = Deciding(Known(PodIndex(), view), view, [1, 2], 0)
+    known = Known(PodIndex(), view)
+    known.hear(view)
+    deciding = Deciding(known, view)
     assert deciding.movable(np.arange(3)).tolist() == [False, True, True]
-    assert not deciding.movable(np.array([2]))[0]
+    assert deciding.movable(np.array([2]))[2]
 
 
 def test_what_is_decided_leaves_nothing_to_decide() -> None:
     """Until something happens: the same world is looked at once."""
     world = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[1])
-    view, room = WarehouseView(world), [1]
+    view = WarehouseView(world)
     known = Known(PodIndex(most_pods=1), view)
     known.hear(view)
-    decision = Deciding(known, view, room, 0).decision()
+    decision = Deciding(known, view).decision()
     assert list(decision.trips) == [PodTrip(0, 0)]
     world.assign(world.orders[0], world.stations[0], [0])
     world.bind(world.pods[0], world.stations[0])
     known.hear(view)
-    assert known.nothing_to_do(view, [0], None)
-    assert known.nothing_to_do(view, [0], None)
-    world.close(world.stations[0].open_requests[0])
-    assert not known.nothing_to_do(view, [1], None)
+    assert known.nothing_to_do(view)
+    assert known.nothing_to_do(view)
+    request = world.stations[0].open_requests[0]
+    world.close(request)
+    world.release(request)
+    known.hear(view)
+    assert not known.nothing_to_do(view)
 
 
 def test_where_equal_pods_are_is_asked_anew() -> None:
@@ -51,9 +56,9 @@ def test_where_equal_pods_are_is_asked_anew() -> None:
     view = WarehouseView(world)
     known = Known(PodIndex(), view)
     known.hear(view)
-    (trip,) = Deciding(known, view, [1], 0).decision().trips
+    (trip,) = Deciding(known, view).decision().trips
     known.cells[trip.pod] = known.cells[1 - trip.pod]
     known.cells[1 - trip.pod] = world.pods[trip.pod].cell
-    (again,) = Deciding(known, view, [1], 0).decision().trips
+    (again,) = Deciding(known, view).decision().trips
     assert again.pod == trip.pod
     assert known.cells.tolist() == [pod.cell for pod in world.pods]
