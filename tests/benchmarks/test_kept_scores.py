@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -39,8 +40,10 @@ def times_us(monkeypatch: pytest.MonkeyPatch, overrides: list[str]) -> dict[Role
 
 @pytest.mark.parametrize("counts", [[], ["stations.order_capacity=6"]], ids=["items", "orders"])
 @pytest.mark.parametrize("rule", ["pod-match", "station-queue"])
-def test_a_period_of_a_large_backlog(monkeypatch: pytest.MonkeyPatch, rule: str, counts: list[str]) -> None:
-    """At most twice the time, whether stations count items or orders."""
+def test_a_period_of_a_large_backlog(
+    benchmark: Any, monkeypatch: pytest.MonkeyPatch, rule: str, counts: list[str]
+) -> None:
+    """Bar: at most twice the time, whether stations count items or orders; where nothing is timed, 500 orders do."""
     world = [
         "instance.skus=1000",
         "instance.pods=428",
@@ -50,7 +53,11 @@ def test_a_period_of_a_large_backlog(monkeypatch: pytest.MonkeyPatch, rule: str,
     ]
     rules = [f"rules.poa={rule}", "rules.pps=demand", "rules.pp=free-flow"]
     took = {}
-    for backlog in (250, 50_000):
+    for backlog in (250, 50_000 if benchmark.enabled else 500):
         orders = [f"instance.orders={backlog + 2000}", f"instance.arrivals.backlog={backlog}"]
-        took[backlog] = times_us(monkeypatch, [*world, *rules, *counts, "instance.arrivals.process=refill", *orders])
-    assert sum(took[50_000].values()) <= 2 * sum(took[250].values()), took
+        told = [*world, *rules, *counts, "instance.arrivals.process=refill", *orders]
+        run = partial(times_us, monkeypatch, told)
+        took[backlog] = run() if backlog == 250 else benchmark.pedantic(run, rounds=1)
+    if benchmark.enabled:
+        benchmark.extra_info["us"] = {backlog: sum(found.values()) for backlog, found in took.items()}
+        assert sum(took[50_000].values()) <= 2 * sum(took[250].values()), took
