@@ -342,7 +342,8 @@ class ObserverHooks:
         """Something happened.
 
         An observer with an attribute ``hears``, a tuple of such classes, is told of events of these alone. Where that
-        is a mapping from such classes to sequences of functions, these are called with the event, and the hook is not.
+        is a mapping from such classes to sequences of functions, these are called with the event in place of the hook,
+        which has to be there all the same.
 
         Parameters
         ----------

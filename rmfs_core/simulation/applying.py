@@ -181,8 +181,7 @@ def apply_moves(
     for given in moves:
         pod, cell = checks.move(warehouse, given)
         ticks = warehouse.travel.times_to(pod.cell, False)
-        idle = (robot for robot in warehouse.robots if robot.idle)
-        robot = min(idle, key=lambda robot: (int(ticks[robot.cell, robot.heading]), robot.id))
+        robot = min(warehouse.idle, key=lambda robot: (int(ticks[robot.cell, robot.heading]), robot.id))
         warehouse.waiting[pod.id] = pod
         warehouse.take_task(robot, pod)
         warehouse.reserve(cell)

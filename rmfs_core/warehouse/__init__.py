@@ -1,6 +1,6 @@
 """The warehouse: its state, which the kernel changes, and the read-only view of it that rules get."""
 
-from rmfs_core.warehouse.accounts import lines_of
+from rmfs_core.warehouse.accounts import FreeItems, FreeItemsLog, lines_of
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, OrderLine, Pod, Request, Robot, Station
 from rmfs_core.warehouse.state import Warehouse
 from rmfs_core.warehouse.view import WarehouseView
@@ -8,6 +8,8 @@ from rmfs_core.warehouse.view import WarehouseView
 __all__ = [
     "UNLIMITED",
     "Bundle",
+    "FreeItems",
+    "FreeItemsLog",
     "Order",
     "OrderLine",
     "Pod",

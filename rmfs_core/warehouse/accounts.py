@@ -176,36 +176,56 @@ class FreeItems:
             array.setflags(write=False)
 
 
-class FreeItemsAccount:
-    """Free items of the pods as arrays; of those SKUs of pods that may have changed since the last look, read anew."""
+class FreeItemsLog:
+    """Free items of the pods now, and which changed so far, for rules that keep an account of them from call to call.
+
+    A rule remembers how many changes it has seen, and asks for what came since; another run has another log, and so has
+    a run in which a pod was given a SKU that it never held.
+    """
 
     def __init__(self, pods: Sequence[Pod]) -> None:
-        self.pods = pods
-        self.shown: FreeItems | None = None
-        self.touched: set[tuple[Pod, int]] = set()
-        self.places: dict[Pod, dict[int, int]] = {}
+        self._pods = pods
+        self._touched: set[tuple[Pod, int]] = set()  # SKUs of pods to be read anew
+        self._places: dict[Pod, dict[int, int]] = {}
+        self._changed: list[int] = []
+        self._items: FreeItems | None = None
+        self._shown: FreeItems | None = None  # a copy of what they are
         for pod in pods:
-            pod._touched = self.touched
+            pod._touched = self._touched
 
-    def now(self) -> FreeItems:
-        """Return them as they are."""
-        if self.shown is None:
-            rows = [(pod.id, sku, pod.free_items(sku)) for pod in self.pods for sku in sorted(pod._contents)]
-            self.shown = FreeItems(*np.array(rows, dtype=np.int64).reshape(-1, 3).T.copy())
-        changed = {}
-        for pod, sku in self.touched:
-            if pod not in self.places:
-                first = int(np.searchsorted(self.shown.pod, pod.id))
-                self.places[pod] = {sku: place for place, sku in enumerate(sorted(pod._contents), first)}
-            place, free = self.places[pod][sku], pod.free_items(sku)
-            if self.shown.number[place] != free:
-                changed[place] = free
+    @property
+    def items(self) -> FreeItems:
+        """Free items as they are; whenever the log is asked, ``number`` changes in place."""
+        if self._items is None:
+            rows = [(pod.id, sku, pod.free_items(sku)) for pod in self._pods for sku in sorted(pod._contents)]
+            pod_ids, skus, self._number = np.array(rows, dtype=np.int64).reshape(-1, 3).T.copy()
+            self._items, self._changed = FreeItems(pod_ids, skus, self._number.view()), list(range(len(rows)))
+        changed = []
+        for pod, sku in self._touched:
+            if pod not in self._places:
+                first = int(np.searchsorted(self._items.pod, pod.id))
+                self._places[pod] = {sku: place for place, sku in enumerate(sorted(pod._contents), first)}
+            place, free = self._places[pod][sku], pod.free_items(sku)
+            if self._number[place] != free:
+                self._number[place] = free
+                changed.append(place)
+        self._touched.clear()
         if changed:
-            number = self.shown.number.copy()
-            number[list(changed)] = list(changed.values())
-            self.shown = FreeItems(self.shown.pod, self.shown.sku, number)
-        self.touched.clear()
-        return self.shown
+            self._changed += sorted(changed)
+            self._shown = None
+        return self._items
+
+    def changed(self, since: int = 0) -> NDArray[np.int64]:
+        """Places in the arrays of those that changed, the first ``since`` left out: at first all, then one by one."""
+        _ = self.items
+        return np.array(self._changed[since:], dtype=np.int64)
+
+    def _copy(self) -> FreeItems:
+        """Return what does not change any more, the same object until some of them do."""
+        items = self.items
+        if self._shown is None:
+            self._shown = FreeItems(items.pod, items.sku, items.number.copy())
+        return self._shown
 
 
 def _drop(counter: Counter[int], size: int) -> None:

@@ -127,7 +127,7 @@ class StationMemento:
         kind = station.name, station.capacity, station.counts_orders, station.queue_length
         in_hand = None if (r := station._in_hand) is None else (r.order.id, r.sku)
         busy = station._picker_free if station._picker_free > station._now() else None
-        hours = station.staffed, station.active, station._changes
+        hours = station.staffed, station.active, station._until
         line, stores = station.pods_in_line, (station.bundle_capacity, station.picks)
         return cls(*kind, requests, inbound, line, station.queue_room, in_hand, busy, *hours, *stores)
 
@@ -234,7 +234,6 @@ def restore(memento: Memento, travel: Travel) -> Warehouse:
         [Robot(i, r.cell, r.heading, r.name) for i, r in enumerate(memento.robots)],
         [p.home for p in memento.pods],
         memento.blocked,
-        min((p.capacity for p in memento.pods), default=UNLIMITED),
     )
     warehouse.advance(memento.now)
     for order, given in zip(warehouse.orders, memento.orders, strict=True):
@@ -242,7 +241,7 @@ def restore(memento: Memento, travel: Travel) -> Warehouse:
         _assign(warehouse, order, given, memento.skus)
     for station, told in zip(warehouse.stations, memento.stations, strict=True):
         _keep_requests(warehouse, station, told, memento)
-        station._picker_free, station._changes = told.picker_free or 0, told.changes
+        station._picker_free, station._until = told.picker_free or 0, told.changes
         station._staffed, station._active = told.staffed, told.active
     _bind(warehouse, memento)
     _carry(warehouse, memento)
@@ -390,6 +389,7 @@ def _store(warehouse: Warehouse, memento: Memento) -> None:
     taken = dict.fromkeys((*memento.blocked, *memento.reserved), "another pod")
     for pod, given in zip(warehouse.pods, memento.pods, strict=True):
         path, cell = ("pods", pod.id, "cell"), given.cell
+        object.__setattr__(pod, "capacity", given.capacity)
         pod._location = cell
         if cell is None:
             carried = pod._carrier is not None

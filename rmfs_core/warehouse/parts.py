@@ -346,6 +346,7 @@ class Station(ReadOnly):
         "_picker_free",
         "_requests",
         "_staffed",
+        "_until",
         "bundle_capacity",
         "capacity",
         "cells",
@@ -385,8 +386,13 @@ class Station(ReadOnly):
         self._in_hand: Request | None = None
         self._picker_free = 0
         self._staffed = self._active = True
-        self._changes: int | None = None  # tick at which its timetable opens or closes it next
+        self._until: int | None = None  # tick at which its timetable opens or closes it next
+        self._changes = 0
         self._now: Callable[[], int] = int  # 0, until a warehouse has it
+
+    def changes(self) -> int:
+        """Return how often its load, requests, what they are promised, inbound pods, bundles or hours have changed."""
+        return self._changes
 
     @property
     def open(self) -> bool:
@@ -406,12 +412,12 @@ class Station(ReadOnly):
     @property
     def opens_s(self) -> float | None:
         """When its timetable opens it next, in seconds; None while it is staffed, or where that never happens."""
-        return None if self._staffed or self._changes is None else to_seconds(self._changes)
+        return None if self._staffed or self._until is None else to_seconds(self._until)
 
     @property
     def closes_s(self) -> float | None:
         """When its timetable closes it next, in seconds; None while it is not staffed, or where that never happens."""
-        return to_seconds(self._changes) if self._staffed and self._changes is not None else None
+        return to_seconds(self._until) if self._staffed and self._until is not None else None
 
     @property
     def picker_free_s(self) -> float:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from rmfs_core.clock import to_seconds, to_ticks
-from rmfs_core.warehouse.accounts import Backlog, FreeItemsAccount
+from rmfs_core.warehouse.accounts import Backlog, FreeItemsLog
 from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Part, Pod, Request, Robot, Station
 from rmfs_core.warehouse.promises import Promises, serves
@@ -51,6 +51,8 @@ class Warehouse:
         battery: Callable[[Callable[[], int]], Battery] | None = None,
     ) -> None:
         self.now = self.changes = 0
+        self.changed_pods: list[int] = []
+        """Ids of the pods that `WarehouseView.changed_pods` tells."""
         self.travel = travel
         self.n_skus = len(instance.skus)
         self.unlimited_stock = instance.unlimited_stock
@@ -61,7 +63,7 @@ class Warehouse:
             Pod(i, data, cell, pod_capacity, self.sizes)
             for i, (data, cell) in enumerate(zip(instance.pods, pod_cells, strict=True))
         )
-        self.free_items = FreeItemsAccount(self.pods)
+        self.free_items = FreeItemsLog(self.pods)
         self.homes = tuple(pod_cells)
         self.stations = tuple(stations)
         self.picking = tuple(station for station in stations if station.picks)
@@ -166,6 +168,11 @@ class Warehouse:
         """Set the clock."""
         self.now = tick
 
+    def _note(self, station: Station) -> None:
+        """Count a change of a station that `WarehouseView.changes` counts, too."""
+        self.changes += 1
+        station._changes += 1
+
     def order_arrives(self, order: Order, tick: int | None = None) -> None:
         """Put an order into the backlog; ``tick``: when, where the order did not know it."""
         if tick is not None:
@@ -183,7 +190,7 @@ class Warehouse:
         What one period assigns of an order to a station is one part, in however many steps it does. Whatever the
         steps, the promises to all that it assigns are a maximum flow over the pods; earlier promises stay.
         """
-        self.changes += 1
+        self._note(station)
         was_split, had_place = order.split, order.has_place_at(station.id)
         lines = self.backlog.close(order, skus)
         items = sum(line.quantity for line in lines)
@@ -208,7 +215,8 @@ class Warehouse:
 
     def bind(self, pod: Pod, station: Station, *, promise: bool = True) -> None:
         """Decide a trip: the pod is bound for the station from now on. ``promise``: and its items are promised."""
-        self.changes += 1
+        self._note(station)
+        self.changed_pods.append(pod.id)
         pod._itinerary.append(station.id)
         station._inbound[pod.id] = pod
         self.promises.count(pod, station, 1)
@@ -233,6 +241,7 @@ class Warehouse:
         del self.bundles[bundle.id]
         bundle._station = station.id
         station._bundles[bundle.id] = bundle
+        station._changes += 1
 
     def bind_bundle(self, bundle: Bundle, pod: Pod) -> Station | None:
         """Decide on which pod an assigned bundle is stored; return the station if the pod was not bound for it yet."""
@@ -248,12 +257,14 @@ class Warehouse:
         """Put the items of a bundle on its pod; requests at stations that it is bound for may have waited for them."""
         assert bundle._station is not None
         del self.stations[bundle._station]._bundles[bundle.id], pod._bundles[bundle.id]
+        self.stations[bundle._station]._changes += 1
+        self.changed_pods.append(pod.id)
         pod._used += bundle.size
         if bundle.sku not in pod._contents:
             pod._contents[bundle.sku] = 0
             with_it = (*self._with_sku.get(bundle.sku, ()), pod)
             self._with_sku[bundle.sku] = tuple(sorted(with_it, key=lambda other: other.id))
-            self.free_items = FreeItemsAccount(self.pods)
+            self.free_items = FreeItemsLog(self.pods)
         pod._changes += 1
         if pod._contents[bundle.sku] < UNLIMITED:
             pod._contents[bundle.sku] += bundle.items
@@ -264,6 +275,7 @@ class Warehouse:
 
     def take_task(self, robot: Robot, pod: Pod) -> None:
         """Give a waiting pod to a robot."""
+        self.changed_pods.append(pod.id)
         del self.waiting[pod.id]
         robot._task = pod.id
         pod._carrier = robot
@@ -288,6 +300,7 @@ class Warehouse:
         """Let a robot lift the pod it stands under."""
         self._lifted(robot)
         assert pod._location is not None
+        self.changed_pods.append(pod.id)
         insort(self.free_locations, pod._location)
         pod._location = None
         robot._pod = pod.id
@@ -313,6 +326,7 @@ class Warehouse:
         """Set a pod down where the robot stands; the robot is idle then."""
         self._lifted(robot)
         self.reserved.discard(robot._cell)
+        self.changed_pods.append(pod.id)
         pod._cell = pod._location = robot._cell
         pod._carrier = None
         robot._pod = robot._task = None
@@ -321,12 +335,12 @@ class Warehouse:
 
     def staff(self, station: Station, staffed: bool, until: int | None) -> None:
         """Open or close a station by its timetable, which changes that at a tick."""
-        self.changes += 1
-        station._staffed, station._changes = staffed, until
+        self._note(station)
+        station._staffed, station._until = staffed, until
 
     def activate(self, station: Station, active: bool) -> None:
         """Activate a station, or no longer."""
-        self.changes += 1
+        self._note(station)
         station._active = active
 
     def put_on_duty(self, number: int) -> None:
@@ -361,9 +375,10 @@ class Warehouse:
 
     def leave(self, robot: Robot, pod: Pod, station: Station) -> None:
         """End a visit: the robot leaves the line, and the pod is no longer bound for the station."""
-        self.changes += 1
+        self._note(station)
         station._line.remove(robot)
         self.promises.count(pod, station, -1)
+        self.changed_pods.append(pod.id)
         pod._itinerary.remove(station.id)
         del station._inbound[pod.id]
 
@@ -371,6 +386,7 @@ class Warehouse:
         """Pick the item of a request from a pod that stands at its station; ``handled``: and give its place back."""
         self.promises.secure(request, pod)
         self.promises.withdraw(request)
+        self.changed_pods.append(pod.id)
         pod._changes += 1
         if pod._contents[request.sku] < UNLIMITED:
             pod._contents[request.sku] -= 1
@@ -383,6 +399,7 @@ class Warehouse:
     def close(self, request: Request) -> None:
         """Take the request of a picked item off the books; its place is kept until `release`."""
         station = self.stations[request.station]
+        station._changes += 1
         del station._requests[request.id]
         del station._by_sku[request.sku][request.id]
         if not station._by_sku[request.sku]:
@@ -399,7 +416,7 @@ class Warehouse:
         order._left -= 1
         part._left -= 1
         if part._left == 0:
-            self.changes += 1
+            self._note(station)
             station._load -= int(not order.has_place_at(station.id)) if station.counts_orders else part._items
         if order.complete and order.split:
             self.split_orders_open -= 1

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.clock import to_seconds
-from rmfs_core.warehouse.accounts import BacklogLines, BacklogLog, FreeItems, lines_of
+from rmfs_core.warehouse.accounts import BacklogLines, BacklogLog, FreeItems, FreeItemsLog, lines_of
 from rmfs_core.warehouse.parts import Bundle, Order, Pod, ReadOnly, Robot, Station
 from rmfs_core.warehouse.state import Warehouse
 from rmfs_core.world.travel import Travel
@@ -63,7 +63,7 @@ class WarehouseView(ReadOnly):
 
     def showing(self, orders: Sequence[Order]) -> WarehouseView:
         """Return the warehouse with some orders as its ``backlog``, oldest first, for who looks at no others."""
-        return WarehouseView(self._state, orders)
+        return type(self)(self._state, orders)
 
     @property
     def backlog_size(self) -> int:
@@ -101,7 +101,11 @@ class WarehouseView(ReadOnly):
     @property
     def free_items(self) -> FreeItems:
         """Items of each SKU on each pod that no request was promised; the same object until some of them change."""
-        return self._state.free_items.now()
+        return self._state.free_items._copy()
+
+    def free_items_log(self) -> FreeItemsLog:
+        """Return the free items as they are at any time, and which changed so far, for rules that keep account."""
+        return self._state.free_items
 
     @property
     def stations(self) -> tuple[Station, ...]:
@@ -150,6 +154,14 @@ class WarehouseView(ReadOnly):
     def free_pods(self) -> tuple[Pod, ...]:
         """Stored pods that are bound for no station, by id."""
         return tuple(pod for pod in self._state.pods if pod._location is not None and not pod._itinerary)
+
+    def changed_pods(self, since: int = 0) -> list[int]:
+        """Ids of pods that changed, oldest first, the first ``since`` left out, for rules that remember pods.
+
+        One for each time that a pod was bound or given to a robot, lifted or set down, left a station, was picked from,
+        or a bundle stored on it.
+        """
+        return self._state.changed_pods[since:]
 
     @property
     def leaving_pods(self) -> tuple[Pod, ...]:

@@ -36,7 +36,20 @@ def _load_or_nothing(cache: caching.Cache, *arguments: Any, _load: Any = caching
         return None
 
 
-caching.Cache.load_overload = _load_or_nothing  # type: ignore[method-assign]  # the first searches that a run loads
+def _save_anew(file: Any, *arguments: Any, _save: Any = caching.IndexDataCacheFile.save) -> None:
+    """Let numba begin a new index where it fails to read the one of what it has cached, for the same reasons."""
+    try:
+        _save(file, *arguments)
+    except OSError:
+        raise
+    except Exception:
+        file.flush()
+        _save(file, *arguments)
+
+
+# Here are the first searches that a run loads
+caching.Cache.load_overload = _load_or_nothing  # type: ignore[method-assign]
+caching.IndexDataCacheFile.save = _save_anew  # type: ignore[method-assign]
 
 
 class Work(NamedTuple):

@@ -1,4 +1,4 @@
-"""A period takes hardly longer with 50,000 orders in the backlog than with 250: rules are told what changed."""
+"""A period takes hardly longer with 50,000 orders than with 250, or 5,000 pods than 500: rules know what changed."""
 
 from __future__ import annotations
 
@@ -61,3 +61,27 @@ def test_a_period_of_a_large_backlog(
     if benchmark.enabled:
         benchmark.extra_info["us"] = {backlog: sum(found.values()) for backlog, found in took.items()}
         assert sum(took[50_000].values()) <= 2 * sum(took[250].values()), took
+
+
+@pytest.mark.parametrize("rule", ["demand", "random", "completes", "work-amount", "lexicographic"])
+def test_a_period_of_many_pods(benchmark: Any, monkeypatch: pytest.MonkeyPatch, rule: str) -> None:
+    """Bar: a PPS call takes at most twice the time; where nothing is timed, 600 pods do."""
+    world = [
+        "instance.skus=1000",
+        "instance.skus_per_pod=12",
+        "instance.orders=3000",
+        "instance.arrivals.process=refill",
+        "instance.arrivals.backlog=1000",
+        "layout.block_rows=30",
+        "layout.block_columns=22",
+        "robots.count=16",
+        "run.until_s=300",
+    ]
+    rules = ["rules.poa=pod-match", f"rules.pps={rule}", "rules.pp=free-flow"]
+    took = {}
+    for pods in (500, 5000 if benchmark.enabled else 600):
+        run = partial(times_us, monkeypatch, [*world, *rules, f"instance.pods={pods}"])
+        took[pods] = run() if pods == 500 else benchmark.pedantic(run, rounds=1)
+    if benchmark.enabled:
+        benchmark.extra_info["us"] = {pods: found[Role.PPS] for pods, found in took.items()}
+        assert took[5000][Role.PPS] <= 2 * took[500][Role.PPS], took

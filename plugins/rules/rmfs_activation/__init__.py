@@ -126,7 +126,7 @@ class BacklogThreshold:
         active.update(_ids(resting[:missing]))
         if missing or warehouse.now_s - self._changed_s < self.timeout_s:
             return sorted(active)
-        more = len(warehouse.backlog) > self.open_above
+        more = warehouse.backlog_size > self.open_above
         room = sum(station.capacity for station in working)
         fewer = sum(station.load for station in working) < self.close_below * room
         if more and not fewer and resting:

@@ -59,5 +59,5 @@ class CommonLines(KeptPairs):
 
     def _take(self, station: Station, place: int) -> None:
         """Let a station want the SKUs of an order."""
-        for sku, _ in self._scores.lines_of(place):
-            self._scores.change(station.id, sku, 1)
+        for sku, _ in self.scores.lines_of(place):
+            self.scores.change(station.id, sku, 1)

@@ -9,43 +9,43 @@ import numpy as np
 from attrs import define, field
 
 from rmfs_core import PodTrip, hookimpl
-from rmfs_rule_helpers import send_pods, ticks_to_station
+from rmfs_rule_helpers.pod_sending import Ids, KeptPods, KeptSums
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, Station, WarehouseView
+    from rmfs_core.traffic import Roads
+    from rmfs_core.warehouse import FreeItems, Pod, Station, WarehouseView
 
 
 class Wanted:
-    """How many items of pods are wanted. What is on them is kept as arrays, and read anew where it changed."""
+    """How many items of pods are wanted. What is on them is kept, and read anew where it changed."""
 
     def __init__(self) -> None:
-        self._pods: tuple[Pod, ...] = ()  # whose contents these are
+        self.pods = KeptPods()
+        self._sums = KeptSums()
+        self._of: FreeItems | None = None  # whose entries these are
+
+    def load(self) -> None:
+        """Load what is compiled, or compile it."""
+        self.pods.load()
+        self._sums.load()
 
     def update(self, warehouse: WarehouseView) -> None:
-        """Take in what the open demand has become."""
-        self._demand = warehouse.open_demand()
-        if self._pods is not warehouse.pods:
-            self._pods = warehouse.pods
-            self._read = [-1] * len(self._pods)
-            self._skus = np.zeros((len(self._pods), 1), np.int64)
-            self._items = np.zeros_like(self._skus)
-
-    def of(self, pods: Sequence[Pod]) -> list[int]:
-        """Return how many items of each pod are wanted."""
-        for pod in pods:
+        """Take in what pods and the open demand have become."""
+        self.pods.update(warehouse)
+        changed: Sequence[Pod] = () if warehouse.unlimited_stock else self.pods.changed
+        if self._of is not self.pods.items:
+            self._of, changed = self.pods.items, warehouse.pods
+            self._first = self._of.pod.searchsorted(np.arange(len(changed))).tolist()
+            self._read = [-1] * len(changed)
+        entries: list[int] = []
+        items: list[int] = []
+        for pod in changed:
             if self._read[pod.id] != pod.changes():
-                self._take_in(pod)
-        rows = [pod.id for pod in pods]
-        wanted: list[int] = np.minimum(self._demand[self._skus[rows]], self._items[rows]).sum(axis=1).tolist()
-        return wanted
-
-    def _take_in(self, pod: Pod) -> None:
-        """Read what is on a pod."""
-        self._read[pod.id] = pod.changes()
-        while len(pod.contents) > self._skus.shape[1]:
-            self._skus, self._items = (np.hstack([array, np.zeros_like(array)]) for array in (self._skus, self._items))
-        self._skus[pod.id, : len(pod.contents)] = list(pod.contents)
-        self._items[pod.id, : len(pod.contents)] = list(pod.contents.values())
+                self._read[pod.id] = pod.changes()
+                entries += range(self._first[pod.id], self._first[pod.id] + len(pod.contents))
+                items += [pod.contents[sku] for sku in sorted(pod.contents)]
+        ids, numbers = np.array(entries, np.int64), np.array(items, np.int64)
+        self.by_pod = self._sums.update(self.pods, ids, numbers, warehouse.open_demand())
 
 
 @define
@@ -77,14 +77,17 @@ class Demand:
         """Send the most wanted pods to the stations that lack one."""
         self._wanted.update(warehouse)
 
-        def most_wanted(station: Station, pods: Sequence[Pod]) -> Pod:
-            if len(pods) == 1:
-                return pods[0]
-            wanted = self._wanted.of(pods)
-            most = max(wanted)
-            ties = [pod for pod, items in zip(pods, wanted, strict=True) if items == most]
-            if len(ties) == 1:  # only ties need driving times
-                return ties[0]
-            return min(ties, key=lambda pod: (ticks_to_station(warehouse, pod, station), pod.id))
+        kept, by_pod = self._wanted.pods, self._wanted.by_pod
 
-        return send_pods(warehouse, max_fetches, most_wanted)
+        def most_wanted(station: Station, pods: Ids) -> int:
+            wanted = by_pod[pods]
+            ties = pods[wanted == wanted.max()]
+            if len(ties) == 1:  # only ties need driving times
+                return int(ties[0])
+            return int(ties[kept.ticks(warehouse, ties, station).argmin()])
+
+        return kept.send(warehouse, max_fetches, most_wanted)
+
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self._wanted.load()

@@ -2,90 +2,93 @@
 
 from __future__ import annotations
 
-import numpy as np
 from numba import njit
 
-from rmfs_pod_index.period import NONE, WANTED
+from rmfs_pod_index.period import NONE, WANTED, period_of
 
 
 @njit(cache=True)
-def sorted_by_sku(sku, n_skus):  # type: ignore[no-untyped-def]
-    """Return entries sorted by SKU, and where each SKU's begin."""
-    first = np.zeros(n_skus + 1, np.int64)
-    for i in sku:
-        first[i + 1] += 1
-    for i in range(n_skus):
-        first[i + 1] += first[i]
-    to, by_sku = first.copy(), np.empty(len(sku), np.int64)
-    for line in range(len(sku)):
-        by_sku[to[sku[line]]] = line
-        to[sku[line]] += 1
-    return by_sku, first
-
-
-@njit(cache=True)
-def count(p, line, sign, shelves):  # type: ignore[no-untyped-def]
+def count(p, line, sign):  # type: ignore[no-untyped-def]
     """Count an open line where it counts, or no longer: for its SKU, its order, and the pods that have items for it."""
-    sku, arrival = p.sku[line], sign * p.arrival[p.order[line]]
-    p.number[sku] += sign
-    p.arrivals[sku] += arrival
-    p.open_items[p.order[line]] += sign * p.quantity[line]
-    for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
-        entry = shelves.by_sku[k]
-        if p.items[entry] > 0:
-            p.lines_of[shelves.pod[entry]] += sign
-            p.arrivals_of[shelves.pod[entry]] += arrival
+    sku, order = p.lines[line].sku, p.orders[p.lines[line].order]
+    wanted, arrival = p.skus[sku], sign * order.arrival
+    if wanted.number == 0:
+        insert(p, sku)
+    wanted.number += sign
+    wanted.arrivals += arrival
+    if wanted.number == 0:
+        remove(p, sku)
+    order.open_items += sign * p.lines[line].quantity
+    for k in range(p.first_with[sku], p.first_with[sku + 1]):
+        if p.holders[k].free > 0:
+            p.ages[p.holders[k].pod].lines_of += sign
+            p.ages[p.holders[k].pod].arrivals_of += arrival
 
 
 @njit(cache=True)
-def join(p, begin, end, shelves):  # type: ignore[no-untyped-def]
+def insert(p, sku):  # type: ignore[no-untyped-def]
+    """Take a SKU into those that have open lines, ascending."""
+    at = p.numbers[WANTED]
+    while at > 0 and p.wanted[at - 1] > sku:
+        p.wanted[at] = p.wanted[at - 1]
+        at -= 1
+    p.wanted[at] = sku
+    p.numbers[WANTED] += 1
+
+
+@njit(cache=True)
+def remove(p, sku):  # type: ignore[no-untyped-def]
+    """Take a SKU from those that have open lines."""
+    p.numbers[WANTED] -= 1
+    at = p.numbers[WANTED]
+    behind = p.wanted[at]
+    while behind != sku:
+        at -= 1
+        behind, p.wanted[at] = p.wanted[at], behind
+
+
+@njit(cache=True)
+def join(words, at, ticks, placed, begin, end):  # type: ignore[no-untyped-def]
     """Take in lines that joined the backlog; all of an order at once, one after another."""
+    p = period_of(words, at, ticks, placed)
     for line in range(begin, end):
-        order, sku = p.order[line], p.sku[line]
-        if line == begin or order != p.order[line - 1]:
-            p.begin[order] = line
-        p.end[order] = line + 1
-        p.untaken[line] = True
-        p.before[line], p.after[line] = p.tail[sku], NONE
-        if p.tail[sku] == NONE:
-            p.head[sku] = line
+        order, sku = p.lines[line].order, p.lines[line].sku
+        if line == begin or order != p.lines[line - 1].order:
+            p.orders[order].begin = line
+        p.orders[order].end = line + 1
+        tail = p.skus[sku].tail
+        p.lines[line].untaken = True
+        p.lines[line].before, p.lines[line].after = tail, NONE
+        if tail == NONE:
+            p.skus[sku].head = line
         else:
-            p.after[p.tail[sku]] = line
-        p.tail[sku] = line
-        count(p, line, 1, shelves)
+            p.lines[tail].after = line
+        p.skus[sku].tail = line
+        count(p, line, 1)
 
 
 @njit(cache=True)
-def update(p, lines, items, shelves):  # type: ignore[no-untyped-def]
-    """Leave out lines that left the backlog, and take in what free items there are; none: as many as there were."""
+def update(words, at, ticks, placed, lines, entries, items):  # type: ignore[no-untyped-def]
+    """Leave out lines that left the backlog, and take in free items of the entries that changed."""
+    p = period_of(words, at, ticks, placed)
     for line in lines:
-        sku, before, after = p.sku[line], p.before[line], p.after[line]
-        p.untaken[line] = False
+        sku, before, after = p.lines[line].sku, p.lines[line].before, p.lines[line].after
+        p.lines[line].untaken = False
         if before == NONE:
-            p.head[sku] = after
+            p.skus[sku].head = after
         else:
-            p.after[before] = after
+            p.lines[before].after = after
         if after == NONE:
-            p.tail[sku] = before
+            p.skus[sku].tail = before
         else:
-            p.before[after] = before
-        count(p, line, -1, shelves)
+            p.lines[after].before = before
+        count(p, line, -1)
 
-    for entry in range(len(items)):
-        if items[entry] != p.items[entry]:
-            sku, pod = shelves.sku[entry], shelves.pod[entry]
-            sign = int(items[entry] > 0) - int(p.items[entry] > 0)
-            p.lines_of[pod] += sign * p.number[sku]
-            p.arrivals_of[pod] += sign * p.arrivals[sku]
-            p.items[entry] = items[entry]
-
-
-@njit(cache=True)
-def find_wanted(p):  # type: ignore[no-untyped-def]
-    """List the SKUs that have open lines."""
-    number = 0
-    for sku in range(len(p.number)):
-        if p.number[sku]:
-            p.wanted[number] = sku
-            number += 1
-    p.numbers[WANTED] = number
+    for i in entries:
+        entry = p.entries[i]
+        if items[i] != entry.free:
+            sku, pod = p.skus[entry.sku], p.ages[entry.pod]
+            sign = int(items[i] > 0) - int(entry.free > 0)
+            pod.lines_of += sign * sku.number
+            pod.arrivals_of += sign * sku.arrivals
+            entry.free = p.holders[entry.holder].free = items[i]

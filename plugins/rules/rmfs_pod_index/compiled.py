@@ -15,14 +15,14 @@ TINY = 1e-12
 
 
 @njit(cache=True)
-def bring(p, pod, station, sign, shelves):  # type: ignore[no-untyped-def]
+def bring(p, pod, station, sign):  # type: ignore[no-untyped-def]
     """Add a pod's free items to those of a station, or take them away."""
-    for entry in range(shelves.first[pod], shelves.first[pod + 1]):
-        p.available[shelves.sku[entry], station] += sign * p.items[entry]
+    for entry in range(p.first[pod], p.first[pod + 1]):
+        p.available[p.entries[entry].sku, station] += sign * p.entries[entry].free
 
 
 @njit(cache=True)
-def share_visits(p, shelves, cost_s):  # type: ignore[no-untyped-def]
+def share_visits(p):  # type: ignore[no-untyped-def]
     """Work out seconds of a visit for each line of a SKU that no pod at or bound for a station has; 0 for others."""
     for sku in p.wanted[: p.numbers[WANTED]]:
         here = False
@@ -30,44 +30,44 @@ def share_visits(p, shelves, cost_s):  # type: ignore[no-untyped-def]
             here = here or p.available[sku, station] > 0
         most = 0
         if not here:
-            for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
-                if p.items[shelves.by_sku[k]] > 0:
-                    most = max(most, p.lines_of[shelves.pod[shelves.by_sku[k]]])
-        p.share[sku] = cost_s / most if most > 0 else 0.0
+            for k in range(p.first_with[sku], p.first_with[sku + 1]):
+                if p.holders[k].free > 0:
+                    most = max(most, p.ages[p.holders[k].pod].lines_of)
+        p.skus[sku].share = p.weights[0].cost_s / most if most > 0 else 0.0
 
 
 @njit(cache=True)
-def look_at(o, order, sku, quantity, share, untaken, now_s, weights):  # type: ignore[no-untyped-def]
-    """Work out what the seconds of an order's lines are divided by for their worth; ``o``: what there is of orders."""
-    begin, end, due_s, worth, left, base, root, power = o
-    seconds, factor = 0.0, worth[order]
-    for line in range(begin[order], end[order]):
-        if untaken[line]:
-            seconds += weights.handle_s * quantity[line] + share[sku[line]]
-    if due_s[order] < np.inf:
-        slack_s = max(due_s[order] - now_s, 0.0)
-        factor = (1.0 + (weights.due_factor - 1.0) * exp(-slack_s / weights.due_s)) * worth[order]
-    left[order] = seconds
-    if seconds != base[order]:  # to raise to a power takes longer than all else
-        base[order], root[order] = seconds, seconds**weights.finish
-    power[order] = root[order] / factor
+def look_at(p, order):  # type: ignore[no-untyped-def]
+    """Work out what the seconds of an order's lines are divided by for their worth."""
+    weights, o, seconds = p.weights[0], p.orders[order], 0.0
+    factor = o.worth
+    for line in p.lines[o.begin : o.end]:
+        if line.untaken:
+            seconds += weights.handle_s * line.quantity + p.skus[line.sku].share
+    if o.due_s < np.inf:
+        slack_s = max(o.due_s - p.numbers[NOW] / TICKS_PER_S, 0.0)
+        factor = (1.0 + (weights.due_factor - 1.0) * exp(-slack_s / weights.due_s)) * o.worth
+    o.left = seconds
+    if seconds != o.base:  # to raise to a power takes longer than all else
+        o.base, o.root = seconds, seconds**weights.finish
+    o.power = o.root / factor
 
 
 @njit(cache=True)
-def fits(p, line, station, packing):  # type: ignore[no-untyped-def]
+def fits(p, line, station):  # type: ignore[no-untyped-def]
     """Whether a line may be taken and fits the free places of a station."""
-    if not p.untaken[line]:
+    if not p.lines[line].untaken:
         return False
-    order = p.order[line]
-    if packing and not (p.split[order] or p.single[order] or p.numbers[PACKING_ROOM] > 0):
+    order = p.lines[line].order
+    if p.weights[0].packing and not (p.orders[order].split or p.orders[order].single or p.numbers[PACKING_ROOM] > 0):
         return False
-    if p.counts_orders[station]:
-        return p.room[station] > 0 or p.placed[station, order]
-    return p.quantity[line] <= p.room[station]
+    if p.stations[station].counts_orders:
+        return p.stations[station].room > 0 or p.placed[station, order]
+    return p.lines[line].quantity <= p.stations[station].room
 
 
 @njit(cache=True)
-def better_line(p, station, sku, more_than, best, most, weights):  # type: ignore[no-untyped-def]
+def better_line(p, station, sku, more_than, best, most):  # type: ignore[no-untyped-def]
     """Best of a line and the lines of a SKU that a station covers: of the largest worth, the oldest of equals.
 
     Of lines that want more items of their SKU than ``more_than``.
@@ -76,49 +76,44 @@ def better_line(p, station, sku, more_than, best, most, weights):  # type: ignor
     -------
     The line, NONE for none, and its worth.
     """
+    weights = p.weights[0]
     # Each name for what a period has is given outside of the loop: to look it up takes longer than what it does
-    order, sku_of, quantity, untaken, after, power = p.order, p.sku, p.quantity, p.untaken, p.after, p.power
-    left, open_items, highest, shares, looked = p.left, p.open_items, p.highest, p.share, p.looked
-    least, top, now_s = p.least, len(p.least) - 1, p.numbers[NOW] / TICKS_PER_S
-    orders = p.begin, p.end, p.due_s, p.worth, left, p.base, p.root, power
+    lines, orders, looked, least, top = p.lines, p.orders, p.looked, p.least, len(p.least) - 1
     n_looked = p.numbers[LOOKED]
-    plain, room = not (weights.packing or p.counts_orders[station]), p.room[station]
-    here, share, line = p.available[sku, station], p.share[sku], p.head[sku]
+    plain, room = not (weights.packing or p.stations[station].counts_orders), p.stations[station].room
+    here, share, line = p.available[sku, station], p.skus[sku].share, p.skus[sku].head
     while line != NONE:
-        q = quantity[line]
-        if (
-            untaken[line]
-            and more_than < q <= here
-            and (q <= room if plain else fits(p, line, station, weights.packing))
-        ):
-            seconds, whose = weights.handle_s * q + share, order[line]
-            if left[whose] < 0:
-                if seconds * highest[whose] < most * least[min(int(weights.handle_s * open_items[whose] + share), top)]:
-                    line = after[line]
+        wants = lines[line]
+        q = wants.quantity
+        if wants.untaken and more_than < q <= here and (q <= room if plain else fits(p, line, station)):
+            seconds, o = weights.handle_s * q + share, orders[wants.order]
+            if o.left < 0:
+                if seconds * o.highest < most * least[min(int(weights.handle_s * o.open_items + share), top)]:
+                    line = wants.after
                     continue
-                look_at(orders, whose, sku_of, quantity, shares, untaken, now_s, weights)
-                looked[n_looked] = whose
+                look_at(p, wants.order)
+                looked[n_looked] = wants.order
                 n_looked += 1
-            w = seconds / power[whose]
+            w = seconds / o.power
             if best == NONE or w > most or (w == most and line < best):
                 best, most = line, w
-        line = after[line]
+        line = wants.after
     p.numbers[LOOKED] = n_looked
     return best, most
 
 
 @njit(cache=True)
-def best_covered(p, station, weights):  # type: ignore[no-untyped-def]
+def best_covered(p, station):  # type: ignore[no-untyped-def]
     """Line of the largest worth that the pods of a station cover, NONE for none, and its worth."""
     best, most = NONE, 0.0
     for sku in p.wanted[: p.numbers[WANTED]]:
         if p.available[sku, station] > 0:
-            best, most = better_line(p, station, sku, 0, best, most, weights)
+            best, most = better_line(p, station, sku, 0, best, most)
     return best, most
 
 
 @njit(cache=True)
-def best_pods(p, station, bound, shelves, weights):  # type: ignore[no-untyped-def]
+def best_pods(p, station, bound):  # type: ignore[no-untyped-def]
     """Fill in ``found`` with the able pods of the largest index for a station, if that is above ``bound``: all equals.
 
     For a station that no pod is at or bound for also those whose index is less by up to the share ``near``.
@@ -129,135 +124,136 @@ def best_pods(p, station, bound, shelves, weights):  # type: ignore[no-untyped-d
     rises from the bound to the ratio of a better pod until no pod is better (Dinkelbach's method), at O(lines +
     contents) a step.
     """
+    weights = p.weights[0]
     p.numbers[FOUND] = 0
-    find_wanted_there(p, station, bound * weights.handle_s * (1 - 2 * CLOSE), weights)
+    find_wanted_there(p, station, bound * weights.handle_s * (1 - 2 * CLOSE))
     index, better = bound, NONE
     while True:
-        find_gains(p, station, index * weights.handle_s, shelves)
+        find_gains(p, station, index * weights.handle_s)
         best = NONE
         for pod in p.gaining[: p.numbers[GAINING]]:
-            if best == NONE or p.values[pod] > p.values[best] or (p.values[pod] == p.values[best] and pod < best):
+            if (
+                best == NONE
+                or p.pods[pod].gain > p.pods[best].gain
+                or (p.pods[pod].gain == p.pods[best].gain and pod < best)
+            ):
                 best = pod
-        if best == NONE or p.values[best] <= index * weights.visit_s * (1 + CLOSE) + TINY:
+        if best == NONE or p.pods[best].gain <= index * weights.visit_s * (1 + CLOSE) + TINY:
             break
         better = best
-        index = ratio(p, station, best, index * weights.handle_s, shelves, weights)
+        index = ratio(p, station, best, index * weights.handle_s)
     if better != NONE:
-        less = CLOSE if p.inbound[station] else max(CLOSE, weights.near)
+        less = CLOSE if p.stations[station].inbound else max(CLOSE, weights.near)
         index = max(index * (1 - less), bound * (1 - 2 * CLOSE))  # below that, lines were left out
-        find_gains(p, station, index * weights.handle_s, shelves)
+        find_gains(p, station, index * weights.handle_s)
         for pod in p.gaining[: p.numbers[GAINING]]:
-            if p.values[pod] > index * weights.visit_s:
+            if p.pods[pod].gain > index * weights.visit_s:
                 p.found[p.numbers[FOUND]] = pod
                 p.numbers[FOUND] += 1
 
 
 @njit(cache=True)
-def find_wanted_there(p, station, rate, weights):  # type: ignore[no-untyped-def]
+def find_wanted_there(p, station, rate):  # type: ignore[no-untyped-def]
     """Fill in worth and items of the lines that a station does not cover, by SKU, and where those of each SKU are.
 
     Of lines that may be worth more than a rate.
     """
-    order, sku_of, quantity, untaken, after, power = p.order, p.sku, p.quantity, p.untaken, p.after, p.power
-    left, open_items, highest, shares, looked = p.left, p.open_items, p.highest, p.share, p.looked
-    least, top, now_s = p.least, len(p.least) - 1, p.numbers[NOW] / TICKS_PER_S
-    orders = p.begin, p.end, p.due_s, p.worth, left, p.base, p.root, power
+    weights = p.weights[0]
+    lines, orders, looked, least, top = p.lines, p.orders, p.looked, p.least, len(p.least) - 1
     n_looked = p.numbers[LOOKED]
-    plain, room = not (weights.packing or p.counts_orders[station]), p.room[station]
-    w, q, number = p.w, p.q, 0
+    plain, room = not (weights.packing or p.stations[station].counts_orders), p.stations[station].room
+    bids, number = p.bids, 0
     for sku in p.wanted[: p.numbers[WANTED]]:
-        p.start[sku] = number
-        other, here, share = 0, p.available[sku, station], p.share[sku]
+        p.skus[sku].start = number
+        other, here, share = 0, p.available[sku, station], p.skus[sku].share
         for i in range(p.available.shape[1]):
             if i != station:
                 other = max(other, p.available[sku, i])
-        line = p.head[sku]
+        line = p.skus[sku].head
         while line != NONE:
-            items = quantity[line]
-            if untaken[line] and items > here and (items <= room if plain else fits(p, line, station, weights.packing)):
-                seconds, whose = weights.handle_s * items + share, order[line]
-                if left[whose] < 0:
-                    if (
-                        seconds * highest[whose]
-                        < rate * items * least[min(int(weights.handle_s * open_items[whose] + share), top)]
-                    ):
-                        line = after[line]
+            wants = lines[line]
+            q = wants.quantity
+            if wants.untaken and q > here and (q <= room if plain else fits(p, line, station)):
+                seconds, o = weights.handle_s * q + share, orders[wants.order]
+                if o.left < 0:
+                    worthless = rate * q * least[min(int(weights.handle_s * o.open_items + share), top)]
+                    if seconds * o.highest < worthless:
+                        line = wants.after
                         continue
-                    look_at(orders, whose, sku_of, quantity, shares, untaken, now_s, weights)
-                    looked[n_looked] = whose
+                    look_at(p, wants.order)
+                    looked[n_looked] = wants.order
                     n_looked += 1
-                w[number] = seconds / power[whose]
-                if items <= other:
-                    w[number] *= weights.elsewhere
-                q[number] = items
+                w = seconds / o.power
+                bids[number].worth = w * weights.elsewhere if q <= other else w
+                bids[number].items = q
                 number += 1
-            line = after[line]
-        p.stop[sku] = number
+            line = wants.after
+        p.skus[sku].stop = number
     p.numbers[LOOKED] = n_looked
 
 
 @njit(cache=True)
-def find_gains(p, station, rate, shelves):  # type: ignore[no-untyped-def]
+def find_gains(p, station, rate):  # type: ignore[no-untyped-def]
     """Fill in what each able pod brings beyond a rate, and list those that bring anything."""
-    w, q, values, gaining, able, held_items = p.w, p.q, p.values, p.gaining, p.able, p.items
-    first_with, by_sku, pod_of = shelves.first_with, shelves.by_sku, shelves.pod
+    bids, pods, skus, gaining, holders = p.bids, p.pods, p.skus, p.gaining, p.holders
     for pod in gaining[: p.numbers[GAINING]]:
-        values[pod] = 0.0
+        pods[pod].gain = 0.0
     number = 0
     for sku in p.wanted[: p.numbers[WANTED]]:
         whole, items = 0.0, 0
-        for k in range(p.start[sku], p.stop[sku]):
-            gain = w[k] - rate * q[k]
+        for k in range(skus[sku].start, skus[sku].stop):
+            gain = bids[k].worth - rate * bids[k].items
             if gain > 0:
                 whole += gain
-                items += q[k]
+                items += bids[k].items
         if items:
-            for e in range(first_with[sku], first_with[sku + 1]):
-                pod, held = pod_of[by_sku[e]], held_items[by_sku[e]]
-                if held > 0 and able[pod]:
-                    before = values[pod]
+            for k in range(p.first_with[sku], p.first_with[sku + 1]):
+                pod, held = holders[k].pod, holders[k].free
+                if held > 0 and pods[pod].able:
+                    before = pods[pod].gain
                     held += p.available[sku, station]
                     if items <= held:
-                        values[pod] += whole
+                        pods[pod].gain += whole
                     else:
-                        for k in brought(held, rate, w, q, p.start[sku], p.stop[sku]):
-                            values[pod] += w[k] - rate * q[k]
-                    if before == 0.0 and values[pod] > 0.0:
+                        for bid in brought(held, rate, bids, skus[sku].start, skus[sku].stop):
+                            pods[pod].gain += bids[bid].worth - rate * bids[bid].items
+                    if before == 0.0 and pods[pod].gain > 0.0:
                         gaining[number] = pod
                         number += 1
     p.numbers[GAINING] = number
 
 
 @njit(cache=True)
-def ratio(p, station, pod, rate, shelves, weights):  # type: ignore[no-untyped-def]
+def ratio(p, station, pod, rate):  # type: ignore[no-untyped-def]
     """Worth to seconds of the lines that a pod would bring and that are worth more than a rate."""
+    weights = p.weights[0]
     total, time_s = 0.0, weights.visit_s
-    for entry in range(shelves.first[pod], shelves.first[pod + 1]):
-        sku = shelves.sku[entry]
-        if p.items[entry] > 0 and p.number[sku] and p.stop[sku] > p.start[sku]:
-            held, k = p.items[entry] + p.available[sku, station], p.start[sku]
-            if p.stop[sku] == k + 1:
-                if p.q[k] <= held and p.w[k] > rate * p.q[k]:
-                    total += p.w[k]
-                    time_s += weights.handle_s * p.q[k]
+    for entry in range(p.first[pod], p.first[pod + 1]):
+        sku = p.entries[entry].sku
+        if p.entries[entry].free > 0 and p.skus[sku].number and p.skus[sku].stop > p.skus[sku].start:
+            held, k = p.entries[entry].free + p.available[sku, station], p.skus[sku].start
+            if p.skus[sku].stop == k + 1:
+                if p.bids[k].items <= held and p.bids[k].worth > rate * p.bids[k].items:
+                    total += p.bids[k].worth
+                    time_s += weights.handle_s * p.bids[k].items
                 continue
-            for k in brought(held, rate, p.w, p.q, p.start[sku], p.stop[sku]):
-                total += p.w[k]
-                time_s += weights.handle_s * p.q[k]
+            for k in brought(held, rate, p.bids, p.skus[sku].start, p.skus[sku].stop):
+                total += p.bids[k].worth
+                time_s += weights.handle_s * p.bids[k].items
     return total / time_s
 
 
 @njit(cache=True)
-def brought(held, rate, w, q, start, end):  # type: ignore[no-untyped-def]
+def brought(held, rate, bids, start, end):  # type: ignore[no-untyped-def]
     """Return the lines of a SKU that so many items bring, the largest gains first."""
-    gain = w[start:end] - rate * q[start:end]
+    gain = np.array([bid.worth - rate * bid.items for bid in bids[start:end]])
     chosen = np.empty(end - start, np.int64)
     number = 0
     for k in np.argsort(-gain, kind="mergesort"):
         if gain[k] <= 0:
             break
-        if q[start + k] <= held:
+        if bids[start + k].items <= held:
             chosen[number] = start + k
             number += 1
-            held -= q[start + k]
+            held -= bids[start + k].items
     return chosen[:number]

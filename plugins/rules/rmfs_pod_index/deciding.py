@@ -8,31 +8,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip
-from rmfs_pod_index.account import join, sorted_by_sku, update
-from rmfs_pod_index.known import Known, weights_of
+from rmfs_pod_index.account import join, update
+from rmfs_pod_index.known import NEVER, Known, weigh
 from rmfs_pod_index.period import (
     ASKED,
-    AT_WORK,
     COMPLETED,
     NONE,
-    NOW,
     OF_LINES,
-    OF_ORDERS,
-    PACKED,
     PACKING_ROOM,
     SENDS,
     TAKES,
-    URGENT,
-    Shelves,
-    new_period,
-    with_arrays,
-    with_room,
+    new_account,
 )
 from rmfs_pod_index.turns import decide
-from rmfs_pod_index.urging import find_urgent, next_urgent
+from rmfs_pod_index.urging import next_urgent
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, WarehouseView
+    from rmfs_core.warehouse import WarehouseView
     from rmfs_pod_index.rule import PodIndex
 
 
@@ -49,92 +41,75 @@ class Deciding:
 
     def __init__(self, known: Known, warehouse: WarehouseView) -> None:
         self.rule, self.known, self.warehouse = known.rule, known, warehouse
-        self.room, self.load, self.inbound, self.need = known.seen
-        self.period, stations = known.shown(warehouse), warehouse.stations
-        inbound = [station.inbound_pods for station in stations]
-        bound = {pod.id: pod for there in inbound for pod in there}  # one may be bound for several, to be replenished
-        self.bound = list(bound)
-        self.last = [_last_of(pod, len(stations)) for pod in bound.values()]
-        counts_orders = [station.counts_orders for station in stations]
-        if any(counts_orders):
-            placed = np.zeros((len(stations), len(self.period.begin)), np.bool_)
-            self.period = with_arrays(self.period, {"placed": placed})
-        self.period.counts_orders[:] = counts_orders
-        self.period.capacity[:] = [station.capacity for station in stations]
+        self.account = known.shown(warehouse)
+        self.period = self.account.period
+        self.bound: dict[int, int] = {}
+        for station, there in enumerate(known.inbound):
+            for pod in there:  # one may be bound for several, to be replenished
+                self.bound[pod] = station if pod not in self.bound else known.last_of(pod)
 
-    def movable(self, wanted: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Which of some pods may be sent: stored or leaving, and bound nowhere else; of others it says nothing."""
-        pods, bound = self.known.pods, set(self.bound)
-        busy = [pod for pod in wanted.tolist() if pod in bound or pods[pod].robot is not None]
-        movable = np.ones(len(pods), np.bool_)
-        if busy:
-            movable[busy] = False
-            movable[[pod.id for pod in self.warehouse.leaving_pods]] = True
-        return movable
+    def busy(self) -> list[int]:
+        """Pods that may not be sent: those that are bound for somewhere or that robots have, but for leaving ones."""
+        busy = {robot.task for robot in self.warehouse.robots} | self.bound.keys()
+        busy.difference_update([pod.id for pod in self.warehouse.leaving_pods])
+        return [pod for pod in busy if pod is not None]
 
     def decision(self) -> JointDecision:
         """Let stations take lines and send pods, and return what was chosen as the kernel takes it."""
-        known, period, warehouse, movable = self.known, self.period, self.warehouse, None
-        numbers, pods, cells = period.numbers, known.pods, known.cells
-        bound, last = np.array(self.bound, np.int64), np.array(self.last, np.int64)
+        known, period = self.known, self.period
+        bound = np.array(list(self.bound.items()), np.int64).reshape(-1, 2)
+        busy, need = np.array(self.busy(), np.int64), known.need
+        if need != NEVER and not (known.urge_ticks and known.at_work):
+            need = NONE  # where no pod waits to be wanted enough
         moved: list[int] | None = None
         while moved is None or moved:
             self._begin()
-            if self._find_urgent():
-                movable = self.movable(period.urgent[: numbers[URGENT]]) if movable is None else movable
-                period.movable[:] = movable
-            decide(period, bound, last, known.ticks(warehouse), cells, known.shelves, known.weights)
+            decide(*self.account.parts, self.warehouse.now_tick, self.known.at_work, bound, busy, need)
             # Only of pods that are equally good it matters where they are: if one has moved, all is decided again
             moved = []
-            if numbers[ASKED]:
-                asked = np.flatnonzero(period.asked)
-                period.asked[asked] = False
-                moved = [pod for pod in asked.tolist() if pods[pod].cell != cells[pod]]
-                cells[moved] = [pods[pod].cell for pod in moved]
+            if period.numbers[ASKED]:
+                asked = np.flatnonzero(period.pods["asked"])
+                period.pods["asked"][asked] = False
+                moved = [pod for pod in asked.tolist() if known.pods[pod].cell != period.pods["cell"][pod]]
+                period.pods["cell"][moved] = [known.pods[pod].cell for pod in moved]
         return self._told()
 
     def _begin(self) -> None:
         """Fill in how stations and orders are before anything is decided."""
-        period, warehouse = self.period, self.warehouse
-        period.room[:], period.load[:], period.inbound[:] = self.room, self.load, self.inbound
-        np.greater(period.room, 0, out=period.open)
-        period.numbers[NOW], period.numbers[AT_WORK] = warehouse.now_tick, any(self.load)
-        if self.known.weights.packing:
-            period.numbers[PACKING_ROOM] = (self.rule.packing_capacity or 0) - warehouse.split_orders_open
+        period, warehouse, orders = self.period, self.warehouse, self.period.orders
+        if self.known.counts_orders:
+            self.account.place(self._placed())
+        if self.rule.packing_capacity is not None:
+            period.numbers[PACKING_ROOM] = self.rule.packing_capacity - warehouse.split_orders_open
             for order in warehouse.backlog:
-                period.split[order.id] = period.ever[order.id] = bool(order.parts)
-                period.single[order.id], period.parts[order.id] = len(order.open_lines) == 1, 0
-        if period.placed.size:
-            period.placed[:] = False
-            for station in warehouse.stations:
-                here = {request.order.id for request in station.open_requests}
-                period.placed[station.id, [order for order in here if order < period.placed.shape[1]]] = True
+                orders["split"][order.id] = orders["ever"][order.id] = bool(order.parts)
+                orders["single"][order.id], orders["parts"][order.id] = len(order.open_lines) == 1, 0
 
-    def _find_urgent(self) -> bool:
-        """List the pods that are wanted enough to be sent somewhere: all where no pod waits for that."""
-        period, weights, least = self.period, self.known.weights, NONE
-        if self.need is None:
-            period.numbers[URGENT] = 0
-            return False
-        if weights.urge_ticks and period.numbers[AT_WORK]:
-            least = self.need
-        since = self.warehouse.now_tick + weights.base_ticks
-        period.numbers[URGENT] = find_urgent(
-            period.urge, period.urgent, period.lines_of, period.arrivals_of, since, least
-        )
-        return bool(period.numbers[URGENT])
+    def _placed(self) -> NDArray[np.bool_]:
+        """Which orders have a place at each station, shape (stations, orders)."""
+        placed = np.zeros((len(self.known.room), len(self.account.period.orders)), np.bool_)
+        for station in self.warehouse.stations:
+            here = {request.order.id for request in station.open_requests}
+            placed[station.id, [order for order in here if order < placed.shape[1]]] = True
+        return placed
 
     def _told(self) -> JointDecision:
         """Return the decision, and remember what it leaves."""
         known, period, warehouse = self.known, self.period, self.warehouse
-        takes, sends = (period.takes[: period.numbers[TAKES]], period.sends[: period.numbers[SENDS]].tolist())
+        takes = period.takes[: period.numbers[TAKES]].tolist()
+        sends = period.sends[: period.numbers[SENDS]].tolist()
         parts: dict[tuple[int, int], list[int]] = {}
-        orders, skus = period.order[takes[:, 0]].tolist(), period.sku[takes[:, 0]].tolist()
-        for order, sku, station in zip(orders, skus, takes[:, 1].tolist(), strict=True):
+        for line, station in takes:
+            order, sku, *_ = period.lines[line].item()
             parts.setdefault((order, station), []).append(sku)
-        if self.rule.elsewhere and not known.weights.packing and not warehouse.filtered and not period.placed.size:
+        if (
+            self.rule.elsewhere
+            and self.rule.packing_capacity is None
+            and not warehouse.filtered
+            and not known.counts_orders
+        ):
             left = warehouse.backlog_size - int(period.numbers[COMPLETED])
-            room, inbound = period.room.tolist(), period.inbound.tolist()
+            room, inbound = period.stations["room"].tolist(), period.stations["inbound"].tolist()
             known.settle(warehouse, left, room, inbound, nothing=not (parts or sends))
         return JointDecision(
             [OrderAssignment(order, station, tuple(skus)) for (order, station), skus in parts.items()],
@@ -142,25 +117,16 @@ class Deciding:
         )
 
 
-def _last_of(pod: Pod, stations: int) -> int:
-    """Return the last picking station that a pod is bound for; those where bundles are stored have higher ids."""
-    return [at for at in pod.bound_for if at < stations][-1]
-
-
 def prepare(rule: PodIndex) -> None:
     """Call everything compiled once, with a warehouse of one pod, one line and one station."""
-    zero, one = np.zeros(1, np.int64), np.ones(1, np.int64)
-    for shown in (zero, one):
-        shown.setflags(write=False)  # as what the view shows; numba compiles for either kind
-    by_sku, first_with = sorted_by_sku(zero, 1)
-    shelves, weights = Shelves(np.array([0, 1]), zero, zero, first_with, by_sku), weights_of(rule, waits=True)
-    period = with_room(with_room(new_period(1, 1, 1, 1), OF_LINES, 1), OF_ORDERS + PACKED, 1)
-    period = with_arrays(period, {"least": np.ones(1)})
-    period.left[:] = -1.0
-    none = np.zeros(0, np.int64)
-    update(period, none, one, shelves)
-    join(period, 0, 1, shelves)
-    next_urgent(period.lines_of, period.arrivals_of, 0, 1, weights.base_ticks)
-    find_urgent(period.urge, period.urgent, period.lines_of, period.arrivals_of, 1, 1)
-    decide(period, none, none, np.zeros((1, 1), np.int64), np.zeros(1, np.int64), shelves, weights)
-    update(period, np.zeros(1, np.int64), one[:0], shelves)
+    zero, one, none = np.zeros(1, np.int64), np.ones(1, np.int64), np.zeros(0, np.int64)
+    one.setflags(write=False)  # as what the view shows; numba compiles for either kind
+    account = new_account(zero, zero, 1, 1, np.zeros((1, 1), np.int64))
+    weigh(account.period, rule)
+    account.make_room(dict.fromkeys(OF_LINES, 1))
+    account.period.orders["left"] = -1.0
+    update(*account.parts, none, zero, one)
+    join(*account.parts, 0, 1)
+    next_urgent(*account.parts, 0, 1)
+    decide(*account.parts, 0, True, none.reshape(-1, 2), none, 1)
+    update(*account.parts, zero, none, one)

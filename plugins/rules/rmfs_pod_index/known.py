@@ -2,53 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.clock import to_ticks
-from rmfs_pod_index.account import join, sorted_by_sku, update
-from rmfs_pod_index.period import (
-    CLOSE,
-    NONE,
-    OF_LINES,
-    OF_ORDERS,
-    PACKED,
-    Period,
-    Shelves,
-    Weights,
-    new_period,
-    with_arrays,
-    with_room,
-)
+from rmfs_pod_index.account import join, update
+from rmfs_pod_index.period import CLOSE, NONE, OF_LINES, Account, Period, new_account
 from rmfs_pod_index.urging import next_urgent
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import WarehouseView
+    from rmfs_core.warehouse import Station, WarehouseView
     from rmfs_pod_index.rule import PodIndex
 
 NEVER = 1 << 62
 """A tick that no run comes to."""
-MOST_SECONDS = 4096
-"""Of how many seconds the power is kept in a table."""
-
-
-class Seen(NamedTuple):
-    """The picking stations at one moment.
-
-    Parameters
-    ----------
-    room, load, inbound
-        Of each: free places, places that are taken, pods at or bound for it.
-    need
-        What the ages of a pod's lines have to add up to for it to be sent anywhere; None where none may be sent.
-    """
-
-    room: list[int]
-    load: list[int]
-    inbound: list[int]
-    need: int | None
+NO_SHARE = 2.0
+"""Share of its places that are taken of a station to which no pod may be sent."""
 
 
 class Known:
@@ -56,46 +27,47 @@ class Known:
 
     Attributes
     ----------
-    period
-        The account of the lines of the backlog and of free items.
-    shelves, weights, pods
-        Which pods have which SKUs; the rule's parameters; the pods.
-    cells
-        Of each pod: where it was when it was asked last.
-    seen
-        The stations as they are.
+    account
+        The lines of the backlog and the free items.
+    pods
+        The pods.
+    room, load, inbound, at_work
+        Of each picking station: free places, places that are taken, ids of the pods at or bound for it; whether any has
+        places that are taken.
+    counts_orders
+        Whether places of any of them are for orders.
+    need
+        What the ages of a pod's lines have to add up to for it to be sent anywhere; NEVER where none may be sent.
     wakes
         When to wake up, or NEVER.
     """
 
     def __init__(self, rule: PodIndex, warehouse: WarehouseView) -> None:
-        free = warehouse.free_items
-        by_sku, first_with = sorted_by_sku(free.sku, warehouse.n_skus)
-        first = np.searchsorted(free.pod, np.arange(len(warehouse.pods) + 1))
-        self.pods, self._held = warehouse.pods, free.pod
-        self.shelves = Shelves(first, free.sku, free.pod, first_with, by_sku)
-        self.rule = rule
-        self.weights = weights_of(rule, waits=False)
-        self.period = self._empty(warehouse)
-        self.cells = np.array([pod.cell for pod in self.pods], np.int64)
-        self._log = warehouse.backlog_log()
-        self._joined = self._left = self._largest = 0
+        self.rule, self.pods = rule, warehouse.pods
+        self._log, self._free = warehouse.backlog_log(), warehouse.free_items_log()
+        to = [warehouse.travel.times_to(station.cell, True).min(axis=1) for station in warehouse.stations]
+        free = self._free.items
+        self.account = new_account(free.pod, free.sku, len(self.pods), warehouse.n_skus, np.array(to))
+        self.account.period.pods["cell"] = [pod.cell for pod in self.pods]
+        weigh(self.account.period, rule)
+        self._joined = self._left = self._largest = self._changed = 0
         self._leaving: list[int] = []
-        self._items: object = None
-        self._no_items = free.number[:0]
-        self._ticks: NDArray[np.int64] | None = None
+        self.urge_ticks = 0
         self._settled: tuple[object, ...] | None = None
         self._quiet_room: list[int] | None = None
         self._next: tuple[int, int, bool] | None = None
-        self.seen, self.wakes = Seen([], [], [], None), NEVER
+        n_stations = len(to)
+        self.room, self.load, self._counted = [0] * n_stations, [0] * n_stations, [-1] * n_stations
+        self.inbound: list[list[int]] = [[] for _ in to]
+        self._shares = [NO_SHARE] * n_stations
+        self.counts_orders = any(station.counts_orders for station in warehouse.stations)
+        self.at_work, self.need, self.wakes = False, NEVER, NEVER
         self._changes = -1
         self._quiet_until = self._wakes_until = 0
 
     def is_of(self, warehouse: WarehouseView) -> bool:
         """Whether it is what is known of a run, in which no pod was given a new SKU."""
-        if self._log is not warehouse.backlog_log():
-            return False
-        return not warehouse.replenishment_stations or warehouse.free_items.pod is self._held
+        return self._log is warehouse.backlog_log() and self._free is warehouse.free_items_log()
 
     def hear(self, warehouse: WarehouseView) -> None:
         """Take in what joined and left the backlog since the last time, and look at the stations."""
@@ -104,71 +76,62 @@ class Known:
         self._changes, self._quiet_until, self._wakes_until = warehouse.changes(), 0, 0
         joined, left = self._log.joined(self._joined), self._log.left(self._left)
         if joined.size:
-            self.period = self.with_lines(self.period, warehouse, joined, self._joined)
+            self._take_in(self.account, warehouse, joined, self._joined)
             self._joined += joined.shape[1]
-            if self.rule.urge_s and not self.weights.urge_ticks:
+            if self.rule.urge_s and not self.urge_ticks:
                 orders = warehouse.orders
                 # Pods wait for lines to come once some have come
-                self.weights = weights_of(self.rule, waits=orders[-1].arrival_tick > orders[0].arrival_tick)
+                if orders[-1].arrival_tick > orders[0].arrival_tick:
+                    self.urge_ticks = to_ticks(self.rule.urge_s)
+                    self.account.period.weights["urge_ticks"] = self.urge_ticks
         if left:
             self._leaving += left
             self._left += len(left)
         if joined.size or left:
             self._quiet_room = self._next = None
-        self.seen = self._see(warehouse)
+        self._see(warehouse)
 
-    def look(self, warehouse: WarehouseView) -> None:
+    def look(self) -> None:
         """Bring the account of lines and free items up to date."""
-        items = warehouse.free_items.number
-        if items is not self._items or self._leaving:
-            changed = items if items is not self._items else self._no_items
-            update(self.period, np.array(self._leaving, np.int64), changed, self.shelves)
-            self._items, self._leaving, self._next = items, [], None
+        changed = self._free.changed(self._changed)
+        if len(changed) or self._leaving:
+            update(*self.account.parts, np.array(self._leaving, np.int64), changed, self._free.items.number)
+            self._changed += len(changed)
+            self._leaving, self._next = [], None
             self._quiet_until = self._wakes_until = 0
 
-    def with_lines(self, period: Period, warehouse: WarehouseView, rows: NDArray[np.int64], begin: int) -> Period:
-        """Return a period with more lines, whose order, SKU and number of items are given; ``begin`` are there."""
-        ids, n_orders, end = list(dict.fromkeys(rows[0].tolist())), int(rows[0].max()) + 1, begin + rows.shape[1]
-        period = with_room(period, OF_LINES, end)
-        period = with_room(period, OF_ORDERS + (PACKED if self.weights.packing else ()), n_orders)
-        period.order[begin:end], period.sku[begin:end], period.quantity[begin:end] = rows
-        for i in ids:
-            order = warehouse.order(i)
-            period.arrival[i] = order.arrival_tick
-            period.due_s[i] = np.inf if order.due_s is None else order.due_s
-            period.worth[i] = self.rule.priority_factor ** min(max(order.priority, -20), 20)
-            period.highest[i] = (
-                (1 + CLOSE) * period.worth[i] * (1.0 if order.due_s is None else self.weights.due_factor)
-            )
-        period.left[ids] = -1.0
-        join(period, begin, end, self.shelves)
-        self._largest = max(self._largest, int(rows[2].max()))
-        return period
-
-    def shown(self, warehouse: WarehouseView) -> Period:
+    def shown(self, warehouse: WarehouseView) -> Account:
         """Return the account, or one of the lines that filters have left."""
-        self.look(warehouse)
+        self.look()
         if not warehouse.filtered:
-            return self.period
-        period = self._empty(warehouse)
-        update(period, np.zeros(0, np.int64), warehouse.free_items.number, self.shelves)
+            return self.account
+        account = self.account.without_lines()
         lines = warehouse.backlog_lines
-        if not len(lines.order):
-            return period
-        return self.with_lines(period, warehouse, np.array([lines.order_id, lines.sku, lines.quantity]), 0)
+        if len(lines.order):
+            self._take_in(account, warehouse, np.array([lines.order_id, lines.sku, lines.quantity]), 0)
+        return account
 
-    def _empty(self, warehouse: WarehouseView) -> Period:
-        """Return an account without lines, and without items."""
-        least = (np.arange(MOST_SECONDS) ** self.weights.finish).astype(np.float64)
-        period = new_period(warehouse.n_skus, len(self.pods), len(warehouse.stations), len(self.shelves.sku))
-        return with_arrays(period, {"least": least})
+    def _take_in(self, account: Account, warehouse: WarehouseView, rows: NDArray[np.int64], begin: int) -> None:
+        """Take lines into an account, whose order, SKU and number of items are given; ``begin`` are there."""
+        ids, n_orders, end = list(dict.fromkeys(rows[0].tolist())), int(rows[0].max()) + 1, begin + rows.shape[1]
+        account.make_room(dict.fromkeys(OF_LINES, end) | {"orders": n_orders, "looked": n_orders})
+        lines = account.period.lines[begin:end]
+        lines["order"], lines["sku"], lines["quantity"] = rows
+        for i in ids:
+            order, new = warehouse.order(i), account.period.orders[i]
+            worth = self.rule.priority_factor ** min(max(order.priority, -20), 20)
+            most = 1.0 if order.due_s is None else self.rule.due_factor
+            new["arrival"], new["due_s"] = order.arrival_tick, np.inf if order.due_s is None else order.due_s
+            new["worth"], new["highest"], new["left"] = worth, (1 + CLOSE) * worth * most, -1.0
+        join(*account.parts, begin, end)
+        self._largest = max(self._largest, int(rows[2].max()))
 
     def settle(
         self, warehouse: WarehouseView, left: int, room: list[int], inbound: list[int], *, nothing: bool
     ) -> None:
         """Note how a decision leaves the warehouse, in which nothing is left to decide, and whether it did nothing."""
         if nothing:
-            self._quiet_room = room
+            self._quiet_room = room.copy()
         else:
             self._settled = warehouse.now_tick, left, room, inbound
 
@@ -189,11 +152,11 @@ class Known:
         What pods have free at their stations only becomes less, so with the same backlog no line is covered that was
         not; and no pod is sent to a station that has enough of them, or before one is urgent. Replenished, they may.
         """
-        (room, load, inbound, need), settled, self._settled = self.seen, self._settled, None
+        room, settled, self._settled = self.room, self._settled, None
         if warehouse.filtered:
             return False
-        if settled is not None and settled == (warehouse.now_tick, warehouse.backlog_size, room, inbound):
-            self._quiet_room = room
+        if settled is not None and settled == (warehouse.now_tick, warehouse.backlog_size, room, self._numbers_bound()):
+            self._quiet_room = room.copy()
             return True
         quiet = self._quiet_room
         if quiet is None or warehouse.replenishment_stations:
@@ -201,66 +164,61 @@ class Known:
         if room != quiet and any(a < b and a < self._largest for a, b in zip(quiet, room, strict=True)):
             return False
         until, urgent = NEVER, False
-        if need is not None:
-            if not (self.weights.urge_ticks and any(load)):
+        if self.need != NEVER:
+            if not (self.urge_ticks and self.at_work):
                 return False
-            until, urgent = self.next_urgent(warehouse, need)
+            until, urgent = self.next_urgent(warehouse)
         self._quiet_until = 0 if urgent else until
         return not urgent
 
     def wake(self, warehouse: WarehouseView) -> None:
         """Work out when the ages of the lines of a pod will add up, if a station could take it then."""
-        waits, need = self.weights.urge_ticks and warehouse.backlog_size and any(self.seen.load), self.seen.need
-        self.wakes = self.next_urgent(warehouse, need)[0] if waits and need is not None else NEVER
+        waits = self.urge_ticks and warehouse.backlog_size and self.at_work and self.need != NEVER
+        self.wakes = self.next_urgent(warehouse)[0] if waits else NEVER
         self._wakes_until = 0 if warehouse.replenishment_stations else self.wakes
 
-    def _see(self, warehouse: WarehouseView) -> Seen:
-        """Look at the stations."""
-        most_pods, ticks, more = self.weights.most_pods, self.weights.urge_ticks, self.weights.full - 1
-        stations = warehouse.stations
-        room, load = [station.free_capacity for station in stations], [station.load for station in stations]
-        inbound = [len(station.inbound_pods) for station in stations]
-        shares = [
-            min(taken, station.capacity) / station.capacity
-            for station, free, taken, pods in zip(stations, room, load, inbound, strict=True)
-            if free and pods < most_pods
-        ]
-        return Seen(room, load, inbound, int(ticks * (1 + more * min(shares))) if shares else None)
+    def _see(self, warehouse: WarehouseView) -> None:
+        """Look at the stations that have changed."""
+        counted = [station.changes() for station in warehouse.stations]
+        if counted != self._counted:
+            for i, station in enumerate(warehouse.stations):
+                if counted[i] != self._counted[i]:
+                    self._see_station(i, station)
+            self._counted, self.at_work = counted, any(self.load)
+        share = min(self._shares)
+        self.need = NEVER if share == NO_SHARE else int(self.urge_ticks * (1 + (self.rule.full - 1) * share))
 
-    def next_urgent(self, warehouse: WarehouseView, need: int) -> tuple[int, bool]:
+    def _see_station(self, i: int, station: Station) -> None:
+        room, load, capacity = station.free_capacity, station.load, station.capacity
+        inbound = [pod.id for pod in station.inbound_pods]
+        self.room[i], self.load[i], self.inbound[i] = room, load, inbound
+        self.account.period.seen[i] = room, load, capacity, len(inbound), station.counts_orders, room > 0
+        able = room and len(inbound) < self.rule.most_pods
+        self._shares[i] = min(load / capacity, 1.0) if able else NO_SHARE
+
+    def _numbers_bound(self) -> list[int]:
+        return [len(pods) for pods in self.inbound]
+
+    def last_of(self, pod: int) -> int:
+        """Return the last picking station that a pod is bound for; those where bundles are stored have higher ids."""
+        return [at for at in self.pods[pod].bound_for if at < len(self.room)][-1]
+
+    def next_urgent(self, warehouse: WarehouseView) -> tuple[int, bool]:
         """Return when the ages of the lines of the next pod add up to so many, or NEVER; and whether one's do now."""
-        now, known = warehouse.now_tick, self._next
+        now, need, known = warehouse.now_tick, self.need, self._next
         # With the same backlog, what pods have free that are bound for no station only changes by replenishment
         if known is None or known[0] != need or now >= known[1] or warehouse.replenishment_stations:
-            self.look(warehouse)
-            period, base = self.period, self.weights.base_ticks
-            soonest, urgent = next_urgent(period.lines_of, period.arrivals_of, now, need, base)
+            self.look()
+            soonest, urgent = next_urgent(*self.account.parts, now, need)
             known = self._next = need, NEVER if soonest == NONE else int(soonest), bool(urgent)
         return known[1:]
 
-    def ticks(self, warehouse: WarehouseView) -> NDArray[np.int64]:
-        """Shortest loaded driving time to each station from each cell, whatever way the robot faces."""
-        if self._ticks is None:
-            to = [warehouse.travel.times_to(station.cell, True).min(axis=1) for station in warehouse.stations]
-            self._ticks = np.array(to)
-        return self._ticks
 
-
-def weights_of(rule: PodIndex, *, waits: bool) -> Weights:
-    """Return the rule's parameters as the compiled parts take them, and whether pods wait."""
-    return Weights(
-        handle_s=float(rule.handle_s),
-        cost_s=float(rule.cost_s),
-        finish=float(rule.finish),
-        visit_s=float(rule.visit_s),
-        stay=float(rule.stay),
-        elsewhere=float(rule.elsewhere),
-        most_pods=int(rule.most_pods),
-        urge_ticks=to_ticks(rule.urge_s) if waits else 0,
-        full=float(rule.full),
-        base_ticks=to_ticks(rule.base_s),
-        due_factor=float(rule.due_factor),
-        due_s=float(rule.due_s),
-        packing=rule.packing_capacity is not None,
-        near=float(rule.near),
-    )
+def weigh(period: Period, rule: PodIndex) -> None:
+    """Fill in the rule's parameters as the compiled parts take them; no pod waits."""
+    weights = period.weights
+    for name in ("handle_s", "cost_s", "finish", "visit_s", "stay", "elsewhere", "full", "near", "due_factor", "due_s"):
+        weights[name] = getattr(rule, name)
+    weights["most_pods"], weights["base_ticks"] = rule.most_pods, to_ticks(rule.base_s)
+    weights["packing"] = rule.packing_capacity is not None
+    period.least[:] = np.arange(len(period.least)) ** float(rule.finish)

@@ -2,57 +2,57 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, get_type_hints
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Records = NDArray[Any]
 
 NONE = -1
 CLOSE = 1e-9
 """Relative difference up to which two indices count as equal: sums of the same numbers in another order may differ."""
 
-
-class Shelves(NamedTuple):
-    """Which pods have which SKUs; it never changes in a run.
-
-    Parameters
-    ----------
-    first, sku
-        Where the entries of pod p begin (those of the next one begin where they end), and the SKU id of each.
-    pod
-        Pod id of each entry.
-    first_with, by_sku
-        Where in ``by_sku`` the entries of SKU i begin.
-    """
-
-    first: Ints
-    sku: Ints
-    pod: Ints
-    first_with: Ints
-    by_sku: Ints
+MOST_SECONDS = 4096
+"""Of how many seconds the power is kept in a table."""
 
 
-class Weights(NamedTuple):
-    """Parameters of the rule, as its class explains them."""
+def _record(whole: str = "", real: str = "", flags: str = "") -> np.dtype[Any]:
+    """Return records of numbers and flags of these names, which take whole words of eight bytes."""
+    kinds = (np.int64, whole), (np.float64, real), (np.bool_, flags)
+    return np.dtype([(name, kind) for kind, names in kinds for name in names.split()], align=True)
 
-    handle_s: float
-    cost_s: float
-    finish: float
-    visit_s: float
-    stay: float
-    elsewhere: float
-    most_pods: int
-    urge_ticks: int
-    full: float
-    base_ticks: int
-    due_factor: float
-    due_s: float
-    packing: bool
-    near: float
+
+WEIGHTS = _record(
+    "most_pods urge_ticks base_ticks",
+    "handle_s cost_s finish visit_s stay elsewhere full near due_factor due_s",
+    "packing",
+)
+ENTRY = _record("pod sku free holder")
+HOLDER = _record("pod free")
+LINE = _record("order sku quantity before after", flags="untaken")
+ORDER = _record("arrival begin end open_items parts", "due_s worth highest left base root power", "split single ever")
+SKU = _record("head tail number arrivals start stop there", "share")
+AGES = _record("lines_of arrivals_of urge")
+POD = _record("cell last", "gain", "movable able asked")
+STATION = _record("room load capacity inbound", flags="counts_orders open")
+BID = _record("items", "worth")
+TAKE = _record("line station")
+SEND = _record("pod station")
+RECORDS = {"weights": WEIGHTS, "entries": ENTRY, "holders": HOLDER, "skus": SKU, "ages": AGES, "pods": POD}
+RECORDS |= {
+    "seen": STATION,
+    "stations": STATION,
+    "lines": LINE,
+    "orders": ORDER,
+    "bids": BID,
+    "takes": TAKE,
+    "sends": SEND,
+}
 
 
 class Period(NamedTuple):
@@ -60,125 +60,87 @@ class Period(NamedTuple):
 
     Parameters
     ----------
-    order, sku, quantity
-        Of each line that ever was in the backlog, oldest first: ids of its order and SKU, and items.
-    before, after
-        Of each open line: the open lines of its SKU that came before and after it; NONE for none.
-    untaken
-        Of each line: whether it is open and not taken in this period.
-    w, q
-        Worth and items of the lines that a station might be brought, by SKU.
-    takes
-        (line, station) taken so far.
-    arrival, due_s, worth
-        Of each order, by id: when it came, when it is due, how many times more it is worth by its priority.
-    begin, end
-        Of each order: its lines.
-    open_items
-        Of each order: items of its lines that are left.
-    highest
-        Of each order: how many times more it is worth at most, and a trifle.
-    left, power, looked
-        Of each order: seconds of its lines that are left, below 0 where not needed yet; what the seconds of a line are
-        divided by for its worth; the orders for which these are known.
-    base, root
-        Of each order: a number of seconds, and what it is to the power of ``finish``.
-    split, single, ever, parts
-        Of each order, where packing stations are full at some number of split orders: whether it is split; has one open
-        line; was split before; at how many stations this period has parts of it.
-    head, tail, number, arrivals
-        Of each SKU: its first and last open line, how many there are, and when their orders came, added up.
-    wanted, share, start, stop, there
-        The SKUs that have open lines, ascending; of each SKU: seconds of a visit that a line of it has to bear; where
-        its lines are in ``w``; what a station had before pods were sent.
-    items
-        Of each entry of the shelves: free items.
-    lines_of, arrivals_of
-        Of each pod: how many open lines it has items for, and when their orders came, added up.
-    urge, urgent
-        Of each pod: the ages of these lines, added up; the pods for which it is enough at some station.
-    movable, last, able
-        Of each pod: whether it may be sent; the station where it goes last, whose its free items are, NONE for none;
-        whether it may be sent to the station whose turn it is.
-    values, gaining
-        Of each pod: what it brings beyond a rate; the pods that bring anything.
-    found, asked
-        The pods that are equally good; of each pod, whether it was asked where it is.
-    sends
-        (pod, station) sent so far.
+    weights
+        The parameters of the rule, as its class explains them: one record.
+    entries
+        The SKUs of the pods, sorted by pod and SKU: ids of both, ``free`` items, and where in ``holders`` it is.
+    holders
+        The same sorted by SKU and pod: the pod, and ``free`` items.
+    first, first_with
+        Where in ``entries`` those of pod p begin, and in ``holders`` those of SKU i; those of the next one begin where
+        they end.
+    skus
+        Of each SKU: ``head`` and ``tail``, its first and last open line, the ``number`` of these, and ``arrivals``,
+        when their orders came, added up; ``share``: seconds of a visit that a line of it has to bear; ``start`` and
+        ``stop`` of its lines in ``bids``; ``there``: what a station had before pods were sent.
+    ages
+        Of each pod: ``lines_of``, how many open lines it has items for, ``arrivals_of``, when their orders came, added
+        up, and ``urge``, their ages added up. All pods are looked through, so this is kept together.
+    pods
+        Of each pod: ``cell``: where it was when it was asked last; whether it is ``movable``; ``last``: the station
+        where it goes last, whose its free items are, NONE for none; whether it is ``able`` to be sent to the station
+        whose turn it is; ``gain``: what it brings beyond a rate; whether it was ``asked`` where it is.
+    seen, stations
+        Of each station: ``room``, ``load``, ``capacity``: free places, places that are taken, all of them;
+        ``inbound``: pods at or bound for it; ``counts_orders``: what its places are for; ``open``: whether it may go
+        on. As they were seen, and as they become.
     available
         Items of each SKU that the pods of each station have free, shape (SKUs, stations).
-    room, load, capacity, inbound, counts_orders, open
-        Of each station: free places, places that are taken, all places, pods at or bound for it, what its places are
-        for, whether it may go on.
-    turn
-        Stations in the order of the turn.
-    placed
-        Of each station that counts orders: which orders have a place there, shape (stations, orders).
+    lines
+        Of each line that ever was in the backlog, oldest first: ids of its order and SKU, and items; the open lines of
+        its SKU ``before`` and ``after`` it, NONE for none; ``untaken``: whether it is open and not taken in this
+        period.
+    orders
+        Of each order, by id: when it came, when it is due, how many times more it is ``worth`` by its priority, and
+        ``highest``, how many times at most, and a trifle; ``begin`` and ``end`` of its lines; ``open_items``: items of
+        its lines that are left; ``left``: seconds of these, below 0 where not needed yet; ``power``: what the seconds
+        of a line are divided by for its worth; ``base``, ``root``: a number of seconds, and what it is to the power of
+        ``finish``. Where packing stations are full at some number of split orders, whether it is ``split``, has a
+        ``single`` open line, was split before (``ever``), and at how many stations this period has ``parts`` of it.
+    bids
+        Items and worth of the lines that a station might be brought, by SKU.
+    takes, sends
+        (line, station) taken and (pod, station) sent so far.
+    wanted, urgent, gaining, found, turn, looked
+        Lists: the SKUs that have open lines, ascending; the pods for which ``urge`` is enough at some station; the pods
+        that bring anything; those that are equally good; the stations in the order of the turn; the orders for which
+        ``left`` is known.
     least
         So many seconds to the power of ``finish``: what it takes to know what a line could be worth at most.
     numbers
         See below.
+    ticks
+        Driving times to each station from each cell, shape (stations, cells).
+    placed
+        Of each station that counts orders: which orders have a place there, shape (stations, orders).
     """
 
-    order: Ints
-    sku: Ints
-    quantity: Ints
-    before: Ints
-    after: Ints
-    untaken: Bools
-    w: Floats
-    q: Ints
-    takes: Ints
-    arrival: Ints
-    due_s: Floats
-    worth: Floats
-    begin: Ints
-    end: Ints
-    open_items: Ints
-    highest: Floats
-    left: Floats
-    base: Floats
-    root: Floats
-    power: Floats
-    looked: Ints
-    split: Bools
-    single: Bools
-    ever: Bools
-    parts: Ints
-    head: Ints
-    tail: Ints
-    number: Ints
-    arrivals: Ints
+    weights: Records
+    entries: Records
+    holders: Records
+    first: Ints
+    first_with: Ints
+    skus: Records
+    ages: Records
+    pods: Records
+    seen: Records
+    stations: Records
+    available: Ints
+    lines: Records
+    orders: Records
+    bids: Records
+    takes: Records
+    sends: Records
     wanted: Ints
-    share: Floats
-    start: Ints
-    stop: Ints
-    there: Ints
-    items: Ints
-    lines_of: Ints
-    arrivals_of: Ints
-    urge: Ints
     urgent: Ints
-    movable: Bools
-    last: Ints
-    able: Bools
-    values: Floats
     gaining: Ints
     found: Ints
-    asked: Bools
-    sends: Ints
-    available: Ints
-    room: Ints
-    load: Ints
-    capacity: Ints
-    inbound: Ints
-    counts_orders: Bools
-    open: Bools
     turn: Ints
-    placed: Bools
+    looked: Ints
     least: Floats
     numbers: Ints
+    ticks: Ints
+    placed: Bools
 
 
 TAKES, SENDS, FOUND, LENGTH, AT_WORK, PACKING_ROOM, COMPLETED, WANTED, URGENT, GAINING, LOOKED, NOW, ASKED = range(13)
@@ -186,55 +148,128 @@ TAKES, SENDS, FOUND, LENGTH, AT_WORK, PACKING_ROOM, COMPLETED, WANTED, URGENT, G
 ``urgent``, ``gaining`` and ``looked`` there are; whether a station is at work; room at the packing stations; orders of
 which all lines are taken; the tick; how many pods were asked where they are."""
 
-OF_LINES = ("order", "sku", "quantity", "before", "after", "untaken", "w", "q", "takes")
-OF_ORDERS = (
-    "arrival",
-    "due_s",
-    "worth",
-    "begin",
-    "end",
-    "open_items",
-    "highest",
-    "left",
-    "base",
-    "root",
-    "power",
-    "looked",
-)
-PACKED = ("split", "single", "ever", "parts")
+
+@njit(cache=True)
+def period_of(words, at, ticks, placed):  # type: ignore[no-untyped-def]
+    """Return a period, the arrays of which lie one after another in ``words``, each from where ``at`` says.
+
+    To hand each of them from Python to compiled code would take longer than most of what is done there.
+    """
+    skus, stations = words[at[5] : at[6]].view(SKU), words[at[9] : at[10]].view(STATION)
+    return Period(
+        words[at[0] : at[1]].view(WEIGHTS),
+        words[at[1] : at[2]].view(ENTRY),
+        words[at[2] : at[3]].view(HOLDER),
+        words[at[3] : at[4]],
+        words[at[4] : at[5]],
+        skus,
+        words[at[6] : at[7]].view(AGES),
+        words[at[7] : at[8]].view(POD),
+        words[at[8] : at[9]].view(STATION),
+        stations,
+        words[at[10] : at[11]].reshape(len(skus), len(stations)),
+        words[at[11] : at[12]].view(LINE),
+        words[at[12] : at[13]].view(ORDER),
+        words[at[13] : at[14]].view(BID),
+        words[at[14] : at[15]].view(TAKE),
+        words[at[15] : at[16]].view(SEND),
+        words[at[16] : at[17]],
+        words[at[17] : at[18]],
+        words[at[18] : at[19]],
+        words[at[19] : at[20]],
+        words[at[20] : at[21]],
+        words[at[21] : at[22]],
+        words[at[22] : at[23]].view(np.float64),
+        words[at[23] : at[24]],
+        ticks,
+        placed,
+    )
 
 
-def new_period(skus: int, pods: int, stations: int, entries: int) -> Period:
-    """Return an account without lines, and without items."""
-    lengths = dict.fromkeys((*OF_LINES, *OF_ORDERS, *PACKED), 0)
-    lengths |= dict.fromkeys(("head", "tail", "number", "arrivals", "wanted", "share", "start", "stop", "there"), skus)
-    lengths |= dict.fromkeys(("lines_of", "arrivals_of", "urge", "urgent", "movable", "last", "able"), pods)
-    lengths |= dict.fromkeys(("values", "gaining", "found", "asked", "sends"), pods)
-    lengths |= dict.fromkeys(("room", "load", "capacity", "inbound", "counts_orders", "open", "turn"), stations)
-    lengths |= {"items": entries, "available": skus, "placed": 0, "least": 0, "numbers": 13}
-    kinds: dict[Any, Any] = {Ints: np.int64, Floats: np.float64, Bools: np.bool_}
-    widths = {"takes": (2,), "sends": (2,), "available": (stations,), "placed": (0,)}
-    arrays = {
-        name: np.zeros((lengths[name], *widths.get(name, ())), kinds[kind])
-        for name, kind in get_type_hints(Period).items()
+OF_LINES = ("lines", "bids", "takes", "orders", "looked")
+"""Arrays that become longer with lines and orders."""
+
+
+class Account:
+    """A period, and the words in which it lies.
+
+    Parameters
+    ----------
+    lengths
+        Of each array of the period: how many of whatever is in it there are; those that are left out are empty.
+    ticks
+        Driving times to each station from each cell, shape (stations, cells).
+
+    Attributes
+    ----------
+    parts
+        What compiled parts make the period of: words, where each array begins and the last one ends, and other arrays.
+    period
+        The period as Python sees it.
+    """
+
+    def __init__(self, lengths: dict[str, int], ticks: Ints) -> None:
+        self._lengths = dict.fromkeys(list(Period.__annotations__)[:-2], 0) | lengths
+        words = [n * (RECORDS[name].itemsize // 8 if name in RECORDS else 1) for name, n in self._lengths.items()]
+        at = np.cumsum([0, *words])
+        self._set(np.zeros(at[-1], np.int64), at, ticks, np.zeros((0, 0), np.bool_))
+        self.period.skus["head"] = self.period.skus["tail"] = self.period.pods["last"] = NONE
+
+    def _set(self, words: Ints, at: Ints, ticks: Ints, placed: Bools) -> None:
+        self.parts = words, at, ticks, placed
+        self.period = Period(*period_of.py_func(*self.parts))  # type: ignore[no-untyped-call]
+
+    def make_room(self, lengths: dict[str, int]) -> None:
+        """Make arrays at least so long, with zeros at the end."""
+        short = {name: 2 * length + 64 for name, length in lengths.items() if self._lengths[name] < length}
+        if short:
+            grown = Account(self._lengths | short, self.period.ticks)
+            for new, old in zip(grown.period[:-2], self.period[:-2], strict=True):
+                new[: len(old)] = old
+            self._lengths = grown._lengths
+            self._set(*grown.parts)
+
+    def place(self, placed: Bools) -> None:
+        """Note which orders have a place at each station."""
+        self._set(*self.parts[:3], placed)
+
+    def without_lines(self) -> Account:
+        """Return an account of the same pods and items that has no lines."""
+        account = Account(self._lengths | dict.fromkeys(OF_LINES, 0), self.period.ticks)
+        for name in ("weights", "entries", "holders", "first", "first_with", "seen", "least"):
+            getattr(account.period, name)[:] = getattr(self.period, name)
+        account.period.pods["cell"] = self.period.pods["cell"]
+        return account
+
+
+def new_account(pods: Ints, skus: Ints, n_pods: int, n_skus: int, ticks: Ints) -> Account:
+    """Return an account without lines, and without items, of the SKUs that the pods have.
+
+    Parameters
+    ----------
+    pods, skus
+        Pod and SKU of each entry, sorted by these. Shape (entries,).
+    n_pods, n_skus
+        How many pods and SKUs there are.
+    ticks
+        Driving times to each station from each cell, shape (stations, cells).
+    """
+    n_stations = len(ticks)
+    lengths = {
+        "weights": 1,
+        "skus": n_skus,
+        "wanted": n_skus,
     }
-    for name in ("head", "tail", "last"):
-        arrays[name][:] = NONE
-    return Period(**arrays)
-
-
-def with_room(period: Period, names: tuple[str, ...], length: int) -> Period:
-    """Return a period in which some arrays are at least so long, with zeros at the end."""
-    arrays = {name: getattr(period, name) for name in names}
-    if all(len(array) >= length for array in arrays.values()):
-        return period
-    grown = {name: np.zeros((2 * length + 64, *array.shape[1:]), array.dtype) for name, array in arrays.items()}
-    for name, array in arrays.items():
-        grown[name][: len(array)] = array
-    return with_arrays(period, grown)
-
-
-def with_arrays(period: Period, arrays: dict[str, NDArray[Any]]) -> Period:
-    """Return a period in which some arrays are others."""
-    names = Period.__annotations__
-    return Period(*(arrays.get(name, array) for name, array in zip(names, period, strict=True)))
+    lengths |= dict.fromkeys(("seen", "stations", "turn"), n_stations)
+    lengths |= dict.fromkeys(("ages", "pods", "urgent", "gaining", "found", "sends"), n_pods)
+    lengths |= dict.fromkeys(("entries", "holders"), len(skus))
+    lengths |= {"first": n_pods + 1, "first_with": n_skus + 1, "available": n_skus * n_stations}
+    account = Account(lengths | {"least": MOST_SECONDS, "numbers": 13}, ticks)
+    period = account.period
+    period.entries["pod"], period.entries["sku"] = pods, skus
+    period.first[:] = np.searchsorted(pods, np.arange(n_pods + 1))
+    by_sku = np.argsort(skus, kind="stable")
+    period.entries["holder"][by_sku] = np.arange(len(skus))
+    period.holders["pod"] = pods[by_sku]
+    period.first_with[:] = np.searchsorted(skus[by_sku], np.arange(n_skus + 1))
+    return account

@@ -175,7 +175,7 @@ class PodIndex:
         if self._known is not None and self._known.still_nothing(warehouse):
             return NOTHING
         known = self._about(warehouse)
-        if not any(known.seen.room) or known.nothing_to_do(warehouse):
+        if not any(known.room) or known.nothing_to_do(warehouse):
             return NOTHING
         return Deciding(known, warehouse).decision()
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.warehouse import UNLIMITED
-from rmfs_pod_index.account import find_wanted
 from rmfs_pod_index.compiled import best_covered, best_pods, better_line, bring, fits, look_at, share_visits
 from rmfs_pod_index.period import (
     ASKED,
@@ -22,207 +20,231 @@ from rmfs_pod_index.period import (
     TAKES,
     URGENT,
     WANTED,
+    period_of,
 )
-from rmfs_pod_index.urging import change_urges, find_able
+from rmfs_pod_index.urging import change_urges, find_able, find_urgent
 
 
 @njit(cache=True)
-def send(p, pod, station, shelves):  # type: ignore[no-untyped-def]
+def send(p, pod, station):  # type: ignore[no-untyped-def]
     """Decide a trip."""
-    p.sends[p.numbers[SENDS], 0], p.sends[p.numbers[SENDS], 1] = pod, station
+    p.sends[p.numbers[SENDS]].pod, p.sends[p.numbers[SENDS]].station = pod, station
     p.numbers[SENDS] += 1
-    if p.last[pod] != NONE:
-        bring(p, pod, p.last[pod], -1, shelves)
-    p.last[pod] = station
-    bring(p, pod, station, 1, shelves)
-    p.inbound[station] += 1
-    p.movable[pod] = False
+    if p.pods[pod].last != NONE:
+        bring(p, pod, p.pods[pod].last, -1)
+    p.pods[pod].last = station
+    bring(p, pod, station, 1)
+    p.stations[station].inbound += 1
+    p.pods[pod].movable = False
 
 
 @njit(cache=True)
-def take(p, line, station, shelves, weights):  # type: ignore[no-untyped-def]
+def take(p, line, station):  # type: ignore[no-untyped-def]
     """Assign a line."""
-    order, sku, quantity = p.order[line], p.sku[line], p.quantity[line]
+    weights = p.weights[0]
+    order, sku, quantity = p.lines[line].order, p.lines[line].sku, p.lines[line].quantity
     if weights.packing:
         new = 1
         for k in range(p.numbers[TAKES]):
-            if p.takes[k, 1] == station and p.order[p.takes[k, 0]] == order:
+            if p.takes[k].station == station and p.lines[p.takes[k].line].order == order:
                 new = 0
-        p.parts[order] += new
-    p.takes[p.numbers[TAKES], 0], p.takes[p.numbers[TAKES], 1] = line, station
+        p.orders[order].parts += new
+    p.takes[p.numbers[TAKES]].line, p.takes[p.numbers[TAKES]].station = line, station
     p.numbers[TAKES] += 1
     p.numbers[AT_WORK] = 1
-    if p.counts_orders[station]:
+    if p.stations[station].counts_orders:
         places = int(not p.placed[station, order])
         p.placed[station, order] = True
     else:
         places = quantity
-    p.room[station] -= places
-    p.load[station] += places
-    p.untaken[line] = False
-    p.open_items[order] -= quantity
+    p.stations[station].room -= places
+    p.stations[station].load += places
+    p.lines[line].untaken = False
+    p.orders[order].open_items -= quantity
     if weights.urge_ticks:
-        change_urges(p, line, shelves, weights)
+        change_urges(p, line)
     p.available[sku, station] -= quantity
-    for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
-        entry = shelves.by_sku[k]
-        if p.last[shelves.pod[entry]] == station and 0 < p.items[entry] < UNLIMITED:
-            p.movable[shelves.pod[entry]] = False  # one that was about to leave may be what the line is taken from
-    orders = p.begin, p.end, p.due_s, p.worth, p.left, p.base, p.root, p.power
-    look_at(orders, order, p.sku, p.quantity, p.share, p.untaken, p.numbers[NOW] / TICKS_PER_S, weights)
-    rest = p.left[order] > 0
+    for k in range(p.first_with[sku], p.first_with[sku + 1]):
+        pod = p.pods[p.holders[k].pod]
+        if pod.last == station and 0 < p.holders[k].free < UNLIMITED:
+            pod.movable = False  # one that was about to leave may be what the line is taken from
+    look_at(p, order)
+    rest = p.orders[order].left > 0
     p.numbers[COMPLETED] += not rest
-    if weights.packing and not p.ever[order]:
-        split = rest or p.parts[order] > 1
-        p.numbers[PACKING_ROOM] += int(p.split[order]) - int(split)
-        p.split[order] = split
+    if weights.packing and not p.orders[order].ever:
+        split = rest or p.orders[order].parts > 1
+        p.numbers[PACKING_ROOM] += int(p.orders[order].split) - int(split)
+        p.orders[order].split = split
 
 
 @njit(cache=True)
-def nearer(p, pod, other, station, ticks, cells):  # type: ignore[no-untyped-def]
+def nearer(p, pod, other, station):  # type: ignore[no-untyped-def]
     """Whether a pod is sooner at a station than another one; of equals, that of the lower id."""
     for asked in (pod, other):
-        p.numbers[ASKED] += not p.asked[asked]
-        p.asked[asked] = True
-    difference = ticks[station, cells[pod]] - ticks[station, cells[other]]
+        p.numbers[ASKED] += not p.pods[asked].asked
+        p.pods[asked].asked = True
+    difference = p.ticks[station, p.pods[pod].cell] - p.ticks[station, p.pods[other].cell]
     return difference < 0 or (difference == 0 and pod < other)
 
 
 @njit(cache=True)
-def find_nearest(p, station, ticks, cells):  # type: ignore[no-untyped-def]
+def find_nearest(p, station):  # type: ignore[no-untyped-def]
     """Of the pods found, keep the one that is soonest at a station."""
     best = p.found[0]
     for pod in p.found[1 : p.numbers[FOUND]]:
-        if nearer(p, pod, best, station, ticks, cells):
+        if nearer(p, pod, best, station):
             best = pod
     p.found[0], p.numbers[FOUND] = best, 1
 
 
 @njit(cache=True)
-def find_scattered(p, station, ticks, cells, shelves, packing):  # type: ignore[no-untyped-def]
+def find_scattered(p, station):  # type: ignore[no-untyped-def]
     """Find pods for the oldest line that wants several items, which pods have together: those with the most first."""
     oldest = NONE
     for sku in p.wanted[: p.numbers[WANTED]]:
-        line, held = p.head[sku], -1
+        line, held = p.skus[sku].head, -1
         while line != NONE and (oldest == NONE or line < oldest):
-            missing = p.quantity[line] - p.available[sku, station]
-            if p.quantity[line] > 1 and missing > 0 and fits(p, line, station, packing):
+            missing = p.lines[line].quantity - p.available[sku, station]
+            if p.lines[line].quantity > 1 and missing > 0 and fits(p, line, station):
                 if held < 0:
                     held = 0
-                    for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
-                        if p.able[shelves.pod[shelves.by_sku[k]]]:
-                            held += max(p.items[shelves.by_sku[k]], 0)
+                    for k in range(p.first_with[sku], p.first_with[sku + 1]):
+                        if p.pods[p.holders[k].pod].able:
+                            held += max(p.holders[k].free, 0)
                 if held >= missing:
                     oldest = line
-            line = p.after[line]
+            line = p.lines[line].after
     if oldest == NONE:
         return
-    sku = p.sku[oldest]
-    missing = p.quantity[oldest] - p.available[sku, station]
+    sku = p.lines[oldest].sku
+    missing = p.lines[oldest].quantity - p.available[sku, station]
     while missing > 0:
         most, items = NONE, 0
-        for k in range(shelves.first_with[sku], shelves.first_with[sku + 1]):
-            pod, held = shelves.pod[shelves.by_sku[k]], p.items[shelves.by_sku[k]]
-            if p.able[pod] and (held > items or (held == items > 0 and nearer(p, pod, most, station, ticks, cells))):
+        for k in range(p.first_with[sku], p.first_with[sku + 1]):
+            pod, held = p.holders[k].pod, p.holders[k].free
+            if p.pods[pod].able and (held > items or (held == items > 0 and nearer(p, pod, most, station))):
                 most, items = pod, held
         p.found[p.numbers[FOUND]] = most
         p.numbers[FOUND] += 1
-        p.able[most] = False
+        p.pods[most].able = False
         missing -= items
 
 
 @njit(cache=True)
-def decide(p, bound, stations, ticks, cells, shelves, weights):  # type: ignore[no-untyped-def]
+def decide(words, at, ticks, placed, now, at_work, bound, busy, need):  # type: ignore[no-untyped-def]
     """Let stations take their turns, fewest pods first, until all are through.
 
     Parameters
     ----------
-    p
+    words, at, ticks, placed
         The period, in which ``available`` is 0, and ``last`` NONE, as they are afterwards again; lines that were taken
         are left in the account.
-    bound, stations
-        Pods at or bound for stations, and where each goes last.
-    ticks, cells
-        Driving times to each station from each cell, shape (stations, cells); cell of each pod that may be sent.
+    now, at_work
+        The tick; whether a station is at work.
+    bound
+        Pods at or bound for stations, and where each goes last, shape (pods, 2).
+    busy
+        Pods that may not be sent: bound for somewhere, or with a robot, and not leaving.
+    need
+        What the ages of a pod's lines have to add up to for it to be sent anywhere.
     """
+    p = period_of(words, at, ticks, placed)
+    begin(p, now, at_work, bound, busy, need)
+    while begin_turn(p):
+        for station in p.turn[: p.numbers[LENGTH]]:
+            line, most = best_covered(p, station)
+            if p.stations[station].inbound < p.weights[0].most_pods:
+                bring_pods(p, station, line, most)
+                if p.numbers[FOUND]:
+                    line = send_found(p, station)
+            if line != NONE:
+                take(p, line, station)
+            here = p.stations[station]
+            here.open = line != NONE and (here.room > 0 or here.counts_orders)
+    end(p, bound)
+
+
+@njit(cache=True)
+def begin(p, now, at_work, bound, busy, need):  # type: ignore[no-untyped-def]
+    """Begin the period."""
     for number in (TAKES, SENDS, COMPLETED, ASKED, LOOKED):
         p.numbers[number] = 0
+    p.numbers[NOW], p.numbers[AT_WORK] = now, at_work
+    for i in range(len(p.seen)):
+        p.stations[i] = p.seen[i]
     for i in range(len(bound)):
-        p.last[bound[i]] = stations[i]
-        bring(p, bound[i], stations[i], 1, shelves)
-    find_wanted(p)
-    share_visits(p, shelves, weights.cost_s)
-    while begin_turn(p):
-        for at in range(p.numbers[LENGTH]):
-            station = p.turn[at]
-            line, most = best_covered(p, station, weights)
-            if p.inbound[station] < weights.most_pods:
-                bring_pods(p, station, line, most, ticks, cells, shelves, weights)
-                if p.numbers[FOUND]:
-                    line = send_found(p, station, shelves, weights)
-            if line != NONE:
-                take(p, line, station, shelves, weights)
-            p.open[station] = line != NONE and (p.room[station] > 0 or p.counts_orders[station])
-    for take_ in p.takes[: p.numbers[TAKES]]:
-        p.untaken[take_[0]] = True
-        p.open_items[p.order[take_[0]]] += p.quantity[take_[0]]
+        p.pods[bound[i, 0]].last = bound[i, 1]
+        bring(p, bound[i, 0], bound[i, 1], 1)
+    find_urgent(p, need)
+    for pod in busy:
+        p.pods[pod].movable = False
+    share_visits(p)
+
+
+@njit(cache=True)
+def end(p, bound):  # type: ignore[no-untyped-def]
+    """Leave the account as it was before the period, and what was decided."""
+    for taken in p.takes[: p.numbers[TAKES]]:
+        p.lines[taken.line].untaken = True
+        p.orders[p.lines[taken.line].order].open_items += p.lines[taken.line].quantity
     for order in p.looked[: p.numbers[LOOKED]]:
-        p.left[order] = -1.0
-    for pod in bound:
-        clear(p, pod, shelves)
+        p.orders[order].left = -1.0
+    for i in range(len(bound)):
+        clear(p, bound[i, 0])
     for sent in p.sends[: p.numbers[SENDS]]:
-        clear(p, sent[0], shelves)
+        clear(p, sent.pod)
 
 
 @njit(cache=True)
-def clear(p, pod, shelves):  # type: ignore[no-untyped-def]
+def clear(p, pod):  # type: ignore[no-untyped-def]
     """Forget where a pod goes last, and what it brings."""
-    p.last[pod] = NONE
-    for entry in range(shelves.first[pod], shelves.first[pod + 1]):
-        p.available[shelves.sku[entry], :] = 0
+    p.pods[pod].last = NONE
+    for entry in range(p.first[pod], p.first[pod + 1]):
+        p.available[p.entries[entry].sku, :] = 0
 
 
 @njit(cache=True)
-def send_found(p, station, shelves, weights):  # type: ignore[no-untyped-def]
+def send_found(p, station):  # type: ignore[no-untyped-def]
     """Send the pods found to a station, and return the best line that they bring; NONE for none."""
     found = p.found[: p.numbers[FOUND]]
     for pod in found:
-        for entry in range(shelves.first[pod], shelves.first[pod + 1]):
-            p.there[shelves.sku[entry]] = p.available[shelves.sku[entry], station]
+        for entry in range(p.first[pod], p.first[pod + 1]):
+            p.skus[p.entries[entry].sku].there = p.available[p.entries[entry].sku, station]
     for pod in found:
-        send(p, pod, station, shelves)
+        send(p, pod, station)
     line, most = NONE, 0.0
     for pod in found:
-        for entry in range(shelves.first[pod], shelves.first[pod + 1]):
-            sku = shelves.sku[entry]
-            if p.number[sku]:
-                line, most = better_line(p, station, sku, p.there[sku], line, most, weights)
+        for entry in range(p.first[pod], p.first[pod + 1]):
+            sku = p.entries[entry].sku
+            if p.skus[sku].number:
+                line, most = better_line(p, station, sku, p.skus[sku].there, line, most)
     return line
 
 
 @njit(cache=True)
-def bring_pods(p, station, line, most, ticks, cells, shelves, weights):  # type: ignore[no-untyped-def]
+def bring_pods(p, station, line, most):  # type: ignore[no-untyped-def]
     """Find the pods that are sent to a station instead of taking its best covered line, if that is better."""
+    weights = p.weights[0]
     p.numbers[FOUND] = 0
-    if find_able(p, station, weights):
-        bound = 0.0 if line == NONE else weights.stay * most / (weights.handle_s * p.quantity[line])
-        best_pods(p, station, bound, shelves, weights)
+    if find_able(p, station):
+        bound = 0.0 if line == NONE else weights.stay * most / (weights.handle_s * p.lines[line].quantity)
+        best_pods(p, station, bound)
         if p.numbers[FOUND] > 1:
-            find_nearest(p, station, ticks, cells)
+            find_nearest(p, station)
         if p.numbers[FOUND] == 0 and line == NONE:
-            find_scattered(p, station, ticks, cells, shelves, weights.packing)
+            find_scattered(p, station)
         for pod in p.urgent[: p.numbers[URGENT]]:
-            p.able[pod] = False
+            p.pods[pod].able = False
 
 
 @njit(cache=True)
 def begin_turn(p):  # type: ignore[no-untyped-def]
     """Line up the stations that go on, fewest pods first; return whether there is one."""
     number = 0
-    for station in range(len(p.open)):
-        if p.open[station]:
+    for station in range(len(p.stations)):
+        if p.stations[station].open:
             at = number
-            while at > 0 and p.inbound[p.turn[at - 1]] > p.inbound[station]:
+            while at > 0 and p.stations[p.turn[at - 1]].inbound > p.stations[station].inbound:
                 p.turn[at] = p.turn[at - 1]
                 at -= 1
             p.turn[at] = station

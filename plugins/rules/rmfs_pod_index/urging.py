@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from rmfs_pod_index.period import AT_WORK, NONE, NOW, URGENT
+from rmfs_pod_index.period import AT_WORK, NONE, NOW, URGENT, period_of
 
 
 @njit(cache=True)
@@ -14,12 +14,13 @@ def needed(load, capacity, urge_ticks, full):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def next_urgent(lines_of, arrivals_of, now, need, base_ticks):  # type: ignore[no-untyped-def]
+def next_urgent(words, at, ticks, placed, now, need):  # type: ignore[no-untyped-def]
     """When the ages of the lines of the next pod add up to so many, NONE for never; and whether one's do now."""
-    soonest, urgent_now = NONE, False
-    for pod in range(len(lines_of)):
-        number = lines_of[pod]
-        missing = need - number * (now + base_ticks) + arrivals_of[pod]
+    p = period_of(words, at, ticks, placed)
+    soonest, urgent_now, since = NONE, False, now + p.weights[0].base_ticks
+    for pod in p.ages:
+        number = pod.lines_of
+        missing = need - number * since + pod.arrivals_of
         urgent_now = urgent_now or missing <= 0
         # Without a division where another pod is sooner
         if number and missing > 0 and (soonest == NONE or missing <= (soonest - 1) * number):
@@ -28,34 +29,38 @@ def next_urgent(lines_of, arrivals_of, now, need, base_ticks):  # type: ignore[n
 
 
 @njit(cache=True)
-def find_urgent(urge, urgent, lines_of, arrivals_of, since, need):  # type: ignore[no-untyped-def]
-    """Add up the ages for each pod, as of a tick, and list the pods for which they are enough; return how many."""
-    number = 0
-    for pod in range(len(urge)):
-        urge[pod] = lines_of[pod] * since - arrivals_of[pod]
-        if urge[pod] >= need:
-            urgent[number] = pod
+def find_urgent(p, need):  # type: ignore[no-untyped-def]
+    """Add up the ages for each pod, and list the pods for which they are enough to be sent somewhere."""
+    number, since = 0, p.numbers[NOW] + p.weights[0].base_ticks
+    for pod in range(len(p.ages)):
+        wanted = p.ages[pod]
+        wanted.urge = wanted.lines_of * since - wanted.arrivals_of
+        if wanted.urge >= need:
+            p.urgent[number] = pod
             number += 1
-    return number
+            p.pods[pod].movable = True
+    p.numbers[URGENT] = number
 
 
 @njit(cache=True)
-def change_urges(p, line, shelves, weights):  # type: ignore[no-untyped-def]
+def change_urges(p, line):  # type: ignore[no-untyped-def]
     """Take the age of a line from what the pods that have items for it are wanted."""
-    age = p.numbers[NOW] + weights.base_ticks - p.arrival[p.order[line]]
-    for k in range(shelves.first_with[p.sku[line]], shelves.first_with[p.sku[line] + 1]):
-        entry = shelves.by_sku[k]
-        if p.items[entry] > 0:
-            p.urge[shelves.pod[entry]] -= age
+    age = p.numbers[NOW] + p.weights[0].base_ticks - p.orders[p.lines[line].order].arrival
+    for k in range(p.first_with[p.lines[line].sku], p.first_with[p.lines[line].sku + 1]):
+        if p.holders[k].free > 0:
+            p.ages[p.holders[k].pod].urge -= age
 
 
 @njit(cache=True)
-def find_able(p, station, weights):  # type: ignore[no-untyped-def]
+def find_able(p, station):  # type: ignore[no-untyped-def]
     """Mark the pods that may be sent to a station: movable, and wanted enough where it matters; return whether any."""
+    weights = p.weights[0]
     waits, some = p.numbers[AT_WORK] and weights.urge_ticks, False
-    need = needed(p.load[station], p.capacity[station], weights.urge_ticks, weights.full) if waits else 0
-    for pod in p.urgent[: p.numbers[URGENT]]:
+    here = p.stations[station]
+    need = needed(here.load, here.capacity, weights.urge_ticks, weights.full) if waits else 0
+    for i in p.urgent[: p.numbers[URGENT]]:
+        pod = p.pods[i]
         # One that leaves the station has brought what it has
-        p.able[pod] = p.movable[pod] and p.last[pod] != station and (not waits or p.urge[pod] >= need)
-        some = some or p.able[pod]
+        pod.able = pod.movable and pod.last != station and (not waits or p.ages[i].urge >= need)
+        some = some or pod.able
     return some

@@ -42,7 +42,7 @@ class PodMatch(KeptPairs):
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign the best matching pairs of order and station."""
         if self.keeps(warehouse, warehouse.available()):
-            return self.assign_kept(warehouse, rng, None if warehouse.unlimited_stock else _Stock(self._scores).take)
+            return self.assign_kept(warehouse, rng, None if warehouse.unlimited_stock else _Stock(self.scores).take)
         stock = _InboundStock(warehouse)
         take = None if warehouse.unlimited_stock else stock.take
         return self.assign(warehouse, rng, stock.score, take)

@@ -6,14 +6,16 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from attrs import define
+from attrs import define, field
 from numpy.typing import NDArray
 
 from rmfs_core import BundleAssignment, OrderAssignment, PodTrip, StoreBundle, TaskAssignment, hookimpl
-from rmfs_rule_helpers import StoragePods, assign_best_pairs, send_pods, store_bundles, waiting_limit
+from rmfs_rule_helpers import StoragePods, assign_best_pairs, store_bundles, waiting_limit
+from rmfs_rule_helpers.pod_sending import Ids, KeptPods
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Bundle, Pod, Station, WarehouseView
+    from rmfs_core.traffic import Roads
+    from rmfs_core.warehouse import Bundle, Station, WarehouseView
 
 LOTS = 1 << 62
 """Lots are whole numbers below this: two are hardly ever the same."""
@@ -36,6 +38,7 @@ class Random:
     """
 
     max_wait_s: float | None = waiting_limit()
+    _pods: KeptPods = field(init=False, factory=KeptPods, repr=False, eq=False)
 
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
@@ -49,11 +52,12 @@ class Random:
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
         """Draw pods for the stations that lack one."""
+        self._pods.update(warehouse)
 
-        def one(_station: Station, pods: Sequence[Pod]) -> Pod:
-            return pods[int(rng.integers(len(pods)))]
+        def one(_station: Station, pods: Ids) -> int:
+            return int(pods[int(rng.integers(len(pods)))])
 
-        return send_pods(warehouse, max_fetches, one)
+        return self._pods.send(warehouse, max_fetches, one)
 
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, rng: np.random.Generator) -> int:
@@ -95,3 +99,7 @@ class Random:
             return rng.integers(LOTS, size=len(warehouse.pods))
 
         return store_bundles(warehouse, max_fetches, lots)
+
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self._pods.load()

@@ -7,15 +7,16 @@ decision under construction takes up.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from attrs import field, validators
 from numpy.typing import NDArray
 
-from rmfs_core.decisions import OrderAssignment, PodTrip
+from rmfs_core.decisions import OrderAssignment
 from rmfs_rule_helpers.bundles import StoragePods, cheapest, store_bundles
+from rmfs_rule_helpers.pod_sending import send_pods
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Order, Pod, Station, WarehouseView
@@ -282,75 +283,6 @@ def _late(warehouse: WarehouseView, oversize: NDArray[np.bool_], max_wait_s: flo
     arrived_s = np.array([order.arrival_s for order in warehouse.backlog])
     limit_s = np.where(oversize, OVERSIZE_WAIT_S, np.inf) if max_wait_s is None else max_wait_s
     return [int(position) for position in np.flatnonzero(warehouse.now_s - arrived_s >= limit_s)]
-
-
-def send_pods(
-    warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, Sequence[Pod]], Pod]
-) -> list[PodTrip]:
-    """Select pods one after another until every uncovered request is served or no candidate can help.
-
-    The station with the fewest inbound pods is next, then the one with most uncovered requests, then the lowest id:
-    robots are scarce, and a station without pods idles. Candidates are stored pods bound nowhere, at most
-    ``max_fetches`` of them, and pods that are about to leave a station.
-
-    Parameters
-    ----------
-    warehouse
-        The warehouse now.
-    max_fetches
-        How many stored pods may be sent.
-    choose
-        Picks one of the pods, given by id, each of which serves an uncovered request of the station.
-
-    Returns
-    -------
-    list[PodTrip]
-        The trips in the order in which they were chosen.
-    """
-    sent: set[int] = set()
-    leaving = {pod.id for pod in warehouse.leaving_pods}
-
-    def servers(station: Station, skus: Iterable[int]) -> list[Pod]:
-        """Pods that can be sent, by id, that hold a free item of one of the SKUs and are not bound for the station."""
-        found: dict[int, Pod] = {}
-        for sku in skus:
-            for pod in warehouse.pods_with(sku):
-                number = pod.id
-                if number in leaving:
-                    usable = station.id not in pod.bound_for
-                else:
-                    usable = max_fetches > 0 and pod.location is not None and number not in sent and not pod.bound_for
-                if usable and number not in found and pod.free_items(sku) > 0:
-                    found[number] = pod
-        return [found[number] for number in sorted(found)]
-
-    inbound = {station.id: len(station.inbound_pods) for station in warehouse.stations}
-    needy: dict[int, dict[int, int]] = {}  # uncovered requests of each SKU, by station
-    for station in warehouse.stations:
-        for request in station.uncovered_requests:
-            wanted = needy.setdefault(station.id, {})
-            wanted[request.sku] = wanted.get(request.sku, 0) + 1
-    trips: list[PodTrip] = []
-    while needy:
-        identifier = min(needy, key=lambda i: (inbound[i], -sum(needy[i].values()), i))
-        station, wanted = warehouse.stations[identifier], needy[identifier]
-        candidates = servers(station, wanted)
-        if not candidates:
-            del needy[identifier]
-            continue
-        pod = choose(station, candidates)
-        trips.append(PodTrip(pod.id, identifier))
-        inbound[identifier] += 1
-        for sku in wanted.keys() & pod.contents.keys():
-            wanted[sku] -= pod.free_items(sku)
-            if wanted[sku] <= 0:
-                del wanted[sku]
-        if not wanted:
-            del needy[identifier]
-        max_fetches -= pod.id not in leaving
-        sent.add(pod.id)
-        leaving.discard(pod.id)
-    return trips
 
 
 def ticks_to_station(warehouse: WarehouseView, pod: Pod, station: Station) -> int:

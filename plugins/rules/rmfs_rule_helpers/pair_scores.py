@@ -323,13 +323,14 @@ class PairScores:
 class KeptLanes(LaneOptions):
     """Parameters of a rule that keeps an account of the orders, and ranks them alike at all stations."""
 
-    _scores: PairScores = field(
+    scores: PairScores = field(
         init=False, default=Factory(lambda rule: PairScores(rule.rank), takes_self=True), repr=False, eq=False
     )
+    """The account."""
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
-        self._scores.load()
+        self.scores.load()
 
     def rank(self, order: Order) -> float:
         """Which orders go first: those with the lowest number."""
@@ -337,11 +338,11 @@ class KeptLanes(LaneOptions):
 
     def keeps(self, warehouse: WarehouseView) -> bool:
         """Take in what changed, and say whether `assign_kept` may decide."""
-        return self._scores.decides(warehouse)
+        return self.scores.decides(warehouse)
 
     def assign_kept(self, warehouse: WarehouseView) -> list[OrderAssignment]:
         """Assign the orders as they are ranked, by what is kept."""
-        return self._scores.assign(warehouse, max_wait_s=self.max_wait_s, fast_lane=self.fast_lane)
+        return self.scores.assign(warehouse, max_wait_s=self.max_wait_s, fast_lane=self.fast_lane)
 
 
 def _of_options(options: PairOptions) -> PairScores:
@@ -352,15 +353,16 @@ def _of_options(options: PairOptions) -> PairScores:
 class KeptPairs(PairOptions):
     """Parameters of a rule that keeps the scores of pairs of order and station."""
 
-    _scores: PairScores = field(init=False, default=Factory(_of_options, takes_self=True), repr=False, eq=False)
+    scores: PairScores = field(init=False, default=Factory(_of_options, takes_self=True), repr=False, eq=False)
+    """The scores, for a ``take`` that changes them: `PairScores.lines_of`, `PairScores.change`."""
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
-        self._scores.load()
+        self.scores.load()
 
     def keeps(self, warehouse: WarehouseView, *available: Ints) -> bool:
         """Take in what changed, as `PairScores.update` does, and say whether `assign_kept` may decide."""
-        return self._scores.decides(warehouse, *available)
+        return self.scores.decides(warehouse, *available)
 
     def assign_kept(
         self,
@@ -371,7 +373,7 @@ class KeptPairs(PairOptions):
         extra: NDArray[np.float64] | None = None,
     ) -> list[OrderAssignment]:
         """Assign the best pairs by the scores that are kept, as `PairScores.assign` does with these parameters."""
-        return self._scores.assign(
+        return self.scores.assign(
             warehouse,
             take,
             prefer,

@@ -305,6 +305,8 @@ def best_pair(  # type: ignore[no-untyped-def]
     fits, the first and the number of places, and what an order can score beyond its items. ``lanes`` has pairs of
     station and order that all free places are for, not room alone.
     """
+    if limits[1] == limits[2]:  # no order is left, and there may be no block either
+        return np.int64(-1), np.int64(-1)
     room, free, capacity, counts, load = at
     begin, end = limits[1] // BLOCK, (limits[2] + BLOCK - 1) // BLOCK
     leader = (-np.inf, np.inf, np.int64(-1), np.int64(0), np.int64(-1))

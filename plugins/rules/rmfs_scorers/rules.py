@@ -9,11 +9,11 @@ import numpy as np
 from attrs import define, field, validators
 
 from rmfs_core import PodTrip, hookimpl
-from rmfs_rule_helpers import send_pods
-from rmfs_scorers.scores import SCORES, VALUES, PodScores, Weights
+from rmfs_scorers.scores import SCORES, VALUES, Kept, PodScores, Weights
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, Station, WarehouseView
+    from rmfs_core.traffic import Roads
+    from rmfs_core.warehouse import WarehouseView
 
 
 def _count_backlog() -> Any:
@@ -58,21 +58,30 @@ def _time_cost() -> Any:
     )
 
 
-def _select(
-    warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator, scores: Sequence[str], weights: Weights
-) -> list[PodTrip]:
-    """Send the pods with the best scores to the stations that lack one."""
-    table = PodScores(warehouse, rng, weights)
-    given = warehouse.pods
+@define
+class _Scoring:
+    """A rule that scores pods, and keeps an account of them."""
 
-    def best(station: Station, pods: Sequence[Pod]) -> Pod:
-        return given[table.choose(scores, station, [pod.id for pod in pods])]
+    _kept: Kept = field(init=False, factory=Kept, repr=False, eq=False)
 
-    return send_pods(warehouse, max_fetches, best)
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self._kept.load()
+
+    def _select(
+        self,
+        warehouse: WarehouseView,
+        max_fetches: int,
+        rng: np.random.Generator,
+        scores: Sequence[str],
+        weights: Weights,
+    ) -> list[PodTrip]:
+        """Send the pods with the best scores to the stations that lack one."""
+        return PodScores(warehouse, rng, weights, self._kept).send(max_fetches, scores)
 
 
 @define
-class Completes:
+class Completes(_Scoring):
     """Send the pod that completes most orders of the station.
 
     Among the pods not in use (or leaving a station with no next one) that can serve at least one uncovered request of
@@ -96,11 +105,11 @@ class Completes:
     def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
         """Send the pods that complete most orders."""
         weights = Weights(count_backlog=self.count_backlog)
-        return _select(warehouse, max_fetches, rng, ("completes", "picks", "nearest"), weights)
+        return self._select(warehouse, max_fetches, rng, ("completes", "picks", "nearest"), weights)
 
 
 @define
-class WorkAmount:
+class WorkAmount(_Scoring):
     """Send the pod that gets most work done, less the time it takes to come.
 
     Among the pods not in use (or leaving a station with no next one) that can serve at least one uncovered request of
@@ -129,7 +138,7 @@ class WorkAmount:
     def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
         """Send the pods that get most work done."""
         weights = Weights(False, self.value, self.backlog_weight, self.completion_boost, self.time_cost_per_s)
-        return _select(warehouse, max_fetches, rng, ("work",), weights)
+        return self._select(warehouse, max_fetches, rng, ("work",), weights)
 
 
 def _no_repeats(_instance: object, _attribute: Any, value: tuple[str, ...]) -> None:
@@ -138,7 +147,7 @@ def _no_repeats(_instance: object, _attribute: Any, value: tuple[str, ...]) -> N
 
 
 @define
-class Lexicographic:
+class Lexicographic(_Scoring):
     """Send the pod with the best score; ties are decided by the next score, and so on.
 
     Among the pods not in use (or leaving a station with no next one) that can serve at least one uncovered request of
@@ -179,4 +188,4 @@ class Lexicographic:
         weights = Weights(
             self.count_backlog, self.value, self.backlog_weight, self.completion_boost, self.time_cost_per_s
         )
-        return _select(warehouse, max_fetches, rng, self.scores, weights)
+        return self._select(warehouse, max_fetches, rng, self.scores, weights)

@@ -13,9 +13,11 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from rmfs_core.clock import TICKS_PER_S
+from rmfs_rule_helpers.pod_sending import KeptPods, KeptSums
 from rmfs_scorers.wanted import Backlog, Held, Ids, Requests, Values
 
 if TYPE_CHECKING:
+    from rmfs_core import PodTrip
     from rmfs_core.warehouse import Order, Station, WarehouseView
 
 
@@ -44,6 +46,26 @@ class Weights:
     time_cost_per_s: float = 1 / 3
 
 
+class Kept:
+    """What is kept of pods from call to call: the pods, and how many of their free items are wanted.
+
+    Attributes
+    ----------
+    pods
+        Which can be sent, and what they have free.
+    demanded, waited
+        Sums of min(items free, items wanted), wanted in the whole system or in the backlog.
+    """
+
+    def __init__(self) -> None:
+        self.pods, self.demanded, self.waited = KeptPods(), KeptSums(), KeptSums()
+
+    def load(self) -> None:
+        """Load what is compiled, or compile it."""
+        for part in (self.pods, self.demanded):
+            part.load()
+
+
 class PodScores:
     """Scores of pods for stations in one decision, the higher the better; what is chosen changes those to come.
 
@@ -55,17 +77,26 @@ class PodScores:
         Draws lots.
     weights
         What scores are made of.
+    kept
+        What is kept from call to call. Left out: nothing.
     """
 
-    def __init__(self, warehouse: WarehouseView, rng: np.random.Generator, weights: Weights) -> None:
+    def __init__(
+        self, warehouse: WarehouseView, rng: np.random.Generator, weights: Weights, kept: Kept | None = None
+    ) -> None:
         self._warehouse, self._rng, self._weights = warehouse, rng, weights
-        self._free = warehouse.free_items
-        self._key = self._free.pod * warehouse.n_skus + self._free.sku
+        self._kept = kept or Kept()
+        self._kept.pods.update(warehouse)
+        self._free = self._kept.pods.items
         self._requests: dict[int, Requests] = {}
 
-    def choose(self, scores: Sequence[str], station: Station, pods: Sequence[int]) -> int:
+    def send(self, max_fetches: int, scores: Sequence[str]) -> list[PodTrip]:
+        """Send the pods with the best scores to the stations that lack one."""
+        return self._kept.pods.send(self._warehouse, max_fetches, lambda at, pods: self.choose(scores, at, pods))
+
+    def choose(self, scores: Sequence[str], station: Station, pods: Ids) -> int:
         """Return the pod with the best first score, ties by the next one and at last by the lowest id; it is taken."""
-        left = np.array(sorted(pods), np.int64)
+        left = pods
         for name in scores:
             if len(left) == 1:
                 break
@@ -104,24 +135,22 @@ class PodScores:
             of_order = np.bincount(wanted.row, weights=each, minlength=len(wanted.needs))
             total += weights.completion_boost * (of_order @ self._completed(station, pods))
         if weights.backlog_weight:
-            rest = self._rest(station, pods)
             if weights.value == "picks" and not self._warehouse.filtered:
-                work = rest.of_use(self._waiting)
+                waiting = self._waiting[wanted.skus]
+                rest = np.minimum(np.maximum(items - wanted.needs.sum(axis=0), 0), waiting) - np.minimum(items, waiting)
+                work = (self._waited[pods] + rest.sum(axis=1)).astype(np.float64)
             else:
-                work = self._backlog.work(rest, lambda order: worth(order, self._warehouse.now_s))
+                work = self._backlog.work(self._rest(station, pods), lambda order: worth(order, self._warehouse.now_s))
             total += weights.backlog_weight * work
         return total
 
     def demand(self, station: Station, pods: Ids) -> Values:  # noqa: ARG002
         """Items wanted in the whole system, assigned or not, that the pod has free."""
-        return self._demand[pods]
+        return self._demand[pods].astype(np.float64)
 
     def nearest(self, station: Station, pods: Ids) -> Values:
         """Seconds of loaded driving to the station, with a minus in front."""
-        given = self._warehouse.pods
-        cells = [given[pod].cell for pod in pods.tolist()]
-        ticks = self._warehouse.travel.times_to(station.cell, True)[cells].min(axis=1)
-        seconds: Values = ticks / -TICKS_PER_S
+        seconds: Values = self._kept.pods.ticks(self._warehouse, pods, station) / -TICKS_PER_S
         return seconds
 
     def random(self, station: Station, pods: Ids) -> Values:  # noqa: ARG002
@@ -143,9 +172,14 @@ class PodScores:
         return waiting
 
     @cached_property
-    def _demand(self) -> Values:
-        items = np.minimum(self._warehouse.open_demand()[self._free.sku], self._free.number)
-        return np.bincount(self._free.pod, weights=items, minlength=len(self._warehouse.pods)).astype(np.float64)
+    def _waited(self) -> Ids:
+        """Free items by pod that are wanted in the backlog."""
+        return self._kept.waited.of_free(self._kept.pods, self._waiting)
+
+    @cached_property
+    def _demand(self) -> Ids:
+        """Free items by pod that are wanted in the whole system."""
+        return self._kept.demanded.of_free(self._kept.pods, self._warehouse.open_demand())
 
     def _wanted(self, station: Station) -> Requests:
         if station.id not in self._requests:
@@ -166,9 +200,7 @@ class PodScores:
 
     def _on(self, pods: Ids, skus: Ids) -> NDArray[np.int64]:
         """Return the free items of SKUs on pods, shape (pods, SKUs)."""
-        keys = pods[:, None] * self._warehouse.n_skus + skus
-        at = np.minimum(self._key.searchsorted(keys), len(self._key) - 1)
-        return np.where(self._key[at] == keys, self._free.number[at], 0)
+        return self._kept.pods.items_on(pods, skus)
 
     def _completed(self, station: Station, pods: Ids) -> NDArray[np.bool_]:
         """Return which orders of a station the pods complete, shape (orders, pods), if the oldest take first."""

@@ -76,11 +76,6 @@ class Held:
     sku: Ids
     items: Ids
 
-    def of_use(self, wanted: NDArray[np.int64]) -> Values:
-        """Return how many items each pod has of those that are wanted, by SKU."""
-        items = np.minimum(self.items, wanted[self.sku])
-        return np.bincount(self.pod, weights=items, minlength=self.number).astype(np.float64)
-
 
 class Backlog:
     """The open lines of the backlog, by SKU, the oldest order first."""

@@ -55,7 +55,7 @@ class Case:
     def holds(self, warehouse: WarehouseView) -> bool:
         """Whether the rule is to decide now."""
         in_time = self.before_s is None or warehouse.now_s < self.before_s
-        return in_time and (self.backlog_below is None or len(warehouse.backlog) < self.backlog_below)
+        return in_time and (self.backlog_below is None or warehouse.backlog_size < self.backlog_below)
 
     def asked(self, place: str) -> _Asked:
         """Return a new instance of the rule, checked as a scenario's own; messages call the case ``place``."""

@@ -1,8 +1,16 @@
 """Accounts of the backlog and of free items."""
 
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
 import pytest
 
-from rmfs_core.warehouse import WarehouseView, lines_of
+import rmfs_core
+from rmfs_core import hookimpl
+from rmfs_core.info import Question
+from rmfs_core.warehouse import Station, WarehouseView, lines_of
 from rmfs_core.warehouse.parts import UNLIMITED
 from rmfs_testing import small_world
 from standing import put_at_station
@@ -52,3 +60,75 @@ def test_free_items_are_told_as_arrays() -> None:
     assert view.free_items.number.tolist() == [1, 0, UNLIMITED]
     with pytest.raises(ValueError, match="read-only"):
         view.free_items.number[0] = 9
+
+
+def test_what_changed_of_free_items_is_told_once() -> None:
+    """At first all; then what a promise takes, and not what a pick does; arrays change in place, for looking only."""
+    world = small_world({"1": ["a", "b"], "2": ["a"]}, {"p": {"a": 2, "b": 1}, "q": ["a"]}, capacities=[5])
+    log, station = WarehouseView(world).free_items_log(), world.stations[0]
+    number = log.items.number
+    assert (number.tolist(), log.changed().tolist(), log.changed(3).tolist()) == ([2, 1, UNLIMITED], [0, 1, 2], [])
+    put_at_station(world, 0)
+    world.assign(world.orders[0], station, [0, 1])
+    assert (log.changed(3).tolist(), number.tolist()) == ([0, 1], [1, 0, UNLIMITED])
+    world.fulfil(station.open_requests[0], world.pods[0])
+    world.assign(world.orders[1], station, [0])
+    assert (log.changed(5).tolist(), log.items.number.tolist()) == ([0], [0, 0, UNLIMITED])
+    with pytest.raises(ValueError, match="read-only"):
+        log.items.number[0] = 9
+
+
+class Keeper:
+    """Observer that keeps account of free items and stations by what it is told has changed."""
+
+    def __init__(self) -> None:
+        self.log: object = None
+        self.logs = self.checked = 0
+        self.stations: dict[int, tuple[int, Any]] = {}
+
+    @hookimpl
+    def rule_asked(self, question: Question) -> None:
+        """Compare with what is read anew."""
+        view = question.warehouse
+        log = view.free_items_log()
+        if log is not self.log:
+            self.log, self.seen, self.logs = log, 0, self.logs + 1
+            self.kept = np.zeros(len(log.items.number), np.int64)
+        changed = log.changed(self.seen)
+        self.kept[changed] = log.items.number[changed]
+        self.seen += len(changed)
+        items = zip(log.items.pod.tolist(), log.items.sku.tolist(), strict=True)
+        assert self.kept.tolist() == [view.pods[pod].free_items(sku) for pod, sku in items]
+        assert self.kept.tolist() == view.free_items.number.tolist()
+        for station in (*view.stations, *view.replenishment_stations):
+            now, (changes, before) = seen_of(station), self.stations.get(station.id, (-1, None))
+            assert changes < station.changes() or before == now
+            self.stations[station.id] = station.changes(), now
+        self.checked += 1
+
+
+def seen_of(station: Station) -> Any:
+    """Return what `Station.changes` counts changes of."""
+    hours = station.open, station.staffed, station.active, station.opens_s, station.closes_s
+    requests = [(request, request.pod) for request in station.open_requests]
+    return station.load, station.free_capacity, requests, station.inbound_pods, station.bundles, hours
+
+
+@pytest.mark.parametrize(
+    ("scenario", "overrides", "logs"),
+    [
+        ("examples/small", [], 1),
+        (
+            "examples/small",
+            ["instance.items_per_sku=3", "stations.open={1 = [['00:00', '00:10']], 2 = [['00:02', '24:00']]}"],
+            1,
+        ),
+        ("examples/replenished", ["run.until_s=3600", "rules.activate=backlog-threshold"], None),
+    ],
+)
+def test_whoever_keeps_account_knows_what_is_read_anew(scenario: str, overrides: list[str], logs: int | None) -> None:
+    """In whole runs: unlimited and finite stock, stations that close, and pods that are given SKUs anew."""
+    keeper = Keeper()
+    rmfs_core.run(scenario, overrides=overrides, observers=[keeper])
+    assert keeper.checked > 50
+    assert keeper.logs == logs if logs else keeper.logs > 1

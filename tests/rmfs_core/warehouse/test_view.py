@@ -98,6 +98,18 @@ def test_what_the_prefilters_left_is_the_backlog() -> None:
     assert left.orders == whole.orders == world.orders
 
 
+def test_a_view_of_some_orders_is_of_the_same_kind() -> None:
+    """Whatever is left out of a view stays left out where it shows some orders alone."""
+
+    class Reduced(WarehouseView):
+        __slots__ = ()
+
+    world = small_world({"1": ["a"], "2": ["a"]}, {"p": ["a"]})
+    shown = Reduced(world).showing(world.orders[1:])
+    assert isinstance(shown, Reduced)
+    assert (shown.backlog, shown.backlog_size, shown.filtered) == (world.orders[1:], 1, True)
+
+
 def test_demand_is_what_is_not_picked_yet() -> None:
     """In the backlog or at a station; what inbound pods have to spare is counted for each station."""
     world = small_world({"1": {"a": 2}, "2": ["a", "b"]}, {"p": {"a": 4, "b": 1}, "q": {"b": 3}}, capacities=[5, 5])

@@ -58,6 +58,14 @@ def test_each_decision_has_its_answer_and_outcome(rule: Any, decided: dict[str, 
     assert tuple(answer["outcome"].values()) == outcome
 
 
+def test_each_pod_has_its_own_capacity() -> None:
+    """Eight items on P leave room for the two of a bundle, though Q, which is full, has room for three in all."""
+    pods = {"P": {"contents": {"a": 8}, "capacity": 10}, "Q": {"contents": {"b": 1}, "capacity": 3}}
+    bundles = [{"name": "x", "sku": "b", "items": 1, "arrival_s": 10, "station": "in"}]
+    answer = decide(state_from_dict(state(pods=pods, bundles=bundles)), RuleChoice("emptiest-pod")).to_dict()
+    assert answer["stores"] == [{"bundle": "x", "pod": "P"}]
+
+
 def test_pods_that_may_be_sent_are_limited() -> None:
     """By what is asked, or by the robots."""
     for more in ({"ask": {"max_fetches": 0}}, {"robots": {}}):

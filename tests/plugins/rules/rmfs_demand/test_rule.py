@@ -47,19 +47,18 @@ def test_no_more_than_the_items_on_the_pod_count() -> None:
     assert decide(world, 1) == [("q", 0)]
 
 
-def test_what_was_picked_no_longer_counts() -> None:
+def test_what_was_picked_no_longer_counts(put_at_station: Callable[[Warehouse, int, int], None]) -> None:
     """From one decision to the next: a pod with three items of `a` has one when two were picked from it."""
-    world = small_world({"1": {"a": 5}, "2": ["b"], "3": ["c"]}, {"p": {"a": 3}, "q": {"a": 1, "b": 1, "c": 1}})
+    world = small_world({"1": {"a": 2}, "2": ["b"], "3": {"a": 9}}, {"p": {"a": 3}, "q": {"a": 1, "b": 1}})
     wanted, view = Wanted(), WarehouseView(world)
-    assign(world, (1, 0))
     wanted.update(view)
-    assert wanted.of(world.pods) == [3, 3]
+    assert wanted.by_pod.tolist() == [3, 2]
     assign(world, (0, 0))
-    world.bind(world.pods[0], world.stations[0])
-    for request in world.stations[0].open_requests[1:3]:  # behind that for `b`
+    put_at_station(world, 0, 0)
+    for request in world.stations[0].open_requests:
         world.fulfil(request, world.pods[0])
     wanted.update(view)
-    assert wanted.of(world.pods[::-1]) == [3, 1]
+    assert wanted.by_pod.tolist() == [1, 2]
 
 
 def test_ties_go_to_the_nearer_pod() -> None:

@@ -10,54 +10,34 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from rmfs_core.warehouse.parts import UNLIMITED
-from rmfs_pod_index.account import find_wanted, join, sorted_by_sku, update
+from rmfs_pod_index import PodIndex
+from rmfs_pod_index.account import join, update
 from rmfs_pod_index.compiled import best_covered, best_pods, better_line, bring, share_visits
-from rmfs_pod_index.period import (
-    CLOSE,
-    FOUND,
-    NONE,
-    OF_LINES,
-    OF_ORDERS,
-    Period,
-    Shelves,
-    Weights,
-    new_period,
-    with_room,
-)
+from rmfs_pod_index.known import weigh
+from rmfs_pod_index.period import CLOSE, FOUND, NONE, OF_LINES, Period, new_account
 
 HANDLE_S, VISIT_S, N_SKUS = 10.0, 100.0, 4
-WEIGHTS = Weights(HANDLE_S, 0.0, 1.0, VISIT_S, 1.0, 0.5, 2, 0, 16.0, 0, 3.0, 1800.0, packing=False, near=0.0)
+RULE = PodIndex(handle_s=HANDLE_S, cost_s=0, finish=1, visit_s=VISIT_S, stay=1, elsewhere=0.5, near=0)
 
 
-def shown(values: list[int]) -> np.ndarray:
-    """An array as the view has them: for looking only."""
-    array = np.array(values, dtype=np.int64)
-    array.setflags(write=False)
-    return array
-
-
-def shelves_of(pods: list[dict[int, int]]) -> tuple[Shelves, np.ndarray]:
-    """Pods given as SKU and free items: what they have, and how many."""
-    sku = shown([one for pod in pods for one in sorted(pod)])
-    items = shown([pod[one] for pod in pods for one in sorted(pod)])
-    first = np.cumsum([0, *(len(pod) for pod in pods)])
-    by_sku, first_with = sorted_by_sku(sku, N_SKUS)
-    return Shelves(first, sku, shown([i for i, pod in enumerate(pods) for _ in pod]), first_with, by_sku), items
-
-
-def account(lines: list[tuple[int, int, int]], pods: list[dict[int, int]], stations: int = 1) -> tuple[Period, Shelves]:
-    """Open lines given as (order, SKU, items), all orders as dear, and pods."""
-    shelves, items = shelves_of(pods)
-    period = new_period(N_SKUS, len(pods), stations, len(items))
-    period = with_room(with_room(period, OF_LINES, len(lines)), OF_ORDERS, len(lines))
-    for i, line in enumerate(lines):
-        period.order[i], period.sku[i], period.quantity[i] = line
-    period.worth[:], period.highest[:], period.due_s[:], period.left[:] = 1.0, 1 + CLOSE, np.inf, -1.0
-    period.movable[:], period.able[:] = True, True
-    update(period, np.zeros(0, np.int64), items, shelves)
-    join(period, 0, len(lines), shelves)
-    find_wanted(period)
-    return period._replace(least=np.arange(1000.0)), shelves
+def account(lines: list[tuple[int, int, int]], pods: list[dict[int, int]], stations: int = 1) -> Period:
+    """Open lines given as (order, SKU, items), all orders as dear, and pods given as SKU and free items."""
+    held = [(i, sku, pod[sku]) for i, pod in enumerate(pods) for sku in sorted(pod)]
+    of_pod, skus, items = np.array(held, np.int64).reshape(-1, 3).T.copy()
+    items.setflags(write=False)
+    made = new_account(of_pod, skus, len(pods), N_SKUS, np.zeros((stations, 1), np.int64))
+    made.make_room(dict.fromkeys(OF_LINES, len(lines)))
+    weigh(made.period, RULE)
+    orders = made.period.orders
+    for name, value in {"worth": 1.0, "highest": 1 + CLOSE, "due_s": np.inf, "left": -1.0}.items():
+        orders[name] = value
+    for i, (order, sku, quantity) in enumerate(lines):
+        line = made.period.lines[i]
+        line["order"], line["sku"], line["quantity"] = order, sku, quantity
+    made.period.pods["movable"] = made.period.pods["able"] = True
+    update(*made.parts, np.zeros(0, np.int64), np.arange(len(items)), items)
+    join(*made.parts, 0, len(lines))
+    return made.period
 
 
 def period_of(
@@ -68,40 +48,44 @@ def period_of(
     available: list[list[int]] | None = None,
     taken: tuple[int, ...] = (),
     room: int = 100,
-) -> tuple[Period, Shelves]:
+) -> Period:
     """Lines given as (SKU, items), each of an order of its own and worth so much; items that are at each station."""
     here = np.array(available or [[0] * N_SKUS])
-    period, shelves = account([(i, *row) for i, row in enumerate(rows)], pods, len(here))
+    period = account([(i, *row) for i, row in enumerate(rows)], pods, len(here))
     period.available[:] = here.T
-    period.room[:] = room
-    period.untaken[list(taken)] = False
-    period.left[:] = 1.0
-    period.power[: len(rows)] = HANDLE_S * np.array([items for _, items in rows]) / np.array(worth)
-    return period, shelves
+    period.stations["room"] = room
+    period.lines["untaken"][list(taken)] = False
+    period.orders["left"] = 1.0
+    seconds = HANDLE_S * np.array([items for _, items in rows])
+    period.orders["power"][: len(rows)] = seconds / np.array(worth)
+    return period
 
 
-def best(period: Period, shelves: Shelves, bound: float = 0.0, weights: Weights = WEIGHTS) -> list[int]:
+def best(period: Period, bound: float = 0.0, **weights: float) -> list[int]:
     """The pods of the largest index for the first station."""
-    best_pods(period, 0, bound, shelves, weights)
+    for name, weight in weights.items():
+        period.weights[name] = weight
+    best_pods(period, 0, bound)
     return sorted(period.found[: period.numbers[FOUND]])
 
 
 def test_a_line_whose_sku_is_at_no_station_bears_its_share_of_a_visit() -> None:
     """SKU 1 shares a visit with SKU 0 (three lines in all on pod 0); pod 1 would bring but one of them."""
     pods = [{0: UNLIMITED, 1: UNLIMITED}, {0: UNLIMITED}, {2: 0}]
-    period, shelves = account([(0, 0, 1), (1, 1, 1), (2, 1, 1), (3, 2, 1)], pods, 2)
+    period = account([(0, 0, 1), (1, 1, 1), (2, 1, 1), (3, 2, 1)], pods, 2)
     period.available[0, 0] = 5
-    share_visits(period, shelves, 300.0)
-    assert period.share.tolist() == [0.0, 100.0, 0.0, 0.0]
+    period.weights["cost_s"] = 300.0
+    share_visits(period)
+    assert period.skus["share"].tolist() == [0.0, 100.0, 0.0, 0.0]
 
 
 def test_free_items_count_where_a_pod_goes() -> None:
     """And no longer when it is gone."""
-    period, shelves = account([], [{0: 3, 1: 1}, {0: 2, 2: 1}], 2)
-    bring(period, 0, 0, 1, shelves)
-    bring(period, 1, 1, 1, shelves)
+    period = account([], [{0: 3, 1: 1}, {0: 2, 2: 1}], 2)
+    bring(period, 0, 0, 1)
+    bring(period, 1, 1, 1)
     assert period.available.T.tolist() == [[3, 1, 0, 0], [2, 0, 1, 0]]
-    bring(period, 0, 0, -1, shelves)
+    bring(period, 0, 0, -1)
     assert period.available.T.tolist() == [[0, 0, 0, 0], [2, 0, 1, 0]]
 
 
@@ -110,8 +94,8 @@ def test_the_best_covered_line_has_the_largest_worth_and_is_the_oldest_of_equals
     rows, worth = [(0, 1), (1, 1), (1, 1), (2, 2)], [0.2, 0.5, 0.5, 1.0]
 
     def covered(here: list[int], **more: object) -> int:
-        period, _ = period_of(rows, worth, [{3: 1}], available=[here], **more)  # type: ignore[arg-type]
-        return int(best_covered(period, 0, WEIGHTS)[0])
+        period = period_of(rows, worth, [{3: 1}], available=[here], **more)  # type: ignore[arg-type]
+        return int(best_covered(period, 0)[0])
 
     assert covered([1, 1, 1, 0]) == 1
     assert covered([1, 1, 1, 0], taken=(1,)) == 2
@@ -124,13 +108,13 @@ def test_an_index_worked_by_hand() -> None:
     """Pod 0 brings two lines, (0.5 + 1) / (100 + 2 * 10); pod 1 one that finishes its order, 1 / (100 + 10)."""
     rows, worth = [(0, 1), (1, 1), (2, 1)], [0.5, 1.0, 1.0]
     pods = [{0: UNLIMITED, 1: UNLIMITED}, {2: UNLIMITED}]
-    assert best(*period_of(rows, worth, pods)) == [0]
-    assert best(*period_of(rows, worth, pods), 1.49 / 120) == [0]
-    assert best(*period_of(rows, worth, pods), 1.51 / 120) == []
+    assert best(period_of(rows, worth, pods)) == [0]
+    assert best(period_of(rows, worth, pods), 1.49 / 120) == [0]
+    assert best(period_of(rows, worth, pods), 1.51 / 120) == []
     # What is there already is brought by no pod; what is at another station counts half
-    assert best(*period_of(rows, worth, pods, available=[[0, 5, 0, 0]])) == [1]
-    assert best(*period_of(rows, worth, pods, available=[[0, 0, 0, 0], [0, 5, 0, 0]])) == [1]
-    assert best(*period_of(rows, worth, [{0: UNLIMITED}, {0: 1}, {3: 1}])) == [0, 1]
+    assert best(period_of(rows, worth, pods, available=[[0, 5, 0, 0]])) == [1]
+    assert best(period_of(rows, worth, pods, available=[[0, 0, 0, 0], [0, 5, 0, 0]])) == [1]
+    assert best(period_of(rows, worth, [{0: UNLIMITED}, {0: 1}, {3: 1}])) == [0, 1]
 
 
 @given(data=st.data())
@@ -144,7 +128,7 @@ def test_the_best_pods_are_those_of_the_best_sets_of_lines(data: st.DataObject) 
     worth = [w / 8 for w in data.draw(st.lists(st.integers(1, 8), min_size=len(rows), max_size=len(rows)))]
     taken = tuple(data.draw(st.sets(st.integers(0, len(rows) - 1))))
     here = data.draw(st.lists(st.integers(0, 1), min_size=4, max_size=4))
-    weights = WEIGHTS._replace(visit_s=data.draw(st.sampled_from([0.0, 50.0, 300.0])))
+    visit_s = data.draw(st.sampled_from([0.0, 50.0, 300.0]))
 
     def ratio(pod: dict[int, int]) -> float:
         largest = 0.0
@@ -153,21 +137,21 @@ def test_the_best_pods_are_those_of_the_best_sets_of_lines(data: st.DataObject) 
             for chosen in combinations(gaining, number):
                 used = [sum(rows[i][1] for i in chosen if rows[i][0] == sku) for sku in range(4)]
                 if all(used[sku] <= pod.get(sku, 0) + here[sku] for sku in range(4)):
-                    seconds = weights.visit_s + HANDLE_S * sum(rows[i][1] for i in chosen)
+                    seconds = visit_s + HANDLE_S * sum(rows[i][1] for i in chosen)
                     largest = max(largest, sum(worth[i] for i in chosen) / seconds)
         return largest
 
     ratios = [ratio(pod) for pod in pods]
-    period, shelves = period_of(rows, worth, pods, available=[here], taken=taken)
+    period = period_of(rows, worth, pods, available=[here], taken=taken)
     equal = [i for i, one in enumerate(ratios) if one > 0 and one == pytest.approx(max(ratios), rel=1e-6)]
-    assert best(period, shelves, weights=weights) == equal
+    assert best(period, visit_s=visit_s) == equal
 
     near = data.draw(st.sampled_from([0.1, 0.3]))
     assume(all(one != pytest.approx((1 - near) * max(ratios), rel=1e-6) for one in ratios if one))
     as_good = [i for i, one in enumerate(ratios) if one > (1 - near) * max(ratios)]
-    assert best(period, shelves, weights=weights._replace(near=near)) == as_good
-    period.inbound[0] = 1
-    assert best(period, shelves, weights=weights._replace(near=near)) == equal
+    assert best(period, visit_s=visit_s, near=near) == as_good
+    period.stations["inbound"][0] = 1
+    assert best(period, visit_s=visit_s, near=near) == equal
 
 
 @given(data=st.data())
@@ -179,24 +163,25 @@ def test_lines_that_cannot_be_best_are_left_out_without_a_difference(data: st.Da
     here = data.draw(st.lists(st.integers(0, 2), min_size=4, max_size=4))
     worth = data.draw(st.lists(st.floats(0.5, 3), min_size=len(orders), max_size=len(orders)))
     due_s = data.draw(st.lists(st.sampled_from([0.0, 900.0, np.inf]), min_size=len(orders), max_size=len(orders)))
-    weights = WEIGHTS._replace(finish=data.draw(st.sampled_from([0.0, 0.85, 1.2])))
+    finish = data.draw(st.sampled_from([0.0, 0.85, 1.2]))
 
     def decided(least_of: float) -> tuple[int, list[int], list[int]]:
-        period, shelves = account(lines, pods)
-        period = period._replace(least=least_of * np.arange(1000.0) ** weights.finish)
-        period.worth[: len(orders)], period.due_s[: len(orders)] = worth, due_s
-        period.highest[: len(orders)] = (1 + CLOSE) * weights.due_factor * np.array(worth)
-        period.available[:, 0], period.room[:] = here, 100
-        period.share[:] = [0.0 if n else 50.0 for n in here]
-        line, most = best_covered(period, 0, weights)
-        bound = most / HANDLE_S
-        return line, best(period, shelves, bound, weights), best(period, shelves, 0.0, weights)
+        period = account(lines, pods)
+        orders = period.orders[: len(due_s)]
+        period.weights["finish"] = finish
+        period.least[:] = least_of * np.arange(len(period.least)) ** finish
+        orders["worth"], orders["due_s"] = worth, due_s
+        orders["highest"] = (1 + CLOSE) * RULE.due_factor * np.array(worth)
+        period.available[:, 0], period.stations["room"] = here, 100
+        period.skus["share"] = [0.0 if n else 50.0 for n in here]
+        line, most = best_covered(period, 0)
+        return line, best(period, most / HANDLE_S), best(period)
 
     assert decided(1.0) == decided(1e-100)
 
 
 def test_of_lines_that_are_covered_already_none_is_better() -> None:
     """Two items are there before a pod brings a third: only the line that wants three counts."""
-    period, _ = period_of([(0, 2), (0, 3)], [1.0, 0.5], [{0: 1}], available=[[3, 0, 0, 0]])
-    assert better_line(period, 0, 0, 2, NONE, 0.0, WEIGHTS) == (1, 0.5)
-    assert better_line(period, 0, 0, 0, NONE, 0.0, WEIGHTS) == (0, 1.0)
+    period = period_of([(0, 2), (0, 3)], [1.0, 0.5], [{0: 1}], available=[[3, 0, 0, 0]])
+    assert better_line(period, 0, 0, 2, NONE, 0.0) == (1, 0.5)
+    assert better_line(period, 0, 0, 0, NONE, 0.0) == (0, 1.0)

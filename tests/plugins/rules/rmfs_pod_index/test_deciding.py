@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from rmfs_core import PodTrip
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_pod_index import PodIndex
@@ -25,9 +23,7 @@ def test_a_pod_at_a_station_that_it_serves_is_not_to_be_had(
     view = WarehouseView(world)
     known = Known(PodIndex(), view)
     known.hear(view)
-    deciding = Deciding(known, view)
-    assert deciding.movable(np.arange(3)).tolist() == [False, True, True]
-    assert deciding.movable(np.array([2]))[2]
+    assert Deciding(known, view).busy() == [0]
 
 
 def test_what_is_decided_leaves_nothing_to_decide() -> None:
@@ -57,8 +53,8 @@ def test_where_equal_pods_are_is_asked_anew() -> None:
     known = Known(PodIndex(), view)
     known.hear(view)
     (trip,) = Deciding(known, view).decision().trips
-    known.cells[trip.pod] = known.cells[1 - trip.pod]
-    known.cells[1 - trip.pod] = world.pods[trip.pod].cell
+    cells = known.account.period.pods["cell"]
+    cells[:] = cells[::-1].copy()
     (again,) = Deciding(known, view).decision().trips
     assert again.pod == trip.pod
-    assert known.cells.tolist() == [pod.cell for pod in world.pods]
+    assert cells.tolist() == [pod.cell for pod in world.pods]

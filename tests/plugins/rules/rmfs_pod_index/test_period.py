@@ -1,26 +1,65 @@
-"""Arrays that grow."""
+"""Arrays that grow, and lie in one."""
 
 from __future__ import annotations
 
-from rmfs_pod_index.period import NONE, OF_LINES, OF_ORDERS, PACKED, Period, new_period, with_room
+import numpy as np
+import pytest
+
+from rmfs_pod_index.period import NONE, OF_LINES, Account, Period, new_account
 
 
-def test_what_is_there_is_kept_when_more_room_is_needed() -> None:
+@pytest.fixture
+def account() -> Account:
+    """Two pods, of which the second has two of three SKUs, and one station."""
+    return new_account(np.array([0, 1, 1]), np.array([1, 0, 1]), 2, 3, np.zeros((1, 4), np.int64))
+
+
+def test_what_is_there_is_kept_when_more_room_is_needed(account: Account) -> None:
     """And what has room stays the same object."""
-    period = with_room(new_period(3, 2, 1, 4), OF_LINES, 2)
-    period.sku[:2] = 1, 2
-    assert with_room(period, OF_LINES, 2) is period
-    grown = with_room(period, OF_LINES, 1000)
-    assert grown.sku[:2].tolist() == [1, 2]
-    assert len(grown.takes) >= 1000
-    assert grown.items is period.items
+    account.make_room(dict.fromkeys(OF_LINES, 2))
+    account.period.lines["sku"][:2] = 1, 2
+    account.period.entries["free"] = 7
+    before = account.period
+    account.make_room(dict.fromkeys(OF_LINES, 2))
+    assert account.period is before
+    account.make_room({"lines": 1000})
+    assert account.period.lines["sku"][:2].tolist() == [1, 2]
+    assert len(account.period.lines) >= 1000
+    assert account.period.entries.tolist() == before.entries.tolist()
+    assert len(account.period.orders) == len(before.orders)
 
 
-def test_nothing_is_there_at_first() -> None:
+def test_nothing_is_there_at_first(account: Account) -> None:
     """No line, no pod bound anywhere; and all that grows is named."""
-    period = new_period(3, 2, 1, 4)
-    assert (period.head.tolist(), period.last.tolist()) == ([NONE] * 3, [NONE] * 2)
+    period = account.period
+    assert (period.skus["head"].tolist(), period.pods["last"].tolist()) == ([NONE] * 3, [NONE] * 2)
     assert period.available.shape == (3, 1)
-    assert {name for name in Period._fields if not len(getattr(period, name))} == {
-        *OF_LINES, *OF_ORDERS, *PACKED, "placed", "least"
-    }  # fmt: skip
+    assert {name for name in Period.__annotations__ if not len(getattr(period, name))} == {*OF_LINES, "placed"}
+
+
+def test_what_pods_have_is_found_by_pod_and_by_sku(account: Account) -> None:
+    """SKU 0 is on pod 1, SKU 1 on both, SKU 2 on none; each entry knows where it is among those of its SKU."""
+    period = account.period
+    assert (period.first.tolist(), period.first_with.tolist()) == ([0, 1, 3], [0, 1, 3, 3])
+    assert period.holders["pod"].tolist() == [1, 0, 1]
+    assert period.entries["holder"].tolist() == [1, 0, 2]
+
+
+def test_no_array_lies_on_another(account: Account) -> None:
+    """Each is written to in turn, and no other changes."""
+    account.make_room(dict.fromkeys(OF_LINES, 3))
+    arrays = [array for array in account.period[:-2] if array.size]
+    for array in arrays:
+        before = [other.tobytes() for other in arrays if other is not array]
+        array.view(np.int64)[...] = 1 + array.view(np.int64)
+        assert [other.tobytes() for other in arrays if other is not array] == before
+
+
+def test_an_account_of_the_same_pods_has_no_lines(account: Account) -> None:
+    """What filters have left is put into it."""
+    account.make_room(dict.fromkeys(OF_LINES, 3))
+    account.period.entries["free"], account.period.skus["head"], account.period.pods["cell"] = 5, 0, 3
+    other = account.without_lines().period
+    assert other.entries.tolist() == account.period.entries.tolist()
+    assert (other.pods["cell"].tolist(), other.skus["head"].tolist()) == ([3, 3], [NONE] * 3)
+    assert not other.lines.size

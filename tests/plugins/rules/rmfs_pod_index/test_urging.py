@@ -4,28 +4,34 @@ from __future__ import annotations
 
 import numpy as np
 
-from rmfs_pod_index.period import NONE
+from rmfs_pod_index.period import NONE, NOW, URGENT, new_account
 from rmfs_pod_index.urging import find_urgent, needed, next_urgent
 
 
 def test_the_ages_of_the_lines_that_a_pod_has_items_for_add_up() -> None:
     """Pod 0 has lines of 30 and 40 ticks, pod 1 the second alone, pod 2 none."""
-    now, lines, arrivals = 100, np.array([2, 1, 0]), np.array([130, 60, 0])
+    account, now = new_account(np.zeros(0, np.int64), np.zeros(0, np.int64), 3, 1, np.zeros((1, 1), np.int64)), 100
+    period = account.period
+    period.ages["lines_of"], period.ages["arrivals_of"], period.numbers[NOW] = (2, 1, 0), (130, 60, 0), now
 
     def soonest(need: int, passed: int = 0) -> tuple[int, bool]:
-        tick, urgent = next_urgent(lines, arrivals, now + passed, need, 0)
+        tick, urgent = next_urgent(*account.parts, now + passed, need)
         return (tick if tick == NONE else tick - now - passed), urgent
+
+    def urgent(need: int) -> list[int]:
+        find_urgent(period, need)
+        return period.urgent[: period.numbers[URGENT]].tolist()
 
     assert soonest(70) == (30, True)
     assert soonest(71) == (1, False)
     assert soonest(100) == (15, False)
     assert soonest(100, 10) == (5, False)
     assert soonest(100, 15) == (45, True)
-    assert next_urgent(0 * lines, 0 * arrivals, now, 100, 0) == (NONE, False)
-    urge, urgent = np.zeros(3, np.int64), np.zeros(3, np.int64)
-    assert find_urgent(urge, urgent, lines, arrivals, now, 40) == 2
-    assert (urge.tolist(), urgent.tolist()[:2]) == ([70, 40, 0], [0, 1])
-    assert find_urgent(urge, urgent, lines, arrivals, now, NONE) == 3
+    assert urgent(40) == [0, 1]
+    assert period.ages["urge"].tolist() == [70, 40, 0]
+    assert urgent(NONE) == [0, 1, 2]
+    period.ages["lines_of"] = period.ages["arrivals_of"] = 0
+    assert soonest(100) == (NONE, False)
 
 
 def test_the_fuller_a_station_the_more_it_takes() -> None:

@@ -58,3 +58,17 @@ def test_lots_are_the_same_whoever_draws_them() -> None:
     assert drawn.min() >= 0
     assert drawn.max() < 1
     assert len(set(drawn)) == 50
+
+
+def test_nothing_is_best_when_the_last_order_has_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not even where the orders so far have filled all blocks: as Python, no index is beyond the arrays."""
+    world = small_world({str(i): ["a"] for i in range(2 * pair_search.BLOCK)}, {"p": ["a"]})
+    view, scores = WarehouseView(world), PairScores()
+    for order in world.orders:
+        world.assign(order, world.stations[0], [0])
+        for request in world.stations[0].open_requests:
+            world.fulfil(request, world.pods[0])
+    scores.update(view)
+    monkeypatch.setattr(pair_search, "best_pair", pair_search.best_pair.py_func)
+    assert world.stations[0].free_capacity > 0
+    assert scores.assign(view) == []

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from rmfs_common_lines import CommonLines
-from rmfs_core.decisions import OrderAssignment, PodTrip
-from rmfs_core.warehouse import Pod, Station, Warehouse, WarehouseView
+from rmfs_core.decisions import OrderAssignment
+from rmfs_core.warehouse import Station, Warehouse, WarehouseView
 from rmfs_first_come import FirstCome
 from rmfs_pod_match import PodMatch
 from rmfs_rule_helpers import (
@@ -17,7 +17,6 @@ from rmfs_rule_helpers import (
     assign_best_pairs,
     lines_at,
     nearest_free_location,
-    send_pods,
     sum_per_order,
     ticks_to_station,
 )
@@ -200,59 +199,6 @@ def test_a_wait_below_zero_is_refused(rule) -> None:
     """It is no time."""
     with pytest.raises(ValueError, match="max_wait_s"):
         rule(max_wait_s=-1)
-
-
-def busy(pods: dict[str, list[str]], *wanted: list[str]) -> Warehouse:
-    """Return a world in which each station has one order of these SKUs."""
-    world = small_world(
-        {str(i): skus for i, skus in enumerate(wanted)}, pods, capacities=[9] * len(wanted), robots=len(wanted)
-    )
-    for order, station in zip(world.orders, world.stations, strict=True):
-        world.assign(order, station, [line.sku for line in order.open_lines])
-    return world
-
-
-def first(station: Station, pods: list[Pod]) -> Pod:
-    """Choose the first pod offered."""
-    return pods[0]
-
-
-def trips(found: list[PodTrip]) -> list[tuple[int, int]]:
-    """Return (pod, station) of each trip."""
-    return [(one.pod, one.station) for one in found]
-
-
-def test_the_station_with_fewest_pods_chooses_next() -> None:
-    """Then the one with most uncovered requests, then the lowest id."""
-    world = WarehouseView(busy({"p": ["a"], "q": ["b"], "r": ["c"], "s": ["d"]}, ["a", "b"], ["c", "d"]))
-    assert trips(send_pods(world, 9, first)) == [(0, 0), (2, 1), (1, 0), (3, 1)]
-    world = WarehouseView(busy({"p": ["a"], "q": ["b"], "r": ["c"]}, ["a"], ["b", "c"]))
-    assert trips(send_pods(world, 9, first)) == [(1, 1), (0, 0), (2, 1)]
-
-
-def test_no_more_stored_pods_are_sent_than_robots_can_fetch(
-    put_at_station: Callable[[Warehouse, int, int], None],
-) -> None:
-    """A pod that leaves a station needs no robot, but goes to one other station only."""
-    world = busy({"p": ["c"], "q": ["a"]}, ["a"], ["c"], ["c"])
-    assert trips(send_pods(WarehouseView(world), 1, first)) == [(1, 0)]
-    put_at_station(world, 0, 0)
-    assert trips(send_pods(WarehouseView(world), 0, first)) == [(0, 1)]
-    assert trips(send_pods(WarehouseView(world), 1, first)) == [(0, 1), (1, 0)]
-
-
-def test_only_pods_that_serve_an_uncovered_request_are_offered() -> None:
-    """By id, and not those that are bound for somewhere already."""
-    world = busy({"p": ["x"], "q": ["a"], "r": ["a", "b"], "s": ["b"], "t": ["a"]}, ["a", "b"])
-    world.bind(world.pods[4], world.stations[0])  # covers a
-    offered: list[list[int]] = []
-
-    def choose(station: Station, pods: list[Pod]) -> Pod:
-        offered.append([pod.id for pod in pods])
-        return pods[-1]
-
-    assert trips(send_pods(WarehouseView(world), 9, choose)) == [(3, 0)]
-    assert offered == [[2, 3]]
 
 
 def test_the_way_to_a_station_is_timed_with_the_pod() -> None:

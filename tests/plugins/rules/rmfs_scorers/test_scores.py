@@ -67,6 +67,6 @@ def test_what_was_chosen_counts_for_the_next_choice() -> None:
     """Pod p takes all of `a` and `c`; only `b` is left to do."""
     scores, view = table()
     station = view.stations[0]
-    assert scores.choose(("completes", "picks"), station, [0, 1, 3]) == 0
+    assert scores.choose(("completes", "picks"), station, np.array([0, 1, 3])) == 0
     assert SCORES["picks"](scores, station, np.arange(4)).tolist() == [0, 1, 0, 1]
-    assert scores.choose(("picks",), station, [3, 1]) == 1
+    assert scores.choose(("picks",), station, np.array([1, 3])) == 1

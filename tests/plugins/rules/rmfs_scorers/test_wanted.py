@@ -61,9 +61,3 @@ def test_the_backlog_is_served_as_one_by_one(seed: int, finite: bool) -> None:
     backlog = Backlog(view)
     assert backlog.completed(items).tolist() == completed.tolist()
     assert backlog.work(items, lambda order: 1.0 + order.id) == pytest.approx(work)
-
-
-def test_items_of_use() -> None:
-    """Of each SKU no more than is wanted, however many the pod has."""
-    held = Held(2, np.array([0, 0, 1]), np.array([0, 1, 1]), np.array([5, 1, 9]))
-    assert held.of_use(np.array([3, 4])).tolist() == [4, 4]

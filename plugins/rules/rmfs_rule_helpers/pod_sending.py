@@ -1,0 +1,249 @@
+"""Pods for the stations that lack one, and what is kept of pods from call to call: what did not change is not read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rmfs_core.decisions import PodTrip
+
+if TYPE_CHECKING:
+    from rmfs_core.warehouse import FreeItemsLog, Pod, Station, WarehouseView
+
+Ids = NDArray[np.int64]
+Find = Callable[["Station", Collection[int], bool], Ids]
+
+STORED, BUSY = -1, -2
+"""Where a pod may leave from: its storage location, or nowhere; else the id of the station that it leaves."""
+
+
+def send_pods(
+    warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, Sequence[Pod]], Pod]
+) -> list[PodTrip]:
+    """Select pods one after another until every uncovered request is served or no candidate can help.
+
+    The station with the fewest inbound pods is next, then the one with most uncovered requests, then the lowest id:
+    robots are scarce, and a station without pods idles. Candidates are stored pods bound nowhere, at most
+    ``max_fetches`` of them, and pods that are about to leave a station.
+
+    Parameters
+    ----------
+    warehouse
+        The warehouse now.
+    max_fetches
+        How many stored pods may be sent.
+    choose
+        Picks one of the pods, given by id, each of which serves an uncovered request of the station.
+
+    Returns
+    -------
+    list[PodTrip]
+        The trips in the order in which they were chosen.
+    """
+    leaving, sent = {pod.id for pod in warehouse.leaving_pods}, set[int]()
+
+    def servers(station: Station, skus: Iterable[int], fetch: bool) -> Ids:
+        """Pods that can be sent, by id, that hold a free item of one of the SKUs and are not bound for the station."""
+        found = set()
+        for sku in skus:
+            for pod in warehouse.pods_with(sku):
+                if pod.id in leaving:
+                    usable = station.id not in pod.bound_for
+                else:
+                    usable = fetch and pod.location is not None and not pod.bound_for
+                if usable and pod.id not in sent and pod.free_items(sku) > 0:
+                    found.add(pod.id)
+        return np.array(sorted(found), np.int64)
+
+    def best(station: Station, pods: Ids) -> int:
+        pod = choose(station, [warehouse.pods[pod] for pod in pods.tolist()]).id
+        sent.add(pod)
+        return pod
+
+    return _send(warehouse, max_fetches, leaving, servers, best)
+
+
+def _send(
+    warehouse: WarehouseView,
+    max_fetches: int,
+    leaving: Collection[int],
+    servers: Find,
+    choose: Callable[[Station, Ids], int],
+) -> list[PodTrip]:
+    """Select pods as `send_pods` says; ``servers`` finds those that can be sent, ``choose`` picks one, all by id."""
+    inbound = {station.id: len(station.inbound_pods) for station in warehouse.stations}
+    needy: dict[int, dict[int, int]] = {}  # uncovered requests of each SKU, by station
+    for station in warehouse.stations:
+        for request in station.uncovered_requests:
+            wanted = needy.setdefault(station.id, {})
+            wanted[request.sku] = wanted.get(request.sku, 0) + 1
+    trips: list[PodTrip] = []
+    while needy:
+        identifier = min(needy, key=lambda i: (inbound[i], -sum(needy[i].values()), i))
+        station, wanted = warehouse.stations[identifier], needy[identifier]
+        candidates = servers(station, wanted, max_fetches > 0)
+        if not len(candidates):
+            del needy[identifier]
+            continue
+        pod = warehouse.pods[choose(station, candidates)]
+        trips.append(PodTrip(pod.id, identifier))
+        inbound[identifier] += 1
+        for sku in wanted.keys() & pod.contents.keys():
+            wanted[sku] -= pod.free_items(sku)
+            if wanted[sku] <= 0:
+                del wanted[sku]
+        if not wanted:
+            del needy[identifier]
+        max_fetches -= pod.id not in leaving
+    return trips
+
+
+class KeptPods:
+    """Which pods can be sent, where they are and what they have free: each update reads of those that changed alone.
+
+    Attributes
+    ----------
+    log, items
+        Free items of the pods as they are, and what changed of them.
+    cells
+        Cell of each pod that can be sent, int64, shape (pods,).
+    changed
+        Of the pods that can be sent, those that may have changed since the last update or since they could be last.
+    by_sku, first
+        Where the entries of each SKU are in ``items``, by SKU and pod, and where those of each SKU begin in that,
+        int64, shapes (entries,) and (SKUs + 1,).
+    """
+
+    def __init__(self) -> None:
+        self._pods: tuple[Pod, ...] = ()
+        self.log: FreeItemsLog | None = None
+        self.changed: list[Pod] = []
+
+    def load(self) -> None:
+        """Load what is compiled, or compile it."""
+        from rmfs_rule_helpers import pod_search  # compiled: imported when needed, for it takes its time
+
+        one = np.ones(1, np.int64)
+        one.setflags(write=False)  # as what the log shows
+        none, at = np.zeros((3, 1), np.int64), one.copy()
+        pod_search.servers(none[0, :0], none[1], none[2], one, one, at, 0, 0, np.zeros(1, np.bool_))
+        pod_search.items_on(none[0, :0], none[0, :0], none[1], none[2], one, one, at)
+
+    def update(self, warehouse: WarehouseView) -> None:
+        """Take in what pods have become."""
+        if warehouse.pods is not self._pods:
+            from rmfs_rule_helpers import pod_search
+
+            self._search: Any = pod_search
+            self._pods = warehouse.pods
+            self._seen, self._again = 0, list(range(len(self._pods)))
+            self.cells = np.zeros(len(self._pods), np.int64)
+            self._at, self._found = np.zeros_like(self.cells), np.zeros(len(self._pods), np.bool_)
+            self._row = np.full_like(self.cells, -1)
+        log = warehouse.free_items_log()
+        self.items = log.items
+        if log is not self.log:
+            self.log, self.by_sku = log, np.argsort(self.items.sku, kind="stable")
+            self.first = np.searchsorted(self.items.sku[self.by_sku], np.arange(warehouse.n_skus + 1))
+        changed = warehouse.changed_pods(self._seen)
+        self._seen += len(changed)
+        self.changed, again, self._again = [], self._again, []
+        for number in {*changed, *again}:
+            pod = self._pods[number]
+            if pod.location is None or pod.bound_for:
+                self._at[number] = BUSY
+                continue
+            self._at[number], self.cells[number] = STORED, pod.cell
+            self.changed.append(pod)
+            if pod.robot is not None:  # which is on its way to move it
+                self._again.append(number)
+        leaving = warehouse.leaving_pods
+        for pod in leaving:
+            self._at[pod.id], self.cells[pod.id] = pod.bound_for[0], pod.cell
+        self._leaving = frozenset(pod.id for pod in leaving)
+        self._again += self._leaving
+        self.changed += leaving
+
+    def items_on(self, pods: Ids, skus: Ids) -> Ids:
+        """Return the free items of SKUs on pods, int64, shape (pods, SKUs)."""
+        items: Ids = self._search.items_on(
+            pods, skus, self.by_sku, self.first, self.items.pod, self.items.number, self._row
+        )
+        return items
+
+    def ticks(self, warehouse: WarehouseView, pods: Ids, station: Station) -> Ids:
+        """Return `ticks_to_station` of pods that can be sent, int64, of the shape of ``pods``."""
+        ticks: Ids = warehouse.travel.times_to(station.cell, True)[self.cells[pods]].min(axis=1)
+        return ticks
+
+    def send(self, warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, Ids], int]) -> list[PodTrip]:
+        """Select pods as `send_pods` does, after an update; ``choose`` picks one of ids in ascending order."""
+
+        def servers(station: Station, skus: Collection[int], fetch: bool) -> Ids:
+            found: Ids = self._search.servers(
+                np.fromiter(skus, np.int64, len(skus)), self.by_sku, self.first, self.items.pod, self.items.number,
+                self._at, station.id, STORED if fetch else 0, self._found,
+            )  # fmt: skip
+            return found
+
+        def best(station: Station, pods: Ids) -> int:
+            pod = choose(station, pods)
+            self._at[pod] = BUSY
+            self._again.append(pod)
+            return pod
+
+        return _send(warehouse, max_fetches, self._leaving, servers, best)
+
+
+class KeptSums:
+    """Of each pod, the sum over its SKUs of min(items on it, items wanted), changed where either changes."""
+
+    def __init__(self) -> None:
+        self._of: object = None
+        self._seen = 0
+
+    def load(self) -> None:
+        """Load what is compiled, or compile it."""
+        from rmfs_rule_helpers import pod_search  # see there
+
+        one = np.zeros(1, np.int64)
+        shown = one.copy()
+        shown.setflags(write=False)
+        pod_search.change_sums(one, one, one, one, np.array([0, 1]), shown, shown, one, one, one)
+
+    def update(self, pods: KeptPods, entries: Ids, items: Ids, wanted: Ids) -> Ids:
+        """Take in what changed; return the sums, int64, shape (pods,).
+
+        Parameters
+        ----------
+        pods
+            What is kept of the pods. When a pod is given a new SKU, its entries are others, and all have changed.
+        entries
+            Entries of ``pods.items`` of which the number of items has changed since the last update, in any order; at
+            first all.
+        items
+            How many there are of each of these now.
+        wanted
+            Items wanted, by SKU.
+        """
+        from rmfs_rule_helpers import pod_search
+
+        if self._of is not pods.items:
+            self._of, self._known, self._wanted = pods.items, np.zeros(len(pods.by_sku), np.int64), wanted.copy()
+            self._sums = np.zeros(len(pods.cells), np.int64)
+        pod_search.change_sums(
+            entries, items, wanted, pods.by_sku, pods.first, pods.items.pod, pods.items.sku, self._known, self._wanted,
+            self._sums,
+        )  # fmt: skip
+        return self._sums
+
+    def of_free(self, pods: KeptPods, wanted: Ids) -> Ids:
+        """Take in what pods have free and what is wanted now, by SKU; return the sums, int64, shape (pods,)."""
+        assert pods.log is not None
+        since = self._seen if self._of is pods.items else 0
+        entries = pods.log.changed(since)
+        self._seen = since + len(entries)
+        return self.update(pods, entries, pods.items.number[entries], wanted)
