@@ -97,12 +97,12 @@ def new_model(limits: Limits) -> mip.Model:
     Raises
     ------
     ValueError
-        When the solver is not installed.
+        When python-mip does not find the solver.
     """
     try:
         model = mip.Model(sense=mip.MINIMIZE, solver_name=_NAMES[limits.solver])
     except FileNotFoundError as error:
-        raise ValueError(f'solver "{limits.solver}" is not installed') from error
+        raise ValueError(f'python-mip does not find the solver "{limits.solver}": {error}') from error
     model.verbose = 0
     model.threads = limits.threads
     model.seed = SEED
