@@ -116,7 +116,7 @@ def open_lines(content: Content, order: str) -> dict[str, int]:
 def free_capacity(content: Content, station: str) -> int:
     """Return what a station has room for: items, or orders with order capacity; nothing while it is closed."""
     given = content["stations"][station]
-    if not (given.get("staffed", True) and given.get("active", True)):
+    if not is_open(given):
         return 0
     parts = {(r["order"], _part_of(content, station, r)): r["order"] for r in _kept(given)}
     if "order_capacity" in given:
@@ -126,6 +126,11 @@ def free_capacity(content: Content, station: str) -> int:
         lines = content["orders"][order]["lines"]
         items += sum(lines[sku] for sku in content["orders"][order]["parts"][part]["skus"])
     return max(int(given["item_capacity"] - items), 0)
+
+
+def is_open(station: Content) -> bool:
+    """Return whether a station takes work."""
+    return bool(station.get("staffed", True) and station.get("active", True))
 
 
 def _kept(station: Mapping[str, Any]) -> list[Mapping[str, Any]]:
@@ -189,7 +194,10 @@ def _why_not_chosen(content: Content, lines: Mapping[str, int], did: str) -> str
     items = sum(lines.values())
     if any(free >= (1 if name in counts_orders else items) for name, free in room.items()):
         return f"it fitted a station, but the rule {did}"
-    no_room = f"no station had room for its {items} open item{'s' if items > 1 else ''}"
+    n_closed = sum(not is_open(content["stations"][name]) for name in picking)
+    if n_closed == len(picking):
+        return "all stations were closed"
+    no_room = f"no {'open ' if n_closed else ''}station had room for its {items} open item{'s' if items > 1 else ''}"
     # What a rule that splits orders could have done, too; whether this one does, the recording does not tell.
     some = any(free >= min(lines.values()) for name, free in room.items() if name not in counts_orders)
     return f"{no_room}, only for some of them" if some else no_room

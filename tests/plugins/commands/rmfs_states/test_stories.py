@@ -60,6 +60,21 @@ def test_a_wait_is_told_once() -> None:
     assert episode.what == "it fitted a station, but the rule assigned nothing"
 
 
+def test_a_wait_for_stations_to_open() -> None:
+    """All stations closed, or those with room: it is said."""
+    full = {"item_capacity": 1, "requests": []}
+    closed = {"item_capacity": 4, "requests": [], "staffed": False}
+    decisions = [
+        decision(number, "POA", content(1, stations=stations), {"assignments": []})
+        for number, stations in enumerate([{"s": closed}, {"s": full, "t": closed}, {"s": full}], start=1)
+    ]
+    assert [episode.what for episode in order_story(decisions, "A")] == [
+        "all stations were closed",
+        "no open station had room for its 2 open items, only for some of them",
+        "no station had room for its 2 open items, only for some of them",
+    ]
+
+
 def test_an_order_split_among_stations() -> None:
     """What stays in the backlog is what no station was given."""
     state = content(4)
