@@ -15,13 +15,6 @@ TINY = 1e-12
 
 
 @njit(cache=True)
-def bring(p, pod, station, sign):  # type: ignore[no-untyped-def]
-    """Add a pod's free items to those of a station, or take them away."""
-    for entry in range(p.first[pod], p.first[pod + 1]):
-        p.available[p.entries[entry].sku, station] += sign * p.entries[entry].free
-
-
-@njit(cache=True)
 def share_visits(p):  # type: ignore[no-untyped-def]
     """Work out seconds of a visit for each line of a SKU that no pod at or bound for a station has; 0 for others."""
     for sku in p.wanted[: p.numbers[WANTED]]:

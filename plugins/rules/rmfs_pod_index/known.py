@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rmfs_core.clock import to_ticks
 from rmfs_pod_index.account import join, update
-from rmfs_pod_index.period import CLOSE, NONE, OF_LINES, Account, Period, new_account
+from rmfs_pod_index.period import CLOSE, NONE, OF_LINES, Account, Ints, Period, new_account
 from rmfs_pod_index.urging import next_urgent
 
 if TYPE_CHECKING:
@@ -18,6 +17,8 @@ if TYPE_CHECKING:
 
 NEVER = 1 << 62
 """A tick that no run comes to."""
+NOWHERE = np.zeros((0, 3), np.int64)
+"""No pod that may be elsewhere."""
 NO_SHARE = 2.0
 """Share of its places that are taken of a station to which no pod may be sent."""
 
@@ -28,12 +29,10 @@ class Known:
     Attributes
     ----------
     account
-        The lines of the backlog and the free items.
-    pods
-        The pods.
+        The lines of the backlog, the free items, and where pods are.
     room, load, inbound, at_work
-        Of each picking station: free places, places that are taken, ids of the pods at or bound for it; whether any has
-        places that are taken.
+        Of each picking station: free places, places that are taken, pods at or bound for it; whether any has places
+        that are taken.
     counts_orders
         Whether places of any of them are for orders.
     need
@@ -43,24 +42,25 @@ class Known:
     """
 
     def __init__(self, rule: PodIndex, warehouse: WarehouseView) -> None:
-        self.rule, self.pods = rule, warehouse.pods
+        self.rule, self._pods, self._stations = rule, warehouse.pods, warehouse.stations
         self._log, self._free = warehouse.backlog_log(), warehouse.free_items_log()
-        to = [warehouse.travel.times_to(station.cell, True).min(axis=1) for station in warehouse.stations]
+        to = [warehouse.travel.times_to(station.cell, True).min(axis=1) for station in self._stations]
         free = self._free.items
-        self.account = new_account(free.pod, free.sku, len(self.pods), warehouse.n_skus, np.array(to))
-        self.account.period.pods["cell"] = [pod.cell for pod in self.pods]
+        self.account = new_account(free.pod, free.sku, len(self._pods), warehouse.n_skus, np.array(to))
+        for name in ("capacity", "counts_orders"):
+            self.account.period.stations[name] = [getattr(station, name) for station in self._stations]
         weigh(self.account.period, rule)
         self._joined = self._left = self._largest = self._changed = 0
-        self._leaving: list[int] = []
+        self._lines_left: list[int] = []
+        self._moved, self._moves = [*range(len(self._pods))], len(warehouse.changed_pods())
         self.urge_ticks = 0
         self._settled: tuple[object, ...] | None = None
         self._quiet_room: list[int] | None = None
         self._next: tuple[int, int, bool] | None = None
         n_stations = len(to)
-        self.room, self.load, self._counted = [0] * n_stations, [0] * n_stations, [-1] * n_stations
-        self.inbound: list[list[int]] = [[] for _ in to]
-        self._shares = [NO_SHARE] * n_stations
-        self.counts_orders = any(station.counts_orders for station in warehouse.stations)
+        self.room, self.load, self.inbound = [0] * n_stations, [0] * n_stations, [0] * n_stations
+        self._counted, self._shares = [-1] * n_stations, [NO_SHARE] * n_stations
+        self.counts_orders = any(station.counts_orders for station in self._stations)
         self.at_work, self.need, self.wakes = False, NEVER, NEVER
         self._changes = -1
         self._quiet_until = self._wakes_until = 0
@@ -85,24 +85,27 @@ class Known:
                     self.urge_ticks = to_ticks(self.rule.urge_s)
                     self.account.period.weights["urge_ticks"] = self.urge_ticks
         if left:
-            self._leaving += left
+            self._lines_left += left
             self._left += len(left)
         if joined.size or left:
             self._quiet_room = self._next = None
-        self._see(warehouse)
+        self._see()
 
-    def look(self) -> None:
-        """Bring the account of lines and free items up to date."""
+    def look(self, pods: Ints = NOWHERE) -> None:
+        """Bring the account of lines and free items up to date, and of pods that may be elsewhere."""
         changed = self._free.changed(self._changed)
-        if len(changed) or self._leaving:
-            update(*self.account.parts, np.array(self._leaving, np.int64), changed, self._free.items.number)
+        if len(changed) or self._lines_left:
             self._changed += len(changed)
-            self._leaving, self._next = [], None
+            self._next = None
             self._quiet_until = self._wakes_until = 0
+        elif not len(pods):
+            return
+        update(*self.account.parts, np.array(self._lines_left, np.int64), changed, self._free.items.number, pods)
+        self._lines_left = []
 
     def shown(self, warehouse: WarehouseView) -> Account:
         """Return the account, or one of the lines that filters have left."""
-        self.look()
+        self.look(self._where(warehouse))
         if not warehouse.filtered:
             return self.account
         account = self.account.without_lines()
@@ -111,20 +114,31 @@ class Known:
             self._take_in(account, warehouse, np.array([lines.order_id, lines.sku, lines.quantity]), 0)
         return account
 
-    def _take_in(self, account: Account, warehouse: WarehouseView, rows: NDArray[np.int64], begin: int) -> None:
+    def _where(self, warehouse: WarehouseView) -> Ints:
+        """Return the pods that may be elsewhere than before, where each goes last, and its cell if it is free."""
+        moved, rows = warehouse.changed_pods(self._moves), []
+        self._moves += len(moved)
+        for i in {*self._moved, *moved}:
+            pod, last = self._pods[i], NONE
+            for station in pod.bound_for:
+                if station < len(self.room):  # those where bundles are stored and nothing is picked have higher ids
+                    last = station
+            rows.append((i, last, pod.cell if last == NONE and pod.robot is None else NONE))
+        self._moved = []
+        return np.array(rows, np.int64) if rows else NOWHERE
+
+    def _take_in(self, account: Account, warehouse: WarehouseView, rows: Ints, begin: int) -> None:
         """Take lines into an account, whose order, SKU and number of items are given; ``begin`` are there."""
-        ids, n_orders, end = list(dict.fromkeys(rows[0].tolist())), int(rows[0].max()) + 1, begin + rows.shape[1]
-        account.make_room(dict.fromkeys(OF_LINES, end) | {"orders": n_orders, "looked": n_orders})
-        lines = account.period.lines[begin:end]
-        lines["order"], lines["sku"], lines["quantity"] = rows
-        for i in ids:
-            order, new = warehouse.order(i), account.period.orders[i]
+        ids, _, items = rows.tolist()
+        account.make_room(dict.fromkeys(OF_LINES, begin + len(ids)) | dict.fromkeys(("orders", "looked"), max(ids) + 1))
+        orders = []
+        for i in dict.fromkeys(ids):
+            order = warehouse.order(i)
             worth = self.rule.priority_factor ** min(max(order.priority, -20), 20)
-            most = 1.0 if order.due_s is None else self.rule.due_factor
-            new["arrival"], new["due_s"] = order.arrival_tick, np.inf if order.due_s is None else order.due_s
-            new["worth"], new["highest"], new["left"] = worth, (1 + CLOSE) * worth * most, -1.0
-        join(*account.parts, begin, end)
-        self._largest = max(self._largest, int(rows[2].max()))
+            due_s, most = (np.inf, 1.0) if order.due_s is None else (order.due_s, self.rule.due_factor)
+            orders.append((i, order.arrival_tick, due_s, worth, (1 + CLOSE) * worth * most))
+        join(*account.parts, begin, rows, np.array(orders, np.float64))
+        self._largest = max(self._largest, *items)
 
     def settle(
         self, warehouse: WarehouseView, left: int, room: list[int], inbound: list[int], *, nothing: bool
@@ -155,7 +169,7 @@ class Known:
         room, settled, self._settled = self.room, self._settled, None
         if warehouse.filtered:
             return False
-        if settled is not None and settled == (warehouse.now_tick, warehouse.backlog_size, room, self._numbers_bound()):
+        if settled is not None and settled == (warehouse.now_tick, warehouse.backlog_size, room, self.inbound):
             self._quiet_room = room.copy()
             return True
         quiet = self._quiet_room
@@ -177,11 +191,11 @@ class Known:
         self.wakes = self.next_urgent(warehouse)[0] if waits else NEVER
         self._wakes_until = 0 if warehouse.replenishment_stations else self.wakes
 
-    def _see(self, warehouse: WarehouseView) -> None:
+    def _see(self) -> None:
         """Look at the stations that have changed."""
-        counted = [station.changes() for station in warehouse.stations]
+        counted = [station.changes() for station in self._stations]
         if counted != self._counted:
-            for i, station in enumerate(warehouse.stations):
+            for i, station in enumerate(self._stations):
                 if counted[i] != self._counted[i]:
                     self._see_station(i, station)
             self._counted, self.at_work = counted, any(self.load)
@@ -189,19 +203,10 @@ class Known:
         self.need = NEVER if share == NO_SHARE else int(self.urge_ticks * (1 + (self.rule.full - 1) * share))
 
     def _see_station(self, i: int, station: Station) -> None:
-        room, load, capacity = station.free_capacity, station.load, station.capacity
-        inbound = [pod.id for pod in station.inbound_pods]
+        room, load, inbound = station.free_capacity, station.load, len(station.inbound_pods)
         self.room[i], self.load[i], self.inbound[i] = room, load, inbound
-        self.account.period.seen[i] = room, load, capacity, len(inbound), station.counts_orders, room > 0
-        able = room and len(inbound) < self.rule.most_pods
-        self._shares[i] = min(load / capacity, 1.0) if able else NO_SHARE
-
-    def _numbers_bound(self) -> list[int]:
-        return [len(pods) for pods in self.inbound]
-
-    def last_of(self, pod: int) -> int:
-        """Return the last picking station that a pod is bound for; those where bundles are stored have higher ids."""
-        return [at for at in self.pods[pod].bound_for if at < len(self.room)][-1]
+        able = room and inbound < self.rule.most_pods
+        self._shares[i] = min(load / station.capacity, 1.0) if able else NO_SHARE
 
     def next_urgent(self, warehouse: WarehouseView) -> tuple[int, bool]:
         """Return when the ages of the lines of the next pod add up to so many, or NEVER; and whether one's do now."""

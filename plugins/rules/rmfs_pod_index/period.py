@@ -37,15 +37,14 @@ HOLDER = _record("pod free")
 LINE = _record("order sku quantity before after", flags="untaken")
 ORDER = _record("arrival begin end open_items parts", "due_s worth highest left base root power", "split single ever")
 SKU = _record("head tail number arrivals start stop there", "share")
-AGES = _record("lines_of arrivals_of urge")
-POD = _record("cell last", "gain", "movable able asked")
+AGES = _record("lines_of arrivals_of")
+POD = _record("cell last urge", "gain", "free movable able")
 STATION = _record("room load capacity inbound", flags="counts_orders open")
 BID = _record("items", "worth")
-TAKE = _record("line station")
-SEND = _record("pod station")
+TAKE = _record("line station order sku")
+SEND = _record("pod station before")
 RECORDS = {"weights": WEIGHTS, "entries": ENTRY, "holders": HOLDER, "skus": SKU, "ages": AGES, "pods": POD}
 RECORDS |= {
-    "seen": STATION,
     "stations": STATION,
     "lines": LINE,
     "orders": ORDER,
@@ -74,16 +73,17 @@ class Period(NamedTuple):
         when their orders came, added up; ``share``: seconds of a visit that a line of it has to bear; ``start`` and
         ``stop`` of its lines in ``bids``; ``there``: what a station had before pods were sent.
     ages
-        Of each pod: ``lines_of``, how many open lines it has items for, ``arrivals_of``, when their orders came, added
-        up, and ``urge``, their ages added up. All pods are looked through, so this is kept together.
+        Of each pod: ``lines_of``, how many open lines it has items for, and ``arrivals_of``, when their orders came,
+        added up. All pods are looked through, so this is kept together.
     pods
-        Of each pod: ``cell``: where it was when it was asked last; whether it is ``movable``; ``last``: the station
-        where it goes last, whose its free items are, NONE for none; whether it is ``able`` to be sent to the station
-        whose turn it is; ``gain``: what it brings beyond a rate; whether it was ``asked`` where it is.
-    seen, stations
+        Of each pod: ``last``: the station where it goes last, whose its free items are, NONE for none; whether it is
+        ``free``: bound for no station and with no robot, or leaving; then its ``cell``. Of one that is wanted enough in
+        this period: ``urge``, the ages of its lines added up; whether it is still ``movable``, and ``able`` to be sent
+        to the station whose turn it is; ``gain``: what it brings beyond a rate.
+    stations
         Of each station: ``room``, ``load``, ``capacity``: free places, places that are taken, all of them;
         ``inbound``: pods at or bound for it; ``counts_orders``: what its places are for; ``open``: whether it may go
-        on. As they were seen, and as they become.
+        on.
     available
         Items of each SKU that the pods of each station have free, shape (SKUs, stations).
     lines
@@ -100,10 +100,11 @@ class Period(NamedTuple):
     bids
         Items and worth of the lines that a station might be brought, by SKU.
     takes, sends
-        (line, station) taken and (pod, station) sent so far.
+        What was taken so far: line, station, and the line's order and SKU; and sent: pod, station, and where it went
+        last ``before``.
     wanted, urgent, gaining, found, turn, looked
-        Lists: the SKUs that have open lines, ascending; the pods for which ``urge`` is enough at some station; the pods
-        that bring anything; those that are equally good; the stations in the order of the turn; the orders for which
+        Lists: the SKUs that have open lines, ascending; the pods that may be sent and for which ``urge`` is enough at
+        some station; the pods that bring anything; those that are equally good; the stations in the order of the turn; the orders for which
         ``left`` is known.
     least
         So many seconds to the power of ``finish``: what it takes to know what a line could be worth at most.
@@ -123,7 +124,6 @@ class Period(NamedTuple):
     skus: Records
     ages: Records
     pods: Records
-    seen: Records
     stations: Records
     available: Ints
     lines: Records
@@ -143,10 +143,10 @@ class Period(NamedTuple):
     placed: Bools
 
 
-TAKES, SENDS, FOUND, LENGTH, AT_WORK, PACKING_ROOM, COMPLETED, WANTED, URGENT, GAINING, LOOKED, NOW, ASKED = range(13)
+TAKES, SENDS, COMPLETED, FOUND, LENGTH, AT_WORK, PACKING_ROOM, WANTED, URGENT, GAINING, LOOKED, NOW = range(12)
 """Where in ``Period.numbers`` each number is: how many of ``takes``, ``sends``, ``found``, ``turn``, ``wanted``,
 ``urgent``, ``gaining`` and ``looked`` there are; whether a station is at work; room at the packing stations; orders of
-which all lines are taken; the tick; how many pods were asked where they are."""
+which all lines are taken; the tick."""
 
 
 @njit(cache=True)
@@ -155,7 +155,7 @@ def period_of(words, at, ticks, placed):  # type: ignore[no-untyped-def]
 
     To hand each of them from Python to compiled code would take longer than most of what is done there.
     """
-    skus, stations = words[at[5] : at[6]].view(SKU), words[at[9] : at[10]].view(STATION)
+    skus, stations = words[at[5] : at[6]].view(SKU), words[at[8] : at[9]].view(STATION)
     return Period(
         words[at[0] : at[1]].view(WEIGHTS),
         words[at[1] : at[2]].view(ENTRY),
@@ -165,22 +165,21 @@ def period_of(words, at, ticks, placed):  # type: ignore[no-untyped-def]
         skus,
         words[at[6] : at[7]].view(AGES),
         words[at[7] : at[8]].view(POD),
-        words[at[8] : at[9]].view(STATION),
         stations,
-        words[at[10] : at[11]].reshape(len(skus), len(stations)),
-        words[at[11] : at[12]].view(LINE),
-        words[at[12] : at[13]].view(ORDER),
-        words[at[13] : at[14]].view(BID),
-        words[at[14] : at[15]].view(TAKE),
-        words[at[15] : at[16]].view(SEND),
+        words[at[9] : at[10]].reshape(len(skus), len(stations)),
+        words[at[10] : at[11]].view(LINE),
+        words[at[11] : at[12]].view(ORDER),
+        words[at[12] : at[13]].view(BID),
+        words[at[13] : at[14]].view(TAKE),
+        words[at[14] : at[15]].view(SEND),
+        words[at[15] : at[16]],
         words[at[16] : at[17]],
         words[at[17] : at[18]],
         words[at[18] : at[19]],
         words[at[19] : at[20]],
         words[at[20] : at[21]],
-        words[at[21] : at[22]],
-        words[at[22] : at[23]].view(np.float64),
-        words[at[23] : at[24]],
+        words[at[21] : at[22]].view(np.float64),
+        words[at[22] : at[23]],
         ticks,
         placed,
     )
@@ -236,9 +235,8 @@ class Account:
     def without_lines(self) -> Account:
         """Return an account of the same pods and items that has no lines."""
         account = Account(self._lengths | dict.fromkeys(OF_LINES, 0), self.period.ticks)
-        for name in ("weights", "entries", "holders", "first", "first_with", "seen", "least"):
+        for name in ("weights", "entries", "holders", "first", "first_with", "pods", "stations", "available", "least"):
             getattr(account.period, name)[:] = getattr(self.period, name)
-        account.period.pods["cell"] = self.period.pods["cell"]
         return account
 
 
@@ -260,11 +258,11 @@ def new_account(pods: Ints, skus: Ints, n_pods: int, n_skus: int, ticks: Ints) -
         "skus": n_skus,
         "wanted": n_skus,
     }
-    lengths |= dict.fromkeys(("seen", "stations", "turn"), n_stations)
+    lengths |= dict.fromkeys(("stations", "turn"), n_stations)
     lengths |= dict.fromkeys(("ages", "pods", "urgent", "gaining", "found", "sends"), n_pods)
     lengths |= dict.fromkeys(("entries", "holders"), len(skus))
     lengths |= {"first": n_pods + 1, "first_with": n_skus + 1, "available": n_skus * n_stations}
-    account = Account(lengths | {"least": MOST_SECONDS, "numbers": 13}, ticks)
+    account = Account(lengths | {"least": MOST_SECONDS, "numbers": 12}, ticks)
     period = account.period
     period.entries["pod"], period.entries["sku"] = pods, skus
     period.first[:] = np.searchsorted(pods, np.arange(n_pods + 1))

@@ -30,16 +30,21 @@ def next_urgent(words, at, ticks, placed, now, need):  # type: ignore[no-untyped
 
 @njit(cache=True)
 def find_urgent(p, need):  # type: ignore[no-untyped-def]
-    """Add up the ages for each pod, and list the pods for which they are enough to be sent somewhere."""
-    number, since = 0, p.numbers[NOW] + p.weights[0].base_ticks
-    for pod in range(len(p.ages)):
-        wanted = p.ages[pod]
-        wanted.urge = wanted.lines_of * since - wanted.arrivals_of
-        if wanted.urge >= need:
-            p.urgent[number] = pod
-            number += 1
-            p.pods[pod].movable = True
+    """List the free pods whose lines' ages add up to enough to be sent somewhere; return whether others' do."""
+    number, others, since = 0, False, p.numbers[NOW] + p.weights[0].base_ticks
+    for i in range(len(p.ages)):
+        wanted = p.ages[i]
+        urge = wanted.lines_of * since - wanted.arrivals_of
+        if wanted.lines_of and urge >= need:
+            pod = p.pods[i]
+            if pod.free:
+                p.urgent[number] = i
+                number += 1
+                pod.urge, pod.movable = urge, True
+            else:
+                others = True
     p.numbers[URGENT] = number
+    return others
 
 
 @njit(cache=True)
@@ -48,7 +53,7 @@ def change_urges(p, line):  # type: ignore[no-untyped-def]
     age = p.numbers[NOW] + p.weights[0].base_ticks - p.orders[p.lines[line].order].arrival
     for k in range(p.first_with[p.lines[line].sku], p.first_with[p.lines[line].sku + 1]):
         if p.holders[k].free > 0:
-            p.ages[p.holders[k].pod].urge -= age
+            p.pods[p.holders[k].pod].urge -= age
 
 
 @njit(cache=True)
@@ -61,6 +66,6 @@ def find_able(p, station):  # type: ignore[no-untyped-def]
     for i in p.urgent[: p.numbers[URGENT]]:
         pod = p.pods[i]
         # One that leaves the station has brought what it has
-        pod.able = pod.movable and pod.last != station and (not waits or p.ages[i].urge >= need)
+        pod.able = pod.movable and pod.last != station and (not waits or pod.urge >= need)
         some = some or pod.able
     return some
