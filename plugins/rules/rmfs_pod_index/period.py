@@ -104,8 +104,8 @@ class Period(NamedTuple):
         last ``before``.
     wanted, urgent, gaining, found, turn, looked
         Lists: the SKUs that have open lines, ascending; the pods that may be sent and for which ``urge`` is enough at
-        some station; the pods that bring anything; those that are equally good; the stations in the order of the turn; the orders for which
-        ``left`` is known.
+        some station; the pods that bring anything; those that are equally good; the stations in the order of the turn;
+        the orders for which ``left`` is known.
     least
         So many seconds to the power of ``finish``: what it takes to know what a line could be worth at most.
     numbers
@@ -185,6 +185,8 @@ def period_of(words, at, ticks, placed):  # type: ignore[no-untyped-def]
     )
 
 
+LEAST_ROOM = 4096
+"""How long arrays become at least: to make them longer takes as long as some decisions."""
 OF_LINES = ("lines", "bids", "takes", "orders", "looked")
 """Arrays that become longer with lines and orders."""
 
@@ -220,7 +222,7 @@ class Account:
 
     def make_room(self, lengths: dict[str, int]) -> None:
         """Make arrays at least so long, with zeros at the end."""
-        short = {name: 2 * length + 64 for name, length in lengths.items() if self._lengths[name] < length}
+        short = {name: max(2 * length, LEAST_ROOM) for name, length in lengths.items() if self._lengths[name] < length}
         if short:
             grown = Account(self._lengths | short, self.period.ticks)
             for new, old in zip(grown.period[:-2], self.period[:-2], strict=True):
