@@ -60,6 +60,17 @@ def bring(p, pod, station):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def move(words, at, ticks, placed, moved):  # type: ignore[no-untyped-def]
+    """Note where pods are: each one's id, where it goes last, and its cell where it is free, shape (pods, 3)."""
+    p = period_of(words, at, ticks, placed)
+    for i in range(len(moved)):
+        pod, last, cell = moved[i, 0], moved[i, 1], moved[i, 2]
+        if p.pods[pod].last != last:
+            bring(p, pod, last)
+        p.pods[pod].cell, p.pods[pod].free = cell, cell != NONE
+
+
+@njit(cache=True)
 def join(words, at, ticks, placed, begin, rows, orders):  # type: ignore[no-untyped-def]
     """Take in lines that joined the backlog; all of an order at once, one after another.
 
@@ -98,8 +109,8 @@ def join(words, at, ticks, placed, begin, rows, orders):  # type: ignore[no-unty
 
 
 @njit(cache=True)
-def update(words, at, ticks, placed, lines, entries, items, pods):  # type: ignore[no-untyped-def]
-    """Leave out lines that left the backlog, and take in free items and pods that changed.
+def update(words, at, ticks, placed, lines, entries, items):  # type: ignore[no-untyped-def]
+    """Leave out lines that left the backlog, and take in free items that changed.
 
     Parameters
     ----------
@@ -109,8 +120,6 @@ def update(words, at, ticks, placed, lines, entries, items, pods):  # type: igno
         Those that left.
     entries, items
         Entries that changed; and the free items of all.
-    pods
-        Pods, the station where each goes last, and its cell where it is free; NONE for none. Shape (pods, 3).
     """
     p = period_of(words, at, ticks, placed)
     for line in lines:
@@ -136,9 +145,3 @@ def update(words, at, ticks, placed, lines, entries, items, pods):  # type: igno
             if p.pods[entry.pod].last != NONE:
                 p.available[entry.sku, p.pods[entry.pod].last] += items[i] - entry.free
             entry.free = p.holders[entry.holder].free = items[i]
-
-    for i in range(len(pods)):
-        pod, last, cell = pods[i, 0], pods[i, 1], pods[i, 2]
-        if p.pods[pod].last != last:
-            bring(p, pod, last)
-        p.pods[pod].cell, p.pods[pod].free = cell, cell != NONE

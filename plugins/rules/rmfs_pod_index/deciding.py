@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip
-from rmfs_pod_index.account import join, update
-from rmfs_pod_index.known import NEVER, NOWHERE, Known, weigh
+from rmfs_pod_index.account import join, move, update
+from rmfs_pod_index.known import NEVER, Known, weigh
 from rmfs_pod_index.period import (
     NONE,
     OF_LINES,
@@ -17,7 +17,7 @@ from rmfs_pod_index.period import (
     new_account,
 )
 from rmfs_pod_index.turns import decide
-from rmfs_pod_index.urging import next_urgent
+from rmfs_pod_index.urging import find_front, next_urgent
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -106,10 +106,12 @@ def prepare(rule: PodIndex, roads: Roads) -> None:
     account = new_account(zero, zero, 1, 1, np.zeros((1, 1), np.int64))
     weigh(account.period, rule)
     account.make_room(dict.fromkeys(OF_LINES, 1))
-    update(*account.parts, none, zero, one, NOWHERE)
+    update(*account.parts, none, zero, one)
+    move(*account.parts, np.zeros((1, 3), np.int64))
     join(*account.parts, 0, np.zeros((3, 1), np.int64), np.zeros((1, 5)))
+    find_front(*account.parts, 0)
     next_urgent(*account.parts, 0, 1)
     decide(*account.parts, np.zeros(6, np.int64), NOBODY, False)
-    update(*account.parts, zero, none, one, NOWHERE)
+    update(*account.parts, zero, none, one)
     for station in roads.layout.stations:
         roads.travel.times_to(station.station, True)

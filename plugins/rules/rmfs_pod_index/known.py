@@ -7,18 +7,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rmfs_core.clock import to_ticks
-from rmfs_pod_index.account import join, update
+from rmfs_pod_index.account import join, move, update
 from rmfs_pod_index.period import CLOSE, NONE, OF_LINES, Account, Ints, Period, new_account
-from rmfs_pod_index.urging import next_urgent
+from rmfs_pod_index.urging import find_front, next_urgent
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Station, WarehouseView
+    from rmfs_core.warehouse import WarehouseView
     from rmfs_pod_index.rule import PodIndex
 
 NEVER = 1 << 62
 """A tick that no run comes to."""
-NOWHERE = np.zeros((0, 3), np.int64)
-"""No pod that may be elsewhere."""
 NO_SHARE = 2.0
 """Share of its places that are taken of a station to which no pod may be sent."""
 
@@ -57,6 +55,8 @@ class Known:
         self._settled: tuple[object, ...] | None = None
         self._quiet_room: list[int] | None = None
         self._next: tuple[int, int, bool] | None = None
+        self._front: list[tuple[int, int]] | None = None
+        self._base, self._size = int(self.account.period.weights["base_ticks"][0]), NONE
         n_stations = len(to)
         self.room, self.load, self.inbound = [0] * n_stations, [0] * n_stations, [0] * n_stations
         self._counted, self._shares = [-1] * n_stations, [NO_SHARE] * n_stations
@@ -74,7 +74,16 @@ class Known:
         if self._changes == warehouse.changes():
             return
         self._changes, self._quiet_until, self._wakes_until = warehouse.changes(), 0, 0
-        joined, left = self._log.joined(self._joined), self._log.left(self._left)
+        left, size, before = self._log.left(self._left), warehouse.backlog_size, self._size
+        self._size = NONE if warehouse.filtered else size
+        # Orders have joined only if there are more than before: none has gone where no line has
+        if left or size != before or warehouse.filtered:
+            self._hear_lines(warehouse, left)
+        self._see()
+
+    def _hear_lines(self, warehouse: WarehouseView, left: list[int]) -> None:
+        """Take in the lines that joined and left the backlog."""
+        joined = self._log.joined(self._joined)
         if joined.size:
             self._take_in(self.account, warehouse, joined, self._joined)
             self._joined += joined.shape[1]
@@ -88,24 +97,23 @@ class Known:
             self._lines_left += left
             self._left += len(left)
         if joined.size or left:
-            self._quiet_room = self._next = None
-        self._see()
+            self._quiet_room = self._next = self._front = None
 
-    def look(self, pods: Ints = NOWHERE) -> None:
-        """Bring the account of lines and free items up to date, and of pods that may be elsewhere."""
+    def look(self) -> None:
+        """Bring the account of lines and free items up to date."""
         changed = self._free.changed(self._changed)
         if len(changed) or self._lines_left:
+            update(*self.account.parts, np.array(self._lines_left, np.int64), changed, self._free.items.number)
             self._changed += len(changed)
-            self._next = None
+            self._lines_left, self._next, self._front = [], None, None
             self._quiet_until = self._wakes_until = 0
-        elif not len(pods):
-            return
-        update(*self.account.parts, np.array(self._lines_left, np.int64), changed, self._free.items.number, pods)
-        self._lines_left = []
 
     def shown(self, warehouse: WarehouseView) -> Account:
         """Return the account, or one of the lines that filters have left."""
-        self.look(self._where(warehouse))
+        self.look()
+        moved = self._where(warehouse)
+        if moved:
+            move(*self.account.parts, np.array(moved, np.int64))
         if not warehouse.filtered:
             return self.account
         account = self.account.without_lines()
@@ -114,7 +122,7 @@ class Known:
             self._take_in(account, warehouse, np.array([lines.order_id, lines.sku, lines.quantity]), 0)
         return account
 
-    def _where(self, warehouse: WarehouseView) -> Ints:
+    def _where(self, warehouse: WarehouseView) -> list[tuple[int, int, int]]:
         """Return the pods that may be elsewhere than before, where each goes last, and its cell if it is free."""
         moved, rows = warehouse.changed_pods(self._moves), []
         self._moves += len(moved)
@@ -125,7 +133,7 @@ class Known:
                     last = station
             rows.append((i, last, pod.cell if last == NONE and pod.robot is None else NONE))
         self._moved = []
-        return np.array(rows, np.int64) if rows else NOWHERE
+        return rows
 
     def _take_in(self, account: Account, warehouse: WarehouseView, rows: Ints, begin: int) -> None:
         """Take lines into an account, whose order, SKU and number of items are given; ``begin`` are there."""
@@ -193,20 +201,15 @@ class Known:
 
     def _see(self) -> None:
         """Look at the stations that have changed."""
-        counted = [station.changes() for station in self._stations]
-        if counted != self._counted:
-            for i, station in enumerate(self._stations):
-                if counted[i] != self._counted[i]:
-                    self._see_station(i, station)
-            self._counted, self.at_work = counted, any(self.load)
-        share = min(self._shares)
+        for i, station in enumerate(self._stations):
+            changes = station.changes()
+            if changes != self._counted[i]:
+                room, load, inbound = station.free_capacity, station.load, len(station.inbound_pods)
+                self._counted[i], self.room[i], self.load[i], self.inbound[i] = changes, room, load, inbound
+                able = room and inbound < self.rule.most_pods
+                self._shares[i] = min(load / station.capacity, 1.0) if able else NO_SHARE
+        self.at_work, share = any(self.load), min(self._shares)
         self.need = NEVER if share == NO_SHARE else int(self.urge_ticks * (1 + (self.rule.full - 1) * share))
-
-    def _see_station(self, i: int, station: Station) -> None:
-        room, load, inbound = station.free_capacity, station.load, len(station.inbound_pods)
-        self.room[i], self.load[i], self.inbound[i] = room, load, inbound
-        able = room and inbound < self.rule.most_pods
-        self._shares[i] = min(load / station.capacity, 1.0) if able else NO_SHARE
 
     def next_urgent(self, warehouse: WarehouseView) -> tuple[int, bool]:
         """Return when the ages of the lines of the next pod add up to so many, or NEVER; and whether one's do now."""
@@ -214,9 +217,20 @@ class Known:
         # With the same backlog, what pods have free that are bound for no station only changes by replenishment
         if known is None or known[0] != need or now >= known[1] or warehouse.replenishment_stations:
             self.look()
-            soonest, urgent = next_urgent(*self.account.parts, now, need)
-            known = self._next = need, NEVER if soonest == NONE else int(soonest), bool(urgent)
+            known = self._next = need, *self._look_ahead(now, need)
         return known[1:]
+
+    def _look_ahead(self, now: int, need: int) -> tuple[int, bool]:
+        if self._front is None:
+            number = find_front(*self.account.parts, now)
+            self._front = self.account.period.front[:number].tolist()
+        soonest = min([-(-(need + arrivals) // lines) for lines, arrivals in self._front], default=NEVER)
+        if soonest == NEVER:
+            return NEVER, False
+        if soonest - self._base > now:
+            return soonest - self._base, False
+        soonest, urgent = next_urgent(*self.account.parts, now, need)
+        return NEVER if soonest == NONE else int(soonest), bool(urgent)
 
 
 def weigh(period: Period, rule: PodIndex) -> None:

@@ -45,6 +45,7 @@ TAKE = _record("line station order sku")
 SEND = _record("pod station before")
 RECORDS = {"weights": WEIGHTS, "entries": ENTRY, "holders": HOLDER, "skus": SKU, "ages": AGES, "pods": POD}
 RECORDS |= {
+    "front": AGES,
     "stations": STATION,
     "lines": LINE,
     "orders": ORDER,
@@ -72,9 +73,9 @@ class Period(NamedTuple):
         Of each SKU: ``head`` and ``tail``, its first and last open line, the ``number`` of these, and ``arrivals``,
         when their orders came, added up; ``share``: seconds of a visit that a line of it has to bear; ``start`` and
         ``stop`` of its lines in ``bids``; ``there``: what a station had before pods were sent.
-    ages
+    ages, front
         Of each pod: ``lines_of``, how many open lines it has items for, and ``arrivals_of``, when their orders came,
-        added up. All pods are looked through, so this is kept together.
+        added up. All pods are looked through, so this is kept together. And of those that may be wanted enough next.
     pods
         Of each pod: ``last``: the station where it goes last, whose its free items are, NONE for none; whether it is
         ``free``: bound for no station and with no robot, or leaving; then its ``cell``. Of one that is wanted enough in
@@ -123,6 +124,7 @@ class Period(NamedTuple):
     first_with: Ints
     skus: Records
     ages: Records
+    front: Records
     pods: Records
     stations: Records
     available: Ints
@@ -155,7 +157,7 @@ def period_of(words, at, ticks, placed):  # type: ignore[no-untyped-def]
 
     To hand each of them from Python to compiled code would take longer than most of what is done there.
     """
-    skus, stations = words[at[5] : at[6]].view(SKU), words[at[8] : at[9]].view(STATION)
+    skus, stations = words[at[5] : at[6]].view(SKU), words[at[9] : at[10]].view(STATION)
     return Period(
         words[at[0] : at[1]].view(WEIGHTS),
         words[at[1] : at[2]].view(ENTRY),
@@ -164,22 +166,23 @@ def period_of(words, at, ticks, placed):  # type: ignore[no-untyped-def]
         words[at[4] : at[5]],
         skus,
         words[at[6] : at[7]].view(AGES),
-        words[at[7] : at[8]].view(POD),
+        words[at[7] : at[8]].view(AGES),
+        words[at[8] : at[9]].view(POD),
         stations,
-        words[at[9] : at[10]].reshape(len(skus), len(stations)),
-        words[at[10] : at[11]].view(LINE),
-        words[at[11] : at[12]].view(ORDER),
-        words[at[12] : at[13]].view(BID),
-        words[at[13] : at[14]].view(TAKE),
-        words[at[14] : at[15]].view(SEND),
-        words[at[15] : at[16]],
+        words[at[10] : at[11]].reshape(len(skus), len(stations)),
+        words[at[11] : at[12]].view(LINE),
+        words[at[12] : at[13]].view(ORDER),
+        words[at[13] : at[14]].view(BID),
+        words[at[14] : at[15]].view(TAKE),
+        words[at[15] : at[16]].view(SEND),
         words[at[16] : at[17]],
         words[at[17] : at[18]],
         words[at[18] : at[19]],
         words[at[19] : at[20]],
         words[at[20] : at[21]],
-        words[at[21] : at[22]].view(np.float64),
-        words[at[22] : at[23]],
+        words[at[21] : at[22]],
+        words[at[22] : at[23]].view(np.float64),
+        words[at[23] : at[24]],
         ticks,
         placed,
     )
@@ -261,7 +264,7 @@ def new_account(pods: Ints, skus: Ints, n_pods: int, n_skus: int, ticks: Ints) -
         "wanted": n_skus,
     }
     lengths |= dict.fromkeys(("stations", "turn"), n_stations)
-    lengths |= dict.fromkeys(("ages", "pods", "urgent", "gaining", "found", "sends"), n_pods)
+    lengths |= dict.fromkeys(("ages", "front", "pods", "urgent", "gaining", "found", "sends"), n_pods)
     lengths |= dict.fromkeys(("entries", "holders"), len(skus))
     lengths |= {"first": n_pods + 1, "first_with": n_skus + 1, "available": n_skus * n_stations}
     account = Account(lengths | {"least": MOST_SECONDS, "numbers": 12}, ticks)

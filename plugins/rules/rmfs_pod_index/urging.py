@@ -29,6 +29,29 @@ def next_urgent(words, at, ticks, placed, now, need):  # type: ignore[no-untyped
 
 
 @njit(cache=True)
+def find_front(words, at, ticks, placed, now):  # type: ignore[no-untyped-def]
+    """List the pods of which one is next from now on, whatever the ages have to add up to; return how many.
+
+    No pod with as many lines or more is wanted as much.
+    """
+    p = period_of(words, at, ticks, placed)
+    number, lines, since = 0, 0, now + p.weights[0].base_ticks
+    while True:
+        best, most = NONE, 0
+        for pod in range(len(p.ages)):
+            wanted = p.ages[pod]
+            if wanted.lines_of > lines:
+                urge = wanted.lines_of * since - wanted.arrivals_of
+                if best == NONE or urge > most or (urge == most and wanted.lines_of > p.ages[best].lines_of):
+                    best, most = pod, urge
+        if best == NONE:
+            return number
+        p.front[number] = p.ages[best]
+        lines = p.ages[best].lines_of
+        number += 1
+
+
+@njit(cache=True)
 def find_urgent(p, need):  # type: ignore[no-untyped-def]
     """List the free pods whose lines' ages add up to enough to be sent somewhere; return whether others' do."""
     number, others, since = 0, False, p.numbers[NOW] + p.weights[0].base_ticks
