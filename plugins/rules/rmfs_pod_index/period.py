@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.core import cgutils
+from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 Bools = NDArray[np.bool_]
@@ -43,9 +45,12 @@ STATION = _record("room load capacity inbound", flags="counts_orders open")
 BID = _record("items", "worth")
 TAKE = _record("line station order sku")
 SEND = _record("pod station before")
+REACH = _record("sku begin end")
 RECORDS = {"weights": WEIGHTS, "entries": ENTRY, "holders": HOLDER, "skus": SKU, "ages": AGES, "pods": POD}
 RECORDS |= {
     "front": AGES,
+    "within": REACH,
+    "bearers": HOLDER,
     "stations": STATION,
     "lines": LINE,
     "orders": ORDER,
@@ -100,6 +105,9 @@ class Period(NamedTuple):
         ``single`` open line, was split before (``ever``), and at how many stations this period has ``parts`` of it.
     bids
         Items and worth of the lines that a station might be brought, by SKU.
+    within, bearers
+        The SKUs with open lines of which pods that are ``movable`` have items, and where in ``bearers`` these pods are:
+        those of ``holders`` that may be sent.
     takes, sends
         What was taken so far: line, station, and the line's order and SKU; and sent: pod, station, and where it went
         last ``before``.
@@ -131,6 +139,8 @@ class Period(NamedTuple):
     lines: Records
     orders: Records
     bids: Records
+    within: Records
+    bearers: Records
     takes: Records
     sends: Records
     wanted: Ints
@@ -145,14 +155,35 @@ class Period(NamedTuple):
     placed: Bools
 
 
-TAKES, SENDS, COMPLETED, FOUND, LENGTH, AT_WORK, PACKING_ROOM, WANTED, URGENT, GAINING, LOOKED, NOW = range(12)
+TAKES, SENDS, COMPLETED, FOUND, LENGTH, AT_WORK, PACKING_ROOM, WANTED, URGENT, GAINING, LOOKED, NOW, WITHIN = range(13)
 """Where in ``Period.numbers`` each number is: how many of ``takes``, ``sends``, ``found``, ``turn``, ``wanted``,
 ``urgent``, ``gaining`` and ``looked`` there are; whether a station is at work; room at the packing stations; orders of
-which all lines are taken; the tick."""
+which all lines are taken; the tick; how many of ``within`` there are."""
+
+
+@intrinsic
+def lent(_, array):  # type: ignore[no-untyped-def]
+    """Return an array that is not counted as one more that needs its memory: who calls the compiled code has it.
+
+    To count each array of a period up and down whenever it is named would take longer than what is done with them.
+    """
+
+    def make(context, builder, signature, values):  # type: ignore[no-untyped-def]
+        array = context.make_array(signature.return_type)(context, builder, values[0])
+        array.meminfo, array.parent = (cgutils.get_null_value(part.type) for part in (array.meminfo, array.parent))
+        return array._getvalue()
+
+    return array(array), make
 
 
 @njit(cache=True)
 def period_of(words, at, ticks, placed):  # type: ignore[no-untyped-def]
+    """Return a period, as long as what its arrays lie in is there."""
+    return arrays_of(lent(words), lent(at), lent(ticks), lent(placed))
+
+
+@njit(cache=True)
+def arrays_of(words, at, ticks, placed):  # type: ignore[no-untyped-def]
     """Return a period, the arrays of which lie one after another in ``words``, each from where ``at`` says.
 
     To hand each of them from Python to compiled code would take longer than most of what is done there.
@@ -173,16 +204,18 @@ def period_of(words, at, ticks, placed):  # type: ignore[no-untyped-def]
         words[at[11] : at[12]].view(LINE),
         words[at[12] : at[13]].view(ORDER),
         words[at[13] : at[14]].view(BID),
-        words[at[14] : at[15]].view(TAKE),
-        words[at[15] : at[16]].view(SEND),
-        words[at[16] : at[17]],
-        words[at[17] : at[18]],
+        words[at[14] : at[15]].view(REACH),
+        words[at[15] : at[16]].view(HOLDER),
+        words[at[16] : at[17]].view(TAKE),
+        words[at[17] : at[18]].view(SEND),
         words[at[18] : at[19]],
         words[at[19] : at[20]],
         words[at[20] : at[21]],
         words[at[21] : at[22]],
-        words[at[22] : at[23]].view(np.float64),
+        words[at[22] : at[23]],
         words[at[23] : at[24]],
+        words[at[24] : at[25]].view(np.float64),
+        words[at[25] : at[26]],
         ticks,
         placed,
     )
@@ -221,7 +254,7 @@ class Account:
 
     def _set(self, words: Ints, at: Ints, ticks: Ints, placed: Bools) -> None:
         self.parts = words, at, ticks, placed
-        self.period = Period(*period_of.py_func(*self.parts))  # type: ignore[no-untyped-call]
+        self.period = Period(*arrays_of.py_func(*self.parts))  # type: ignore[no-untyped-call]
 
     def make_room(self, lengths: dict[str, int]) -> None:
         """Make arrays at least so long, with zeros at the end."""
@@ -262,12 +295,13 @@ def new_account(pods: Ints, skus: Ints, n_pods: int, n_skus: int, ticks: Ints) -
         "weights": 1,
         "skus": n_skus,
         "wanted": n_skus,
+        "within": n_skus,
     }
     lengths |= dict.fromkeys(("stations", "turn"), n_stations)
     lengths |= dict.fromkeys(("ages", "front", "pods", "urgent", "gaining", "found", "sends"), n_pods)
-    lengths |= dict.fromkeys(("entries", "holders"), len(skus))
+    lengths |= dict.fromkeys(("entries", "holders", "bearers"), len(skus))
     lengths |= {"first": n_pods + 1, "first_with": n_skus + 1, "available": n_skus * n_stations}
-    account = Account(lengths | {"least": MOST_SECONDS, "numbers": 12}, ticks)
+    account = Account(lengths | {"least": MOST_SECONDS, "numbers": 13}, ticks)
     period = account.period
     period.entries["pod"], period.entries["sku"] = pods, skus
     period.first[:] = np.searchsorted(pods, np.arange(n_pods + 1))

@@ -6,7 +6,7 @@ from numba import njit
 
 from rmfs_core.warehouse import UNLIMITED
 from rmfs_pod_index.account import bring
-from rmfs_pod_index.compiled import best_covered, best_pods, better_line, fits, look_at, share_visits
+from rmfs_pod_index.compiled import best_covered, best_pods, better_line, find_within, fits, look_at, share_visits
 from rmfs_pod_index.period import (
     AT_WORK,
     COMPLETED,
@@ -153,6 +153,7 @@ def decide(words, at, ticks, placed, told, leaving, asked):  # type: ignore[no-u
     if begin(p, told) and not asked:
         return True
     share_visits(p)
+    find_within(p)
     while begin_turn(p):
         for station in p.turn[: p.numbers[LENGTH]]:
             line, most = best_covered(p, station)
@@ -196,6 +197,8 @@ def end(p):  # type: ignore[no-untyped-def]
         bring(p, sent.pod, sent.before)
     for order in p.looked[: p.numbers[LOOKED]]:
         p.orders[order].left = -1.0
+    for pod in p.urgent[: p.numbers[URGENT]]:
+        p.pods[pod].movable = False
 
 
 @njit(cache=True)
