@@ -168,10 +168,12 @@ def lent(_, array):  # type: ignore[no-untyped-def]
     To count each array of a period up and down whenever it is named would take longer than what is done with them.
     """
 
-    def make(context, builder, signature, values):  # type: ignore[no-untyped-def]
-        array = context.make_array(signature.return_type)(context, builder, values[0])
-        array.meminfo, array.parent = (cgutils.get_null_value(part.type) for part in (array.meminfo, array.parent))
-        return array._getvalue()
+    def make(context, builder, signature, values):  # type: ignore[no-untyped-def]  # noqa: ARG001
+        (value,) = values
+        for part in range(2):  # what is counted, and the Python object
+            nothing = cgutils.get_null_value(value.type.elements[part])  # type: ignore[no-untyped-call]
+            value = builder.insert_value(value, nothing, part)
+        return value
 
     return array(array), make
 
@@ -179,7 +181,7 @@ def lent(_, array):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def period_of(words, at, ticks, placed):  # type: ignore[no-untyped-def]
     """Return a period, as long as what its arrays lie in is there."""
-    return arrays_of(lent(words), lent(at), lent(ticks), lent(placed))
+    return arrays_of(lent(words), lent(at), lent(ticks), lent(placed))  # type: ignore[call-arg]
 
 
 @njit(cache=True)
