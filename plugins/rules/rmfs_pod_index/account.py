@@ -5,6 +5,7 @@ from __future__ import annotations
 from numba import njit
 
 from rmfs_pod_index.period import NONE, WANTED, period_of
+from rmfs_pod_index.urging import find_front
 
 
 @njit(cache=True)
@@ -62,7 +63,12 @@ def bring(p, pod, station):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def move(words, at, ticks, placed, moved):  # type: ignore[no-untyped-def]
     """Note where pods are: each one's id, where it goes last, and its cell where it is free, shape (pods, 3)."""
-    p = period_of(words, at, ticks, placed)
+    bring_all(period_of(words, at, ticks, placed), moved)
+
+
+@njit(cache=True)
+def bring_all(p, moved):  # type: ignore[no-untyped-def]
+    """Note where pods are, in a period."""
     for i in range(len(moved)):
         pod, last, cell = moved[i, 0], moved[i, 1], moved[i, 2]
         if p.pods[pod].last != last:
@@ -109,17 +115,23 @@ def join(words, at, ticks, placed, begin, rows, orders):  # type: ignore[no-unty
 
 
 @njit(cache=True)
-def update(words, at, ticks, placed, lines, entries, items):  # type: ignore[no-untyped-def]
-    """Leave out lines that left the backlog, and take in free items that changed.
+def update(words, at, ticks, placed, now, lines, entries, items):  # type: ignore[no-untyped-def]
+    """Leave out lines that left the backlog, take in free items that changed, and find the front of pods.
 
     Parameters
     ----------
     words, at, ticks, placed
         The period.
+    now
+        The tick.
     lines
         Those that left.
     entries, items
         Entries that changed; and the free items of all.
+
+    Returns
+    -------
+    How many pods are at the front.
     """
     p = period_of(words, at, ticks, placed)
     for line in lines:
@@ -145,3 +157,4 @@ def update(words, at, ticks, placed, lines, entries, items):  # type: ignore[no-
             if p.pods[entry.pod].last != NONE:
                 p.available[entry.sku, p.pods[entry.pod].last] += items[i] - entry.free
             entry.free = p.holders[entry.holder].free = items[i]
+    return find_front(p, now)

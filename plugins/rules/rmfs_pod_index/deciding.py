@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip
 from rmfs_pod_index.account import join, move, update
-from rmfs_pod_index.known import NEVER, Known, weigh
+from rmfs_pod_index.known import NEVER, NOWHERE, Known, weigh
 from rmfs_pod_index.period import (
     NONE,
     OF_LINES,
@@ -17,7 +17,7 @@ from rmfs_pod_index.period import (
     new_account,
 )
 from rmfs_pod_index.turns import decide
-from rmfs_pod_index.urging import find_front, next_urgent
+from rmfs_pod_index.urging import next_urgent
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -41,7 +41,7 @@ class Deciding:
 
     def __init__(self, known: Known, warehouse: WarehouseView) -> None:
         self.rule, self.known, self.warehouse = known.rule, known, warehouse
-        self.account = known.shown(warehouse)
+        self.account, self._moved = known.shown(warehouse)
         self.period = self.account.period
 
     def decision(self) -> JointDecision:
@@ -51,10 +51,10 @@ class Deciding:
             need = NONE  # where no pod waits to be wanted enough
         self._begin()
         told = [self.warehouse.now_tick, known.at_work, need, *known.room, *known.load, *known.inbound]
-        seen = np.array(told, np.int64)
-        if decide(*self.account.parts, seen, NOBODY, False):
+        seen = *self.account.parts, np.array(told, np.int64), self._moved
+        if decide(*seen, NOBODY, False):
             leaving = np.array([(pod.id, pod.cell) for pod in self.warehouse.leaving_pods], np.int64)
-            decide(*self.account.parts, seen, leaving.reshape(-1, 2), True)
+            decide(*seen, leaving.reshape(-1, 2), True)
         return self._told()
 
     def _begin(self) -> None:
@@ -106,12 +106,11 @@ def prepare(rule: PodIndex, roads: Roads) -> None:
     account = new_account(zero, zero, 1, 1, np.zeros((1, 1), np.int64))
     weigh(account.period, rule)
     account.make_room(dict.fromkeys(OF_LINES, 1))
-    update(*account.parts, none, zero, one)
-    move(*account.parts, np.zeros((1, 3), np.int64))
+    update(*account.parts, 0, none, zero, one)
+    move(*account.parts, NOWHERE)
     join(*account.parts, 0, np.zeros((3, 1), np.int64), np.zeros((1, 5)))
-    find_front(*account.parts, 0)
     next_urgent(*account.parts, 0, 1)
-    decide(*account.parts, np.zeros(6, np.int64), NOBODY, False)
-    update(*account.parts, zero, none, one)
+    decide(*account.parts, np.zeros(6, np.int64), NOWHERE, NOBODY, False)
+    update(*account.parts, 0, zero, none, one)
     for station in roads.layout.stations:
         roads.travel.times_to(station.station, True)

@@ -9,7 +9,7 @@ import numpy as np
 from rmfs_core.clock import to_ticks
 from rmfs_pod_index.account import join, move, update
 from rmfs_pod_index.period import CLOSE, NONE, OF_LINES, Account, Ints, Period, new_account
-from rmfs_pod_index.urging import find_front, next_urgent
+from rmfs_pod_index.urging import next_urgent
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import WarehouseView
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 NEVER = 1 << 62
 """A tick that no run comes to."""
+NOWHERE = np.zeros((0, 3), np.int64)
+"""No pod that is elsewhere."""
 NO_SHARE = 2.0
 """Share of its places that are taken of a station to which no pod may be sent."""
 
@@ -54,7 +56,7 @@ class Known:
         self.urge_ticks = 0
         self._settled: tuple[object, ...] | None = None
         self._quiet_room: list[int] | None = None
-        self._next: tuple[int, int, bool] | None = None
+        self._first: tuple[int, int] | None = None
         self._front: list[tuple[int, int]] | None = None
         self._base, self._size = int(self.account.period.weights["base_ticks"][0]), NONE
         n_stations = len(to)
@@ -97,32 +99,32 @@ class Known:
             self._lines_left += left
             self._left += len(left)
         if joined.size or left:
-            self._quiet_room = self._next = self._front = None
+            self._quiet_room = self._first = self._front = None
 
-    def look(self) -> None:
+    def _look(self, warehouse: WarehouseView) -> None:
         """Bring the account of lines and free items up to date."""
         changed = self._free.changed(self._changed)
-        if len(changed) or self._lines_left:
-            update(*self.account.parts, np.array(self._lines_left, np.int64), changed, self._free.items.number)
+        if len(changed) or self._lines_left or self._front is None:
+            left, items = np.array(self._lines_left, np.int64), self._free.items.number
+            number = update(*self.account.parts, warehouse.now_tick, left, changed, items)
             self._changed += len(changed)
-            self._lines_left, self._next, self._front = [], None, None
+            self._lines_left, self._first, self._front = [], None, self.account.period.front[:number].tolist()
             self._quiet_until = self._wakes_until = 0
 
-    def shown(self, warehouse: WarehouseView) -> Account:
-        """Return the account, or one of the lines that filters have left."""
-        self.look()
+    def shown(self, warehouse: WarehouseView) -> tuple[Account, Ints]:
+        """Return the account, or one of the lines that filters have left, and the pods to be moved in it."""
+        self._look(warehouse)
         moved = self._where(warehouse)
-        if moved:
-            move(*self.account.parts, np.array(moved, np.int64))
         if not warehouse.filtered:
-            return self.account
+            return self.account, moved
+        move(*self.account.parts, moved)
         account = self.account.without_lines()
         lines = warehouse.backlog_lines
         if len(lines.order):
             self._take_in(account, warehouse, np.array([lines.order_id, lines.sku, lines.quantity]), 0)
-        return account
+        return account, NOWHERE
 
-    def _where(self, warehouse: WarehouseView) -> list[tuple[int, int, int]]:
+    def _where(self, warehouse: WarehouseView) -> Ints:
         """Return the pods that may be elsewhere than before, where each goes last, and its cell if it is free."""
         moved, rows = warehouse.changed_pods(self._moves), []
         self._moves += len(moved)
@@ -133,7 +135,7 @@ class Known:
                     last = station
             rows.append((i, last, pod.cell if last == NONE and pod.robot is None else NONE))
         self._moved = []
-        return rows
+        return np.array(rows, np.int64) if rows else NOWHERE
 
     def _take_in(self, account: Account, warehouse: WarehouseView, rows: Ints, begin: int) -> None:
         """Take lines into an account, whose order, SKU and number of items are given; ``begin`` are there."""
@@ -185,18 +187,21 @@ class Known:
             return False
         if room != quiet and any(a < b and a < self._largest for a, b in zip(quiet, room, strict=True)):
             return False
-        until, urgent = NEVER, False
+        until = NEVER
         if self.need != NEVER:
             if not (self.urge_ticks and self.at_work):
                 return False
-            until, urgent = self.next_urgent(warehouse)
-        self._quiet_until = 0 if urgent else until
-        return not urgent
+            until = self._first_urgent(warehouse)
+        self._quiet_until = until
+        return until > warehouse.now_tick
 
     def wake(self, warehouse: WarehouseView) -> None:
         """Work out when the ages of the lines of a pod will add up, if a station could take it then."""
         waits = self.urge_ticks and warehouse.backlog_size and self.at_work and self.need != NEVER
-        self.wakes = self.next_urgent(warehouse)[0] if waits else NEVER
+        self.wakes = self._first_urgent(warehouse) if waits else NEVER
+        if self.wakes <= warehouse.now_tick:
+            soonest = next_urgent(*self.account.parts, warehouse.now_tick, self.need)
+            self.wakes = NEVER if soonest == NONE else int(soonest)
         self._wakes_until = 0 if warehouse.replenishment_stations else self.wakes
 
     def _see(self) -> None:
@@ -211,26 +216,15 @@ class Known:
         self.at_work, share = any(self.load), min(self._shares)
         self.need = NEVER if share == NO_SHARE else int(self.urge_ticks * (1 + (self.rule.full - 1) * share))
 
-    def next_urgent(self, warehouse: WarehouseView) -> tuple[int, bool]:
-        """Return when the ages of the lines of the next pod add up to so many, or NEVER; and whether one's do now."""
-        now, need, known = warehouse.now_tick, self.need, self._next
+    def _first_urgent(self, warehouse: WarehouseView) -> int:
+        """Return when the ages of the lines of a pod first add up to so many, which may be over, or NEVER."""
+        need, known = self.need, self._first
         # With the same backlog, what pods have free that are bound for no station only changes by replenishment
-        if known is None or known[0] != need or now >= known[1] or warehouse.replenishment_stations:
-            self.look()
-            known = self._next = need, *self._look_ahead(now, need)
-        return known[1:]
-
-    def _look_ahead(self, now: int, need: int) -> tuple[int, bool]:
-        if self._front is None:
-            number = find_front(*self.account.parts, now)
-            self._front = self.account.period.front[:number].tolist()
-        soonest = min([-(-(need + arrivals) // lines) for lines, arrivals in self._front], default=NEVER)
-        if soonest == NEVER:
-            return NEVER, False
-        if soonest - self._base > now:
-            return soonest - self._base, False
-        soonest, urgent = next_urgent(*self.account.parts, now, need)
-        return NEVER if soonest == NONE else int(soonest), bool(urgent)
+        if known is None or known[0] != need or warehouse.now_tick >= known[1] or warehouse.replenishment_stations:
+            self._look(warehouse)
+            times = [-(-(need + arrivals) // lines) for lines, arrivals in self._front or ()]
+            known = self._first = need, min(times) - self._base if times else NEVER
+        return known[1]
 
 
 def weigh(period: Period, rule: PodIndex) -> None:

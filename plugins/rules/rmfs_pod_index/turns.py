@@ -5,7 +5,7 @@ from __future__ import annotations
 from numba import njit
 
 from rmfs_core.warehouse import UNLIMITED
-from rmfs_pod_index.account import bring
+from rmfs_pod_index.account import bring, bring_all
 from rmfs_pod_index.compiled import best_covered, best_pods, better_line, find_within, fits, look_at, share_visits
 from rmfs_pod_index.period import (
     AT_WORK,
@@ -127,7 +127,7 @@ def find_scattered(p, station):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def decide(words, at, ticks, placed, told, leaving, asked):  # type: ignore[no-untyped-def]
+def decide(words, at, ticks, placed, told, moved, leaving, asked):  # type: ignore[no-untyped-def]
     """Let stations take their turns, fewest pods first, until all are through.
 
     Lines that were taken are left in the account.
@@ -140,6 +140,8 @@ def decide(words, at, ticks, placed, told, leaving, asked):  # type: ignore[no-u
         The tick; whether a station is at work; what the ages of a pod's lines have to add up to for it to be sent
         anywhere; then of each station the free places, of each the places that are taken, and of each the pods at or
         bound for it.
+    moved
+        Where pods are, as `move` takes them.
     leaving, asked
         Pods that leave a station, and where they are, shape (pods, 2); whether these were asked for.
 
@@ -148,6 +150,7 @@ def decide(words, at, ticks, placed, told, leaving, asked):  # type: ignore[no-u
     Whether it matters which pods leave, so that they are to be asked for; then nothing was decided.
     """
     p = period_of(words, at, ticks, placed)
+    bring_all(p, moved)
     for i in range(len(leaving)):
         p.pods[leaving[i, 0]].cell, p.pods[leaving[i, 0]].free = leaving[i, 1], True
     if begin(p, told) and not asked:

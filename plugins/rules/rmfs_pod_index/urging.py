@@ -15,26 +15,24 @@ def needed(load, capacity, urge_ticks, full):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def next_urgent(words, at, ticks, placed, now, need):  # type: ignore[no-untyped-def]
-    """When the ages of the lines of the next pod add up to so many, NONE for never; and whether one's do now."""
+    """When the ages of the lines of the next pod add up to so many, NONE for never; of those whose do not now."""
     p = period_of(words, at, ticks, placed)
-    soonest, urgent_now, since = NONE, False, now + p.weights[0].base_ticks
+    soonest, since = NONE, now + p.weights[0].base_ticks
     for pod in p.ages:
         number = pod.lines_of
         missing = need - number * since + pod.arrivals_of
-        urgent_now = urgent_now or missing <= 0
         # Without a division where another pod is sooner
         if number and missing > 0 and (soonest == NONE or missing <= (soonest - 1) * number):
             soonest = -(-missing // number)
-    return NONE if soonest == NONE else now + soonest, urgent_now
+    return NONE if soonest == NONE else now + soonest
 
 
 @njit(cache=True)
-def find_front(words, at, ticks, placed, now):  # type: ignore[no-untyped-def]
+def find_front(p, now):  # type: ignore[no-untyped-def]
     """List the pods of which one is next from now on, whatever the ages have to add up to; return how many.
 
     No pod with as many lines or more is wanted as much.
     """
-    p = period_of(words, at, ticks, placed)
     number, lines, since = 0, 0, now + p.weights[0].base_ticks
     while True:
         best, most = NONE, 0
