@@ -53,7 +53,7 @@ def test_whatever_joins_and_leaves_the_account_is_right(data: st.DataObject) -> 
         items = np.array(data.draw(st.lists(st.integers(-1, 2), min_size=len(SKUS), max_size=len(SKUS))))
         items.setflags(write=False)
         changed = np.flatnonzero(items != period.entries["free"])
-        update(*account.parts, np.array(left, np.int64), changed, items)
+        update(*account.parts, 0, np.array(left, np.int64), changed, items)
         goes = data.draw(st.lists(st.sampled_from([NONE, 0, 1]), min_size=3, max_size=3), label="where pods go")
         move(*account.parts, np.array([(pod, last, NONE) for pod, last in enumerate(goes)]))
         assert lines_by_sku(period) == [[i for i in there if lines["sku"][i] == sku] for sku in range(N_SKUS)]

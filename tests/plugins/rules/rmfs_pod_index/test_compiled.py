@@ -29,7 +29,7 @@ def account(lines: list[tuple[int, int, int]], pods: list[dict[int, int]], stati
     made.make_room(dict.fromkeys(OF_LINES, len(lines)))
     weigh(made.period, RULE)
     made.period.pods["movable"] = made.period.pods["able"] = True
-    update(*made.parts, np.zeros(0, np.int64), np.arange(len(items)), items)
+    update(*made.parts, 0, np.zeros(0, np.int64), np.arange(len(items)), items)
     orders = np.array([(i, 0, np.inf, 1.0, 1 + CLOSE) for i in {order for order, _, _ in lines}]).reshape(-1, 5)
     join(*made.parts, 0, np.array(lines, np.int64).reshape(-1, 3).T.copy(), orders)
     return made.period
