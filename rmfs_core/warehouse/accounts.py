@@ -203,7 +203,7 @@ class FreeItemsLog:
         changed = []
         for pod, sku in self._touched:
             if pod not in self._places:
-                first = int(np.searchsorted(self._items.pod, pod.id))
+                first = int(self._items.pod.searchsorted(pod.id))
                 self._places[pod] = {sku: place for place, sku in enumerate(sorted(pod._contents), first)}
             place, free = self._places[pod][sku], pod.free_items(sku)
             if self._number[place] != free:
