@@ -197,13 +197,13 @@ class FreeItemsLog:
     def items(self) -> FreeItems:
         """Free items as they are; whenever the log is asked, ``number`` changes in place."""
         if self._items is None:
-            rows = [(pod.id, sku, pod.free_items(sku)) for pod in self._pods for sku in sorted(pod._contents)]
-            pod_ids, skus, self._number = np.array(rows, dtype=np.int64).reshape(-1, 3).T.copy()
-            self._items, self._changed = FreeItems(pod_ids, skus, self._number.view()), list(range(len(rows)))
+            rows = [n for pod in self._pods for i in sorted(pod._contents) for n in (pod.id, i, pod.free_items(i))]
+            pod_ids, skus, self._number = np.array(rows, dtype=np.int64).reshape(-1, 3).T.copy()  # no tuples for gc
+            self._items, self._changed = FreeItems(pod_ids, skus, self._number.view()), list(range(len(skus)))
         changed = []
         for pod, sku in self._touched:
             if pod not in self._places:
-                first = int(np.searchsorted(self._items.pod, pod.id))
+                first = int(self._items.pod.searchsorted(pod.id))
                 self._places[pod] = {sku: place for place, sku in enumerate(sorted(pod._contents), first)}
             place, free = self._places[pod][sku], pod.free_items(sku)
             if self._number[place] != free:

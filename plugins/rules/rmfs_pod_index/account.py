@@ -5,6 +5,7 @@ from __future__ import annotations
 from numba import njit
 
 from rmfs_pod_index.period import NONE, WANTED, period_of
+from rmfs_pod_index.urging import find_front
 
 
 @njit(cache=True)
@@ -48,12 +49,58 @@ def remove(p, sku):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def join(words, at, ticks, placed, begin, end):  # type: ignore[no-untyped-def]
-    """Take in lines that joined the backlog; all of an order at once, one after another."""
+def bring(p, pod, station):  # type: ignore[no-untyped-def]
+    """Note where a pod goes last, which has its free items then; NONE for nowhere."""
+    before = p.pods[pod].last
+    p.pods[pod].last = station
+    for entry in p.entries[p.first[pod] : p.first[pod + 1]]:
+        if before != NONE:
+            p.available[entry.sku, before] -= entry.free
+        if station != NONE:
+            p.available[entry.sku, station] += entry.free
+
+
+@njit(cache=True)
+def move(words, at, ticks, placed, moved):  # type: ignore[no-untyped-def]
+    """Note where pods are: each one's id, where it goes last, and its cell where it is free, shape (pods, 3)."""
+    bring_all(period_of(words, at, ticks, placed), moved)
+
+
+@njit(cache=True)
+def bring_all(p, moved):  # type: ignore[no-untyped-def]
+    """Note where pods are, in a period."""
+    for i in range(len(moved)):
+        pod, last, cell = moved[i, 0], moved[i, 1], moved[i, 2]
+        if p.pods[pod].last != last:
+            bring(p, pod, last)
+        p.pods[pod].cell, p.pods[pod].free = cell, cell != NONE
+
+
+@njit(cache=True)
+def join(words, at, ticks, placed, begin, rows, orders):  # type: ignore[no-untyped-def]
+    """Take in lines that joined the backlog; all of an order at once, one after another.
+
+    Parameters
+    ----------
+    words, at, ticks, placed
+        The period.
+    begin
+        How many lines were there.
+    rows
+        Order, SKU and items of each line, shape (3, lines).
+    orders
+        Order, arrival, when it is due, how many times more it is worth by its priority, and how many times at most, of
+        each order, shape (orders, 5).
+    """
     p = period_of(words, at, ticks, placed)
-    for line in range(begin, end):
-        order, sku = p.lines[line].order, p.lines[line].sku
-        if line == begin or order != p.lines[line - 1].order:
+    for told in orders:
+        new = p.orders[int(told[0])]
+        new.arrival, new.due_s, new.worth, new.highest, new.left = int(told[1]), told[2], told[3], told[4], -1.0
+        new.begin = NONE
+    for i in range(rows.shape[1]):
+        line, order, sku = begin + i, rows[0, i], rows[1, i]
+        p.lines[line].order, p.lines[line].sku, p.lines[line].quantity = order, sku, rows[2, i]
+        if p.orders[order].begin == NONE:
             p.orders[order].begin = line
         p.orders[order].end = line + 1
         tail = p.skus[sku].tail
@@ -68,8 +115,24 @@ def join(words, at, ticks, placed, begin, end):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def update(words, at, ticks, placed, lines, entries, items):  # type: ignore[no-untyped-def]
-    """Leave out lines that left the backlog, and take in free items of the entries that changed."""
+def update(words, at, ticks, placed, now, lines, entries, items):  # type: ignore[no-untyped-def]
+    """Leave out lines that left the backlog, take in free items that changed, and find the front of pods.
+
+    Parameters
+    ----------
+    words, at, ticks, placed
+        The period.
+    now
+        The tick.
+    lines
+        Those that left.
+    entries, items
+        Entries that changed; and the free items of all.
+
+    Returns
+    -------
+    How many pods are at the front.
+    """
     p = period_of(words, at, ticks, placed)
     for line in lines:
         sku, before, after = p.lines[line].sku, p.lines[line].before, p.lines[line].after
@@ -91,4 +154,7 @@ def update(words, at, ticks, placed, lines, entries, items):  # type: ignore[no-
             sign = int(items[i] > 0) - int(entry.free > 0)
             pod.lines_of += sign * sku.number
             pod.arrivals_of += sign * sku.arrivals
+            if p.pods[entry.pod].last != NONE:
+                p.available[entry.sku, p.pods[entry.pod].last] += items[i] - entry.free
             entry.free = p.holders[entry.holder].free = items[i]
+    return find_front(p, now)

@@ -8,17 +8,10 @@ import numpy as np
 from numba import njit
 
 from rmfs_core.clock import TICKS_PER_S
-from rmfs_pod_index.period import CLOSE, FOUND, GAINING, LOOKED, NONE, NOW, PACKING_ROOM, WANTED
+from rmfs_pod_index.period import CLOSE, FOUND, GAINING, LOOKED, NONE, NOW, PACKING_ROOM, WANTED, WITHIN
 
 TINY = 1e-12
 """What sums of gains that are zero may come out as."""
-
-
-@njit(cache=True)
-def bring(p, pod, station, sign):  # type: ignore[no-untyped-def]
-    """Add a pod's free items to those of a station, or take them away."""
-    for entry in range(p.first[pod], p.first[pod + 1]):
-        p.available[p.entries[entry].sku, station] += sign * p.entries[entry].free
 
 
 @njit(cache=True)
@@ -153,22 +146,36 @@ def best_pods(p, station, bound):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def find_within(p):  # type: ignore[no-untyped-def]
+    """List the SKUs with open lines of which movable pods have items, and these pods."""
+    number, n_skus = 0, 0
+    for sku in p.wanted[: p.numbers[WANTED]]:
+        begin = number
+        for holder in p.holders[p.first_with[sku] : p.first_with[sku + 1]]:
+            if holder.free > 0 and p.pods[holder.pod].movable:
+                p.bearers[number] = holder
+                number += 1
+        if number > begin:
+            p.within[n_skus].sku, p.within[n_skus].begin, p.within[n_skus].end = sku, begin, number
+            n_skus += 1
+    p.numbers[WITHIN] = n_skus
+
+
+@njit(cache=True)
 def find_wanted_there(p, station, rate):  # type: ignore[no-untyped-def]
     """Fill in worth and items of the lines that a station does not cover, by SKU, and where those of each SKU are.
 
-    Of lines that may be worth more than a rate.
+    Of lines that may be worth more than a rate, and that movable pods have items for.
     """
     weights = p.weights[0]
     lines, orders, looked, least, top = p.lines, p.orders, p.looked, p.least, len(p.least) - 1
     n_looked = p.numbers[LOOKED]
     plain, room = not (weights.packing or p.stations[station].counts_orders), p.stations[station].room
     bids, number = p.bids, 0
-    for sku in p.wanted[: p.numbers[WANTED]]:
+    for one in p.within[: p.numbers[WITHIN]]:
+        sku = one.sku
         p.skus[sku].start = number
-        other, here, share = 0, p.available[sku, station], p.skus[sku].share
-        for i in range(p.available.shape[1]):
-            if i != station:
-                other = max(other, p.available[sku, i])
+        other, here, share = NONE, p.available[sku, station], p.skus[sku].share
         line = p.skus[sku].head
         while line != NONE:
             wants = lines[line]
@@ -184,6 +191,11 @@ def find_wanted_there(p, station, rate):  # type: ignore[no-untyped-def]
                     looked[n_looked] = wants.order
                     n_looked += 1
                 w = seconds / o.power
+                if other == NONE:
+                    other = 0
+                    for i in range(p.available.shape[1]):
+                        if i != station:
+                            other = max(other, p.available[sku, i])
                 bids[number].worth = w * weights.elsewhere if q <= other else w
                 bids[number].items = q
                 number += 1
@@ -195,23 +207,22 @@ def find_wanted_there(p, station, rate):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def find_gains(p, station, rate):  # type: ignore[no-untyped-def]
     """Fill in what each able pod brings beyond a rate, and list those that bring anything."""
-    bids, pods, skus, gaining, holders = p.bids, p.pods, p.skus, p.gaining, p.holders
+    bids, pods, skus, gaining, bearers = p.bids, p.pods, p.skus, p.gaining, p.bearers
     for pod in gaining[: p.numbers[GAINING]]:
         pods[pod].gain = 0.0
     number = 0
-    for sku in p.wanted[: p.numbers[WANTED]]:
-        whole, items = 0.0, 0
+    for one in p.within[: p.numbers[WITHIN]]:
+        sku, whole, items = one.sku, 0.0, 0
         for k in range(skus[sku].start, skus[sku].stop):
             gain = bids[k].worth - rate * bids[k].items
             if gain > 0:
                 whole += gain
                 items += bids[k].items
         if items:
-            for k in range(p.first_with[sku], p.first_with[sku + 1]):
-                pod, held = holders[k].pod, holders[k].free
-                if held > 0 and pods[pod].able:
-                    before = pods[pod].gain
-                    held += p.available[sku, station]
+            for k in range(one.begin, one.end):
+                pod = bearers[k].pod
+                if pods[pod].able:
+                    before, held = pods[pod].gain, bearers[k].free + p.available[sku, station]
                     if items <= held:
                         pods[pod].gain += whole
                     else:

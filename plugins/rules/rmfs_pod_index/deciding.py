@@ -8,24 +8,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip
-from rmfs_pod_index.account import join, update
-from rmfs_pod_index.known import NEVER, Known, weigh
+from rmfs_pod_index.account import join, move, update
+from rmfs_pod_index.known import NEVER, NOWHERE, Known, weigh
 from rmfs_pod_index.period import (
-    ASKED,
-    COMPLETED,
     NONE,
     OF_LINES,
     PACKING_ROOM,
-    SENDS,
-    TAKES,
     new_account,
 )
 from rmfs_pod_index.turns import decide
 from rmfs_pod_index.urging import next_urgent
 
 if TYPE_CHECKING:
+    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import WarehouseView
     from rmfs_pod_index.rule import PodIndex
+
+NOBODY = np.zeros((0, 2), np.int64)
+"""No pod that leaves a station."""
 
 
 class Deciding:
@@ -41,37 +41,20 @@ class Deciding:
 
     def __init__(self, known: Known, warehouse: WarehouseView) -> None:
         self.rule, self.known, self.warehouse = known.rule, known, warehouse
-        self.account = known.shown(warehouse)
+        self.account, self._moved = known.shown(warehouse)
         self.period = self.account.period
-        self.bound: dict[int, int] = {}
-        for station, there in enumerate(known.inbound):
-            for pod in there:  # one may be bound for several, to be replenished
-                self.bound[pod] = station if pod not in self.bound else known.last_of(pod)
-
-    def busy(self) -> list[int]:
-        """Pods that may not be sent: those that are bound for somewhere or that robots have, but for leaving ones."""
-        busy = {robot.task for robot in self.warehouse.robots} | self.bound.keys()
-        busy.difference_update([pod.id for pod in self.warehouse.leaving_pods])
-        return [pod for pod in busy if pod is not None]
 
     def decision(self) -> JointDecision:
         """Let stations take lines and send pods, and return what was chosen as the kernel takes it."""
-        known, period = self.known, self.period
-        bound = np.array(list(self.bound.items()), np.int64).reshape(-1, 2)
-        busy, need = np.array(self.busy(), np.int64), known.need
+        known, need = self.known, self.known.need
         if need != NEVER and not (known.urge_ticks and known.at_work):
             need = NONE  # where no pod waits to be wanted enough
-        moved: list[int] | None = None
-        while moved is None or moved:
-            self._begin()
-            decide(*self.account.parts, self.warehouse.now_tick, self.known.at_work, bound, busy, need)
-            # Only of pods that are equally good it matters where they are: if one has moved, all is decided again
-            moved = []
-            if period.numbers[ASKED]:
-                asked = np.flatnonzero(period.pods["asked"])
-                period.pods["asked"][asked] = False
-                moved = [pod for pod in asked.tolist() if known.pods[pod].cell != period.pods["cell"][pod]]
-                period.pods["cell"][moved] = [known.pods[pod].cell for pod in moved]
+        self._begin()
+        told = [self.warehouse.now_tick, known.at_work, need, *known.room, *known.load, *known.inbound]
+        seen = *self.account.parts, np.array(told, np.int64), self._moved
+        if decide(*seen, NOBODY, False):
+            leaving = np.array([(pod.id, pod.cell) for pod in self.warehouse.leaving_pods], np.int64)
+            decide(*seen, leaving.reshape(-1, 2), True)
         return self._told()
 
     def _begin(self) -> None:
@@ -96,37 +79,38 @@ class Deciding:
     def _told(self) -> JointDecision:
         """Return the decision, and remember what it leaves."""
         known, period, warehouse = self.known, self.period, self.warehouse
-        takes = period.takes[: period.numbers[TAKES]].tolist()
-        sends = period.sends[: period.numbers[SENDS]].tolist()
+        n_takes, n_sends, completed = period.numbers[:3].tolist()
         parts: dict[tuple[int, int], list[int]] = {}
-        for line, station in takes:
-            order, sku, *_ = period.lines[line].item()
+        for _, station, order, sku in period.takes[:n_takes].tolist():
             parts.setdefault((order, station), []).append(sku)
+        sends = period.sends[:n_sends].tolist()
         if (
             self.rule.elsewhere
             and self.rule.packing_capacity is None
             and not warehouse.filtered
             and not known.counts_orders
         ):
-            left = warehouse.backlog_size - int(period.numbers[COMPLETED])
+            left = warehouse.backlog_size - completed
             room, inbound = period.stations["room"].tolist(), period.stations["inbound"].tolist()
             known.settle(warehouse, left, room, inbound, nothing=not (parts or sends))
         return JointDecision(
             [OrderAssignment(order, station, tuple(skus)) for (order, station), skus in parts.items()],
-            [PodTrip(pod, station) for pod, station in sends],
+            [PodTrip(pod, station) for pod, station, _ in sends],
         )
 
 
-def prepare(rule: PodIndex) -> None:
-    """Call everything compiled once, with a warehouse of one pod, one line and one station."""
+def prepare(rule: PodIndex, roads: Roads) -> None:
+    """Call everything compiled once, with a warehouse of one pod, one line and one station, and search for the ways."""
     zero, one, none = np.zeros(1, np.int64), np.ones(1, np.int64), np.zeros(0, np.int64)
     one.setflags(write=False)  # as what the view shows; numba compiles for either kind
     account = new_account(zero, zero, 1, 1, np.zeros((1, 1), np.int64))
     weigh(account.period, rule)
     account.make_room(dict.fromkeys(OF_LINES, 1))
-    account.period.orders["left"] = -1.0
-    update(*account.parts, none, zero, one)
-    join(*account.parts, 0, 1)
+    update(*account.parts, 0, none, zero, one)
+    move(*account.parts, NOWHERE)
+    join(*account.parts, 0, np.zeros((3, 1), np.int64), np.zeros((1, 5)))
     next_urgent(*account.parts, 0, 1)
-    decide(*account.parts, 0, True, none.reshape(-1, 2), none, 1)
-    update(*account.parts, zero, none, one)
+    decide(*account.parts, np.zeros(6, np.int64), NOWHERE, NOBODY, False)
+    update(*account.parts, 0, zero, none, one)
+    for station in roads.layout.stations:
+        roads.travel.times_to(station.station, True)

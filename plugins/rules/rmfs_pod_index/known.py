@@ -5,19 +5,20 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rmfs_core.clock import to_ticks
-from rmfs_pod_index.account import join, update
-from rmfs_pod_index.period import CLOSE, NONE, OF_LINES, Account, Period, new_account
+from rmfs_pod_index.account import join, move, update
+from rmfs_pod_index.period import CLOSE, NONE, OF_LINES, Account, Ints, Period, new_account
 from rmfs_pod_index.urging import next_urgent
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Station, WarehouseView
+    from rmfs_core.warehouse import WarehouseView
     from rmfs_pod_index.rule import PodIndex
 
 NEVER = 1 << 62
 """A tick that no run comes to."""
+NOWHERE = np.zeros((0, 3), np.int64)
+"""No pod that is elsewhere."""
 NO_SHARE = 2.0
 """Share of its places that are taken of a station to which no pod may be sent."""
 
@@ -28,12 +29,10 @@ class Known:
     Attributes
     ----------
     account
-        The lines of the backlog and the free items.
-    pods
-        The pods.
+        The lines of the backlog, the free items, and where pods are.
     room, load, inbound, at_work
-        Of each picking station: free places, places that are taken, ids of the pods at or bound for it; whether any has
-        places that are taken.
+        Of each picking station: free places, places that are taken, pods at or bound for it; whether any has places
+        that are taken.
     counts_orders
         Whether places of any of them are for orders.
     need
@@ -43,24 +42,27 @@ class Known:
     """
 
     def __init__(self, rule: PodIndex, warehouse: WarehouseView) -> None:
-        self.rule, self.pods = rule, warehouse.pods
+        self.rule, self._pods, self._stations = rule, warehouse.pods, warehouse.stations
         self._log, self._free = warehouse.backlog_log(), warehouse.free_items_log()
-        to = [warehouse.travel.times_to(station.cell, True).min(axis=1) for station in warehouse.stations]
+        to = [warehouse.travel.times_to(station.cell, True).min(axis=1) for station in self._stations]
         free = self._free.items
-        self.account = new_account(free.pod, free.sku, len(self.pods), warehouse.n_skus, np.array(to))
-        self.account.period.pods["cell"] = [pod.cell for pod in self.pods]
+        self.account = new_account(free.pod, free.sku, len(self._pods), warehouse.n_skus, np.array(to))
+        for name in ("capacity", "counts_orders"):
+            self.account.period.stations[name] = [getattr(station, name) for station in self._stations]
         weigh(self.account.period, rule)
         self._joined = self._left = self._largest = self._changed = 0
-        self._leaving: list[int] = []
+        self._lines_left: list[int] = []
+        self._moved, self._moves = [*range(len(self._pods))], len(warehouse.changed_pods())
         self.urge_ticks = 0
         self._settled: tuple[object, ...] | None = None
         self._quiet_room: list[int] | None = None
-        self._next: tuple[int, int, bool] | None = None
+        self._first: tuple[int, int] | None = None
+        self._front: list[tuple[int, int]] | None = None
+        self._base, self._size = int(self.account.period.weights["base_ticks"][0]), NONE
         n_stations = len(to)
-        self.room, self.load, self._counted = [0] * n_stations, [0] * n_stations, [-1] * n_stations
-        self.inbound: list[list[int]] = [[] for _ in to]
-        self._shares = [NO_SHARE] * n_stations
-        self.counts_orders = any(station.counts_orders for station in warehouse.stations)
+        self.room, self.load, self.inbound = [0] * n_stations, [0] * n_stations, [0] * n_stations
+        self._counted, self._shares = [-1] * n_stations, [NO_SHARE] * n_stations
+        self.counts_orders = any(station.counts_orders for station in self._stations)
         self.at_work, self.need, self.wakes = False, NEVER, NEVER
         self._changes = -1
         self._quiet_until = self._wakes_until = 0
@@ -74,7 +76,16 @@ class Known:
         if self._changes == warehouse.changes():
             return
         self._changes, self._quiet_until, self._wakes_until = warehouse.changes(), 0, 0
-        joined, left = self._log.joined(self._joined), self._log.left(self._left)
+        left, size, before = self._log.left(self._left), warehouse.backlog_size, self._size
+        self._size = NONE if warehouse.filtered else size
+        # Orders have joined only if there are more than before: none has gone where no line has
+        if left or size != before or warehouse.filtered:
+            self._hear_lines(warehouse, left)
+        self._see()
+
+    def _hear_lines(self, warehouse: WarehouseView, left: list[int]) -> None:
+        """Take in the lines that joined and left the backlog."""
+        joined = self._log.joined(self._joined)
         if joined.size:
             self._take_in(self.account, warehouse, joined, self._joined)
             self._joined += joined.shape[1]
@@ -85,46 +96,59 @@ class Known:
                     self.urge_ticks = to_ticks(self.rule.urge_s)
                     self.account.period.weights["urge_ticks"] = self.urge_ticks
         if left:
-            self._leaving += left
+            self._lines_left += left
             self._left += len(left)
         if joined.size or left:
-            self._quiet_room = self._next = None
-        self._see(warehouse)
+            self._quiet_room = self._first = self._front = None
 
-    def look(self) -> None:
+    def _look(self, warehouse: WarehouseView) -> None:
         """Bring the account of lines and free items up to date."""
         changed = self._free.changed(self._changed)
-        if len(changed) or self._leaving:
-            update(*self.account.parts, np.array(self._leaving, np.int64), changed, self._free.items.number)
+        if len(changed) or self._lines_left or self._front is None:
+            left, items = np.array(self._lines_left, np.int64), self._free.items.number
+            number = update(*self.account.parts, warehouse.now_tick, left, changed, items)
             self._changed += len(changed)
-            self._leaving, self._next = [], None
+            self._lines_left, self._first, self._front = [], None, self.account.period.front[:number].tolist()
             self._quiet_until = self._wakes_until = 0
 
-    def shown(self, warehouse: WarehouseView) -> Account:
-        """Return the account, or one of the lines that filters have left."""
-        self.look()
+    def shown(self, warehouse: WarehouseView) -> tuple[Account, Ints]:
+        """Return the account, or one of the lines that filters have left, and the pods to be moved in it."""
+        self._look(warehouse)
+        moved = self._where(warehouse)
         if not warehouse.filtered:
-            return self.account
+            return self.account, moved
+        move(*self.account.parts, moved)
         account = self.account.without_lines()
         lines = warehouse.backlog_lines
         if len(lines.order):
             self._take_in(account, warehouse, np.array([lines.order_id, lines.sku, lines.quantity]), 0)
-        return account
+        return account, NOWHERE
 
-    def _take_in(self, account: Account, warehouse: WarehouseView, rows: NDArray[np.int64], begin: int) -> None:
+    def _where(self, warehouse: WarehouseView) -> Ints:
+        """Return the pods that may be elsewhere than before, where each goes last, and its cell if it is free."""
+        moved, rows = warehouse.changed_pods(self._moves), []
+        self._moves += len(moved)
+        for i in {*self._moved, *moved}:
+            pod, last = self._pods[i], NONE
+            for station in pod.bound_for:
+                if station < len(self.room):  # those where bundles are stored and nothing is picked have higher ids
+                    last = station
+            rows.append((i, last, pod.cell if last == NONE and pod.robot is None else NONE))
+        self._moved = []
+        return np.array(rows, np.int64) if rows else NOWHERE
+
+    def _take_in(self, account: Account, warehouse: WarehouseView, rows: Ints, begin: int) -> None:
         """Take lines into an account, whose order, SKU and number of items are given; ``begin`` are there."""
-        ids, n_orders, end = list(dict.fromkeys(rows[0].tolist())), int(rows[0].max()) + 1, begin + rows.shape[1]
-        account.make_room(dict.fromkeys(OF_LINES, end) | {"orders": n_orders, "looked": n_orders})
-        lines = account.period.lines[begin:end]
-        lines["order"], lines["sku"], lines["quantity"] = rows
-        for i in ids:
-            order, new = warehouse.order(i), account.period.orders[i]
+        ids, _, items = rows.tolist()
+        account.make_room(dict.fromkeys(OF_LINES, begin + len(ids)) | dict.fromkeys(("orders", "looked"), max(ids) + 1))
+        orders = []
+        for i in dict.fromkeys(ids):
+            order = warehouse.order(i)
             worth = self.rule.priority_factor ** min(max(order.priority, -20), 20)
-            most = 1.0 if order.due_s is None else self.rule.due_factor
-            new["arrival"], new["due_s"] = order.arrival_tick, np.inf if order.due_s is None else order.due_s
-            new["worth"], new["highest"], new["left"] = worth, (1 + CLOSE) * worth * most, -1.0
-        join(*account.parts, begin, end)
-        self._largest = max(self._largest, int(rows[2].max()))
+            due_s, most = (np.inf, 1.0) if order.due_s is None else (order.due_s, self.rule.due_factor)
+            orders.append((i, order.arrival_tick, due_s, worth, (1 + CLOSE) * worth * most))
+        join(*account.parts, begin, rows, np.array(orders, np.float64))
+        self._largest = max(self._largest, *items)
 
     def settle(
         self, warehouse: WarehouseView, left: int, room: list[int], inbound: list[int], *, nothing: bool
@@ -155,7 +179,7 @@ class Known:
         room, settled, self._settled = self.room, self._settled, None
         if warehouse.filtered:
             return False
-        if settled is not None and settled == (warehouse.now_tick, warehouse.backlog_size, room, self._numbers_bound()):
+        if settled is not None and settled == (warehouse.now_tick, warehouse.backlog_size, room, self.inbound):
             self._quiet_room = room.copy()
             return True
         quiet = self._quiet_room
@@ -163,55 +187,44 @@ class Known:
             return False
         if room != quiet and any(a < b and a < self._largest for a, b in zip(quiet, room, strict=True)):
             return False
-        until, urgent = NEVER, False
+        until = NEVER
         if self.need != NEVER:
             if not (self.urge_ticks and self.at_work):
                 return False
-            until, urgent = self.next_urgent(warehouse)
-        self._quiet_until = 0 if urgent else until
-        return not urgent
+            until = self._first_urgent(warehouse)
+        self._quiet_until = until
+        return until > warehouse.now_tick
 
     def wake(self, warehouse: WarehouseView) -> None:
         """Work out when the ages of the lines of a pod will add up, if a station could take it then."""
         waits = self.urge_ticks and warehouse.backlog_size and self.at_work and self.need != NEVER
-        self.wakes = self.next_urgent(warehouse)[0] if waits else NEVER
+        self.wakes = self._first_urgent(warehouse) if waits else NEVER
+        if self.wakes <= warehouse.now_tick:
+            soonest = next_urgent(*self.account.parts, warehouse.now_tick, self.need)
+            self.wakes = NEVER if soonest == NONE else int(soonest)
         self._wakes_until = 0 if warehouse.replenishment_stations else self.wakes
 
-    def _see(self, warehouse: WarehouseView) -> None:
+    def _see(self) -> None:
         """Look at the stations that have changed."""
-        counted = [station.changes() for station in warehouse.stations]
-        if counted != self._counted:
-            for i, station in enumerate(warehouse.stations):
-                if counted[i] != self._counted[i]:
-                    self._see_station(i, station)
-            self._counted, self.at_work = counted, any(self.load)
-        share = min(self._shares)
+        for i, station in enumerate(self._stations):
+            changes = station.changes()
+            if changes != self._counted[i]:
+                room, load, inbound = station.free_capacity, station.load, len(station.inbound_pods)
+                self._counted[i], self.room[i], self.load[i], self.inbound[i] = changes, room, load, inbound
+                able = room and inbound < self.rule.most_pods
+                self._shares[i] = min(load / station.capacity, 1.0) if able else NO_SHARE
+        self.at_work, share = any(self.load), min(self._shares)
         self.need = NEVER if share == NO_SHARE else int(self.urge_ticks * (1 + (self.rule.full - 1) * share))
 
-    def _see_station(self, i: int, station: Station) -> None:
-        room, load, capacity = station.free_capacity, station.load, station.capacity
-        inbound = [pod.id for pod in station.inbound_pods]
-        self.room[i], self.load[i], self.inbound[i] = room, load, inbound
-        self.account.period.seen[i] = room, load, capacity, len(inbound), station.counts_orders, room > 0
-        able = room and len(inbound) < self.rule.most_pods
-        self._shares[i] = min(load / capacity, 1.0) if able else NO_SHARE
-
-    def _numbers_bound(self) -> list[int]:
-        return [len(pods) for pods in self.inbound]
-
-    def last_of(self, pod: int) -> int:
-        """Return the last picking station that a pod is bound for; those where bundles are stored have higher ids."""
-        return [at for at in self.pods[pod].bound_for if at < len(self.room)][-1]
-
-    def next_urgent(self, warehouse: WarehouseView) -> tuple[int, bool]:
-        """Return when the ages of the lines of the next pod add up to so many, or NEVER; and whether one's do now."""
-        now, need, known = warehouse.now_tick, self.need, self._next
+    def _first_urgent(self, warehouse: WarehouseView) -> int:
+        """Return when the ages of the lines of a pod first add up to so many, which may be over, or NEVER."""
+        need, known = self.need, self._first
         # With the same backlog, what pods have free that are bound for no station only changes by replenishment
-        if known is None or known[0] != need or now >= known[1] or warehouse.replenishment_stations:
-            self.look()
-            soonest, urgent = next_urgent(*self.account.parts, now, need)
-            known = self._next = need, NEVER if soonest == NONE else int(soonest), bool(urgent)
-        return known[1:]
+        if known is None or known[0] != need or warehouse.now_tick >= known[1] or warehouse.replenishment_stations:
+            self._look(warehouse)
+            times = [-(-(need + arrivals) // lines) for lines, arrivals in self._front or ()]
+            known = self._first = need, min(times) - self._base if times else NEVER
+        return known[1]
 
 
 def weigh(period: Period, rule: PodIndex) -> None:

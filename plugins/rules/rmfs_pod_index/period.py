@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
+from numba.core import cgutils
+from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 Bools = NDArray[np.bool_]
@@ -37,15 +39,18 @@ HOLDER = _record("pod free")
 LINE = _record("order sku quantity before after", flags="untaken")
 ORDER = _record("arrival begin end open_items parts", "due_s worth highest left base root power", "split single ever")
 SKU = _record("head tail number arrivals start stop there", "share")
-AGES = _record("lines_of arrivals_of urge")
-POD = _record("cell last", "gain", "movable able asked")
+AGES = _record("lines_of arrivals_of")
+POD = _record("cell last urge", "gain", "free movable able")
 STATION = _record("room load capacity inbound", flags="counts_orders open")
 BID = _record("items", "worth")
-TAKE = _record("line station")
-SEND = _record("pod station")
+TAKE = _record("line station order sku")
+SEND = _record("pod station before")
+REACH = _record("sku begin end")
 RECORDS = {"weights": WEIGHTS, "entries": ENTRY, "holders": HOLDER, "skus": SKU, "ages": AGES, "pods": POD}
 RECORDS |= {
-    "seen": STATION,
+    "front": AGES,
+    "within": REACH,
+    "bearers": HOLDER,
     "stations": STATION,
     "lines": LINE,
     "orders": ORDER,
@@ -73,17 +78,18 @@ class Period(NamedTuple):
         Of each SKU: ``head`` and ``tail``, its first and last open line, the ``number`` of these, and ``arrivals``,
         when their orders came, added up; ``share``: seconds of a visit that a line of it has to bear; ``start`` and
         ``stop`` of its lines in ``bids``; ``there``: what a station had before pods were sent.
-    ages
-        Of each pod: ``lines_of``, how many open lines it has items for, ``arrivals_of``, when their orders came, added
-        up, and ``urge``, their ages added up. All pods are looked through, so this is kept together.
+    ages, front
+        Of each pod: ``lines_of``, how many open lines it has items for, and ``arrivals_of``, when their orders came,
+        added up. All pods are looked through, so this is kept together. And of those that may be wanted enough next.
     pods
-        Of each pod: ``cell``: where it was when it was asked last; whether it is ``movable``; ``last``: the station
-        where it goes last, whose its free items are, NONE for none; whether it is ``able`` to be sent to the station
-        whose turn it is; ``gain``: what it brings beyond a rate; whether it was ``asked`` where it is.
-    seen, stations
+        Of each pod: ``last``: the station where it goes last, whose its free items are, NONE for none; whether it is
+        ``free``: bound for no station and with no robot, or leaving; then its ``cell``. Of one that is wanted enough in
+        this period: ``urge``, the ages of its lines added up; whether it is still ``movable``, and ``able`` to be sent
+        to the station whose turn it is; ``gain``: what it brings beyond a rate.
+    stations
         Of each station: ``room``, ``load``, ``capacity``: free places, places that are taken, all of them;
         ``inbound``: pods at or bound for it; ``counts_orders``: what its places are for; ``open``: whether it may go
-        on. As they were seen, and as they become.
+        on.
     available
         Items of each SKU that the pods of each station have free, shape (SKUs, stations).
     lines
@@ -99,12 +105,16 @@ class Period(NamedTuple):
         ``single`` open line, was split before (``ever``), and at how many stations this period has ``parts`` of it.
     bids
         Items and worth of the lines that a station might be brought, by SKU.
+    within, bearers
+        The SKUs with open lines of which pods that are ``movable`` have items, and where in ``bearers`` these pods are:
+        those of ``holders`` that may be sent.
     takes, sends
-        (line, station) taken and (pod, station) sent so far.
+        What was taken so far: line, station, and the line's order and SKU; and sent: pod, station, and where it went
+        last ``before``.
     wanted, urgent, gaining, found, turn, looked
-        Lists: the SKUs that have open lines, ascending; the pods for which ``urge`` is enough at some station; the pods
-        that bring anything; those that are equally good; the stations in the order of the turn; the orders for which
-        ``left`` is known.
+        Lists: the SKUs that have open lines, ascending; the pods that may be sent and for which ``urge`` is enough at
+        some station; the pods that bring anything; those that are equally good; the stations in the order of the turn;
+        the orders for which ``left`` is known.
     least
         So many seconds to the power of ``finish``: what it takes to know what a line could be worth at most.
     numbers
@@ -122,13 +132,15 @@ class Period(NamedTuple):
     first_with: Ints
     skus: Records
     ages: Records
+    front: Records
     pods: Records
-    seen: Records
     stations: Records
     available: Ints
     lines: Records
     orders: Records
     bids: Records
+    within: Records
+    bearers: Records
     takes: Records
     sends: Records
     wanted: Ints
@@ -143,14 +155,37 @@ class Period(NamedTuple):
     placed: Bools
 
 
-TAKES, SENDS, FOUND, LENGTH, AT_WORK, PACKING_ROOM, COMPLETED, WANTED, URGENT, GAINING, LOOKED, NOW, ASKED = range(13)
+TAKES, SENDS, COMPLETED, FOUND, LENGTH, AT_WORK, PACKING_ROOM, WANTED, URGENT, GAINING, LOOKED, NOW, WITHIN = range(13)
 """Where in ``Period.numbers`` each number is: how many of ``takes``, ``sends``, ``found``, ``turn``, ``wanted``,
 ``urgent``, ``gaining`` and ``looked`` there are; whether a station is at work; room at the packing stations; orders of
-which all lines are taken; the tick; how many pods were asked where they are."""
+which all lines are taken; the tick; how many of ``within`` there are."""
+
+
+@intrinsic
+def lent(_, array):  # type: ignore[no-untyped-def]
+    """Return an array that is not counted as one more that needs its memory: who calls the compiled code has it.
+
+    To count each array of a period up and down whenever it is named would take longer than what is done with them.
+    """
+
+    def make(context, builder, signature, values):  # type: ignore[no-untyped-def]  # noqa: ARG001
+        (value,) = values
+        for part in range(2):  # what is counted, and the Python object
+            nothing = cgutils.get_null_value(value.type.elements[part])  # type: ignore[no-untyped-call]
+            value = builder.insert_value(value, nothing, part)
+        return value
+
+    return array(array), make
 
 
 @njit(cache=True)
 def period_of(words, at, ticks, placed):  # type: ignore[no-untyped-def]
+    """Return a period, as long as what its arrays lie in is there."""
+    return arrays_of(lent(words), lent(at), lent(ticks), lent(placed))  # type: ignore[call-arg]
+
+
+@njit(cache=True)
+def arrays_of(words, at, ticks, placed):  # type: ignore[no-untyped-def]
     """Return a period, the arrays of which lie one after another in ``words``, each from where ``at`` says.
 
     To hand each of them from Python to compiled code would take longer than most of what is done there.
@@ -164,28 +199,32 @@ def period_of(words, at, ticks, placed):  # type: ignore[no-untyped-def]
         words[at[4] : at[5]],
         skus,
         words[at[6] : at[7]].view(AGES),
-        words[at[7] : at[8]].view(POD),
-        words[at[8] : at[9]].view(STATION),
+        words[at[7] : at[8]].view(AGES),
+        words[at[8] : at[9]].view(POD),
         stations,
         words[at[10] : at[11]].reshape(len(skus), len(stations)),
         words[at[11] : at[12]].view(LINE),
         words[at[12] : at[13]].view(ORDER),
         words[at[13] : at[14]].view(BID),
-        words[at[14] : at[15]].view(TAKE),
-        words[at[15] : at[16]].view(SEND),
-        words[at[16] : at[17]],
-        words[at[17] : at[18]],
+        words[at[14] : at[15]].view(REACH),
+        words[at[15] : at[16]].view(HOLDER),
+        words[at[16] : at[17]].view(TAKE),
+        words[at[17] : at[18]].view(SEND),
         words[at[18] : at[19]],
         words[at[19] : at[20]],
         words[at[20] : at[21]],
         words[at[21] : at[22]],
-        words[at[22] : at[23]].view(np.float64),
+        words[at[22] : at[23]],
         words[at[23] : at[24]],
+        words[at[24] : at[25]].view(np.float64),
+        words[at[25] : at[26]],
         ticks,
         placed,
     )
 
 
+LEAST_ROOM = 4096
+"""How long arrays become at least: to make them longer takes as long as some decisions."""
 OF_LINES = ("lines", "bids", "takes", "orders", "looked")
 """Arrays that become longer with lines and orders."""
 
@@ -217,11 +256,11 @@ class Account:
 
     def _set(self, words: Ints, at: Ints, ticks: Ints, placed: Bools) -> None:
         self.parts = words, at, ticks, placed
-        self.period = Period(*period_of.py_func(*self.parts))  # type: ignore[no-untyped-call]
+        self.period = Period(*arrays_of.py_func(*self.parts))  # type: ignore[no-untyped-call]
 
     def make_room(self, lengths: dict[str, int]) -> None:
         """Make arrays at least so long, with zeros at the end."""
-        short = {name: 2 * length + 64 for name, length in lengths.items() if self._lengths[name] < length}
+        short = {name: max(2 * length, LEAST_ROOM) for name, length in lengths.items() if self._lengths[name] < length}
         if short:
             grown = Account(self._lengths | short, self.period.ticks)
             for new, old in zip(grown.period[:-2], self.period[:-2], strict=True):
@@ -236,9 +275,8 @@ class Account:
     def without_lines(self) -> Account:
         """Return an account of the same pods and items that has no lines."""
         account = Account(self._lengths | dict.fromkeys(OF_LINES, 0), self.period.ticks)
-        for name in ("weights", "entries", "holders", "first", "first_with", "seen", "least"):
+        for name in ("weights", "entries", "holders", "first", "first_with", "pods", "stations", "available", "least"):
             getattr(account.period, name)[:] = getattr(self.period, name)
-        account.period.pods["cell"] = self.period.pods["cell"]
         return account
 
 
@@ -259,10 +297,11 @@ def new_account(pods: Ints, skus: Ints, n_pods: int, n_skus: int, ticks: Ints) -
         "weights": 1,
         "skus": n_skus,
         "wanted": n_skus,
+        "within": n_skus,
     }
-    lengths |= dict.fromkeys(("seen", "stations", "turn"), n_stations)
-    lengths |= dict.fromkeys(("ages", "pods", "urgent", "gaining", "found", "sends"), n_pods)
-    lengths |= dict.fromkeys(("entries", "holders"), len(skus))
+    lengths |= dict.fromkeys(("stations", "turn"), n_stations)
+    lengths |= dict.fromkeys(("ages", "front", "pods", "urgent", "gaining", "found", "sends"), n_pods)
+    lengths |= dict.fromkeys(("entries", "holders", "bearers"), len(skus))
     lengths |= {"first": n_pods + 1, "first_with": n_skus + 1, "available": n_skus * n_stations}
     account = Account(lengths | {"least": MOST_SECONDS, "numbers": 13}, ticks)
     period = account.period

@@ -188,9 +188,9 @@ class PodIndex:
             known.wake(warehouse)
         return None if known.wakes == NEVER else to_seconds(known.wakes)
 
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
-        """Load the compiled period, or compile it."""
-        prepare(self)
+    def prepare(self, roads: Roads) -> None:
+        """Load the compiled period, or compile it, and search for the ways to the stations."""
+        prepare(self, roads)
 
     def _about(self, warehouse: WarehouseView) -> Known:
         """Return what is known of a run, and begin anew with another, or when a pod was given a new SKU."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from numba import njit
 
 from rmfs_core.warehouse import UNLIMITED
-from rmfs_pod_index.compiled import best_covered, best_pods, better_line, bring, fits, look_at, share_visits
+from rmfs_pod_index.account import bring, bring_all
+from rmfs_pod_index.compiled import best_covered, best_pods, better_line, find_within, fits, look_at, share_visits
 from rmfs_pod_index.period import (
-    ASKED,
     AT_WORK,
     COMPLETED,
     FOUND,
@@ -28,12 +28,10 @@ from rmfs_pod_index.urging import change_urges, find_able, find_urgent
 @njit(cache=True)
 def send(p, pod, station):  # type: ignore[no-untyped-def]
     """Decide a trip."""
-    p.sends[p.numbers[SENDS]].pod, p.sends[p.numbers[SENDS]].station = pod, station
+    sent = p.sends[p.numbers[SENDS]]
+    sent.pod, sent.station, sent.before = pod, station, p.pods[pod].last
     p.numbers[SENDS] += 1
-    if p.pods[pod].last != NONE:
-        bring(p, pod, p.pods[pod].last, -1)
-    p.pods[pod].last = station
-    bring(p, pod, station, 1)
+    bring(p, pod, station)
     p.stations[station].inbound += 1
     p.pods[pod].movable = False
 
@@ -46,10 +44,11 @@ def take(p, line, station):  # type: ignore[no-untyped-def]
     if weights.packing:
         new = 1
         for k in range(p.numbers[TAKES]):
-            if p.takes[k].station == station and p.lines[p.takes[k].line].order == order:
+            if p.takes[k].station == station and p.takes[k].order == order:
                 new = 0
         p.orders[order].parts += new
-    p.takes[p.numbers[TAKES]].line, p.takes[p.numbers[TAKES]].station = line, station
+    taken = p.takes[p.numbers[TAKES]]
+    taken.line, taken.station, taken.order, taken.sku = line, station, order, sku
     p.numbers[TAKES] += 1
     p.numbers[AT_WORK] = 1
     if p.stations[station].counts_orders:
@@ -80,9 +79,6 @@ def take(p, line, station):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def nearer(p, pod, other, station):  # type: ignore[no-untyped-def]
     """Whether a pod is sooner at a station than another one; of equals, that of the lower id."""
-    for asked in (pod, other):
-        p.numbers[ASKED] += not p.pods[asked].asked
-        p.pods[asked].asked = True
     difference = p.ticks[station, p.pods[pod].cell] - p.ticks[station, p.pods[other].cell]
     return difference < 0 or (difference == 0 and pod < other)
 
@@ -131,25 +127,36 @@ def find_scattered(p, station):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def decide(words, at, ticks, placed, now, at_work, bound, busy, need):  # type: ignore[no-untyped-def]
+def decide(words, at, ticks, placed, told, moved, leaving, asked):  # type: ignore[no-untyped-def]
     """Let stations take their turns, fewest pods first, until all are through.
+
+    Lines that were taken are left in the account.
 
     Parameters
     ----------
     words, at, ticks, placed
-        The period, in which ``available`` is 0, and ``last`` NONE, as they are afterwards again; lines that were taken
-        are left in the account.
-    now, at_work
-        The tick; whether a station is at work.
-    bound
-        Pods at or bound for stations, and where each goes last, shape (pods, 2).
-    busy
-        Pods that may not be sent: bound for somewhere, or with a robot, and not leaving.
-    need
-        What the ages of a pod's lines have to add up to for it to be sent anywhere.
+        The period.
+    told
+        The tick; whether a station is at work; what the ages of a pod's lines have to add up to for it to be sent
+        anywhere; then of each station the free places, of each the places that are taken, and of each the pods at or
+        bound for it.
+    moved
+        Where pods are, as `move` takes them.
+    leaving, asked
+        Pods that leave a station, and where they are, shape (pods, 2); whether these were asked for.
+
+    Returns
+    -------
+    Whether it matters which pods leave, so that they are to be asked for; then nothing was decided.
     """
     p = period_of(words, at, ticks, placed)
-    begin(p, now, at_work, bound, busy, need)
+    bring_all(p, moved)
+    for i in range(len(leaving)):
+        p.pods[leaving[i, 0]].cell, p.pods[leaving[i, 0]].free = leaving[i, 1], True
+    if begin(p, told) and not asked:
+        return True
+    share_visits(p)
+    find_within(p)
     while begin_turn(p):
         for station in p.turn[: p.numbers[LENGTH]]:
             line, most = best_covered(p, station)
@@ -161,46 +168,40 @@ def decide(words, at, ticks, placed, now, at_work, bound, busy, need):  # type: 
                 take(p, line, station)
             here = p.stations[station]
             here.open = line != NONE and (here.room > 0 or here.counts_orders)
-    end(p, bound)
+    end(p)
+    for i in range(len(leaving)):
+        p.pods[leaving[i, 0]].free = False
+    return False
 
 
 @njit(cache=True)
-def begin(p, now, at_work, bound, busy, need):  # type: ignore[no-untyped-def]
-    """Begin the period."""
-    for number in (TAKES, SENDS, COMPLETED, ASKED, LOOKED):
+def begin(p, told):  # type: ignore[no-untyped-def]
+    """Begin the period; return whether pods that are not free are wanted enough to be sent somewhere."""
+    for number in (TAKES, SENDS, COMPLETED, LOOKED):
         p.numbers[number] = 0
-    p.numbers[NOW], p.numbers[AT_WORK] = now, at_work
-    for i in range(len(p.seen)):
-        p.stations[i] = p.seen[i]
-    for i in range(len(bound)):
-        p.pods[bound[i, 0]].last = bound[i, 1]
-        bring(p, bound[i, 0], bound[i, 1], 1)
-    find_urgent(p, need)
-    for pod in busy:
-        p.pods[pod].movable = False
-    share_visits(p)
+    p.numbers[NOW], p.numbers[AT_WORK] = told[0], told[1]
+    n = len(p.stations)
+    for i in range(n):
+        here = p.stations[i]
+        here.room, here.load, here.inbound = told[3 + i], told[3 + n + i], told[3 + 2 * n + i]
+        here.open = here.room > 0
+    return find_urgent(p, told[2])
 
 
 @njit(cache=True)
-def end(p, bound):  # type: ignore[no-untyped-def]
+def end(p):  # type: ignore[no-untyped-def]
     """Leave the account as it was before the period, and what was decided."""
     for taken in p.takes[: p.numbers[TAKES]]:
+        quantity = p.lines[taken.line].quantity
         p.lines[taken.line].untaken = True
-        p.orders[p.lines[taken.line].order].open_items += p.lines[taken.line].quantity
+        p.orders[taken.order].open_items += quantity
+        p.available[taken.sku, taken.station] += quantity
+    for sent in p.sends[: p.numbers[SENDS]]:
+        bring(p, sent.pod, sent.before)
     for order in p.looked[: p.numbers[LOOKED]]:
         p.orders[order].left = -1.0
-    for i in range(len(bound)):
-        clear(p, bound[i, 0])
-    for sent in p.sends[: p.numbers[SENDS]]:
-        clear(p, sent.pod)
-
-
-@njit(cache=True)
-def clear(p, pod):  # type: ignore[no-untyped-def]
-    """Forget where a pod goes last, and what it brings."""
-    p.pods[pod].last = NONE
-    for entry in range(p.first[pod], p.first[pod + 1]):
-        p.available[p.entries[entry].sku, :] = 0
+    for pod in p.urgent[: p.numbers[URGENT]]:
+        p.pods[pod].movable = False
 
 
 @njit(cache=True)

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from rmfs_core.warehouse.parts import UNLIMITED
 from rmfs_pod_index import PodIndex
-from rmfs_pod_index.account import join, update
-from rmfs_pod_index.compiled import best_covered, best_pods, better_line, bring, share_visits
+from rmfs_pod_index.account import bring, join, update
+from rmfs_pod_index.compiled import best_covered, best_pods, better_line, find_within, share_visits
 from rmfs_pod_index.known import weigh
 from rmfs_pod_index.period import CLOSE, FOUND, NONE, OF_LINES, Period, new_account
 
@@ -28,15 +28,10 @@ def account(lines: list[tuple[int, int, int]], pods: list[dict[int, int]], stati
     made = new_account(of_pod, skus, len(pods), N_SKUS, np.zeros((stations, 1), np.int64))
     made.make_room(dict.fromkeys(OF_LINES, len(lines)))
     weigh(made.period, RULE)
-    orders = made.period.orders
-    for name, value in {"worth": 1.0, "highest": 1 + CLOSE, "due_s": np.inf, "left": -1.0}.items():
-        orders[name] = value
-    for i, (order, sku, quantity) in enumerate(lines):
-        line = made.period.lines[i]
-        line["order"], line["sku"], line["quantity"] = order, sku, quantity
     made.period.pods["movable"] = made.period.pods["able"] = True
-    update(*made.parts, np.zeros(0, np.int64), np.arange(len(items)), items)
-    join(*made.parts, 0, len(lines))
+    update(*made.parts, 0, np.zeros(0, np.int64), np.arange(len(items)), items)
+    orders = np.array([(i, 0, np.inf, 1.0, 1 + CLOSE) for i in {order for order, _, _ in lines}]).reshape(-1, 5)
+    join(*made.parts, 0, np.array(lines, np.int64).reshape(-1, 3).T.copy(), orders)
     return made.period
 
 
@@ -65,6 +60,7 @@ def best(period: Period, bound: float = 0.0, **weights: float) -> list[int]:
     """The pods of the largest index for the first station."""
     for name, weight in weights.items():
         period.weights[name] = weight
+    find_within(period)
     best_pods(period, 0, bound)
     return sorted(period.found[: period.numbers[FOUND]])
 
@@ -80,13 +76,15 @@ def test_a_line_whose_sku_is_at_no_station_bears_its_share_of_a_visit() -> None:
 
 
 def test_free_items_count_where_a_pod_goes() -> None:
-    """And no longer when it is gone."""
+    """And no longer when it goes elsewhere, or is gone."""
     period = account([], [{0: 3, 1: 1}, {0: 2, 2: 1}], 2)
-    bring(period, 0, 0, 1)
-    bring(period, 1, 1, 1)
+    bring(period, 0, 0)
+    bring(period, 1, 1)
     assert period.available.T.tolist() == [[3, 1, 0, 0], [2, 0, 1, 0]]
-    bring(period, 0, 0, -1)
-    assert period.available.T.tolist() == [[0, 0, 0, 0], [2, 0, 1, 0]]
+    bring(period, 0, 1)
+    assert period.available.T.tolist() == [[0, 0, 0, 0], [5, 1, 1, 0]]
+    bring(period, 1, NONE)
+    assert period.available.T.tolist() == [[0, 0, 0, 0], [3, 1, 0, 0]]
 
 
 def test_the_best_covered_line_has_the_largest_worth_and_is_the_oldest_of_equals() -> None:

@@ -22,9 +22,9 @@ def test_what_is_there_is_kept_when_more_room_is_needed(account: Account) -> Non
     before = account.period
     account.make_room(dict.fromkeys(OF_LINES, 2))
     assert account.period is before
-    account.make_room({"lines": 1000})
+    account.make_room({"lines": 10_000})
     assert account.period.lines["sku"][:2].tolist() == [1, 2]
-    assert len(account.period.lines) >= 1000
+    assert len(account.period.lines) >= 10_000
     assert account.period.entries.tolist() == before.entries.tolist()
     assert len(account.period.orders) == len(before.orders)
 
@@ -59,7 +59,9 @@ def test_an_account_of_the_same_pods_has_no_lines(account: Account) -> None:
     """What filters have left is put into it."""
     account.make_room(dict.fromkeys(OF_LINES, 3))
     account.period.entries["free"], account.period.skus["head"], account.period.pods["cell"] = 5, 0, 3
+    account.period.available[:] = 4
     other = account.without_lines().period
     assert other.entries.tolist() == account.period.entries.tolist()
     assert (other.pods["cell"].tolist(), other.skus["head"].tolist()) == ([3, 3], [NONE] * 3)
+    assert other.available.tolist() == [[4]] * 3
     assert not other.lines.size

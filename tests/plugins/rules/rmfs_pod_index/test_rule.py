@@ -10,6 +10,7 @@ import pytest
 from attrs import evolve
 
 from rmfs_core import run
+from rmfs_core.traffic import roads_on
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_pod_index import PodIndex, account, compiled, turns, urging
 from rmfs_rule_helpers import ticks_to_station
@@ -42,7 +43,7 @@ def test_nothing_is_compiled_once_a_run_has_begun() -> None:
         for called in {**vars(account), **vars(compiled), **vars(turns), **vars(urging)}.values()
         if hasattr(called, "signatures")
     ]
-    PodIndex().prepare(None)  # type: ignore[arg-type]
+    PodIndex().prepare(roads_on(small_world({"1": ["a"]}, {"p": ["a"]}).travel))
     before = [len(search.signatures) for search in searches]
     run("examples/small", overrides=["rules.poa_pps=pod-index"])
     assert [len(search.signatures) for search in searches] == before
