@@ -63,7 +63,7 @@ def test_a_period_of_a_large_backlog(
         assert sum(took[50_000].values()) <= 2 * sum(took[250].values()), took
 
 
-@pytest.mark.parametrize("rule", ["demand", "random", "completes", "work-amount", "lexicographic"])
+@pytest.mark.parametrize("rule", ["demand", "random", "completes", "work-amount", "lexicographic", "nearest-pod"])
 def test_a_period_of_many_pods(benchmark: Any, monkeypatch: pytest.MonkeyPatch, rule: str) -> None:
     """Bar: a PPS call takes at most twice the time; where nothing is timed, 600 pods do."""
     world = [

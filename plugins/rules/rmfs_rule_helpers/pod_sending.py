@@ -131,6 +131,10 @@ class KeptPods:
         none, at = np.zeros((3, 1), np.int64), one.copy()
         pod_search.servers(none[0, :0], none[1], none[2], one, one, at, 0, 0, np.zeros(1, np.bool_))
         pod_search.items_on(none[0, :0], none[0, :0], none[1], none[2], one, one, at)
+        times = np.zeros((1, 4), np.int64)
+        times.setflags(write=False)
+        pod_search.ticks(none[0, :0], at, times)
+        pod_search.with_most(none[0, :0], none[0, :0], none[1], none[2], one, one, at, STORED, at)
 
     def update(self, warehouse: WarehouseView) -> None:
         """Take in what pods have become."""
@@ -142,7 +146,7 @@ class KeptPods:
             self._seen, self._again = 0, list(range(len(self._pods)))
             self.cells = np.zeros(len(self._pods), np.int64)
             self._at, self._found = np.zeros_like(self.cells), np.zeros(len(self._pods), np.bool_)
-            self._row = np.full_like(self.cells, -1)
+            self._row, self._sums = np.full_like(self.cells, -1), np.zeros_like(self.cells)
         log = warehouse.free_items_log()
         self.items = log.items
         if log is not self.log:
@@ -174,9 +178,17 @@ class KeptPods:
         )
         return items
 
+    def with_most(self, wanted: Iterable[tuple[int, int]]) -> Ids:
+        """Return the stored pods bound nowhere with most free items of what is wanted, SKUs and numbers, if any."""
+        skus, items = np.array(list(wanted), np.int64).reshape(-1, 2).T.copy()
+        pods: Ids = self._search.with_most(
+            skus, items, self.by_sku, self.first, self.items.pod, self.items.number, self._at, STORED, self._sums
+        )
+        return pods
+
     def ticks(self, warehouse: WarehouseView, pods: Ids, station: Station) -> Ids:
         """Return `ticks_to_station` of pods that can be sent, int64, of the shape of ``pods``."""
-        ticks: Ids = warehouse.travel.times_to(station.cell, True)[self.cells[pods]].min(axis=1)
+        ticks: Ids = self._search.ticks(pods, self.cells, warehouse.travel.times_to(station.cell, True))
         return ticks
 
     def send(self, warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, Ids], int]) -> list[PodTrip]:
