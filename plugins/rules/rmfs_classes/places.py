@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from bisect import bisect_right
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, WarehouseView
+    from rmfs_core.warehouse import Pod, Robot, WarehouseView
 
 NO_STATION = -1
 
 Ids = NDArray[np.int64]
+T = TypeVar("T")
 
 
 @frozen(eq=False)
@@ -71,12 +74,53 @@ class Places:
         return owner
 
 
+class Kept(Generic[T]):
+    """The places, and what is made of them, once in a run."""
+
+    def __init__(self) -> None:
+        self._robots: tuple[Robot, ...] | None = None  # whose run it is
+
+    def of(self, warehouse: WarehouseView, make: Callable[[Places], T]) -> tuple[Places, T]:
+        """Return the places, and what was made of them when the run was first looked at."""
+        if self._robots is not warehouse.robots:
+            places = Places.of(warehouse)
+            self._robots, self._made = warehouse.robots, (places, make(places))
+        return self._made
+
+
+class Stored:
+    """Where pods are stored, read again of those that changed."""
+
+    def __init__(self) -> None:
+        self._pods: tuple[Pod, ...] | None = None  # whose cells these are
+
+    def cells(self, warehouse: WarehouseView) -> Ids:
+        """Return the cell of each pod, -1 of those that are not stored."""
+        if self._pods is not warehouse.pods:
+            self._pods, self._seen = warehouse.pods, 0
+            self._cells = np.array([-1 if pod.location is None else pod.location for pod in self._pods], np.int64)
+        changed = warehouse.changed_pods(self._seen)
+        self._seen += len(changed)
+        for number in set(changed):
+            location = self._pods[number].location
+            self._cells[number] = -1 if location is None else location
+        return self._cells
+
+
 def by_share(order: Ids, borders: tuple[float, ...]) -> Ids:
     """Cut what is sorted, best first, into classes that end at these shares of all; return the class of each."""
     rank = np.empty(len(order), np.int64)
     rank[order] = np.arange(len(order))
-    ends = np.array([math.floor(border * len(order)) for border in borders[:-1]], np.int64)
-    return ends.searchsorted(rank, side="right").astype(np.int64)
+    return np.searchsorted(_ends(len(order), borders), rank, side="right").astype(np.int64)
+
+
+def class_at(rank: int, number: int, borders: tuple[float, ...]) -> int:
+    """Return the class, as `by_share` cuts so many, of what is at a rank."""
+    return bisect_right(_ends(number, borders), rank)
+
+
+def _ends(number: int, borders: tuple[float, ...]) -> list[int]:
+    return [math.floor(border * number) for border in borders[:-1]]
 
 
 def nearest_of(warehouse: WarehouseView, pod: Pod, cells: Ids) -> int:

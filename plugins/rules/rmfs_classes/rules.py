@@ -9,12 +9,14 @@ import numpy as np
 from attrs import define, field, validators
 
 from rmfs_classes.moving import Pause, movable, nearest_to
-from rmfs_classes.places import NO_STATION, Places, by_share, nearest_of
-from rmfs_classes.worth import Ordered, combined, speed
+from rmfs_classes.places import NO_STATION, Kept, Places, Stored, class_at, nearest_of
+from rmfs_classes.worth import Worth, rank_of
 from rmfs_core import PodMove, hookimpl
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, Robot, WarehouseView
+    from rmfs_classes.places import Ids
+    from rmfs_core.traffic import Roads
+    from rmfs_core.warehouse import Pod, WarehouseView
 
 
 def _retry() -> Any:
@@ -39,6 +41,17 @@ def _weight_speed(default: float) -> Any:
 
 def _weight_demand(default: float) -> Any:
     return _weight(default, "the number of items on it that are wanted now")
+
+
+@define
+class _ByWorth:
+    """A rule that goes by how much pods are wanted."""
+
+    _worth: Worth = field(init=False, factory=Worth, repr=False, eq=False)
+
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self._worth.load()
 
 
 @define
@@ -69,7 +82,7 @@ def _shares(_instance: object, _attribute: Any, value: tuple[float, ...]) -> Non
 
 
 @define
-class TurnoverClasses:
+class TurnoverClasses(_ByWorth):
     """Store a pod in the class of places that is as good as the pod is wanted.
 
     The storage locations (those that hold no empty pod), sorted by the loaded driving time to the nearest station, and
@@ -95,21 +108,21 @@ class TurnoverClasses:
         validator=_shares,
         metadata={"doc": "Where the classes end: shares of all places and of all pods, rising to 1"},
     )
-    _ordered: Ordered = field(init=False, factory=Ordered, repr=False, eq=False)
+    _classes: Kept[Ids] = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
         """Choose the nearest free location of the pod's class."""
-        places = Places.of(warehouse)
-        wanted = speed(warehouse, self._ordered.items(warehouse))
-        own = by_share(np.argsort(-wanted, kind="stable"), self.borders)[pod.id]
+        places, classes = self._classes.of(warehouse, lambda places: places.classes(self.borders))
+        wanted = self._worth.speed(warehouse)
+        own = class_at(rank_of(pod.id, wanted), len(wanted), self.borders)
         free = np.isin(places.cells, warehouse.free_storage_locations)
-        away = _turn(places.classes(self.borders) - own, better_first=False)
+        away = _turn(classes - own, better_first=False)
         return nearest_of(warehouse, pod, places.cells[free & (away == away[free].min())])
 
 
 @define
-class Cache:
+class Cache(_ByWorth):
     """Keep the best places of each station for pods that are wanted much.
 
     Each station has a cache: of the storage locations (those that hold no empty pod) a share is divided among the
@@ -164,14 +177,14 @@ class Cache:
     )
     retry_s: float = _retry()
     _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
-    _ordered: Ordered = field(init=False, factory=Ordered, repr=False, eq=False)
-    _caches: Any = field(init=False, default=None, repr=False, eq=False)
-    _robots: tuple[Robot, ...] = field(init=False, default=(), repr=False, eq=False)  # whose run it is
+    _caches: Kept[Ids] = field(init=False, factory=Kept, repr=False, eq=False)
+    _stored: Stored = field(init=False, factory=Stored, repr=False, eq=False)
 
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
         """Choose the nearest free location in the station's cache, or outside all caches."""
-        cells, owner = self._places(warehouse)
+        places, owner = self._caches.of(warehouse, lambda places: places.caches(self.share))
+        cells = places.cells
         station = min(
             warehouse.stations,
             key=lambda s: (int(warehouse.travel.times_to(s.cell, True)[pod.cell].min()), s.id),
@@ -194,9 +207,10 @@ class Cache:
         return self._pause.until_s(warehouse)
 
     def _moves(self, warehouse: WarehouseView) -> list[PodMove]:
-        cells, owner = self._places(warehouse)
+        places, owner = self._caches.of(warehouse, lambda places: places.caches(self.share))
+        cells = places.cells
         owner_of = dict(zip(cells.tolist(), owner.tolist(), strict=True))
-        wanted = combined(warehouse, self._ordered.items(warehouse), self.weight_speed, self.weight_demand)
+        wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
         there = int((owner != NO_STATION).sum()) - self.free_places * len(warehouse.stations)
         order = [pod for pod in np.argsort(-wanted, kind="stable").tolist() if wanted[pod] > 0]
         useful = {*order[: max(there, 0)]}
@@ -220,24 +234,19 @@ class Cache:
                 free.remove(moves[-1].cell)
         return moves
 
-    def _places(self, warehouse: WarehouseView) -> Any:
-        if self._robots is not warehouse.robots:  # another run
-            places = Places.of(warehouse)
-            self._robots, self._caches = warehouse.robots, (places.cells, places.caches(self.share))
-        return self._caches
-
     def _belongs(self, warehouse: WarehouseView, pod: Pod, cache: Any, free: Any) -> bool:
         if not len(cache):
             return False
-        there = set(cache.tolist())
-        stored = [other.id for other in warehouse.pods if other.location in there]
-        wanted = combined(warehouse, self._ordered.items(warehouse), self.weight_speed, self.weight_demand)
-        less = float((wanted[stored] < wanted[pod.id]).mean()) if stored else 1.0
+        there = np.zeros(len(warehouse.travel.layout.lane) + 1, np.bool_)  # none is at cell -1
+        there[cache] = True
+        stored = there[self._stored.cells(warehouse)]
+        wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        less = float((wanted[stored] < wanted[pod.id]).mean()) if stored.any() else 1.0
         return bool((self.weight_free * free.mean() + self.weight_worth * less) / 2 > self.threshold)
 
 
 @define
-class Utility:
+class Utility(_ByWorth):
     """Store a pod in a place of the rank that the pod has among all pods.
 
     Pods are ranked by how much they are wanted, a weighted sum of the items ordered until now of the SKUs on them and
@@ -275,15 +284,16 @@ class Utility:
     )
     retry_s: float = _retry()
     _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
-    _ordered: Ordered = field(init=False, factory=Ordered, repr=False, eq=False)
+    _ranks: Kept[tuple[Ids, Ids]] = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
         """Choose the nearest free location of about the pod's rank."""
-        places = Places.of(warehouse)
-        ranks = places.ranks()
+        places, (ranks, ranked) = self._ranks.of(warehouse, _ranked)
+        wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        own = ranked[self._at(rank_of(pod.id, wanted), len(wanted), len(ranks))]
         free = np.isin(places.cells, warehouse.free_storage_locations)
-        turn = _turn(ranks - self._own_ranks(warehouse, ranks)[pod.id], better_first=True)
+        turn = _turn(ranks - own, better_first=True)
         least = max(self.corridor - 1, int(turn[free].min()))
         return nearest_of(warehouse, pod, places.cells[free & (turn <= least)])
 
@@ -298,9 +308,8 @@ class Utility:
         return self._pause.until_s(warehouse)
 
     def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]:
-        places = Places.of(warehouse)
-        ranks, pods = places.ranks(), movable(warehouse)
-        own = self._own_ranks(warehouse, ranks)
+        places, (ranks, ranked) = self._ranks.of(warehouse, _ranked)
+        pods, own = movable(warehouse), self._own_ranks(warehouse, ranked)
         if not warehouse.orders:  # nothing is known of any pod
             return []
         rank_of = dict(zip(places.cells.tolist(), ranks.tolist(), strict=True))
@@ -319,14 +328,23 @@ class Utility:
                 free &= places.cells != cell
         return moves
 
-    def _own_ranks(self, warehouse: WarehouseView, ranks: Any) -> Any:
+    def _own_ranks(self, warehouse: WarehouseView, ranked: Ids) -> Ids:
         """Return the rank of the location that each pod belongs to."""
-        wanted = combined(warehouse, self._ordered.items(warehouse), self.weight_speed, self.weight_demand)
-        number, locations = len(wanted), len(ranks)
-        at = (np.arange(number) / number * (number + self.buffer * locations)).astype(np.int64)
-        own = np.empty(number, np.int64)
-        own[np.argsort(-wanted, kind="stable")] = np.sort(ranks)[np.minimum(at, locations - 1)]
+        wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        own = np.empty(len(wanted), np.int64)
+        own[np.argsort(-wanted, kind="stable")] = ranked[self._at(np.arange(len(wanted)), len(wanted), len(ranked))]
         return own
+
+    def _at(self, rank: Any, number: int, locations: int) -> Any:
+        """Return where, counted from the best location, the pod of a rank among so many belongs to."""
+        at = np.asarray(rank / number * (number + self.buffer * locations)).astype(np.int64)
+        return np.minimum(at, locations - 1)
+
+
+def _ranked(places: Places) -> tuple[Ids, Ids]:
+    """Return the ranks of places, and the same in ascending order."""
+    ranks = places.ranks()
+    return ranks, np.sort(ranks)
 
 
 def _turn(away: Any, *, better_first: bool) -> Any:
