@@ -57,6 +57,12 @@ class Places:
         """Return the rank of each, 0 for the best; places with the same driving time have the same rank."""
         return np.unique(self.nearest_ticks, return_inverse=True)[1].astype(np.int64)
 
+    def by_cell(self, values: Ids, other: int) -> Ids:
+        """Return values of the places by cell, and another one for cells between them and for cell -1."""
+        found = np.full(int(self.cells.max(initial=0)) + 2, other)
+        found[self.cells] = values
+        return found
+
     def caches(self, share: float) -> Ids:
         """Return whose cache each belongs to: a station, or none.
 
@@ -89,22 +95,32 @@ class Kept(Generic[T]):
 
 
 class Stored:
-    """Where pods are stored, read again of those that changed."""
+    """Where pods are stored, and which may be moved: read again of those that changed.
+
+    Attributes
+    ----------
+    cells
+        Cell of each pod, -1 of those that are not stored.
+    movable
+        Whether each is stored, bound nowhere, and fetched by nobody.
+    """
 
     def __init__(self) -> None:
-        self._pods: tuple[Pod, ...] | None = None  # whose cells these are
+        self._pods: tuple[Pod, ...] | None = None
+        self._seen = 0
 
-    def cells(self, warehouse: WarehouseView) -> Ids:
-        """Return the cell of each pod, -1 of those that are not stored."""
-        if self._pods is not warehouse.pods:
-            self._pods, self._seen = warehouse.pods, 0
-            self._cells = np.array([-1 if pod.location is None else pod.location for pod in self._pods], np.int64)
-        changed = warehouse.changed_pods(self._seen)
-        self._seen += len(changed)
+    def update(self, warehouse: WarehouseView) -> None:
+        """Take in what pods have become."""
+        changed = warehouse.changed_pods(self._seen if warehouse.pods is self._pods else 0)
+        if warehouse.pods is self._pods:
+            self._seen += len(changed)
+        else:
+            self._pods, self._seen, changed = warehouse.pods, len(changed), list(range(len(warehouse.pods)))
+            self.cells, self.movable = np.zeros(len(changed), np.int64), np.zeros(len(changed), np.bool_)
         for number in set(changed):
-            location = self._pods[number].location
-            self._cells[number] = -1 if location is None else location
-        return self._cells
+            pod = self._pods[number]
+            self.cells[number] = -1 if pod.location is None else pod.location
+            self.movable[number] = pod.location is not None and not pod.bound_for and pod.robot is None
 
 
 def by_share(order: Ids, borders: tuple[float, ...]) -> Ids:

@@ -36,10 +36,16 @@ class Ordered:
 
 
 class Worth:
-    """How much each pod is wanted. What did not change is not read again."""
+    """How much each pod is wanted. What did not change is not read again.
+
+    Attributes
+    ----------
+    ordered
+        The items ordered until now.
+    """
 
     def __init__(self) -> None:
-        self._ordered, self._pods = Ordered(), KeptPods()
+        self.ordered, self._pods = Ordered(), KeptPods()
         self._speed, self._demand = KeptSums(), KeptSums()
         self._log: FreeItemsLog | None = None
 
@@ -58,7 +64,7 @@ class Worth:
         entries = log.changed(self._seen)
         self._seen += len(entries)
         there = np.where(self._pods.items.number[entries] > 0, ENOUGH, 0)
-        return self._speed.update(self._pods, entries, there, self._ordered.items(warehouse))
+        return self._speed.update(self._pods, entries, there, self.ordered.items(warehouse))
 
     def demand(self, warehouse: WarehouseView) -> Ids:
         """Return the items that are wanted in the whole system and free on each pod, by pod."""

@@ -59,20 +59,28 @@ def test_shares_are_cut_in_the_given_order() -> None:
 
 
 def test_pods_are_followed() -> None:
-    """One is lifted, and set down elsewhere."""
+    """One is bound, lifted, and set down elsewhere."""
     world, stored = small_world({}, {"p": ["a"], "q": ["a"]}), Stored()
     robot, pod, station = world.robots[0], world.pods[1], world.stations[0]
     first, second = (pod.cell for pod in world.pods)
-    view = WarehouseView(world)
-    assert stored.cells(view).tolist() == [first, second]
-    world.place_at_station(robot, pod, station)
-    assert stored.cells(view).tolist() == [first, -1]
+
+    def seen(world: Warehouse) -> list[tuple[int, bool]]:
+        stored.update(WarehouseView(world))
+        return list(zip(stored.cells.tolist(), stored.movable.tolist(), strict=True))
+
+    assert seen(world) == [(first, True), (second, True)]
+    world.bind(pod, station)
+    assert seen(world) == [(first, True), (second, False)]
+    world.take_task(robot, pod)
+    world.lift(robot, pod)
+    assert seen(world) == [(first, True), (-1, False)]
+    world.join_line(robot, station)
     world.leave(robot, pod, station)
     world.reserve(cell := world.free_locations[-1])
     world.move(robot, cell, 0)
     world.store(robot, pod)
-    assert stored.cells(view).tolist() == [first, cell]
-    assert stored.cells(WarehouseView(small_world({}, {"p": ["a"]}))).tolist() == [first]
+    assert seen(world) == [(first, True), (cell, True)]
+    assert seen(small_world({}, {"p": ["a"]})) == [(first, True)]
 
 
 def test_places_with_the_same_drive_have_the_same_rank() -> None:
