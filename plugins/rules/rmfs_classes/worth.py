@@ -10,12 +10,9 @@ from numpy.typing import NDArray
 from rmfs_rule_helpers.pod_sending import Ids, KeptPods, KeptSums
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import FreeItemsLog, WarehouseView
+    from rmfs_core.warehouse import WarehouseView
 
 Values = NDArray[np.float64]
-
-ENOUGH = 1 << 40
-"""More than was ever ordered of a SKU."""
 
 
 class Ordered:
@@ -47,7 +44,6 @@ class Worth:
     def __init__(self) -> None:
         self.ordered, self._pods = Ordered(), KeptPods()
         self._speed, self._demand = KeptSums(), KeptSums()
-        self._log: FreeItemsLog | None = None
 
     def load(self) -> None:
         """Load what is compiled, or compile it."""
@@ -57,14 +53,7 @@ class Worth:
     def speed(self, warehouse: WarehouseView) -> Ids:
         """Return the sum over the SKUs that each pod has free of the items of them ordered until now, by pod."""
         self._pods.update(warehouse)
-        log = self._pods.log
-        assert log is not None
-        if log is not self._log:
-            self._log, self._seen = log, 0
-        entries = log.changed(self._seen)
-        self._seen += len(entries)
-        there = np.where(self._pods.items.number[entries] > 0, ENOUGH, 0)
-        return self._speed.update(self._pods, entries, there, self.ordered.items(warehouse))
+        return self._speed.of_held(self._pods, self.ordered.items(warehouse))
 
     def demand(self, warehouse: WarehouseView) -> Ids:
         """Return the items that are wanted in the whole system and free on each pod, by pod."""

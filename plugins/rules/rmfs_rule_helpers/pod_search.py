@@ -81,13 +81,3 @@ def change_sums(entries, items, wanted, by_sku, first, pod, sku, known, known_wa
                 entry = by_sku[place]
                 sums[pod[entry]] += min(known[entry], most) - min(known[entry], before)
             known_wanted[one] = most
-
-
-@njit(cache=True)
-def ticks(pods, cells, times):  # type: ignore[no-untyped-def]
-    """Of some pods, the least of the times from where they are, by cell and heading."""
-    least = np.empty(len(pods), np.int64)
-    for i in range(len(pods)):
-        cell = cells[pods[i]]
-        least[i] = min(times[cell, 0], times[cell, 1], times[cell, 2], times[cell, 3])
-    return least

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rmfs_rule_helpers.pod_search import change_sums, items_on, servers, ticks, with_most
+from rmfs_rule_helpers.pod_search import change_sums, items_on, servers, with_most
 
 N_SKUS, N_PODS = 4, 6
 
@@ -66,12 +66,6 @@ def test_pods_with_most_of_what_is_wanted_are_found(held: Any, wanted: dict[int,
     has = [sum(min(wanted[sku], pods[one].get(sku, 0)) for sku in wanted) * there[one] for one in range(N_PODS)]
     assert sorted(ids.tolist()) == [one for one in range(N_PODS) if has[one] == max(has) > 0]
     assert not sums.any()
-
-
-def test_times_are_the_least_of_all_headings() -> None:
-    """From where each pod is."""
-    times = np.arange(12)[::-1].reshape(3, 4).copy()
-    assert ticks(np.array([1, 0]), np.array([2, 0]), times).tolist() == times[[0, 2]].min(axis=1).tolist()
 
 
 @given(held=shelves(), data=st.data())
