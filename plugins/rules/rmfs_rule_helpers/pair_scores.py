@@ -95,9 +95,8 @@ class PairScores:
             self._take_in(joined, left, warehouse)
         for table, now in enumerate(available):
             self._work.note(table, now, self._now, self._changes, self._recent)
-        if self._late_first and (late := self._due.before(warehouse.now_s)):
-            self._late.update(late)
-            self._work.lift(np.array(late, np.int64), LATE, *self._arrays()[3:7])
+        if self._late_first and len(late := self._due.before(warehouse.now_s)):
+            self._late += self._work.lift(late, LATE, *self._arrays()[3:7])
 
     def lines_of(self, place: int) -> Iterable[tuple[int, int]]:
         """Yield SKU and number of items of each line of the order at a place."""
@@ -229,7 +228,7 @@ class PairScores:
         self._largest = largest
         self._large: list[int] = []  # places of orders larger than any station, oldest first
         self._due = Calendar()  # of the places of orders, by when they will be late
-        self._late: set[int] = set()  # places of orders that are late, and go first
+        self._late = 0  # orders of the backlog that are late, and go first
         self._lanes: dict[int, tuple[int, int, Ints, Ints]] = {}  # by station: see `completed_at`
         sizes = pair_search.SIZES
         self._now = np.zeros((self._tables, stations, skus), np.int64)
@@ -276,7 +275,8 @@ class PairScores:
         if self._large:
             self._large = [place for place in self._large if self._orders[0, place]]
         if self._late:
-            self._late -= {place for place in self._lines[0, left].tolist() if not self._orders[0, place]}
+            gone = [place for place in set(self._lines[0, left].tolist()) if not self._orders[0, place]]
+            self._late -= int(np.count_nonzero(self._scores[0, 0, gone] >= LATE))
         self._parts += parts
         self._joined += joined
         self._left += len(left)
