@@ -19,8 +19,8 @@ FIRST = 5
 """Periods that are left out: in the first ones the whole backlog joins."""
 
 
-def times_us(monkeypatch: pytest.MonkeyPatch, overrides: list[str]) -> dict[Role, float]:
-    """Return the mean CPU time of POA and of PPS in a run: of each call the shortest of two runs."""
+def times_us(monkeypatch: pytest.MonkeyPatch, overrides: list[str], roles: tuple[Role, ...]) -> dict[Role, float]:
+    """Return the mean CPU time of a call for each role in a run: of each call the shortest of two runs."""
     asked, runs = Asker.ask, []
 
     def ask(asker: Asker, rule: BoundRule, hook: pluggy.HookCaller | None = None, **arguments: Any) -> Any:
@@ -33,7 +33,7 @@ def times_us(monkeypatch: pytest.MonkeyPatch, overrides: list[str]) -> dict[Role
     with monkeypatch.context() as patch:
         patch.setattr(Asker, "ask", ask)
         for _ in range(2):
-            runs.append({Role.POA: [], Role.PPS: []})
+            runs.append({role: [] for role in roles})
             rmfs_core.run("paper-250", overrides=overrides)
     return {role: float(np.min([run[role] for run in runs], axis=0)[FIRST:].mean()) / 1e3 for role in runs[0]}
 
@@ -56,16 +56,31 @@ def test_a_period_of_a_large_backlog(
     for backlog in (250, 50_000 if benchmark.enabled else 500):
         orders = [f"instance.orders={backlog + 2000}", f"instance.arrivals.backlog={backlog}"]
         told = [*world, *rules, *counts, "instance.arrivals.process=refill", *orders]
-        run = partial(times_us, monkeypatch, told)
+        run = partial(times_us, monkeypatch, told, (Role.POA, Role.PPS))
         took[backlog] = run() if backlog == 250 else benchmark.pedantic(run, rounds=1)
     if benchmark.enabled:
         benchmark.extra_info["us"] = {backlog: sum(found.values()) for backlog, found in took.items()}
         assert sum(took[50_000].values()) <= 2 * sum(took[250].values()), took
 
 
-@pytest.mark.parametrize("rule", ["demand", "random", "completes", "work-amount", "lexicographic"])
-def test_a_period_of_many_pods(benchmark: Any, monkeypatch: pytest.MonkeyPatch, rule: str) -> None:
-    """Bar: a PPS call takes at most twice the time; where nothing is timed, 600 pods do."""
+MANY_PODS = {
+    Role.PPS: ("demand", "random", "completes", "work-amount", "lexicographic", "nearest-pod"),
+    Role.POA: ("near-best-pod",),
+    Role.PR: ("nearest", "station-based", "turnover-classes", "cache", "utility"),
+    Role.RPS: ("emptiest-pod", "nearest-pod-with-room", "same-sku", "spread-sku", "correlated", "least-demand"),
+}
+BUNDLES = (
+    "instance.items_per_sku=30",
+    "instance.pod_capacity=500",
+    "instance.replenishment={process='poisson',bundles_per_hour=1500,bundle_items=40}",
+    "layout.replenishment_west=2",
+    "rules.roa=first-bundle",
+)
+
+
+@pytest.mark.parametrize(("role", "rule"), [(role, rule) for role, rules in MANY_PODS.items() for rule in rules])
+def test_a_period_of_many_pods(benchmark: Any, monkeypatch: pytest.MonkeyPatch, role: Role, rule: str) -> None:
+    """Bar: a call takes at most twice the time; where nothing is timed, 600 pods do."""
     world = [
         "instance.skus=1000",
         "instance.skus_per_pod=12",
@@ -76,12 +91,16 @@ def test_a_period_of_many_pods(benchmark: Any, monkeypatch: pytest.MonkeyPatch, 
         "layout.block_columns=22",
         "robots.count=16",
         "run.until_s=300",
+        "rules.poa=pod-match",
+        "rules.pps=demand",
+        "rules.pp=free-flow",
+        *(BUNDLES if role is Role.RPS else ()),
+        f"rules.{role.value}={rule}",
     ]
-    rules = ["rules.poa=pod-match", f"rules.pps={rule}", "rules.pp=free-flow"]
     took = {}
     for pods in (500, 5000 if benchmark.enabled else 600):
-        run = partial(times_us, monkeypatch, [*world, *rules, f"instance.pods={pods}"])
+        run = partial(times_us, monkeypatch, [*world, f"instance.pods={pods}"], (role,))
         took[pods] = run() if pods == 500 else benchmark.pedantic(run, rounds=1)
     if benchmark.enabled:
-        benchmark.extra_info["us"] = {pods: found[Role.PPS] for pods, found in took.items()}
-        assert took[5000][Role.PPS] <= 2 * took[500][Role.PPS], took
+        benchmark.extra_info["us"] = {pods: found[role] for pods, found in took.items()}
+        assert took[5000][role] <= 2 * took[500][role], took

@@ -1,16 +1,18 @@
-"""What active repositioning needs besides places and worth: which pods, where to, and a pause when all is done."""
+"""What active repositioning needs besides places and worth: where to, and a pause when all is done."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+import numpy as np
 from attrs import define, field
 
 from rmfs_core import PodMove
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, Robot, WarehouseView
+    from rmfs_classes.places import Ids
+    from rmfs_core.warehouse import Robot, WarehouseView
 
 
 @define(eq=False)
@@ -34,12 +36,7 @@ class Pause:
         return self._until_s if pausing else None
 
 
-def movable(warehouse: WarehouseView) -> list[Pod]:
-    """Return the pods that may be moved: stored, bound nowhere, and fetched by nobody."""
-    return [pod for pod in warehouse.free_pods if pod.robot is None]
-
-
-def nearest_to(warehouse: WarehouseView, pod: Pod, cells: Iterable[int]) -> int:
-    """Return the cell with the shortest loaded drive from a stored pod, its robot facing as it likes."""
-    times = [warehouse.travel.times_from(pod.cell, heading, True) for heading in range(4)]
-    return min(cells, key=lambda cell: (min(int(time[cell]) for time in times), cell))
+def nearest_to(warehouse: WarehouseView, cell: int, cells: Ids) -> int:
+    """Return the cell with the shortest loaded drive from another, the robot facing as it likes; ties: the first."""
+    times = [warehouse.travel.times_from(cell, heading, True)[cells] for heading in range(4)]
+    return int(cells[np.min(times, axis=0).argmin()])

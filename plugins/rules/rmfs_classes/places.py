@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from bisect import bisect_right
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, WarehouseView
+    from rmfs_core.warehouse import Pod, Robot, WarehouseView
 
 NO_STATION = -1
 
 Ids = NDArray[np.int64]
+T = TypeVar("T")
 
 
 @frozen(eq=False)
@@ -54,6 +57,12 @@ class Places:
         """Return the rank of each, 0 for the best; places with the same driving time have the same rank."""
         return np.unique(self.nearest_ticks, return_inverse=True)[1].astype(np.int64)
 
+    def by_cell(self, values: Ids, other: int) -> Ids:
+        """Return values of the places by cell, and another one for cells between them and for cell -1."""
+        found = np.full(int(self.cells.max(initial=0)) + 2, other)
+        found[self.cells] = values
+        return found
+
     def caches(self, share: float) -> Ids:
         """Return whose cache each belongs to: a station, or none.
 
@@ -71,12 +80,63 @@ class Places:
         return owner
 
 
+class Kept(Generic[T]):
+    """The places, and what is made of them, once in a run."""
+
+    def __init__(self) -> None:
+        self._robots: tuple[Robot, ...] | None = None  # whose run it is
+
+    def of(self, warehouse: WarehouseView, make: Callable[[Places], T]) -> tuple[Places, T]:
+        """Return the places, and what was made of them when the run was first looked at."""
+        if self._robots is not warehouse.robots:
+            places = Places.of(warehouse)
+            self._robots, self._made = warehouse.robots, (places, make(places))
+        return self._made
+
+
+class Stored:
+    """Where pods are stored, and which may be moved: read again of those that changed.
+
+    Attributes
+    ----------
+    cells
+        Cell of each pod, -1 of those that are not stored.
+    movable
+        Whether each is stored, bound nowhere, and fetched by nobody.
+    """
+
+    def __init__(self) -> None:
+        self._pods: tuple[Pod, ...] | None = None
+        self._seen = 0
+
+    def update(self, warehouse: WarehouseView) -> None:
+        """Take in what pods have become."""
+        changed = warehouse.changed_pods(self._seen if warehouse.pods is self._pods else 0)
+        if warehouse.pods is self._pods:
+            self._seen += len(changed)
+        else:
+            self._pods, self._seen, changed = warehouse.pods, len(changed), list(range(len(warehouse.pods)))
+            self.cells, self.movable = np.zeros(len(changed), np.int64), np.zeros(len(changed), np.bool_)
+        for number in set(changed):
+            pod = self._pods[number]
+            self.cells[number] = -1 if pod.location is None else pod.location
+            self.movable[number] = pod.location is not None and not pod.bound_for and pod.robot is None
+
+
 def by_share(order: Ids, borders: tuple[float, ...]) -> Ids:
     """Cut what is sorted, best first, into classes that end at these shares of all; return the class of each."""
     rank = np.empty(len(order), np.int64)
     rank[order] = np.arange(len(order))
-    ends = np.array([math.floor(border * len(order)) for border in borders[:-1]], np.int64)
-    return ends.searchsorted(rank, side="right").astype(np.int64)
+    return np.searchsorted(_ends(len(order), borders), rank, side="right").astype(np.int64)
+
+
+def class_at(rank: int, number: int, borders: tuple[float, ...]) -> int:
+    """Return the class, as `by_share` cuts so many, of what is at a rank."""
+    return bisect_right(_ends(number, borders), rank)
+
+
+def _ends(number: int, borders: tuple[float, ...]) -> list[int]:
+    return [math.floor(border * number) for border in borders[:-1]]
 
 
 def nearest_of(warehouse: WarehouseView, pod: Pod, cells: Ids) -> int:

@@ -7,14 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from attrs import define, field, validators
+from numpy.typing import NDArray
 
-from rmfs_classes.moving import Pause, movable, nearest_to
-from rmfs_classes.places import NO_STATION, Places, by_share, nearest_of
-from rmfs_classes.worth import Ordered, combined, speed
+from rmfs_classes.moving import Pause, nearest_to
+from rmfs_classes.places import NO_STATION, Kept, Places, Stored, class_at, nearest_of
+from rmfs_classes.worth import Worth, rank_of
 from rmfs_core import PodMove, hookimpl
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Pod, Robot, WarehouseView
+    from rmfs_classes.places import Ids
+    from rmfs_core.traffic import Roads
+    from rmfs_core.warehouse import Pod, WarehouseView
+
+NOT_OFF = -1
+"""How far from its rank a pod counts that may not be moved."""
 
 
 def _retry() -> Any:
@@ -39,6 +45,17 @@ def _weight_speed(default: float) -> Any:
 
 def _weight_demand(default: float) -> Any:
     return _weight(default, "the number of items on it that are wanted now")
+
+
+@define
+class _ByWorth:
+    """A rule that goes by how much pods are wanted."""
+
+    _worth: Worth = field(init=False, factory=Worth, repr=False, eq=False)
+
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self._worth.load()
 
 
 @define
@@ -69,7 +86,7 @@ def _shares(_instance: object, _attribute: Any, value: tuple[float, ...]) -> Non
 
 
 @define
-class TurnoverClasses:
+class TurnoverClasses(_ByWorth):
     """Store a pod in the class of places that is as good as the pod is wanted.
 
     The storage locations (those that hold no empty pod), sorted by the loaded driving time to the nearest station, and
@@ -95,21 +112,21 @@ class TurnoverClasses:
         validator=_shares,
         metadata={"doc": "Where the classes end: shares of all places and of all pods, rising to 1"},
     )
-    _ordered: Ordered = field(init=False, factory=Ordered, repr=False, eq=False)
+    _classes: Kept[Ids] = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
         """Choose the nearest free location of the pod's class."""
-        places = Places.of(warehouse)
-        wanted = speed(warehouse, self._ordered.items(warehouse))
-        own = by_share(np.argsort(-wanted, kind="stable"), self.borders)[pod.id]
+        places, classes = self._classes.of(warehouse, lambda places: places.classes(self.borders))
+        wanted = self._worth.speed(warehouse)
+        own = class_at(rank_of(pod.id, wanted), len(wanted), self.borders)
         free = np.isin(places.cells, warehouse.free_storage_locations)
-        away = _turn(places.classes(self.borders) - own, better_first=False)
+        away = _turn(classes - own, better_first=False)
         return nearest_of(warehouse, pod, places.cells[free & (away == away[free].min())])
 
 
 @define
-class Cache:
+class Cache(_ByWorth):
     """Keep the best places of each station for pods that are wanted much.
 
     Each station has a cache: of the storage locations (those that hold no empty pod) a share is divided among the
@@ -164,80 +181,82 @@ class Cache:
     )
     retry_s: float = _retry()
     _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
-    _ordered: Ordered = field(init=False, factory=Ordered, repr=False, eq=False)
-    _caches: Any = field(init=False, default=None, repr=False, eq=False)
-    _robots: tuple[Robot, ...] = field(init=False, default=(), repr=False, eq=False)  # whose run it is
+    _caches: Kept[tuple[Ids, Ids]] = field(init=False, factory=Kept, repr=False, eq=False)
+    _stored: Stored = field(init=False, factory=Stored, repr=False, eq=False)
 
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
         """Choose the nearest free location in the station's cache, or outside all caches."""
-        cells, owner = self._places(warehouse)
+        places, (owner, _) = self._caches.of(warehouse, self._owners)
         station = min(
             warehouse.stations,
             key=lambda s: (int(warehouse.travel.times_to(s.cell, True)[pod.cell].min()), s.id),
         ).id
-        free = np.isin(cells, warehouse.free_storage_locations)
-        if self._belongs(warehouse, pod, cells[owner == station], free[owner == station]):
+        free = np.isin(places.cells, warehouse.free_storage_locations)
+        if self._belongs(warehouse, pod, station, free[owner == station]):
             away = np.where(owner == station, 0, np.where(owner == NO_STATION, 1, 2))
         else:
             away = np.where(owner == NO_STATION, 0, 1)
-        return nearest_of(warehouse, pod, cells[free & (away == away[free].min())])
+        return nearest_of(warehouse, pod, places.cells[free & (away == away[free].min())])
 
     @hookimpl
     def move_pods(self, warehouse: WarehouseView, max_moves: int) -> Sequence[PodMove]:
         """Clear caches of pods that are wanted little, and fill them with those that are wanted most."""
-        return self._pause.after(warehouse, self.retry_s, lambda: self._moves(warehouse)[:max_moves])
+        return self._pause.after(warehouse, self.retry_s, lambda: self._moves(warehouse, max_moves))
 
     @hookimpl
     def wake_at(self, warehouse: WarehouseView) -> float | None:
         """Look into repositioning again when the pause is over."""
         return self._pause.until_s(warehouse)
 
-    def _moves(self, warehouse: WarehouseView) -> list[PodMove]:
-        cells, owner = self._places(warehouse)
-        owner_of = dict(zip(cells.tolist(), owner.tolist(), strict=True))
-        wanted = combined(warehouse, self._ordered.items(warehouse), self.weight_speed, self.weight_demand)
+    def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]:
+        places, (owner, at) = self._caches.of(warehouse, self._owners)
+        self._stored.update(warehouse)
+        wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
         there = int((owner != NO_STATION).sum()) - self.free_places * len(warehouse.stations)
-        order = [pod for pod in np.argsort(-wanted, kind="stable").tolist() if wanted[pod] > 0]
-        useful = {*order[: max(there, 0)]}
-        pods = {pod.id: pod for pod in movable(warehouse)}
-        outside = [pods[i] for i in order if i in useful and i in pods and owner_of[pods[i].cell] == NO_STATION]
-        free = [cell for cell in warehouse.free_storage_locations if cell in owner_of]
-        moves = []
+        order = np.argsort(-wanted, kind="stable")
+        useful = order[: min(max(there, 0), np.count_nonzero(wanted > 0))]
+        useless = self._stored.movable.copy()
+        useless[useful] = False
+        now = at[self._stored.cells]
+        outside = useful[self._stored.movable[useful] & (now[useful] == NO_STATION)].tolist()
+        free = np.isin(places.cells, warehouse.free_storage_locations)
+        moves: list[PodMove] = []
+
+        def move(pod: int, of: int) -> None:
+            cell = nearest_to(warehouse, int(self._stored.cells[pod]), places.cells[free & (owner == of)])
+            moves.append(PodMove(pod, cell))
+            free[places.cells == cell] = False
+
         for station in warehouse.stations:
-            own = [cell for cell in free if owner_of[cell] == station.id]
-            inside = [pod for pod in pods.values() if owner_of[pod.cell] == station.id and pod.id not in useful]
-            inside.sort(key=lambda pod: (wanted[pod.id], pod.id))
-            elsewhere = [cell for cell in free if owner_of[cell] == NO_STATION]
-            for pod in inside[: min(max(self.free_places - len(own), 0), len(elsewhere))]:
-                moves.append(PodMove(pod.id, nearest_to(warehouse, pod, elsewhere)))
-                elsewhere.remove(moves[-1].cell)
-                free.remove(moves[-1].cell)
-            for _ in range(min(max(len(own) - self.free_places, 0), len(outside))):
-                pod = outside.pop(0)
-                moves.append(PodMove(pod.id, nearest_to(warehouse, pod, own)))
-                own.remove(moves[-1].cell)
-                free.remove(moves[-1].cell)
+            inside = np.flatnonzero(useless & (now == station.id))
+            inside = inside[np.argsort(wanted[inside], kind="stable")]
+            own, elsewhere = (int(np.count_nonzero(free & (owner == of))) for of in (station.id, NO_STATION))
+            for pod in inside[: min(max(self.free_places - own, 0), elsewhere)].tolist()[: max_moves - len(moves)]:
+                move(pod, NO_STATION)
+            for _ in range(min(max(own - self.free_places, 0), len(outside), max_moves - len(moves))):
+                move(outside.pop(0), station.id)
         return moves
 
-    def _places(self, warehouse: WarehouseView) -> Any:
-        if self._robots is not warehouse.robots:  # another run
-            places = Places.of(warehouse)
-            self._robots, self._caches = warehouse.robots, (places.cells, places.caches(self.share))
-        return self._caches
+    def _owners(self, places: Places) -> tuple[Ids, Ids]:
+        """Return whose cache each place belongs to, and the same by cell."""
+        owner = places.caches(self.share)
+        return owner, places.by_cell(owner, NO_STATION)
 
-    def _belongs(self, warehouse: WarehouseView, pod: Pod, cache: Any, free: Any) -> bool:
-        if not len(cache):
+    def _belongs(self, warehouse: WarehouseView, pod: Pod, station: int, free: NDArray[np.bool_]) -> bool:
+        """Whether a pod belongs into the cache of a station, of which these places are free."""
+        if not len(free):
             return False
-        there = set(cache.tolist())
-        stored = [other.id for other in warehouse.pods if other.location in there]
-        wanted = combined(warehouse, self._ordered.items(warehouse), self.weight_speed, self.weight_demand)
-        less = float((wanted[stored] < wanted[pod.id]).mean()) if stored else 1.0
+        _, (_, at) = self._caches.of(warehouse, self._owners)
+        self._stored.update(warehouse)
+        stored = at[self._stored.cells] == station
+        wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        less = float((wanted[stored] < wanted[pod.id]).mean()) if stored.any() else 1.0
         return bool((self.weight_free * free.mean() + self.weight_worth * less) / 2 > self.threshold)
 
 
 @define
-class Utility:
+class Utility(_ByWorth):
     """Store a pod in a place of the rank that the pod has among all pods.
 
     Pods are ranked by how much they are wanted, a weighted sum of the items ordered until now of the SKUs on them and
@@ -275,15 +294,17 @@ class Utility:
     )
     retry_s: float = _retry()
     _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
-    _ordered: Ordered = field(init=False, factory=Ordered, repr=False, eq=False)
+    _stored: Stored = field(init=False, factory=Stored, repr=False, eq=False)
+    _ranks: Kept[tuple[Ids, Ids, Ids]] = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
         """Choose the nearest free location of about the pod's rank."""
-        places = Places.of(warehouse)
-        ranks = places.ranks()
+        places, (ranks, ranked, _) = self._ranks.of(warehouse, _ranked)
+        wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        own = ranked[self._at(rank_of(pod.id, wanted), len(wanted), len(ranks))]
         free = np.isin(places.cells, warehouse.free_storage_locations)
-        turn = _turn(ranks - self._own_ranks(warehouse, ranks)[pod.id], better_first=True)
+        turn = _turn(ranks - own, better_first=True)
         least = max(self.corridor - 1, int(turn[free].min()))
         return nearest_of(warehouse, pod, places.cells[free & (turn <= least)])
 
@@ -298,35 +319,45 @@ class Utility:
         return self._pause.until_s(warehouse)
 
     def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]:
-        places = Places.of(warehouse)
-        ranks, pods = places.ranks(), movable(warehouse)
-        own = self._own_ranks(warehouse, ranks)
-        if not warehouse.orders:  # nothing is known of any pod
+        places, (ranks, ranked, at) = self._ranks.of(warehouse, _ranked)
+        if not self._worth.ordered.items(warehouse).any():  # nothing is known of any pod
             return []
-        rank_of = dict(zip(places.cells.tolist(), ranks.tolist(), strict=True))
-        off = {pod.id: abs(rank_of[pod.cell] - int(own[pod.id])) for pod in pods}
+        own = self._own_ranks(warehouse, ranked)
+        self._stored.update(warehouse)
+        cells = self._stored.cells
+        off = np.where(self._stored.movable, np.abs(at[cells] - own), NOT_OFF)
+        out_of_place = np.flatnonzero(off >= self.corridor)
         free = np.isin(places.cells, warehouse.free_storage_locations)
         moves: list[PodMove] = []
-        for pod in sorted(pods, key=lambda pod: (-off[pod.id], pod.id)):
-            if len(moves) == max_moves or off[pod.id] < self.corridor or not free.any():
+        for pod in out_of_place[np.argsort(-off[out_of_place], kind="stable")].tolist():
+            if len(moves) == max_moves or not free.any():
                 break
-            turn = _turn(ranks - own[pod.id], better_first=True)
+            turn = _turn(ranks - own[pod], better_first=True)
             least = max(self.corridor - 1, int(turn[free].min()))
-            better = free & (turn <= least) & (np.abs(ranks - own[pod.id]) < off[pod.id])
+            better = free & (turn <= least) & (np.abs(ranks - own[pod]) < off[pod])
             if better.any():
-                cell = nearest_to(warehouse, pod, places.cells[better].tolist())
-                moves.append(PodMove(pod.id, cell))
+                cell = nearest_to(warehouse, int(cells[pod]), places.cells[better])
+                moves.append(PodMove(pod, cell))
                 free &= places.cells != cell
         return moves
 
-    def _own_ranks(self, warehouse: WarehouseView, ranks: Any) -> Any:
+    def _own_ranks(self, warehouse: WarehouseView, ranked: Ids) -> Ids:
         """Return the rank of the location that each pod belongs to."""
-        wanted = combined(warehouse, self._ordered.items(warehouse), self.weight_speed, self.weight_demand)
-        number, locations = len(wanted), len(ranks)
-        at = (np.arange(number) / number * (number + self.buffer * locations)).astype(np.int64)
-        own = np.empty(number, np.int64)
-        own[np.argsort(-wanted, kind="stable")] = np.sort(ranks)[np.minimum(at, locations - 1)]
+        wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        own = np.empty(len(wanted), np.int64)
+        own[np.argsort(-wanted, kind="stable")] = ranked[self._at(np.arange(len(wanted)), len(wanted), len(ranked))]
         return own
+
+    def _at(self, rank: Any, number: int, locations: int) -> Any:
+        """Return where, counted from the best location, the pod of a rank among so many belongs to."""
+        at = np.asarray(rank / number * (number + self.buffer * locations)).astype(np.int64)
+        return np.minimum(at, locations - 1)
+
+
+def _ranked(places: Places) -> tuple[Ids, Ids, Ids]:
+    """Return the ranks of places, the same in ascending order, and by cell."""
+    ranks = places.ranks()
+    return ranks, np.sort(ranks), places.by_cell(ranks, 0)
 
 
 def _turn(away: Any, *, better_first: bool) -> Any:

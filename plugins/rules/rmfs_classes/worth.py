@@ -5,55 +5,71 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from attrs import define, field
 from numpy.typing import NDArray
 
+from rmfs_rule_helpers.pod_sending import Ids, KeptPods, KeptSums
+
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Robot, WarehouseView
+    from rmfs_core.warehouse import WarehouseView
 
 Values = NDArray[np.float64]
 
 
-@define(eq=False)
 class Ordered:
     """Counts the items ordered until now by SKU; each order is looked at once in a run."""
 
-    _items: Values = field(init=False, factory=lambda: np.zeros(0))
-    _counted: int = field(init=False, default=0)
-    _robots: tuple[Robot, ...] = field(init=False, default=())
+    def __init__(self) -> None:
+        self._log: object = None
 
-    def items(self, warehouse: WarehouseView) -> Values:
+    def items(self, warehouse: WarehouseView) -> Ids:
         """Return the number of items by SKU of all orders that have arrived."""
-        if self._robots is not warehouse.robots:  # another run
-            self._robots, self._counted, self._items = warehouse.robots, 0, np.zeros(warehouse.n_skus)
-        orders = warehouse.orders
-        for order in orders[self._counted :]:
-            for line in order.lines:
-                self._items[line.sku] += line.quantity
-        self._counted = len(orders)
+        log = warehouse.backlog_log()
+        if log is not self._log:  # another run
+            self._log, self._counted, self._items = log, 0, np.zeros(warehouse.n_skus, np.int64)
+        _, skus, items = log.joined(self._counted)
+        np.add.at(self._items, skus, items)
+        self._counted += len(skus)
         return self._items
 
 
-def speed(warehouse: WarehouseView, ordered: Values) -> Values:
-    """Return the sum over the SKUs that each pod has free of the items of them ordered until now, by pod."""
-    free = warehouse.free_items
-    return _by_pod(warehouse, np.where(free.number > 0, ordered[free.sku], 0.0))
+class Worth:
+    """How much each pod is wanted. What did not change is not read again.
+
+    Attributes
+    ----------
+    ordered
+        The items ordered until now.
+    """
+
+    def __init__(self) -> None:
+        self.ordered, self._pods = Ordered(), KeptPods()
+        self._speed, self._demand = KeptSums(), KeptSums()
+
+    def load(self) -> None:
+        """Load what is compiled, or compile it."""
+        self._pods.load()
+        self._speed.load()
+
+    def speed(self, warehouse: WarehouseView) -> Ids:
+        """Return the sum over the SKUs that each pod has free of the items of them ordered until now, by pod."""
+        self._pods.update(warehouse)
+        return self._speed.of_held(self._pods, self.ordered.items(warehouse))
+
+    def demand(self, warehouse: WarehouseView) -> Ids:
+        """Return the items that are wanted in the whole system and free on each pod, by pod."""
+        self._pods.update(warehouse)
+        return self._demand.of_free(self._pods, warehouse.open_demand())
+
+    def combined(self, warehouse: WarehouseView, weight_speed: float, weight_demand: float) -> Values:
+        """Return the weighted sum of speed and demand by pod, each as a share of the largest."""
+        total = np.zeros(len(warehouse.pods))
+        for weight, values in ((weight_speed, self.speed), (weight_demand, self.demand)):
+            if weight and (of_pods := values(warehouse)).max(initial=0) > 0:
+                total += weight * of_pods / of_pods.max()
+        return total
 
 
-def demand(warehouse: WarehouseView) -> Values:
-    """Return the items that are wanted in the whole system and free on each pod, by pod."""
-    free = warehouse.free_items
-    return _by_pod(warehouse, np.minimum(warehouse.open_demand()[free.sku], free.number))
-
-
-def combined(warehouse: WarehouseView, ordered: Values, weight_speed: float, weight_demand: float) -> Values:
-    """Return the weighted sum of speed and demand by pod, each as a share of the largest."""
-    total = np.zeros(len(warehouse.pods))
-    for weight, values in ((weight_speed, speed(warehouse, ordered)), (weight_demand, demand(warehouse))):
-        if weight and values.max(initial=0.0) > 0:
-            total += weight * values / values.max()
-    return total
-
-
-def _by_pod(warehouse: WarehouseView, values: NDArray[np.generic]) -> Values:
-    return np.bincount(warehouse.free_items.pod, weights=values, minlength=len(warehouse.pods)).astype(np.float64)
+def rank_of(pod: int, wanted: Ids | Values) -> int:
+    """Return how many pods are wanted more than one, or as much and have a lower id."""
+    more = np.count_nonzero(wanted > wanted[pod]) + np.count_nonzero(wanted[:pod] == wanted[pod])
+    return int(more)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 from attrs import define, field, validators
 
 from rmfs_core import JointDecision, hookimpl
-from rmfs_joint.choosing import Chosen, Left, Sent
+from rmfs_joint.choosing import Chosen, Left, Sent, placed
 from rmfs_joint.covering import cost, decision, pods_for, unused_capacity_weight
 from rmfs_rule_helpers import assign_best_pairs, waiting_limit
 
@@ -68,13 +68,12 @@ class Alternating:
 
     def improving(self, warehouse: WarehouseView) -> Iterator[tuple[float, Chosen, Sent]]:
         """Yield the choices one after another, with their cost: each costs less than the one before."""
-        at = {order.id: position for position, order in enumerate(warehouse.backlog)}
         before = math.inf
         sent: Sent = ()
         for _ in range(self.rounds):
             left = Left(warehouse, sent)
             pairs = assign_best_pairs(warehouse, left.score, left.take, max_wait_s=self.max_wait_s)
-            chosen = [(at[pair.order], pair.station) for pair in pairs]
+            chosen = placed(warehouse, pairs)
             sent = pods_for(warehouse, chosen)
             costs = cost(warehouse, chosen, sent, self.unused_capacity_weight)
             if costs >= before:

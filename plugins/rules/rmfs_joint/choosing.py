@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rmfs_rule_helpers import OVERSIZE_WAIT_S, items_per_order, largest_capacity, lines_at, sum_per_order
 
 if TYPE_CHECKING:
+    from rmfs_core import OrderAssignment
     from rmfs_core.warehouse import Station, WarehouseView
 
 Integers = NDArray[np.int64]
@@ -95,8 +96,15 @@ class Left:
 
 def waiting_too_long(warehouse: WarehouseView, max_wait_s: float | None) -> set[int]:
     """Return the orders that have waited too long, by position in the backlog, as `assign_best_pairs` has it."""
-    waited_s = warehouse.now_s - np.array([order.arrival_s for order in warehouse.backlog])
-    if max_wait_s is not None:
-        return set(np.flatnonzero(waited_s >= max_wait_s).tolist())
     oversize = items_per_order(warehouse) > largest_capacity(warehouse)
-    return set(np.flatnonzero(oversize & (waited_s >= OVERSIZE_WAIT_S)).tolist())
+    if max_wait_s is None and not oversize.any():
+        return set()  # nobody's arrival matters
+    limit_s = np.where(oversize, OVERSIZE_WAIT_S, np.inf) if max_wait_s is None else max_wait_s
+    waited_s = warehouse.now_s - np.array([order.arrival_s for order in warehouse.backlog])
+    return set(np.flatnonzero(waited_s >= limit_s).tolist())
+
+
+def placed(warehouse: WarehouseView, pairs: Iterable[OrderAssignment]) -> list[tuple[int, int]]:
+    """Return orders that were assigned, by position in the backlog, and their stations."""
+    lines = warehouse.backlog_lines
+    return [(int(lines.order[(lines.order_id == pair.order).argmax()]), pair.station) for pair in pairs]

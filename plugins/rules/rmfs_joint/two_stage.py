@@ -9,7 +9,7 @@ import numpy as np
 from attrs import define, field, validators
 
 from rmfs_core import JointDecision, hookimpl
-from rmfs_joint.choosing import NOT_NOW, Chosen, Integers, Left, Sent, waiting_too_long
+from rmfs_joint.choosing import NOT_NOW, Chosen, Integers, Left, Sent, placed, waiting_too_long
 from rmfs_joint.covering import decision, pods_for, serve
 from rmfs_rule_helpers import assign_best_pairs, waiting_limit
 
@@ -72,11 +72,10 @@ class TwoStage:
         """Return the orders of the first stage."""
         left, load = Left(warehouse), {station.id: station.load for station in warehouse.stations}
         youngest_last = np.arange(len(warehouse.backlog))[::-1] * (left.most_lines + 1)
-        positions = {order.id: position for position, order in enumerate(warehouse.backlog)}
 
         def score(station: Station) -> Integers:
             if load[station.id] >= self.first_share * station.capacity:
-                return np.full(len(positions), NOT_NOW)
+                return np.full(len(youngest_last), NOT_NOW)
             if self.first_orders == "cheapest":
                 return left.score(station)
             return np.where(left.in_stock(), youngest_last + left.most_lines - left.missing(station), NOT_NOW)
@@ -86,7 +85,7 @@ class TwoStage:
             return left.take(station, position)
 
         pairs = assign_best_pairs(warehouse, score, take, max_wait_s=self.max_wait_s)
-        return [(positions[pair.order], pair.station) for pair in pairs]
+        return placed(warehouse, pairs)
 
     def second(self, warehouse: WarehouseView, first: Chosen, sent: Sent) -> Chosen:
         """Return the orders of the second stage."""

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from attrs import define
+from attrs import define, field
 
 from rmfs_core import OrderAssignment, hookimpl
 from rmfs_rule_helpers import assign_best_pairs
 from rmfs_rule_helpers.options import late
 from rmfs_rule_helpers.pair_scores import KeptPairs
+from rmfs_rule_helpers.pod_sending import Ids, KeptPods
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Order, Pod, Station, WarehouseView
+    from rmfs_core.traffic import Roads
+    from rmfs_core.warehouse import Station, WarehouseView
 
 
 @define
@@ -37,16 +38,19 @@ class NearBestPod(KeptPairs):
     Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8
     """
 
+    _pods: KeptPods = field(init=False, factory=KeptPods, repr=False, eq=False)
+
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign orders near their best pods; only the pods of orders whose turn it is are looked at."""
-        best: dict[int, list[Pod]] = {}
+        self._pods.update(warehouse)
+        best: dict[int, Ids] = {}
 
         def drive(order: int, station: Station) -> int:
             if order not in best:
-                best[order] = _best_pods(warehouse, warehouse.order(order))
-            times = warehouse.travel.times_to(station.cell, True)
-            return min((int(times[pod.cell].min()) for pod in best[order]), default=0)
+                wanted = warehouse.order(order).open_lines
+                best[order] = self._pods.with_most((line.sku, line.quantity) for line in wanted)
+            return int(self._pods.ticks(warehouse, best[order], station).min()) if len(best[order]) else 0
 
         if self.keeps(warehouse):
             return self.assign_kept(warehouse, rng, prefer=drive)
@@ -61,13 +65,7 @@ class NearBestPod(KeptPairs):
             fast_lane=self.fast_lane,
         )
 
-
-def _best_pods(warehouse: WarehouseView, order: Order) -> list[Pod]:
-    """Return the pods not in use with most items of an order; none where no such pod has any."""
-    items: Counter[Pod] = Counter()
-    for line in order.open_lines:
-        for pod in warehouse.pods_with(line.sku):
-            if pod.location is not None and not pod.bound_for:
-                items[pod] += min(line.quantity, pod.free_items(line.sku))
-    most = max(items.values(), default=0)
-    return [pod for pod in items if items[pod] == most > 0]
+    def prepare(self, roads: Roads) -> None:
+        """Load what is compiled, or compile it."""
+        super().prepare(roads)
+        self._pods.load()

@@ -10,7 +10,7 @@ from attrs import define, field
 from numpy.typing import NDArray
 
 from rmfs_core import BundleAssignment, OrderAssignment, PodTrip, StoreBundle, TaskAssignment, hookimpl
-from rmfs_rule_helpers import StoragePods, assign_best_pairs, store_bundles, waiting_limit
+from rmfs_rule_helpers import KeptSpace, StoragePods, assign_best_pairs, store_bundles, waiting_limit
 from rmfs_rule_helpers.pod_sending import Ids, KeptPods
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ class Random:
 
     max_wait_s: float | None = waiting_limit()
     _pods: KeptPods = field(init=False, factory=KeptPods, repr=False, eq=False)
+    _kept: KeptSpace = field(init=False, factory=KeptSpace, repr=False, eq=False)
 
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
@@ -98,8 +99,9 @@ class Random:
         def lots(_pods: StoragePods, _bundle: Bundle) -> NDArray[np.int64]:
             return rng.integers(LOTS, size=len(warehouse.pods))
 
-        return store_bundles(warehouse, max_fetches, lots)
+        return store_bundles(warehouse, max_fetches, lots, self._kept)
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
         self._pods.load()
+        self._kept.load()

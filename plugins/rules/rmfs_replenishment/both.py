@@ -11,6 +11,7 @@ from rmfs_replenishment.pods import POD_RULES
 from rmfs_rule_helpers import StoragePods, cheapest, ticks_to_station
 
 if TYPE_CHECKING:
+    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Station, WarehouseView
 
 
@@ -41,11 +42,15 @@ class PodFirst:
     def __attrs_post_init__(self) -> None:
         self._rule = POD_RULES[self.pod]()
 
+    def prepare(self, roads: Roads) -> None:
+        """Load what is compiled, or compile it."""
+        self._rule.prepare(roads)
+
     @hookimpl
     def assign_bundles_and_pods(self, warehouse: WarehouseView, max_fetches: int) -> BundleDecision:
         """Choose pods, and then stations, until no place is free."""
         stations, cost = warehouse.replenishment_stations, self._rule.cost
-        pods = StoragePods(warehouse, max_fetches)
+        pods = StoragePods(warehouse, max_fetches, self._rule.kept)
         free = {station.id: station.free_bundle_capacity for station in stations}
         going: dict[int, set[int]] = {}  # pods of this decision -> stations
         assignments, stores = [], []

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
+from itertools import groupby
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,41 +12,42 @@ from attrs import define, field
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Robot, WarehouseView
+    from rmfs_core.warehouse import WarehouseView
 
 
 @define(eq=False)
 class Ordered:
     """Counts items ordered by SKU, and orders by pairs of SKUs; each order is looked at once in a run."""
 
-    _items: NDArray[np.float64] = field(init=False, factory=lambda: np.zeros(0))
+    _items: NDArray[np.int64] = field(init=False, factory=lambda: np.zeros(0, np.int64))
     _pairs: dict[int, Counter[int]] = field(init=False, factory=dict)
     _counted: int = field(init=False, default=0)
-    _robots: tuple[Robot, ...] = field(init=False, default=())
+    _log: object = field(init=False, default=None)
 
-    def items(self, warehouse: WarehouseView) -> NDArray[np.float64]:
+    def items(self, warehouse: WarehouseView) -> NDArray[np.int64]:
         """Return the number of items by SKU of all orders that have arrived."""
         self._look(warehouse)
         return self._items
 
-    def together(self, warehouse: WarehouseView, sku: int) -> NDArray[np.float64]:
+    def together(self, warehouse: WarehouseView, sku: int) -> NDArray[np.int64]:
         """Return by SKU in how many orders that have arrived it is with a SKU; 0 for that itself."""
         self._look(warehouse)
         pairs = self._pairs.get(sku, Counter())
-        together = np.zeros(warehouse.n_skus)
+        together = np.zeros(warehouse.n_skus, np.int64)
         together[list(pairs)] = list(pairs.values())
         return together
 
     def _look(self, warehouse: WarehouseView) -> None:
-        if self._robots is not warehouse.robots:  # another run
-            self._robots, self._counted = warehouse.robots, 0
-            self._items, self._pairs = np.zeros(warehouse.n_skus), {}
-        orders = warehouse.orders
-        for order in orders[self._counted :]:
-            skus = [line.sku for line in order.lines]
-            for line in order.lines:
-                self._items[line.sku] += line.quantity
-                pairs = self._pairs.setdefault(line.sku, Counter())
-                pairs.update(skus)
-                del pairs[line.sku]
-        self._counted = len(orders)
+        log = warehouse.backlog_log()
+        if log is not self._log:  # another run
+            self._log, self._counted = log, 0
+            self._items, self._pairs = np.zeros(warehouse.n_skus, np.int64), {}
+        joined = log.joined(self._counted)
+        self._counted += joined.shape[1]
+        for _, lines in groupby(joined.T.tolist(), itemgetter(0)):
+            wanted = {sku: quantity for _, sku, quantity in lines}
+            for sku, quantity in wanted.items():
+                self._items[sku] += quantity
+                pairs = self._pairs.setdefault(sku, Counter())
+                pairs.update(wanted.keys())
+                del pairs[sku]

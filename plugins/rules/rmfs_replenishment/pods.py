@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from rmfs_core import StoreBundle, hookimpl
 from rmfs_replenishment.ordered import Ordered
-from rmfs_rule_helpers import StoragePods, store_bundles
+from rmfs_rule_helpers import KeptSpace, StoragePods, store_bundles
 
 if TYPE_CHECKING:
+    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Bundle, WarehouseView
 
 Values = NDArray[np.float64] | NDArray[np.int64]
@@ -28,10 +29,17 @@ Values = NDArray[np.float64] | NDArray[np.int64]
 class ByCost(ABC):
     """RPS by the cost of storing a bundle on each pod; a rule says what that is."""
 
+    kept: KeptSpace = field(init=False, factory=KeptSpace, repr=False, eq=False)
+    """What is kept of pods from call to call."""
+
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self.kept.load()
+
     @hookimpl
     def select_replenishment_pods(self, warehouse: WarehouseView, max_fetches: int) -> Sequence[StoreBundle]:
         """Choose a pod for each bundle that lacks one."""
-        return store_bundles(warehouse, max_fetches, self.cost)
+        return store_bundles(warehouse, max_fetches, self.cost, self.kept)
 
     @abstractmethod
     def cost(self, pods: StoragePods, bundle: Bundle) -> Values:

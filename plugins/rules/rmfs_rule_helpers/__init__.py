@@ -15,7 +15,7 @@ from attrs import field, validators
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment
-from rmfs_rule_helpers.bundles import StoragePods, cheapest, store_bundles
+from rmfs_rule_helpers.bundles import KeptSpace, StoragePods, cheapest, store_bundles
 from rmfs_rule_helpers.pod_sending import send_pods
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "OVERSIZE_WAIT_S",
+    "KeptSpace",
     "StoragePods",
     "assign_best_pairs",
     "cheapest",

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import heapq
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 
 class Calendar:
@@ -10,22 +14,25 @@ class Calendar:
 
     def __init__(self) -> None:
         self._heap: list[tuple[float, int]] = []
-        self._sorted: list[list[tuple[float, int]]] = []  # latest first
+        self._sorted: list[list[Any]] = []  # times and numbers, earliest first, and how many are taken out
 
     def add(self, entries: list[tuple[float, int]]) -> None:
         """Take in times and numbers."""
         if len(entries) > 256:
-            self._sorted.append(sorted(entries, reverse=True))
+            times, numbers = (np.array(of) for of in zip(*sorted(entries), strict=True))
+            self._sorted.append([times, numbers, 0])
         else:
             for entry in entries:
                 heapq.heappush(self._heap, entry)
 
-    def before(self, time: float) -> list[int]:
+    def before(self, time: float) -> NDArray[np.int64]:
         """Take out and return the numbers whose time is earlier than one."""
-        found = []
+        few = []
         while self._heap and self._heap[0][0] < time:
-            found.append(heapq.heappop(self._heap)[1])
+            few.append(heapq.heappop(self._heap)[1])
+        found = [np.array(few, np.int64)]
         for entries in self._sorted:
-            while entries and entries[-1][0] < time:
-                found.append(entries.pop()[1])
-        return found
+            times, numbers, begin = entries
+            entries[2] = end = int(times.searchsorted(time))
+            found.append(numbers[begin:end])
+        return np.concatenate(found)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
@@ -95,9 +95,8 @@ class PairScores:
             self._take_in(joined, left, warehouse)
         for table, now in enumerate(available):
             self._work.note(table, now, self._now, self._changes, self._recent)
-        if self._late_first and (late := self._due.before(warehouse.now_s)):
-            self._late.update(late)
-            self._work.lift(np.array(late, np.int64), LATE, *self._arrays()[3:7])
+        if self._late_first and len(late := self._due.before(warehouse.now_s)):
+            self._late += self._work.lift(late, LATE, *self._arrays()[3:7])
 
     def lines_of(self, place: int) -> Iterable[tuple[int, int]]:
         """Yield SKU and number of items of each line of the order at a place."""
@@ -133,6 +132,33 @@ class PairScores:
         """Return the places of the orders of which a pod has all that is open, if it has so many free items by SKU."""
         places: Ints = self._work.completed(items, self._shelves, self._pool, self._orders, self._enough)
         return places
+
+    def completed_by(
+        self, number: int, pod: Ints, sku: Ints, items: Ints, shown: Collection[int] | None = None
+    ) -> Ints:
+        """Return how many orders pods complete one after another, the oldest first: no item counts for two.
+
+        Parameters
+        ----------
+        number
+            How many pods there are: 0, 1, ...
+        pod, sku, items
+            How many items of a SKU a pod has, sorted by pod, each SKU of a pod once.
+        shown
+            Ids of the orders that count. Left out: all of the backlog.
+        """
+        from rmfs_rule_helpers import completing  # compiled, as above
+
+        shelves = self._shelves, self._pool, self._orders
+        found = completing.completed_by(pod, sku, items, *shelves, self._enough)
+        by_age = np.lexsort(found[::-1])
+        pods, places = found[0][by_age], found[1][by_age]
+        if shown is not None:
+            there = np.array([self.order_at(place) in shown for place in places.tolist()], np.bool_)
+            pods, places = pods[there], places[there]
+        kept = completing.while_stock_lasts(pods, places, pod, sku, items, self._starts, self._lines, *shelves)
+        numbers: Ints = np.bincount(pods[kept], minlength=number)
+        return numbers
 
     def completed_at(self, station: int, pod: int, items: Ints) -> Ints:
         """Return what `completed` does, and perhaps orders that have left, for the pod that stands at a station.
@@ -229,7 +255,7 @@ class PairScores:
         self._largest = largest
         self._large: list[int] = []  # places of orders larger than any station, oldest first
         self._due = Calendar()  # of the places of orders, by when they will be late
-        self._late: set[int] = set()  # places of orders that are late, and go first
+        self._late = 0  # orders of the backlog that are late, and go first
         self._lanes: dict[int, tuple[int, int, Ints, Ints]] = {}  # by station: see `completed_at`
         sizes = pair_search.SIZES
         self._now = np.zeros((self._tables, stations, skus), np.int64)
@@ -276,7 +302,8 @@ class PairScores:
         if self._large:
             self._large = [place for place in self._large if self._orders[0, place]]
         if self._late:
-            self._late -= {place for place in self._lines[0, left].tolist() if not self._orders[0, place]}
+            gone = [place for place in set(self._lines[0, left].tolist()) if not self._orders[0, place]]
+            self._late -= int(np.count_nonzero(self._scores[0, 0, gone] >= LATE))
         self._parts += parts
         self._joined += joined
         self._left += len(left)

@@ -181,12 +181,15 @@ def change(  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def lift(places, by, orders, scores, ranks, best):  # type: ignore[no-untyped-def]
-    """Let orders score more everywhere, whatever is available."""
+    """Let orders score more everywhere, whatever is available; return how many of them are in the backlog."""
+    count = 0
     for order in places:
+        count += orders[OPEN, order] > 0
         for station in range(scores.shape[1]):
             scores[0, station, order] += by
             if orders[OPEN, order]:
                 raise_best(station, orders[SIZE, order], order, orders, scores, ranks, best)
+    return count
 
 
 @njit(cache=True)

@@ -43,6 +43,30 @@ def items_on(pods, skus, by_sku, first, pod, number, row):  # type: ignore[no-un
 
 
 @njit(cache=True)
+def with_most(skus, wanted, by_sku, first, pod, number, at, where, sums):  # type: ignore[no-untyped-def]
+    """Ids of the pods at ``where`` with most of so many items of each SKU, if any; ``sums`` by pod are all zeros."""
+    most, count = 1, 0
+    for i in range(len(skus)):
+        for place in range(first[skus[i]], first[skus[i] + 1]):
+            entry = by_sku[place]
+            one = pod[entry]
+            if at[one] == where and number[entry] > 0:
+                sums[one] += min(wanted[i], number[entry])
+                if sums[one] > most:
+                    most, count = sums[one], 0
+                count += sums[one] == most
+    ids, count = np.empty(count, np.int64), 0
+    for sku in skus:
+        for place in range(first[sku], first[sku + 1]):
+            one = pod[by_sku[place]]
+            if sums[one] == most:
+                ids[count] = one
+                count += 1
+            sums[one] = 0
+    return ids
+
+
+@njit(cache=True)
 def change_sums(entries, items, wanted, by_sku, first, pod, sku, known, known_wanted, sums):  # type: ignore[no-untyped-def]
     """Bring sums by pod of min(items, items wanted) up to the items of some entries, and what is wanted, by SKU."""
     for i in range(len(entries)):

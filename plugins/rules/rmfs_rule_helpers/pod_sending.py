@@ -18,6 +18,8 @@ Find = Callable[["Station", Collection[int], bool], Ids]
 
 STORED, BUSY = -1, -2
 """Where a pod may leave from: its storage location, or nowhere; else the id of the station that it leaves."""
+ENOUGH = 1 << 40
+"""More than any value of a SKU."""
 
 
 def send_pods(
@@ -112,9 +114,6 @@ class KeptPods:
         Cell of each pod that can be sent, int64, shape (pods,).
     changed
         Of the pods that can be sent, those that may have changed since the last update or since they could be last.
-    by_sku, first
-        Where the entries of each SKU are in ``items``, by SKU and pod, and where those of each SKU begin in that,
-        int64, shapes (entries,) and (SKUs + 1,).
     """
 
     def __init__(self) -> None:
@@ -131,6 +130,7 @@ class KeptPods:
         none, at = np.zeros((3, 1), np.int64), one.copy()
         pod_search.servers(none[0, :0], none[1], none[2], one, one, at, 0, 0, np.zeros(1, np.bool_))
         pod_search.items_on(none[0, :0], none[0, :0], none[1], none[2], one, one, at)
+        pod_search.with_most(none[0, :0], none[0, :0], none[1], none[2], one, one, at, STORED, at)
 
     def update(self, warehouse: WarehouseView) -> None:
         """Take in what pods have become."""
@@ -142,12 +142,13 @@ class KeptPods:
             self._seen, self._again = 0, list(range(len(self._pods)))
             self.cells = np.zeros(len(self._pods), np.int64)
             self._at, self._found = np.zeros_like(self.cells), np.zeros(len(self._pods), np.bool_)
-            self._row = np.full_like(self.cells, -1)
+            self._ticks: dict[int, Ids] = {}
+            self._row, self._sums = np.full_like(self.cells, -1), np.zeros_like(self.cells)
         log = warehouse.free_items_log()
         self.items = log.items
         if log is not self.log:
-            self.log, self.by_sku = log, np.argsort(self.items.sku, kind="stable")
-            self.first = np.searchsorted(self.items.sku[self.by_sku], np.arange(warehouse.n_skus + 1))
+            self.log, self._skus = log, np.arange(warehouse.n_skus + 1)
+            self._by_sku: tuple[Ids, Ids] | None = None
         changed = warehouse.changed_pods(self._seen)
         self._seen += len(changed)
         self.changed, again, self._again = [], self._again, []
@@ -174,10 +175,46 @@ class KeptPods:
         )
         return items
 
+    @property
+    def by_sku(self) -> Ids:
+        """Entries of ``items`` by SKU and pod, shape (entries,)."""
+        return self._sorted()[0]
+
+    @property
+    def first(self) -> Ids:
+        """Where those of each SKU begin in ``by_sku``, shape (SKUs + 1,)."""
+        return self._sorted()[1]
+
+    def _sorted(self) -> tuple[Ids, Ids]:
+        """Sort the entries by SKU when that is needed."""
+        if self._by_sku is None:
+            by_sku = np.argsort(self.items.sku, kind="stable")
+            self._by_sku = by_sku, np.searchsorted(self.items.sku[by_sku], self._skus)
+        return self._by_sku
+
+    @property
+    def stored(self) -> NDArray[np.bool_]:
+        """Whether each pod is stored and bound nowhere, shape (pods,)."""
+        stored: NDArray[np.bool_] = self._at == STORED
+        return stored
+
+    def with_most(self, wanted: Iterable[tuple[int, int]]) -> Ids:
+        """Return the stored pods bound nowhere with most free items of what is wanted, SKUs and numbers, if any."""
+        skus, items = np.array(list(wanted), np.int64).reshape(-1, 2).T.copy()
+        pods: Ids = self._search.with_most(
+            skus, items, self.by_sku, self.first, self.items.pod, self.items.number, self._at, STORED, self._sums
+        )
+        return pods
+
+    def ticks_from(self, warehouse: WarehouseView, station: Station) -> Ids:
+        """Return the shortest loaded driving times to a station from all cells, int64, shape (cells,)."""
+        if station.id not in self._ticks:
+            self._ticks[station.id] = warehouse.travel.times_to(station.cell, True).min(axis=1)
+        return self._ticks[station.id]
+
     def ticks(self, warehouse: WarehouseView, pods: Ids, station: Station) -> Ids:
         """Return `ticks_to_station` of pods that can be sent, int64, of the shape of ``pods``."""
-        ticks: Ids = warehouse.travel.times_to(station.cell, True)[self.cells[pods]].min(axis=1)
-        return ticks
+        return self.ticks_from(warehouse, station)[self.cells[pods]]
 
     def send(self, warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, Ids], int]) -> list[PodTrip]:
         """Select pods as `send_pods` does, after an update; ``choose`` picks one of ids in ascending order."""
@@ -242,8 +279,18 @@ class KeptSums:
 
     def of_free(self, pods: KeptPods, wanted: Ids) -> Ids:
         """Take in what pods have free and what is wanted now, by SKU; return the sums, int64, shape (pods,)."""
+        entries = self._changed(pods)
+        return self.update(pods, entries, pods.items.number[entries], wanted)
+
+    def of_held(self, pods: KeptPods, values: Ids) -> Ids:
+        """Take in what pods have free, and values (>= 0) by SKU; return the sums over the SKUs that each has free."""
+        entries = self._changed(pods)
+        return self.update(pods, entries, np.where(pods.items.number[entries] > 0, ENOUGH, 0), values)
+
+    def _changed(self, pods: KeptPods) -> Ids:
+        """Return the entries that changed since this was asked last."""
         assert pods.log is not None
         since = self._seen if self._of is pods.items else 0
         entries = pods.log.changed(since)
         self._seen = since + len(entries)
-        return self.update(pods, entries, pods.items.number[entries], wanted)
+        return entries

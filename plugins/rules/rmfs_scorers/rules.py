@@ -66,18 +66,18 @@ class _Scoring:
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
-        self._kept.load()
+        self._kept.load(orders=self._weights.count_backlog)
+
+    @property
+    def _weights(self) -> Weights:
+        """What scores are made of."""
+        raise NotImplementedError
 
     def _select(
-        self,
-        warehouse: WarehouseView,
-        max_fetches: int,
-        rng: np.random.Generator,
-        scores: Sequence[str],
-        weights: Weights,
+        self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator, scores: Sequence[str]
     ) -> list[PodTrip]:
         """Send the pods with the best scores to the stations that lack one."""
-        return PodScores(warehouse, rng, weights, self._kept).send(max_fetches, scores)
+        return PodScores(warehouse, rng, self._weights, self._kept).send(max_fetches, scores)
 
 
 @define
@@ -104,8 +104,11 @@ class Completes(_Scoring):
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
         """Send the pods that complete most orders."""
-        weights = Weights(count_backlog=self.count_backlog)
-        return self._select(warehouse, max_fetches, rng, ("completes", "picks", "nearest"), weights)
+        return self._select(warehouse, max_fetches, rng, ("completes", "picks", "nearest"))
+
+    @property
+    def _weights(self) -> Weights:
+        return Weights(count_backlog=self.count_backlog)
 
 
 @define
@@ -137,8 +140,11 @@ class WorkAmount(_Scoring):
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
         """Send the pods that get most work done."""
-        weights = Weights(False, self.value, self.backlog_weight, self.completion_boost, self.time_cost_per_s)
-        return self._select(warehouse, max_fetches, rng, ("work",), weights)
+        return self._select(warehouse, max_fetches, rng, ("work",))
+
+    @property
+    def _weights(self) -> Weights:
+        return Weights(False, self.value, self.backlog_weight, self.completion_boost, self.time_cost_per_s)
 
 
 def _no_repeats(_instance: object, _attribute: Any, value: tuple[str, ...]) -> None:
@@ -185,7 +191,8 @@ class Lexicographic(_Scoring):
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
         """Send the pods that come first."""
-        weights = Weights(
-            self.count_backlog, self.value, self.backlog_weight, self.completion_boost, self.time_cost_per_s
-        )
-        return self._select(warehouse, max_fetches, rng, self.scores, weights)
+        return self._select(warehouse, max_fetches, rng, self.scores)
+
+    @property
+    def _weights(self) -> Weights:
+        return Weights(self.count_backlog, self.value, self.backlog_weight, self.completion_boost, self.time_cost_per_s)

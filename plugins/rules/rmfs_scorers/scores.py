@@ -13,6 +13,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from rmfs_core.clock import TICKS_PER_S
+from rmfs_rule_helpers.pair_scores import PairScores
 from rmfs_rule_helpers.pod_sending import KeptPods, KeptSums
 from rmfs_scorers.wanted import Backlog, Held, Ids, Requests, Values
 
@@ -47,7 +48,7 @@ class Weights:
 
 
 class Kept:
-    """What is kept of pods from call to call: the pods, and how many of their free items are wanted.
+    """What is kept from call to call: the pods, how many of their free items are wanted, and the backlog.
 
     Attributes
     ----------
@@ -55,15 +56,20 @@ class Kept:
         Which can be sent, and what they have free.
     demanded, waited
         Sums of min(items free, items wanted), wanted in the whole system or in the backlog.
+    orders
+        The lines of the backlog.
     """
 
     def __init__(self) -> None:
-        self.pods, self.demanded, self.waited = KeptPods(), KeptSums(), KeptSums()
+        self.pods, self.demanded, self.waited, self.orders = KeptPods(), KeptSums(), KeptSums(), PairScores()
 
-    def load(self) -> None:
-        """Load what is compiled, or compile it."""
-        for part in (self.pods, self.demanded):
-            part.load()
+    def load(self, *, orders: bool) -> None:
+        """Load what is compiled, or compile it; that for ``orders`` only if it is needed."""
+        self.pods.load()
+        self.demanded.load()
+        if orders:
+            self.orders.load()
+            self.orders.completed_by(1, *np.zeros((3, 1), np.int64))
 
 
 class PodScores:
@@ -112,7 +118,11 @@ class PodScores:
         """Orders of which the pod fulfils all requests at the station that are uncovered."""
         completed: Values = self._completed(station, pods).sum(axis=0).astype(np.float64)
         if self._weights.count_backlog:
-            completed += self._backlog.completed(self._rest(station, pods))
+            rest, shown = self._rest(station, pods), None
+            if self._warehouse.filtered:
+                shown = {order.id for order in self._warehouse.backlog}
+            self._kept.orders.update(self._warehouse)
+            completed += self._kept.orders.completed_by(len(pods), rest.pod, rest.sku, rest.items, shown)
         return completed
 
     def picks(self, station: Station, pods: Ids) -> Values:
@@ -124,8 +134,8 @@ class PodScores:
     def work(self, station: Station, pods: Ids) -> Values:
         """What the items are worth that the pod serves, less the time that it drives."""
         wanted, weights = self._wanted(station), self._weights
-        worth = VALUES[weights.value]
-        each = wanted.worth(lambda order: worth(order, self._warehouse.now_s))
+        worth, now_s = VALUES[weights.value], self._warehouse.now_s
+        each = wanted.worth(lambda order: worth(order, now_s))
         total = weights.time_cost_per_s * self.nearest(station, pods)
         items = self._on(pods, wanted.skus)
         for column in range(len(wanted.skus)):
@@ -140,7 +150,7 @@ class PodScores:
                 rest = np.minimum(np.maximum(items - wanted.needs.sum(axis=0), 0), waiting) - np.minimum(items, waiting)
                 work = (self._waited[pods] + rest.sum(axis=1)).astype(np.float64)
             else:
-                work = self._backlog.work(self._rest(station, pods), lambda order: worth(order, self._warehouse.now_s))
+                work = self._backlog.work(self._rest(station, pods), lambda order: worth(order, now_s))
             total += weights.backlog_weight * work
         return total
 
@@ -214,14 +224,15 @@ class PodScores:
 
     def _rest(self, station: Station, pods: Ids) -> Held:
         """Return what the pods have free besides what the station wants."""
-        rank = np.full(len(self._warehouse.pods), -1)
-        rank[pods] = np.arange(len(pods))
-        entries = np.flatnonzero(rank[self._free.pod] >= 0)
+        first, end = (self._free.pod.searchsorted(pods, side=side) for side in ("left", "right"))
+        number = end - first
+        rank = np.repeat(np.arange(len(pods)), number)
+        entries = np.arange(len(rank)) + np.repeat(first - np.cumsum(number) + number, number)
         wanted = np.zeros(self._warehouse.n_skus, np.int64)
         wanted[self._wanted(station).skus] = self._wanted(station).needs.sum(axis=0)
         sku = self._free.sku[entries]
         items = np.maximum(self._free.number[entries] - wanted[sku], 0)
-        return Held(len(pods), rank[self._free.pod[entries]], sku, items)
+        return Held(len(pods), rank, sku, items)
 
 
 def _age(order: Order, now_s: float) -> float:

@@ -86,35 +86,7 @@ class Backlog:
         self._warehouse = warehouse
         self._order, self._quantity = lines.order[by_sku], lines.quantity[by_sku]
         self._first = np.searchsorted(lines.sku[by_sku], np.arange(warehouse.n_skus + 1))
-        self._lines = np.bincount(lines.order, minlength=len(warehouse.backlog))
         self._items = np.concatenate(([0], np.cumsum(self._quantity)))
-
-    def completed(self, held: Held) -> Values:
-        """Return how many orders each pod completes, the oldest first: no item counts for two."""
-        number = np.diff(self._first)[held.sku]
-        entry = np.repeat(np.arange(len(number)), number)
-        line = self._first[held.sku][entry] + np.arange(len(entry)) - np.repeat(np.cumsum(number) - number, number)
-        enough = self._quantity[line] <= held.items[entry]
-        orders = max(len(self._lines), 1)
-        pairs, lines = np.unique((held.pod[entry] * orders + self._order[line])[enough], return_counts=True)
-        whole = pairs[lines == self._lines[pairs % orders]]
-        pod, order = np.divmod(whole, orders)
-        if not self._warehouse.unlimited_stock:
-            kept = self._while_stock_lasts(held, pod, order)
-            pod = pod[kept]
-        return np.bincount(pod, minlength=held.number).astype(np.float64)
-
-    def _while_stock_lasts(self, held: Held, pods: Ids, orders: Ids) -> NDArray[np.bool_]:
-        """Which of the orders are completed if each pod's items go to one after another."""
-        left = dict(zip(zip(held.pod.tolist(), held.sku.tolist(), strict=True), held.items.tolist(), strict=True))
-        kept = np.zeros(len(pods), np.bool_)
-        for i, (pod, order) in enumerate(zip(pods.tolist(), orders.tolist(), strict=True)):
-            wanted = self._warehouse.backlog[order].open_lines
-            kept[i] = all(line.quantity <= left[pod, line.sku] for line in wanted)
-            if kept[i]:
-                for line in wanted:
-                    left[pod, line.sku] -= line.quantity
-        return kept
 
     def work(self, held: Held, worth: Worth) -> Values:
         """Return what the items are worth that each pod has for the backlog; those of the oldest orders first."""

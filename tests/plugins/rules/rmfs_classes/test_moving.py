@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from rmfs_classes import Cache, Utility
-from rmfs_classes.moving import Pause, movable, nearest_to
-from rmfs_classes.places import NO_STATION, Places
+from rmfs_classes.moving import Pause, nearest_to
+from rmfs_classes.places import NO_STATION, Places, Stored
 from rmfs_core import PodMove
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_testing import small_layout, small_world
@@ -100,7 +101,9 @@ def test_pods_that_are_bound_or_fetched_stay() -> None:
     warehouse.bind(warehouse.pods[0], warehouse.stations[0])
     warehouse.waiting[1] = warehouse.pods[1]
     warehouse.take_task(warehouse.robots[0], warehouse.pods[1])
-    assert [pod.name for pod in movable(view)] == ["r"]
+    stored = Stored()
+    stored.update(view)
+    assert stored.movable.tolist() == [False, False, True]
 
 
 def test_the_nearest_place_is_that_of_the_pod() -> None:
@@ -109,4 +112,4 @@ def test_the_nearest_place_is_that_of_the_pod() -> None:
     view, pod = WarehouseView(warehouse), warehouse.pods[0]
     cells = list(view.free_storage_locations)
     ticks = {c: min(warehouse.travel.ticks(pod.cell, h, c, True) for h in range(4)) for c in cells}
-    assert nearest_to(view, pod, cells) == min(cells, key=lambda cell: (ticks[cell], cell))
+    assert nearest_to(view, pod.cell, np.array(cells)) == min(cells, key=lambda cell: (ticks[cell], cell))

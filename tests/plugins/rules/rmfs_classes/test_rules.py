@@ -9,8 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+import rmfs_core
 from rmfs_classes import Cache, StationBased, TurnoverClasses, Utility
 from rmfs_classes.places import Places
+from rmfs_core import hookimpl
+from rmfs_core.info import Question
+from rmfs_core.roles import Role
 from rmfs_core.warehouse import Pod, Warehouse, WarehouseView
 from rmfs_testing import check_rule, small_layout, small_world
 
@@ -185,3 +189,28 @@ def test_wrong_parameters_are_refused(rule: type[Any], wrong: dict[str, float]) 
 def test_a_large_cache_conforms() -> None:
     """Every place belongs to one."""
     assert check_rule(Cache(share=1.0, threshold=0.1)).findings == ()
+
+
+class Doubter:
+    """Observer that has each place chosen once more, by a rule that remembers nothing."""
+
+    def __init__(self, rule: type[Any]) -> None:
+        self.rule, self.places = rule, 0
+
+    @hookimpl
+    def rule_answered(self, question: Question, answer: Any) -> None:
+        """Compare."""
+        if question.decides is Role.PR:
+            assert answer == self.rule().choose_storage_location(question.warehouse, question.arguments["pod"])
+            self.places += 1
+
+
+@pytest.mark.parametrize("rule", [TurnoverClasses, Cache, Utility])
+@pytest.mark.parametrize("scenario", ["examples/small", "examples/replenished"])
+def test_what_is_kept_decides_as_what_is_read_anew(rule: type[Any], scenario: str) -> None:
+    """In whole runs: orders arrive, and pods come and go, are moved, and are given SKUs that they never held."""
+    doubter = Doubter(rule)
+    rules = {"pr": (chosen := rule()), **({"move": chosen} if hasattr(chosen, "move_pods") else {})}
+    overrides = ["run.until_s=3000", "rules.pp=free-flow", "robots.count=8"]
+    rmfs_core.run(scenario, overrides=overrides, rules=rules, observers=[doubter])
+    assert doubter.places > 10

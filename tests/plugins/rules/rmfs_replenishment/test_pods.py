@@ -9,7 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rmfs_core import StoreBundle
+import rmfs_core
+from rmfs_core import StoreBundle, hookimpl
+from rmfs_core.info import Question
+from rmfs_core.roles import Role
 from rmfs_core.warehouse import Bundle, Pod, Station, Warehouse, WarehouseView
 from rmfs_random import Random
 from rmfs_replenishment import (
@@ -21,6 +24,7 @@ from rmfs_replenishment import (
     SpreadSku,
     TurnoverPod,
 )
+from rmfs_replenishment.pods import POD_RULES
 from rmfs_testing import small_world
 
 Make = Callable[[int], Warehouse]
@@ -160,3 +164,34 @@ def test_borders_rise_to_one(borders: tuple[float, ...]) -> None:
     """Any other are refused."""
     with pytest.raises(ValueError, match="expected shares above 0 that rise to 1"):
         TurnoverPod(borders=borders)
+
+
+class Doubter:
+    """Observer that has each choice made once more, by a rule that remembers nothing."""
+
+    def __init__(self, rule: type[Any]) -> None:
+        self.rule, self.lots, self.stores = rule, np.random.default_rng(), 0
+
+    @hookimpl
+    def rule_asked(self, question: Question) -> None:
+        """Note which lots will be drawn."""
+        if question.decides is Role.RPS and question.rng is not None:
+            self.lots.bit_generator.state = question.rng.bit_generator.state
+
+    @hookimpl
+    def rule_answered(self, question: Question, answer: Any) -> None:
+        """Compare."""
+        if question.decides is Role.RPS:
+            given = (self.lots,) if self.rule is Random else ()
+            most = question.arguments["max_fetches"]
+            assert list(answer) == list(self.rule().select_replenishment_pods(question.warehouse, most, *given))
+            self.stores += len(answer)
+
+
+@pytest.mark.parametrize("rule", [*POD_RULES.values(), Random])
+def test_what_is_kept_decides_as_what_is_read_anew(rule: type[Any]) -> None:
+    """In whole runs: pods come and go, and are given SKUs that they never held."""
+    doubter = Doubter(rule)
+    overrides = ["run.until_s=3000", "rules.pp=free-flow"]
+    rmfs_core.run("examples/replenished", overrides=overrides, rules={"rps": rule()}, observers=[doubter])
+    assert doubter.stores > 10

@@ -15,7 +15,7 @@ def test_few_and_many_come_out_when_their_time_is_over() -> None:
         calendar.add([(float(times[number]), number) for number in range(begin, end)])
     out: set[int] = set()
     for now in (0, 10, 50, 50.5, 200):
-        found = calendar.before(now)
+        found = calendar.before(now).tolist()
         assert set(found) == {number for number, time in enumerate(times) if time < now} - out
         out.update(found)
     assert len(out) == 700

@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rmfs_rule_helpers.pod_search import change_sums, items_on, servers
+from rmfs_rule_helpers.pod_search import change_sums, items_on, servers, with_most
 
 N_SKUS, N_PODS = 4, 6
 
@@ -50,6 +50,22 @@ def test_items_are_told_by_pod_and_sku(held: Any, skus: list[int], asked: list[i
     found = items_on(np.array(asked, np.int64), np.array(skus), by_sku, first, pod, items, row)
     assert found.tolist() == [[pods[one].get(sku, 0) for sku in skus] for one in asked]
     assert (row == -1).all()
+
+
+@given(
+    held=shelves(),
+    wanted=st.dictionaries(st.integers(0, N_SKUS - 1), st.integers(1, 3)),
+    there=st.lists(st.booleans(), min_size=N_PODS, max_size=N_PODS),
+)
+def test_pods_with_most_of_what_is_wanted_are_found(held: Any, wanted: dict[int, int], there: list[bool]) -> None:
+    """Each once, of those that are there; none where none has any, and nothing is left behind for the next call."""
+    pods, (by_sku, first, pod, _, items) = held
+    sums = np.zeros(N_PODS, np.int64)
+    skus, numbers = (np.array(list(of), np.int64) for of in (wanted.keys(), wanted.values()))
+    ids = with_most(skus, numbers, by_sku, first, pod, items, np.array(there, np.int64), 1, sums)
+    has = [sum(min(wanted[sku], pods[one].get(sku, 0)) for sku in wanted) * there[one] for one in range(N_PODS)]
+    assert sorted(ids.tolist()) == [one for one in range(N_PODS) if has[one] == max(has) > 0]
+    assert not sums.any()
 
 
 @given(held=shelves(), data=st.data())

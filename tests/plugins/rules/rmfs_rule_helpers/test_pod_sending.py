@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -159,7 +160,10 @@ class Doubter:
             self.trips += len(answer)
 
 
-@pytest.mark.parametrize("rule", [Demand, NearestPod, Random, Completes, WorkAmount, Lexicographic], ids=str)
+RULES = (Demand, NearestPod, Random, Completes, partial(Completes, count_backlog=True), WorkAmount, Lexicographic)
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: str(rule()))
 @pytest.mark.parametrize(
     ("scenario", "overrides"),
     [

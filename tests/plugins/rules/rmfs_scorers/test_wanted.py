@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rmfs_core.warehouse import WarehouseView
+from rmfs_rule_helpers.pair_scores import PairScores
 from rmfs_scorers.wanted import Backlog, Held, Requests
 from rmfs_testing import small_world
 
@@ -42,7 +43,11 @@ def test_the_backlog_is_served_as_one_by_one(seed: int, finite: bool) -> None:
     orders = {str(i): some(4, 4) for i in range(int(rng.integers(0, 12)))}
     held = {str(i): some(7, 5) for i in range(6)} | {"all": dict.fromkeys(skus, 99)}
     pods = held if finite else {name: list(items) for name, items in held.items()}
-    view = WarehouseView(small_world(orders, pods))  # type: ignore[arg-type]
+    world = small_world(orders, pods)  # type: ignore[arg-type]
+    view, account = WarehouseView(world), PairScores()
+    account.update(view)
+    for order in world.orders[::3]:  # of which the last lines are left
+        world.assign(order, world.stations[0], [order.open_lines[0].sku])
     free = view.free_items
     some_pods = free.pod % 2 == 0
     items = Held(4, free.pod[some_pods] // 2, free.sku[some_pods], free.number[some_pods])
@@ -58,6 +63,9 @@ def test_the_backlog_is_served_as_one_by_one(seed: int, finite: bool) -> None:
                 served = min(at_work.get(line.sku, 0), line.quantity)
                 at_work[line.sku] = at_work.get(line.sku, 0) - served
                 work[rank] += served * (1 + order.id)
-    backlog = Backlog(view)
-    assert backlog.completed(items).tolist() == completed.tolist()
-    assert backlog.work(items, lambda order: 1.0 + order.id) == pytest.approx(work)
+    account.update(view)
+    assert account.completed_by(4, items.pod, items.sku, items.items).tolist() == completed.tolist()
+    shown = {order.id for order in view.backlog}
+    assert account.completed_by(4, items.pod, items.sku, items.items, shown).tolist() == completed.tolist()
+    assert not account.completed_by(4, items.pod, items.sku, items.items, set()).any()
+    assert Backlog(view).work(items, lambda order: 1.0 + order.id) == pytest.approx(work)

@@ -1,0 +1,74 @@
+"""Compiled look-ups of the orders that pods complete; `pair_scores` says what the arrays are."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from rmfs_rule_helpers.pair_search import AT, LENGTH, OPEN, ORDER, QUANTITY, SIZE, SIZES, SKU, START
+
+
+@njit(cache=True)
+def completed_by(pod, sku, items, shelves, pool, orders, enough):  # type: ignore[no-untyped-def]
+    """Pairs of pod and place, shape (2, n), of the orders that pods complete which hold items of SKUs, one entry each.
+
+    Entries are sorted by pod; ``enough`` is all zeros.
+    """
+    pairs, begin = [(np.int64(0), np.int64(0)) for _ in range(0)], 0
+    while begin < len(pod):
+        end = begin
+        while end < len(pod) and pod[end] == pod[begin]:
+            end += 1
+        for size in range(SIZES):
+            for entry in range(begin, end):
+                start = shelves[sku[entry], size, START]
+                for at in range(start, start + shelves[sku[entry], size, LENGTH]):
+                    if pool[at, 1] <= items[entry]:
+                        order = pool[at, 0]
+                        enough[order] += 1
+                        if enough[order] == orders[OPEN, order]:
+                            pairs.append((np.int64(pod[begin]), np.int64(order)))
+            for entry in range(begin, end):
+                start = shelves[sku[entry], size, START]
+                for at in range(start, start + shelves[sku[entry], size, LENGTH]):
+                    enough[pool[at, 0]] = 0
+        begin = end
+    found = np.empty((2, len(pairs)), np.int64)
+    for i in range(len(pairs)):
+        found[0, i], found[1, i] = pairs[i]
+    return found
+
+
+@njit(cache=True, inline="always")
+def is_open(line, orders, lines, shelves, pool):  # type: ignore[no-untyped-def]
+    """Whether a line is still in the backlog: it is where it was put on its shelf."""
+    size, at = orders[SIZE, lines[ORDER, line]], lines[AT, line]
+    start = shelves[lines[SKU, line], size, START]
+    return start <= at < start + shelves[lines[SKU, line], size, LENGTH] and pool[at, 2] == line
+
+
+@njit(cache=True)
+def while_stock_lasts(pods, places, pod, sku, items, starts, lines, shelves, pool, orders):  # type: ignore[no-untyped-def]
+    """Which of the orders that pods complete are completed if a pod's items go to one after another.
+
+    Pairs are sorted by pod, as are entries, one for each SKU of a pod.
+    """
+    kept, left, pair = np.zeros(len(pods), np.bool_), np.zeros(len(shelves), np.int64), 0
+    for begin in range(len(pod)):
+        if begin == 0 or pod[begin] != pod[begin - 1]:  # another pod
+            left[:] = 0
+            for entry in range(begin, len(pod)):
+                if pod[entry] != pod[begin]:
+                    break
+                left[sku[entry]] = items[entry]
+            while pair < len(pods) and pods[pair] == pod[begin]:
+                order, enough = places[pair], True
+                for line in range(starts[order], starts[order + 1]):
+                    if is_open(line, orders, lines, shelves, pool) and lines[QUANTITY, line] > left[lines[SKU, line]]:
+                        enough = False
+                for line in range(starts[order], starts[order + 1]):
+                    if enough and is_open(line, orders, lines, shelves, pool):
+                        left[lines[SKU, line]] -= lines[QUANTITY, line]
+                kept[pair] = enough
+                pair += 1
+    return kept
