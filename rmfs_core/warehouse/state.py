@@ -125,16 +125,17 @@ class Warehouse:
         if not sizes:
             return False
         smallest, alone = min(sizes), max(self.backlog.sizes) > self._largest
-        return any(
-            s.free_capacity >= (1 if s.counts_orders else smallest) or (alone and s.open and not s.load)
-            for s in self.picking
-        )
+        for s in self.picking:
+            if s._staffed and s._active:
+                fits = s.capacity - s._load >= (1 if s.counts_orders else smallest)
+                if fits or (alone and not s._load):
+                    return True
+        return False
 
     def leaving_pods(self) -> tuple[Pod, ...]:
         """Pods that stand at a station, have nothing left to serve there and are bound nowhere else."""
         there = [(at, pod) for at in self.stations if at._line and (pod := self.pod_at(at)) is not None]
-        there = [(at, pod) for at, pod in there if pod._itinerary == [at.id] and not pod._bundles]
-        leaving = [pod for at, pod in there if not serves(at, pod)]
+        leaving = [pod for at, pod in there if len(pod._itinerary) == 1 and not pod._bundles and not serves(at, pod)]
         return tuple(sorted(leaving, key=lambda pod: pod.id))
 
     def _arrival(self, pod: Pod) -> int | None:
@@ -156,7 +157,7 @@ class Warehouse:
         if not station._line:
             return None
         robot = station._line[0]
-        return self.pods[robot._pod] if robot._pod is not None and robot.cell == station.cell else None
+        return self.pods[robot._pod] if robot._pod is not None and robot._cell == station.cells.station else None
 
     def next_bundle(self, station: Station, pod: Pod) -> Bundle | None:
         """First bundle that is to be stored on a pod at a station."""
