@@ -60,8 +60,8 @@ class Promises:
         self._stations[request.station]._changes += 1
         self.change(pod, request.sku, -1)
 
-    def withdraw(self, request: Request) -> None:
-        """Take back what a covered request was promised."""
+    def withdraw(self, request: Request, *, picked: bool = False) -> None:
+        """Take back what a covered request was promised; ``picked``: its pod has the item no more."""
         pod = request._pod
         assert pod is not None
         request._pod = None
@@ -71,7 +71,8 @@ class Promises:
         by_station[request.station] -= 1
         if not by_station[request.station]:
             del by_station[request.station]
-        self.change(pod, request.sku, 1)
+        if not picked:
+            self.change(pod, request.sku, 1)
 
     def promise_items(self, pod: Pod, station: Station) -> None:
         """Promise free items of a pod to the uncovered requests of a station, oldest first."""
@@ -139,14 +140,6 @@ def next_request(station: Station, pod: Pod) -> Request | None:
         if (best is None or first.id < best.id) and _usable(pod, sku, station.id):
             best = first
     return best
-
-
-def serves(station: Station, pod: Pod) -> bool:
-    """Whether there is a `next_request`."""
-    for sku in station._by_sku.keys() & pod._contents.keys():  # noqa: SIM110 - no generator: this is asked very often
-        if _usable(pod, sku, station.id):
-            return True
-    return False
 
 
 def _usable(pod: Pod, sku: int, station: int) -> bool:

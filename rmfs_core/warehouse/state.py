@@ -10,8 +10,8 @@ import numpy as np
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.warehouse.accounts import Backlog, FreeItemsLog
 from rmfs_core.warehouse.battery import Battery
-from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Part, Pod, Request, Robot, Station
-from rmfs_core.warehouse.promises import Promises, serves
+from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Part, Pod, Request, Robot, Station, put
+from rmfs_core.warehouse.promises import Promises, next_request
 from rmfs_core.world import Instance
 from rmfs_core.world.travel import Travel
 
@@ -135,7 +135,8 @@ class Warehouse:
     def leaving_pods(self) -> tuple[Pod, ...]:
         """Pods that stand at a station, have nothing left to serve there and are bound nowhere else."""
         there = [(at, pod) for at in self.stations if at._line and (pod := self.pod_at(at)) is not None]
-        leaving = [pod for at, pod in there if len(pod._itinerary) == 1 and not pod._bundles and not serves(at, pod)]
+        there = [(at, pod) for at, pod in there if len(pod._itinerary) == 1 and not pod._bundles]
+        leaving = [pod for at, pod in there if next_request(at, pod) is None]
         return tuple(sorted(leaving, key=lambda pod: pod.id))
 
     def _arrival(self, pod: Pod) -> int | None:
@@ -177,8 +178,8 @@ class Warehouse:
     def order_arrives(self, order: Order, tick: int | None = None) -> None:
         """Put an order into the backlog; ``tick``: when, where the order did not know it."""
         if tick is not None:
-            object.__setattr__(order, "arrival_tick", tick)
-            object.__setattr__(order, "arrival_s", to_seconds(tick))
+            put(order, "arrival_tick", tick)
+            put(order, "arrival_s", to_seconds(tick))
         self.changes += 1
         self.arrived[order.id] = order
         self.backlog.add(order)
@@ -193,8 +194,9 @@ class Warehouse:
         """
         self._note(station)
         was_split, had_place = order.split, order.has_place_at(station.id)
+        before = order._open_size
         lines = self.backlog.close(order, skus)
-        items = sum(line.quantity for line in lines)
+        items = before - order._open_size
         part = order.part_of(station.id, period)
         if part is None:
             part = Part(order, station.id, period)
@@ -316,7 +318,8 @@ class Warehouse:
             watts = battery.section.empty_w if robot._pod is None else battery.section.loaded_w
             battery.work(ticks, watts, robot._charging)
             robot._charging = cell in self.travel.layout.chargers
-        robot._cell, robot._heading = cell, heading
+        put(robot, "_cell", cell)
+        put(robot, "_heading", heading)
 
     def reserve(self, location: int) -> None:
         """Keep a free storage location for a pod that is on its way to it."""
@@ -386,13 +389,12 @@ class Warehouse:
     def fulfil(self, request: Request, pod: Pod, *, handled: bool = True) -> None:
         """Pick the item of a request from a pod that stands at its station; ``handled``: and give its place back."""
         self.promises.secure(request, pod)
-        self.promises.withdraw(request)
+        self.promises.withdraw(request, picked=True)
         self.changed_pods.append(pod.id)
         pod._changes += 1
         if pod._contents[request.sku] < UNLIMITED:
             pod._contents[request.sku] -= 1
             pod._used -= self.sizes[request.sku]
-            self.promises.change(pod, request.sku, -1)
         self.close(request)
         if handled:
             self.release(request)
