@@ -103,8 +103,9 @@ class Metrics:
                 self.loaded_m += event.distance_m
 
     def _picked(self, event: ItemPicked) -> None:
-        self.handling_ticks += max(event.picker_free_tick - max(event.start_tick, self.warmup), 0)
-        self.picker_free[event.station] = event.picker_free_tick
+        free = self.picker_free[event.station] = event.picker_free_tick
+        if free > self.warmup:
+            self.handling_ticks += free - max(event.start_tick, self.warmup)
         if event.tick >= self.warmup:
             self.picks += 1
             self._note_split_orders()

@@ -37,7 +37,7 @@ class ReadOnly:
     def __setattr__(self, name: str, value: object) -> None:
         if name[0] != "_" and hasattr(self, name):
             raise AttributeError(f"{type(self).__name__}.{name} is read-only")
-        object.__setattr__(self, name, value)
+        put(self, name, value)
 
 
 class OrderLine(NamedTuple):
@@ -141,10 +141,14 @@ class Part(ReadOnly):
 
     __slots__ = ("_items", "_left", "_skus", "_unpicked", "order", "period", "station")
 
+    order: Order
+    station: int
+    period: int
+
     def __init__(self, order: Order, station: int, period: int) -> None:
-        self.order = order
-        self.station = station
-        self.period = period
+        put(self, "order", order)
+        put(self, "station", station)
+        put(self, "period", period)
         self._skus: list[int] = []
         self._items = 0
         self._unpicked = self._left = 0

@@ -134,9 +134,11 @@ class Warehouse:
 
     def leaving_pods(self) -> tuple[Pod, ...]:
         """Pods that stand at a station, have nothing left to serve there and are bound nowhere else."""
-        there = [(at, pod) for at in self.stations if at._line and (pod := self.pod_at(at)) is not None]
-        there = [(at, pod) for at, pod in there if len(pod._itinerary) == 1 and not pod._bundles]
-        leaving = [pod for at, pod in there if next_request(at, pod) is None]
+        leaving = []
+        for at in self.stations:
+            pod = self.pod_at(at) if at._line else None
+            if pod and len(pod._itinerary) == 1 and not pod._bundles and next_request(at, pod) is None:
+                leaving.append(pod)
         return tuple(sorted(leaving, key=lambda pod: pod.id))
 
     def _arrival(self, pod: Pod) -> int | None:
