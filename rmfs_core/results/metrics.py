@@ -65,18 +65,17 @@ class Metrics:
         """Start afresh for an instance, a number of stations and a warm-up (all that events do not tell)."""
         self.stations = stations
         self.warmup = to_ticks(warmup_s or 0)
-        self.status: str | None = None
-        self.now = 0
         self.orders = [_OrderState(order.arrival_tick) for order in instance.orders]
         self.left = len(self.orders)
-        self.last_completion = 0
+        self.now = self.last_completion = 0
+        self.status: str | None = None
         self.picker_free = [0] * stations
         self.split_open: set[int] = set()
         self.decision_s_first = self.decision_s_later = 0.0
         # What is counted from the end of the warm-up on
-        self.completed = self.timed = self.picks = self.visits = self.loaded_m = self.empty_m = 0
-        self.backlog_ticks = self.station_ticks = self.periods = self.stopped_early = self.split_open_max = 0
-        self.handling_ticks = 0
+        self.completed = self.timed = self.picks = self.visits = self.periods = self.stopped_early = 0
+        self.backlog_ticks = self.station_ticks = self.handling_ticks = self.split_open_max = 0
+        self.metres = [0, 0]  # empty, loaded
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
@@ -86,8 +85,7 @@ class Metrics:
     @hookimpl
     def run_ended(self, tick: int, status: str) -> None:
         """Take note of the end."""
-        self.now = tick
-        self.status = status
+        self.now, self.status = tick, status
 
     @hookimpl
     def on_event(self, event: Event) -> None:
@@ -97,10 +95,7 @@ class Metrics:
 
     def _moved(self, event: RobotMoved) -> None:
         if event.tick >= self.warmup:
-            if event.pod is None:
-                self.empty_m += event.distance_m
-            else:
-                self.loaded_m += event.distance_m
+            self.metres[event.pod is not None] += event.distance_m
 
     def _picked(self, event: ItemPicked) -> None:
         free = self.picker_free[event.station] = event.picker_free_tick
@@ -179,7 +174,7 @@ class Metrics:
         self._note_split_orders()
         simulated, done, timed = self.simulated_ticks, self.completed, self.timed * TICKS_PER_S
         counted = max(simulated - self.warmup, 0)
-        distance = self.loaded_m + self.empty_m
+        (empty_m, loaded_m), distance = self.metres, sum(self.metres)
         turnover = self.backlog_ticks + self.station_ticks
         return {
             "orders_completed": done,
@@ -190,8 +185,8 @@ class Metrics:
             "pile_on": ratio(self.picks, self.visits),
             "distance_m": distance,
             "distance_per_order_m": ratio(distance, done),
-            "loaded_distance_m": self.loaded_m,
-            "empty_distance_m": self.empty_m,
+            "loaded_distance_m": loaded_m,
+            "empty_distance_m": empty_m,
             "turnover_s": ratio(turnover, timed),
             "turnover_backlog_s": ratio(self.backlog_ticks, timed),
             "turnover_station_s": ratio(self.station_ticks, timed),

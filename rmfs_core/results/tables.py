@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import sys
 from array import array
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
@@ -97,15 +97,6 @@ class Tables:
     """Observer that collects the rows."""
 
     def __init__(self) -> None:
-        self.hears: Mapping[type[Event], Sequence[Callable[[Any], None]]] = {
-            OrderArrived: (self._order_arrived,),
-            OrderAssigned: (self._order_assigned,),
-            OrderCompleted: (self._order_completed,),
-            VisitStarted: (self._visit_started,),
-            ItemPicked: (self._picked,),
-            VisitEnded: (self._visit_ended,),
-            DecisionMade: (self._decided,),
-        }
         self.begin(Instance((), (), ()))
 
     def begin(self, instance: Instance, *, refilled: bool = False) -> None:
@@ -122,32 +113,32 @@ class Tables:
         """Start afresh."""
         self.begin(run.instance, refilled=run.scenario.instance.arrivals.backlog is not None)
 
+    hears: ClassVar = (DecisionMade, ItemPicked, OrderArrived, OrderAssigned, OrderCompleted, VisitStarted, VisitEnded)
+
     @hookimpl
     def on_event(self, event: Event) -> None:
         """Add to the rows."""
-        for add in self.hears.get(type(event), ()):
-            add(event)
-
-    def _order_arrived(self, event: OrderArrived) -> None:
-        self._arrived[event.order] = event.tick
-
-    def _order_assigned(self, event: OrderAssigned) -> None:
-        self._parts.setdefault(event.order, {})[event.station, event.period] = None
-        if event.complete:
-            self._assigned[event.order] = event.tick
-
-    def _order_completed(self, event: OrderCompleted) -> None:
-        self._completed[event.order] = event.tick
+        match event:  # what happens most often comes first
+            case DecisionMade():
+                self._decided(event)
+            case ItemPicked():
+                self._visits.columns["picks"][event.visit - 1] += 1
+            case OrderArrived():
+                self._arrived[event.order] = event.tick
+            case OrderAssigned():
+                self._parts.setdefault(event.order, {})[event.station, event.period] = None
+                if event.complete:
+                    self._assigned[event.order] = event.tick
+            case OrderCompleted():
+                self._completed[event.order] = event.tick
+            case VisitStarted():
+                self._visit_started(event)
+            case VisitEnded():
+                self._visits.columns["end_s"][event.visit - 1] = event.time_s
 
     def _visit_started(self, event: VisitStarted) -> None:
         pod = self.instance.pods[event.pod].name
         self._visits.add(event.visit, pod, event.station + 1, event.robot + 1, event.time_s, math.nan, 0)
-
-    def _picked(self, event: ItemPicked) -> None:
-        self._visits.columns["picks"][event.visit - 1] += 1
-
-    def _visit_ended(self, event: VisitEnded) -> None:
-        self._visits.columns["end_s"][event.visit - 1] = event.time_s
 
     def _decided(self, event: DecisionMade) -> None:
         self._periods.add(

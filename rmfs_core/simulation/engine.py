@@ -246,8 +246,7 @@ class Simulation:
         return following
 
     def _pick(self, request: Request, pod: Pod, station: Station, visit: int) -> Process:
-        start = self.now
-        picker_free = start + self._handle_ticks
+        start, picker_free = self.now, self.now + self._handle_ticks
         self.warehouse.occupy_picker(station, picker_free)
         yield self.context.after(self._pick_ticks)
         self.warehouse.fulfil(request, pod, handled=False)

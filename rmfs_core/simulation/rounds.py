@@ -49,13 +49,12 @@ class Decisions:
     ) -> None:
         self._run = run
         self._start_task, self._start_move, self._start_rest = start_task, start_move, start_rest
-        self._refill = refill
+        self._refill, self._for_bundles = refill, run.rules.deciding_bundles
         self._pending: list[Event] = []
         self.warehouse, self.rules, self.asker = run.warehouse, run.rules, run.asker
         assigning = run.rules.poa_pps or run.rules.poa
         assert assigning is not None
         self.assigning: BoundRule = assigning
-        self._for_bundles = run.rules.deciding_bundles
         self._waking = list({id(rule.instance): rule for rule in run.rules.deciding if rule.wake is not None}.values())
         self._alarm: int | None = None
         self._alarms: set[int] = set()

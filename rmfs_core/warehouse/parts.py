@@ -141,14 +141,10 @@ class Part(ReadOnly):
 
     __slots__ = ("_items", "_left", "_skus", "_unpicked", "order", "period", "station")
 
-    order: Order
-    station: int
-    period: int
-
     def __init__(self, order: Order, station: int, period: int) -> None:
-        put(self, "order", order)
-        put(self, "station", station)
-        put(self, "period", period)
+        self.order = order
+        self.station = station
+        self.period = period
         self._skus: list[int] = []
         self._items = 0
         self._unpicked = self._left = 0

@@ -196,9 +196,8 @@ class Warehouse:
         """
         self._note(station)
         was_split, had_place = order.split, order.has_place_at(station.id)
-        before = order._open_size
         lines = self.backlog.close(order, skus)
-        items = before - order._open_size
+        items = sum([line.quantity for line in lines])
         part = order.part_of(station.id, period)
         if part is None:
             part = Part(order, station.id, period)
