@@ -6,7 +6,8 @@ bytes. A mean over nothing is None.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from attrs import define, field
 
@@ -46,31 +47,35 @@ class _OrderState:
 
 
 class Metrics:
-    """Observer that computes every metric of a run; `measured` and `timing` can be asked at any time."""
+    """Observer that computes every metric of a run, to be asked for when that is over."""
 
     def __init__(self) -> None:
+        self.hears: Mapping[type[Event], Sequence[Callable[[Any], None]]] = {
+            RobotMoved: (self._moved,),
+            ItemPicked: (self._picked,),
+            VisitStarted: (self._visited,),
+            OrderArrived: (self._arrived,),
+            OrderAssigned: (self._assigned,),
+            OrderCompleted: (self._completed,),
+            DecisionMade: (self._decided,),
+        }
         self.begin(Instance((), (), ()), 0)
 
     def begin(self, instance: Instance, stations: int, warmup_s: float | None = None) -> None:
         """Start afresh for an instance, a number of stations and a warm-up (all that events do not tell)."""
         self.stations = stations
         self.warmup = to_ticks(warmup_s or 0)
-        self.status: str | None = None
-        self.now = 0
         self.orders = [_OrderState(order.arrival_tick) for order in instance.orders]
         self.left = len(self.orders)
-        self.last_completion = 0
+        self.now = self.last_completion = 0
+        self.status: str | None = None
         self.picker_free = [0] * stations
         self.split_open: set[int] = set()
-        self.decision_s_first = 0.0
-        self._forget()
-
-    def _forget(self) -> None:
-        """Count from now on: what the warm-up was is over, but for what pickers still have in hand."""
-        self.completed = self.timed = self.picks = self.visits = self.loaded_m = self.empty_m = 0
-        self.backlog_ticks = self.station_ticks = self.periods = self.stopped_early = self.split_open_max = 0
-        self.handling_ticks = sum(max(free - self.warmup, 0) for free in self.picker_free)
-        self.decision_s_later = 0.0
+        self.decision_s_first = self.decision_s_later = 0.0
+        # What is counted from the end of the warm-up on
+        self.completed = self.timed = self.picks = self.visits = self.periods = self.stopped_early = 0
+        self.backlog_ticks = self.station_ticks = self.handling_ticks = self.split_open_max = 0
+        self.metres = [0, 0]  # empty, loaded
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
@@ -80,41 +85,32 @@ class Metrics:
     @hookimpl
     def run_ended(self, tick: int, status: str) -> None:
         """Take note of the end."""
-        self._pass(max(tick, self.warmup))
-        self.now = tick
-        self.status = status
+        self.now, self.status = tick, status
 
     @hookimpl
     def on_event(self, event: Event) -> None:
         """Count."""
-        self._pass(event.tick)
-        match event:
-            case RobotMoved():
-                if event.pod is None:
-                    self.empty_m += event.distance_m
-                else:
-                    self.loaded_m += event.distance_m
-            case ItemPicked():
-                self.picks += 1
-                self.handling_ticks += event.picker_free_tick - max(event.start_tick, self.warmup)
-                self.picker_free[event.station] = event.picker_free_tick
-                self._note_split_orders()
-            case VisitStarted():
-                self.visits += event.station < self.stations  # behind those where orders are picked, bundles are stored
-            case OrderArrived():
-                self.orders[event.order].arrival_tick = event.tick
-            case OrderAssigned():
-                self._assigned(event)
-            case OrderCompleted():
-                self._completed(event)
-            case DecisionMade():
-                self._decided(event)
+        for count in self.hears.get(type(event), ()):
+            count(event)
 
-    def _pass(self, tick: int) -> None:
-        """Let the clock go on."""
-        if self.now < self.warmup <= tick:
-            self._forget()
-        self.now = tick
+    def _moved(self, event: RobotMoved) -> None:
+        if event.tick >= self.warmup:
+            self.metres[event.pod is not None] += event.distance_m
+
+    def _picked(self, event: ItemPicked) -> None:
+        free = self.picker_free[event.station] = event.picker_free_tick
+        if free > self.warmup:
+            self.handling_ticks += free - max(event.start_tick, self.warmup)
+        if event.tick >= self.warmup:
+            self.picks += 1
+            self._note_split_orders()
+
+    def _visited(self, event: VisitStarted) -> None:
+        if event.tick >= self.warmup:
+            self.visits += event.station < self.stations  # behind those where orders are picked, bundles are stored
+
+    def _arrived(self, event: OrderArrived) -> None:
+        self.orders[event.order].arrival_tick = event.tick
 
     def _assigned(self, event: OrderAssigned) -> None:
         order = self.orders[event.order]
@@ -131,25 +127,27 @@ class Metrics:
         self.split_open_max = max(self.split_open_max, len(self.split_open))
 
     def _completed(self, event: OrderCompleted) -> None:
-        self._note_split_orders()
-        self.split_open.discard(event.order)
-        order = self.orders[event.order]
-        assigned = event.tick if order.assigned_tick is None else order.assigned_tick
-        self.completed += 1
         self.left -= 1
         self.last_completion = event.tick
-        if order.arrival_tick >= self.warmup:
-            self.timed += 1
-            self.backlog_ticks += assigned - order.arrival_tick
-            self.station_ticks += event.tick - assigned
+        if event.tick >= self.warmup:
+            self._note_split_orders()
+            order = self.orders[event.order]
+            assigned = event.tick if order.assigned_tick is None else order.assigned_tick
+            self.completed += 1
+            if order.arrival_tick >= self.warmup:
+                self.timed += 1
+                self.backlog_ticks += assigned - order.arrival_tick
+                self.station_ticks += event.tick - assigned
+        self.split_open.discard(event.order)
 
     def _decided(self, event: DecisionMade) -> None:
-        self.periods += event.decides.assigns
-        self.stopped_early += event.stopped_early
         if event.period <= 1:
             self.decision_s_first += event.wall_s
-        else:
-            self.decision_s_later += event.wall_s
+        if event.tick >= self.warmup:
+            self.periods += event.decides.assigns
+            self.stopped_early += event.stopped_early
+            if event.period > 1:
+                self.decision_s_later += event.wall_s
 
     @property
     def complete(self) -> bool:
@@ -158,7 +156,7 @@ class Metrics:
 
     @property
     def simulated_ticks(self) -> int:
-        """Time of the last completed order; of the run's end (or now) when orders are left."""
+        """Time of the last completed order; of the run's end when orders are left."""
         return self.last_completion if self.complete else self.now
 
     @property
@@ -176,7 +174,7 @@ class Metrics:
         self._note_split_orders()
         simulated, done, timed = self.simulated_ticks, self.completed, self.timed * TICKS_PER_S
         counted = max(simulated - self.warmup, 0)
-        distance = self.loaded_m + self.empty_m
+        (empty_m, loaded_m), distance = self.metres, sum(self.metres)
         turnover = self.backlog_ticks + self.station_ticks
         return {
             "orders_completed": done,
@@ -187,8 +185,8 @@ class Metrics:
             "pile_on": ratio(self.picks, self.visits),
             "distance_m": distance,
             "distance_per_order_m": ratio(distance, done),
-            "loaded_distance_m": self.loaded_m,
-            "empty_distance_m": self.empty_m,
+            "loaded_distance_m": loaded_m,
+            "empty_distance_m": empty_m,
             "turnover_s": ratio(turnover, timed),
             "turnover_backlog_s": ratio(self.backlog_ticks, timed),
             "turnover_station_s": ratio(self.station_ticks, timed),

@@ -76,15 +76,16 @@ wall-clock time and the only column that differs from run to run."""
 
 
 class _Rows:
-    """Rows kept as columns, numbers as bare ones (None is NaN): a run of days has very many."""
+    """Rows kept as columns, numbers as bare ones (NaN where there is none): a run of days has very many."""
 
     def __init__(self, types: Mapping[str, type]) -> None:
         self.types, codes = types, {int: "q", float: "d", bool: "b"}
         self.columns: dict[str, Any] = {name: array(codes[t]) if t in codes else [] for name, t in types.items()}
+        self._append = [column.append for column in self.columns.values()]
 
     def add(self, *values: Any) -> None:
-        for column, value in zip(self.columns.values(), values, strict=True):
-            column.append(math.nan if value is None else value)
+        for append, value in zip(self._append, values, strict=True):
+            append(value)
 
     def rows(self) -> list[Row]:
         shown = [(name, finite if kind is float else kind) for name, kind in self.types.items()]
@@ -112,12 +113,16 @@ class Tables:
         """Start afresh."""
         self.begin(run.instance, refilled=run.scenario.instance.arrivals.backlog is not None)
 
-    hears: ClassVar = (OrderArrived, OrderAssigned, OrderCompleted, VisitStarted, ItemPicked, VisitEnded, DecisionMade)
+    hears: ClassVar = (DecisionMade, ItemPicked, OrderArrived, OrderAssigned, OrderCompleted, VisitStarted, VisitEnded)
 
     @hookimpl
     def on_event(self, event: Event) -> None:
         """Add to the rows."""
-        match event:
+        match event:  # what happens most often comes first
+            case DecisionMade():
+                self._decided(event)
+            case ItemPicked():
+                self._visits.columns["picks"][event.visit - 1] += 1
             case OrderArrived():
                 self._arrived[event.order] = event.tick
             case OrderAssigned():
@@ -128,17 +133,12 @@ class Tables:
                 self._completed[event.order] = event.tick
             case VisitStarted():
                 self._visit_started(event)
-            case ItemPicked():
-                self._visits.columns["picks"][event.visit - 1] += 1
             case VisitEnded():
                 self._visits.columns["end_s"][event.visit - 1] = event.time_s
-            case DecisionMade():
-                self._decided(event)
 
     def _visit_started(self, event: VisitStarted) -> None:
         pod = self.instance.pods[event.pod].name
-        station, robot = sys.intern(str(event.station + 1)), sys.intern(str(event.robot + 1))
-        self._visits.add(event.visit, pod, station, robot, event.time_s, None, 0)
+        self._visits.add(event.visit, pod, event.station + 1, event.robot + 1, event.time_s, math.nan, 0)
 
     def _decided(self, event: DecisionMade) -> None:
         self._periods.add(
@@ -150,8 +150,8 @@ class Tables:
             event.assignments,
             event.trips,
             sys.intern(event.status),
-            finite(event.objective),
-            finite(event.bound),
+            math.nan if event.objective is None else event.objective,
+            math.nan if event.bound is None else event.bound,
             bool(event.stopped_early),
             event.wall_s,
         )

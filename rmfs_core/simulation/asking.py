@@ -191,7 +191,7 @@ def fault(warehouse: Warehouse, name: str, hook: str, problem: str) -> RuleError
 
 def sequence_of(answer: object, kind: type[T]) -> Sequence[T]:
     """Check that an answer is a sequence of ``kind``."""
-    if type(answer) is not list and (isinstance(answer, (str, bytes)) or not isinstance(answer, Sequence)):
+    if not isinstance(answer, (list, tuple)) and (isinstance(answer, (str, bytes)) or not isinstance(answer, Sequence)):
         raise ImpossibleError(f"returned {_a(answer)}; expected a sequence of {_named(kind)}")
     for entry in answer:
         if not isinstance(entry, kind):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -37,6 +38,8 @@ class RunContext:
         Everyone who is told what happens.
     asker
         Asks rules.
+    after
+        Returns the event that happens so many ticks later.
     """
 
     def __init__(self, scenario: Scenario, rules: RuleSet, warehouse: Warehouse) -> None:
@@ -44,6 +47,7 @@ class RunContext:
         self.rules = rules
         self.warehouse = warehouse
         self.env = simpy.Environment()
+        self.after: Callable[[int], simpy.Event] = self.env.timeout
         self.view = WarehouseView(warehouse)
         self.observers = Observers(rules, warehouse)
         self.asker = Asker(warehouse, scenario.run.decision_limit_s, self.observers)
@@ -55,10 +59,6 @@ class RunContext:
         """Ask a rule, with the whole view unless another is given; return its answer and the seconds it took."""
         rng = self._streams.get(id(rule)) or self._stream(rule)
         return self.asker.ask(rule, warehouse=view or self.view, rng=rng, **arguments)
-
-    def after(self, ticks: int) -> simpy.Event:
-        """Event that happens so much later."""
-        return self.env.timeout(ticks)
 
     @property
     def profile(self) -> dict[str, float]:

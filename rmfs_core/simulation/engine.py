@@ -88,6 +88,7 @@ class Simulation:
         self.scenario, self.rules, self.warehouse = scenario, rules, opening.warehouse
         self.env, self.view, self._tell = self.context.env, self.context.view, self.context.tell
         self.motion = opening.warehouse.travel.motion
+        self._pick_ticks, self._handle_ticks = to_ticks(scenario.stations.pick_s), to_ticks(scenario.stations.handle_s)
         self._info = RunInfo(scenario, instance, layout, self.motion, self.view, out)
         # What changes in the run, besides the warehouse
         self._at_stations, self._hours = opening.at_stations, opening.hours
@@ -126,18 +127,18 @@ class Simulation:
         self.start()
         until = self.scenario.run.until_s
         end = None if until is None else to_ticks(until)
-        orders = len(self.warehouse.orders)
+        orders, warehouse, peek, step = len(self.warehouse.orders), self.warehouse, self.env.peek, self.env.step
         while self._completed < orders:
-            upcoming = self.env.peek()
-            if upcoming > self.warehouse.now:
+            upcoming = peek()
+            if upcoming > warehouse.now:
                 if upcoming == math.inf or self.decisions.alarms_in_a_row > MOST_ALARMS:
                     raise StandstillError(self._standstill())
                 if end is not None and upcoming > end:
-                    self.warehouse.advance(end)
+                    warehouse.advance(end)
                     self.driving.cut_off()
                     break
-                self.warehouse.advance(int(upcoming))
-            self.env.step()
+                warehouse.advance(int(upcoming))
+            step()
         self.status = "complete" if self._completed == orders else "partial"
 
     # Processes
@@ -218,7 +219,8 @@ class Simulation:
         visit, picks = self._visits, 0
         self._tell(VisitStarted(tick=self.now, visit=visit, robot=robot.id, pod=pod.id, station=station.id))
         while True:
-            request, bundle = next_request(station, pod), self.warehouse.next_bundle(station, pod)
+            request = next_request(station, pod)
+            bundle = self.warehouse.next_bundle(station, pod) if request is None else None
             if request is not None:
                 self.warehouse.promises.secure(request, pod)
             elif bundle is None:
@@ -244,10 +246,9 @@ class Simulation:
         return following
 
     def _pick(self, request: Request, pod: Pod, station: Station, visit: int) -> Process:
-        start = self.now
-        picker_free = start + to_ticks(self.scenario.stations.handle_s)
+        start, picker_free = self.now, self.now + self._handle_ticks
         self.warehouse.occupy_picker(station, picker_free)
-        yield self.context.after(to_ticks(self.scenario.stations.pick_s))
+        yield self.context.after(self._pick_ticks)
         self.warehouse.fulfil(request, pod, handled=False)
         self._tell(ItemPicked(self.now, start, picker_free, visit, station.id, pod.id, request.order.id, request.sku))
         if self._supply is not None:
@@ -327,13 +328,9 @@ class Simulation:
         for _ in range(min(wanted - len(self.warehouse.backlog), len(self._coming))):
             self._arrive(self._coming.pop())
 
-    def _starting(self, story: Callable[..., Process]) -> Callable[..., None]:
+    def _starting(self, story: Callable[..., Process]) -> Callable[..., Any]:
         """Return what sets a robot off on a story."""
-
-        def start(*what: Any) -> None:
-            self.env.process(story(*what))
-
-        return start
+        return lambda *what: self.env.process(story(*what))
 
     def _place_at_stations(self) -> list[tuple[Robot, Pod]]:
         """Put the pods that are at a station from the start into its line, each on a robot."""

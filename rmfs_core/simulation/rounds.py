@@ -49,7 +49,7 @@ class Decisions:
     ) -> None:
         self._run = run
         self._start_task, self._start_move, self._start_rest = start_task, start_move, start_rest
-        self._refill = refill
+        self._refill, self._for_bundles = refill, run.rules.deciding_bundles
         self._pending: list[Event] = []
         self.warehouse, self.rules, self.asker = run.warehouse, run.rules, run.asker
         assigning = run.rules.poa_pps or run.rules.poa
@@ -72,14 +72,15 @@ class Decisions:
             self._refill()
         if self.rules.pps is not None:
             self._select_pods(self.rules.pps)
-        if self.rules.deciding_bundles:
+        if self._for_bundles:
             self._replenish()
         self._assign_tasks()
         if self.rules.move is not None:
             self._move_pods(self.rules.move)
         if self.rules.idle is not None:
             self._rest_robots(self.rules.idle)
-        self._set_alarm()
+        if self._waking:
+            self._set_alarm()
 
     def storage_location(self, pod: Pod) -> int:
         """Ask PR where a pod goes back to, and keep the place free for it."""
@@ -150,7 +151,7 @@ class Decisions:
 
     def _replenish(self) -> None:
         warehouse = self.warehouse
-        for rule in self.rules.deciding_bundles:
+        for rule in self._for_bundles:
             assigns = bool(warehouse.bundles) and any(s.free_bundle_capacity > 0 for s in warehouse.storing)
             selects = any(bundle.pod is None for station in warehouse.storing for bundle in station.bundles)
             if not (assigns if rule.role is Role.ROA else selects or (rule.role is Role.ROA_RPS and assigns)):

@@ -78,9 +78,9 @@ class BacklogLog:
         self._open[begin:end] = True
         self._first[order.id], self._joined = begin, end
 
-    def _close(self, order: Order, sku: int) -> None:
+    def _close(self, order: Order, line: OrderLine) -> None:
         """Mark a line as assigned."""
-        row = self._first[order.id] + next(i for i, line in enumerate(order.lines) if line.sku == sku)
+        row = self._first[order.id] + order.lines.index(line)
         self._open[row] = False
         self._left.append(row)
 
@@ -146,7 +146,7 @@ class Backlog(Sequence[Order]):
         order._open_size -= sum(line.quantity for line in lines)
         for line in lines:
             _drop(self.line_sizes, line.quantity)
-            self.log._close(order, line.sku)
+            self.log._close(order, line)
         if order._open:
             self.sizes[order._open_size] += 1
         else:

@@ -17,6 +17,10 @@ UNLIMITED = 1 << 40
 """Number of items that stands for an unlimited stock: more than any run can pick, and safe in sums."""
 
 
+put = object.__setattr__
+"""Sets an attribute past `ReadOnly`, which looks at its name first: for what is made or moves all the time."""
+
+
 class ReadOnly:
     """Base of what rules see: public attributes are set once and never again."""
 
@@ -33,7 +37,7 @@ class ReadOnly:
     def __setattr__(self, name: str, value: object) -> None:
         if name[0] != "_" and hasattr(self, name):
             raise AttributeError(f"{type(self).__name__}.{name} is read-only")
-        object.__setattr__(self, name, value)
+        put(self, name, value)
 
 
 class OrderLine(NamedTuple):
@@ -166,12 +170,17 @@ class Request(ReadOnly):
 
     __slots__ = ("_pod", "id", "order", "part", "sku", "station")
 
+    part: Part
+    order: Order
+    station: int
+    sku: int
+
     def __init__(self, request_id: int, part: Part, sku: int) -> None:
-        self.id = request_id
-        self.part = part
-        self.order = part.order
-        self.station = part.station
-        self.sku = sku
+        put(self, "id", request_id)
+        put(self, "part", part)
+        put(self, "order", part.order)
+        put(self, "station", part.station)
+        put(self, "sku", sku)
         self._pod: Pod | None = None
 
     @property
@@ -457,7 +466,7 @@ class Station(ReadOnly):
     @property
     def uncovered_requests(self) -> tuple[Request, ...]:
         """Open requests for which no inbound pod holds an item, oldest first."""
-        return tuple(request for request in self._requests.values() if request._pod is None)
+        return tuple([request for request in self._requests.values() if request._pod is None])
 
     @property
     def inbound_pods(self) -> tuple[Pod, ...]:

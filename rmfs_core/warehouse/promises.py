@@ -60,8 +60,8 @@ class Promises:
         self._stations[request.station]._changes += 1
         self.change(pod, request.sku, -1)
 
-    def withdraw(self, request: Request) -> None:
-        """Take back what a covered request was promised."""
+    def withdraw(self, request: Request, *, picked: bool = False) -> None:
+        """Take back what a covered request was promised; ``picked``: its pod has the item no more."""
         pod = request._pod
         assert pod is not None
         request._pod = None
@@ -71,7 +71,8 @@ class Promises:
         by_station[request.station] -= 1
         if not by_station[request.station]:
             del by_station[request.station]
-        self.change(pod, request.sku, 1)
+        if not picked:
+            self.change(pod, request.sku, 1)
 
     def promise_items(self, pod: Pod, station: Station) -> None:
         """Promise free items of a pod to the uncovered requests of a station, oldest first."""
@@ -134,25 +135,15 @@ def promise(request: Request, pod: Pod) -> None:
 def next_request(station: Station, pod: Pod) -> Request | None:
     """Oldest open request at a station that an item on the pod can serve, not counting items promised elsewhere."""
     best: Request | None = None
-    for sku in station._by_sku if len(station._by_sku) < len(pod._contents) else pod._contents:
-        if (requests := station._by_sku.get(sku)) and _usable(pod, sku, station.id):
-            first = next(iter(requests.values()))
-            if best is None or first.id < best.id:
-                best = first
+    for sku in station._by_sku.keys() & pod._contents.keys():
+        first = next(iter(station._by_sku[sku].values()))
+        if (best is None or first.id < best.id) and _usable(pod, sku, station.id):
+            best = first
     return best
 
 
-def serves(station: Station, pod: Pod) -> bool:
-    """Whether there is a `next_request`."""
-    for sku in pod._contents:  # noqa: SIM110 - no generator: each pod at a station is asked about at each decision
-        if sku in station._by_sku and _usable(pod, sku, station.id):
-            return True
-    return False
-
-
 def _usable(pod: Pod, sku: int, station: int) -> bool:
-    number = pod._contents.get(sku, 0)
-    if number >= UNLIMITED:
-        return True
-    promised = pod._promised.get(sku)
-    return number > 0 if not promised else number - sum(promised.values()) + promised.get(station, 0) > 0
+    number, promised = pod._contents[sku], pod._promised.get(sku)
+    if number >= UNLIMITED or not promised:
+        return number > 0
+    return number - sum(promised.values()) + promised.get(station, 0) > 0

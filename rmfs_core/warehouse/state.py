@@ -10,8 +10,8 @@ import numpy as np
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.warehouse.accounts import Backlog, FreeItemsLog
 from rmfs_core.warehouse.battery import Battery
-from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Part, Pod, Request, Robot, Station
-from rmfs_core.warehouse.promises import Promises, serves
+from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Part, Pod, Request, Robot, Station, put
+from rmfs_core.warehouse.promises import Promises, next_request
 from rmfs_core.world import Instance
 from rmfs_core.world.travel import Travel
 
@@ -125,16 +125,20 @@ class Warehouse:
         if not sizes:
             return False
         smallest, alone = min(sizes), max(self.backlog.sizes) > self._largest
-        return any(
-            s.free_capacity >= (1 if s.counts_orders else smallest) or (alone and s.open and not s.load)
-            for s in self.picking
-        )
+        for s in self.picking:
+            if s._staffed and s._active:
+                fits = s.capacity - s._load >= (1 if s.counts_orders else smallest)
+                if fits or (alone and not s._load):
+                    return True
+        return False
 
     def leaving_pods(self) -> tuple[Pod, ...]:
         """Pods that stand at a station, have nothing left to serve there and are bound nowhere else."""
-        there = [(at, pod) for at in self.stations if at._line and (pod := self.pod_at(at)) is not None]
-        there = [(at, pod) for at, pod in there if pod._itinerary == [at.id] and not pod._bundles]
-        leaving = [pod for at, pod in there if not serves(at, pod)]
+        leaving = []
+        for at in self.stations:
+            pod = self.pod_at(at) if at._line else None
+            if pod and len(pod._itinerary) == 1 and not pod._bundles and next_request(at, pod) is None:
+                leaving.append(pod)
         return tuple(sorted(leaving, key=lambda pod: pod.id))
 
     def _arrival(self, pod: Pod) -> int | None:
@@ -156,7 +160,7 @@ class Warehouse:
         if not station._line:
             return None
         robot = station._line[0]
-        return self.pods[robot._pod] if robot._pod is not None and robot.cell == station.cell else None
+        return self.pods[robot._pod] if robot._pod is not None and robot._cell == station.cells.station else None
 
     def next_bundle(self, station: Station, pod: Pod) -> Bundle | None:
         """First bundle that is to be stored on a pod at a station."""
@@ -176,8 +180,8 @@ class Warehouse:
     def order_arrives(self, order: Order, tick: int | None = None) -> None:
         """Put an order into the backlog; ``tick``: when, where the order did not know it."""
         if tick is not None:
-            object.__setattr__(order, "arrival_tick", tick)
-            object.__setattr__(order, "arrival_s", to_seconds(tick))
+            put(order, "arrival_tick", tick)
+            put(order, "arrival_s", to_seconds(tick))
         self.changes += 1
         self.arrived[order.id] = order
         self.backlog.add(order)
@@ -193,7 +197,7 @@ class Warehouse:
         self._note(station)
         was_split, had_place = order.split, order.has_place_at(station.id)
         lines = self.backlog.close(order, skus)
-        items = sum(line.quantity for line in lines)
+        items = sum([line.quantity for line in lines])
         part = order.part_of(station.id, period)
         if part is None:
             part = Part(order, station.id, period)
@@ -315,7 +319,8 @@ class Warehouse:
             watts = battery.section.empty_w if robot._pod is None else battery.section.loaded_w
             battery.work(ticks, watts, robot._charging)
             robot._charging = cell in self.travel.layout.chargers
-        robot._cell, robot._heading = cell, heading
+        put(robot, "_cell", cell)
+        put(robot, "_heading", heading)
 
     def reserve(self, location: int) -> None:
         """Keep a free storage location for a pod that is on its way to it."""
@@ -385,13 +390,12 @@ class Warehouse:
     def fulfil(self, request: Request, pod: Pod, *, handled: bool = True) -> None:
         """Pick the item of a request from a pod that stands at its station; ``handled``: and give its place back."""
         self.promises.secure(request, pod)
-        self.promises.withdraw(request)
+        self.promises.withdraw(request, picked=True)
         self.changed_pods.append(pod.id)
         pod._changes += 1
         if pod._contents[request.sku] < UNLIMITED:
             pod._contents[request.sku] -= 1
             pod._used -= self.sizes[request.sku]
-            self.promises.change(pod, request.sku, -1)
         self.close(request)
         if handled:
             self.release(request)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from array import array
+from operator import sub
 from typing import Any
 
 from rmfs_core.clock import to_seconds
@@ -85,10 +86,13 @@ class Delays:
         self._served[event.order] = (*self._way[event.pod], event.tick)
 
     def _completed(self, event: OrderCompleted) -> None:
-        arrival, first, last = (known.pop(event.order) for known in (self._arrival, self._first, self._last))
-        served = (max(tick, last) for tick in self._served.pop(event.order))
-        ends = [first, last, *served, event.tick][: len(self.columns)]
-        self.times[event.order] = array("q", (end - begin for begin, end in zip([arrival, *ends], ends, strict=False)))
+        order = event.order
+        last = self._last.pop(order)
+        set_out, joined, started, picked = self._served.pop(order)
+        ends = [self._first.pop(order), last, max(set_out, last), max(joined, last), max(started, last), picked]
+        if len(ends) < len(self.columns):
+            ends.append(event.tick)
+        self.times[order] = array("q", map(sub, ends, (self._arrival.pop(order), *ends)))
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each order; no times where it is not complete."""

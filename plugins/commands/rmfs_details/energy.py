@@ -56,16 +56,13 @@ class Energy:
     def __init__(self, run: RunInfo, begin: int) -> None:
         self._motion = run.motion
         self._begin = begin
-        self._runs: Counter[tuple[int, bool]] = Counter()
-        self._turns: Counter[tuple[int, bool]] = Counter()
+        self._legs: Counter[tuple[int, int, bool]] = Counter()  # by metres, ticks of the turn, whether loaded
         self._lifts = 0
         self.handlers: Handlers = {RobotMoved: self._moved, PodLifted: self._lifted}
 
     def _moved(self, event: RobotMoved) -> None:
         if event.tick >= self._begin:
-            loaded = event.pod is not None
-            self._runs[event.distance_m, loaded] += 1
-            self._turns[event.turn_ticks, loaded] += 1
+            self._legs[event.distance_m, event.turn_ticks, event.pod is not None] += 1
 
     def _lifted(self, event: PodLifted) -> None:
         self._lifts += event.tick >= self._begin
@@ -74,11 +71,16 @@ class Energy:
         """Return the metrics by name, for so many orders completed."""
         joules = dict.fromkeys(PARTS, 0.0)
         motion = self._motion
-        for (metres, loaded), number in sorted(self._runs.items()):
+        runs: Counter[tuple[int, bool]] = Counter()
+        turns: Counter[tuple[int, bool]] = Counter()
+        for (metres, ticks, loaded), number in self._legs.items():
+            runs[metres, loaded] += number
+            turns[ticks, loaded] += number
+        for (metres, loaded), number in sorted(runs.items()):
             accelerating, rolling = run_j(metres, loaded, motion.acceleration_m_per_s2, motion.top_speed_m_per_s)
             joules["acceleration"] += number * accelerating
             joules["rolling"] += number * rolling
-        for (ticks, loaded), number in sorted(self._turns.items()):
+        for (ticks, loaded), number in sorted(turns.items()):
             quarters = round(4 * to_seconds(ticks) / motion.full_turn_s)
             joules["turns"] += number * turn_j(quarters, loaded, motion.full_turn_s)
         joules["lifts"] = self._lifts * POD_KG * GRAVITY_M_PER_S2 * LIFT_M / EFFICIENCY

@@ -112,7 +112,8 @@ class Robots:
         robot.busy(event.start_tick + event.wait_ticks, event.tick)
         if event.tick >= self._begin:
             robot.distance_m += event.distance_m
-            robot.loaded_m += event.distance_m if event.pod is not None else 0
+            if event.pod is not None:
+                robot.loaded_m += event.distance_m
             if robot.state in robot.metres:
                 robot.metres[robot.state] += event.distance_m
         if self._battery:

@@ -24,7 +24,7 @@ class _Station:
 
     def __init__(self) -> None:
         self.visits, self.picks = array("q"), array("q")
-        self.busy = array("q"), array("q")  # begins and ends
+        self.begun, self.free = array("q"), array("q")  # when its picker took an item, and had handled it
         self.requests = Count()
         self.queue = Count()
         self.open = Count()
@@ -71,8 +71,8 @@ class Stations:
         station = self._stations[event.station]
         station.requests.add(event.tick, -1)
         station.picks.append(event.tick)
-        for times, tick in zip(station.busy, (event.start_tick, event.picker_free_tick), strict=True):
-            times.append(tick)
+        station.begun.append(event.start_tick)
+        station.free.append(event.picker_free_tick)
 
     def rows(self, begin: int, end: int) -> list[dict[str, Any]]:
         """Return a row for each station, of what there was between two times.
@@ -85,7 +85,7 @@ class Stations:
         orders_wait = self._backlog.above_zero(begin, end)
         found = []
         for name, station in zip(self._names, self._stations, strict=True):
-            busy = merged(within(zip(*station.busy, strict=True), begin, end))
+            busy = merged(within(zip(station.begun, station.free, strict=True), begin, end))
             wanted = station.requests.above_zero(begin, end)
             either = merged([*busy, *wanted])
             there = merged([*either, *station.open.above_zero(begin, end)])
