@@ -75,15 +75,29 @@ def settle(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """Reserve what legs occupy in place of the cells ``before``, unless another has one of them.
 
-    Returns what `drive`, `conflict` and `insert` do.
+    Returns what `drive` and `replace` do; ``done`` is 0 also where the legs are no straight runs.
     """
     rows, at, heading, tick = drive(cell, heading, tick, tick, legs, width, kinematics, passing)
-    found, entry = conflict(rows[0], rows[1], rows[2], me, first, count, since, until, owner)
-    done = 0
-    if found < 0 and rows.size:
-        remove(before, me, first, count, since, until, owner)
-        done, used = insert(rows[0], rows[1], rows[2], 0, me, used, first, count, room, since, until, owner)
+    found, entry, done = -1, -1, 0
+    if rows.size:
+        found, entry, done, used = replace(
+            rows[0], rows[1], rows[2], before, me, used, first, count, room, since, until, owner
+        )
     return rows, at, heading, tick, found, entry, done, used
+
+
+@njit(cache=True)
+def replace(cells, begins, ends, before, me, used, first, count, room, since, until, owner):  # type: ignore[no-untyped-def]
+    """Reserve intervals in place of the cells ``before``, unless another has one of them.
+
+    Returns what `conflict` and `insert` do.
+    """
+    found, entry = conflict(cells, begins, ends, me, first, count, since, until, owner)
+    done = 0
+    if found < 0:
+        remove(before, me, first, count, since, until, owner)
+        done, used = insert(cells, begins, ends, 0, me, used, first, count, room, since, until, owner)
+    return found, entry, done, used
 
 
 @njit(cache=True)

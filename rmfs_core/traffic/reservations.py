@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from copy import copy
 from typing import NamedTuple
 
@@ -105,25 +105,31 @@ class Reservations:
         ReservedError
             When another has one of the cells then; nothing is changed in that case.
         """
-        self.check(owner, occupancy)
-        self.release(owner)
-        self._insert(owner, occupancy)
+        found, entry, done, self._used = self._work.replace(
+            occupancy.cells, occupancy.since, occupancy.until, self._cells_of.get(owner, NOTHING), owner, self._used,
+            self._first, self._count, self._room, self._since, self._until, self._owner,
+        )  # fmt: skip
+        if found >= 0:
+            raise self._error(occupancy, found, entry)
+        self._cells_of[owner] = occupancy.cells
+        if done < len(occupancy.cells):
+            self._insert(owner, occupancy, done)
 
-    def settle(self, owner: int, roads: Roads, start: Stop, ends: Sequence[tuple[int, int]]) -> tuple[Rows, Stop]:
+    def settle(self, owner: int, roads: Roads, start: Stop, ends: Rows) -> tuple[Rows, Stop]:
         """Reserve what legs occupy in place of all that their owner had before: `drive` and `commit` in one go.
 
         ``ends`` has cell and wait of each leg. Returns the columns of an `Occupancy` as rows, and where the legs end.
         """
         rows, cell, heading, tick, found, entry, done, self._used = self._work.settle(
-            *start, np.array(ends, dtype=np.int64).reshape(-1, 2), *roads.grid, self._cells_of.get(owner, NOTHING),
-            owner, self._used, self._first, self._count, self._room, self._since, self._until, self._owner,
+            *start, ends, *roads.grid, self._cells_of.get(owner, NOTHING), owner, self._used,
+            self._first, self._count, self._room, self._since, self._until, self._owner,
         )  # fmt: skip
-        if not rows.size:
-            run_between(roads, cell, ends[heading][0])
         if found >= 0:
             raise self._error(Occupancy(*rows), found, entry)
+        if not rows.size:
+            run_between(roads, cell, int(ends[heading, 0]))
         self._cells_of[owner] = rows[0]
-        if done < len(rows[0]):
+        if done < rows.shape[1]:
             self._insert(owner, Occupancy(*rows), done)
         return rows, Stop(cell, heading, tick)
 

@@ -122,11 +122,13 @@ class ReservedDriving(Driving):
     def _commit(self, course: Course, legs: Sequence[Leg]) -> Rows:
         """Reserve a path in place of what the robot has not begun; return what it occupies."""
         ends = [(leg.to, leg.wait_ticks) for leg in legs]
-        start = self.next_stop(course)
-        if course.under_way is not None:
-            start, ends = course.under_way[0], [(start.cell, 0), *ends]
+        if course.under_way is None:
+            start = self.next_stop(course)
+        else:
+            start, stop = course.under_way
+            ends.insert(0, (stop.cell, 0))
         try:
-            rows, end = self.table.settle(course.robot.id, self.roads, start, ends)
+            rows, end = self.table.settle(course.robot.id, self.roads, start, np.array(ends, np.int64).reshape(-1, 2))
         except ReservedError as error:
             raise checks.hit(self.roads.layout, course.robot.id, error) from None
         course.reserved, course.arrives = rows, end.start_tick
