@@ -79,6 +79,10 @@ class Reservations:
         """The arrays as they are now; they are others after the next change."""
         return Intervals(self._first, self._count, self._since, self._until, self._owner)
 
+    @property
+    def _all(self) -> tuple[Rows, Rows, Rows, Rows, Rows, Rows]:
+        return self._first, self._count, self._room, self._since, self._until, self._owner
+
     def reserved(self, cell: int) -> list[tuple[int, int, int]]:
         """(owner, since, until) of a cell's intervals, ascending."""
         entries = range(int(self._first[cell]), int(self._first[cell] + self._count[cell]))
@@ -105,32 +109,21 @@ class Reservations:
         ReservedError
             When another has one of the cells then; nothing is changed in that case.
         """
-        found, entry, done, self._used = self._work.replace(
-            occupancy.cells, occupancy.since, occupancy.until, self._cells_of.get(owner, NOTHING), owner, self._used,
-            self._first, self._count, self._room, self._since, self._until, self._owner,
-        )  # fmt: skip
-        if found >= 0:
-            raise self._error(occupancy, found, entry)
-        self._cells_of[owner] = occupancy.cells
-        if done < len(occupancy.cells):
-            self._insert(owner, occupancy, done)
+        new, before = (occupancy.cells, occupancy.since, occupancy.until), self._cells_of.get(owner, NOTHING)
+        self._replaced(owner, new, *self._work.replace(*new, before, owner, self._used, *self._all))
 
     def settle(self, owner: int, roads: Roads, start: Stop, ends: Rows) -> tuple[Rows, Stop]:
         """Reserve what legs occupy in place of all that their owner had before: `drive` and `commit` in one go.
 
         ``ends`` has cell and wait of each leg. Returns the columns of an `Occupancy` as rows, and where the legs end.
         """
-        rows, cell, heading, tick, found, entry, done, self._used = self._work.settle(
-            *start, ends, *roads.grid, self._cells_of.get(owner, NOTHING), owner, self._used,
-            self._first, self._count, self._room, self._since, self._until, self._owner,
-        )  # fmt: skip
-        if found >= 0:
-            raise self._error(Occupancy(*rows), found, entry)
+        before = self._cells_of.get(owner, NOTHING)
+        rows, cell, heading, tick, *done = self._work.settle(
+            *start, ends, *roads.grid, before, owner, self._used, *self._all
+        )
         if not rows.size:
             run_between(roads, cell, int(ends[heading, 0]))
-        self._cells_of[owner] = rows[0]
-        if done < rows.shape[1]:
-            self._insert(owner, Occupancy(*rows), done)
+        self._replaced(owner, rows, *done)
         return rows, Stop(cell, heading, tick)
 
     def add(self, owner: int, occupancy: Occupancy) -> None:
@@ -187,12 +180,19 @@ class Reservations:
         found, entry = self._work.conflict(new.cells, new.since, new.until, owner, *self.arrays)
         return None if found < 0 else (found, entry)
 
+    def _replaced(
+        self, owner: int, new: Rows | tuple[Rows, Rows, Rows], found: int, entry: int, done: int, used: int
+    ) -> None:
+        """Do what is left to do after the compiled `replace`."""
+        if found >= 0:
+            raise self._error(Occupancy(*new), found, entry)
+        self._cells_of[owner], self._used = new[0], used
+        if done < len(new[0]):
+            self._insert(owner, Occupancy(*new), done)
+
     def _insert(self, owner: int, new: Occupancy, done: int = 0) -> None:
         while True:
-            done, self._used = self._work.insert(
-                new.cells, new.since, new.until, done, owner, self._used, self._first, self._count, self._room,
-                self._since, self._until, self._owner,
-            )  # fmt: skip
+            done, self._used = self._work.insert(new.cells, new.since, new.until, done, owner, self._used, *self._all)
             if done == len(new.cells):
                 break
             self._grow()
@@ -205,9 +205,7 @@ class Reservations:
         pool = max(len(self._since), 2 * needed)
         since, until = np.zeros(pool, dtype=np.int64), np.zeros(pool, dtype=np.int64)
         owner = np.full(pool, -1, dtype=np.int64)
-        self._used = self._work.pack(
-            self._first, self._count, self._room, self._since, self._until, self._owner, since, until, owner
-        )
+        self._used = self._work.pack(*self._all, since, until, owner)
         self._since, self._until, self._owner = since, until, owner
 
 
