@@ -234,15 +234,15 @@ class WindowedDriving(ReservedDriving):
 
     # Runs that are registered or refused
 
-    def register(self, course: Course, leg: Leg) -> Stop | None:
-        """Register a run, and return its end; when another is in its way, stop the robot instead."""
-        robot, progress = course.robot, self._progress_of[course.robot.id]
-        ways = self._ways_past(course.station, robot.cell, leg.to)
+    def register(self, course: Course, leg: Leg) -> tuple[Stop, Stop] | None:
+        """Register a run, and return its start and end; when another is in its way, stop the robot instead."""
+        start, robot = self.next_stop(course), course.robot.id
+        progress, ways = self._progress_of[robot], self._ways_past(course.station, start.cell, leg.to)
         progress.refused = self.gets_ahead(course, ways, planned=False) if ways else None
         self._run[0, 0] = leg.to
         try:
             if progress.refused is None:
-                _, end = self.registered.settle(robot.id, self.roads, self.next_stop(course), self._run)
+                _, end = self.registered.settle(robot, self.roads, start, self._run)
         except ReservedError as error:
             progress.refused = error.cell
         if progress.refused is not None:
@@ -253,7 +253,7 @@ class WindowedDriving(ReservedDriving):
         if left is not None:
             self.lines[left.id].remove(course)
             self.let_move_up(left)
-        return end
+        return start, end
 
     def gets_ahead(self, course: Course, ways: Iterable[int], *, planned: bool) -> int | None:
         """First of the cells by which a robot would come into its lane, or pass others there, before one ahead of it.
