@@ -71,23 +71,37 @@ def drive(cell, heading, tick, since, legs, width, kinematics, passing):  # type
 @njit(cache=True)
 def settle(  # type: ignore[no-untyped-def]
     cell, heading, tick, legs, width, kinematics, passing,
-    before, me, used, first, count, room, since, until, owner,
+    before, me, used, room, first, count, since, until, owner,
 ):  # fmt: skip
     """Reserve what legs occupy in place of the cells ``before``, unless another has one of them.
 
-    Returns what `drive`, `conflict` and `insert` do.
+    Returns what `drive` and `replace` do; ``done`` is 0 also where the legs are no straight runs.
     """
     rows, at, heading, tick = drive(cell, heading, tick, tick, legs, width, kinematics, passing)
-    found, entry = conflict(rows[0], rows[1], rows[2], me, first, count, since, until, owner)
-    done = 0
-    if found < 0 and rows.size:
-        remove(before, me, first, count, since, until, owner)
-        done, used = insert(rows[0], rows[1], rows[2], 0, me, used, first, count, room, since, until, owner)
+    found, entry, done = -1, -1, 0
+    if rows.size:
+        found, entry, done, used = replace(
+            rows[0], rows[1], rows[2], before, me, used, room, first, count, since, until, owner
+        )
     return rows, at, heading, tick, found, entry, done, used
 
 
 @njit(cache=True)
-def insert(cells, begins, ends, begin_at, me, used, first, count, room, since, until, owner):  # type: ignore[no-untyped-def]
+def replace(cells, begins, ends, before, me, used, room, first, count, since, until, owner):  # type: ignore[no-untyped-def]
+    """Reserve intervals in place of the cells ``before``, unless another has one of them.
+
+    Returns what `conflict` and `insert` do.
+    """
+    found, entry = conflict(cells, begins, ends, me, first, count, since, until, owner)
+    done = 0
+    if found < 0:
+        remove(before, me, first, count, since, until, owner)
+        done, used = insert(cells, begins, ends, 0, me, used, room, first, count, since, until, owner)
+    return found, entry, done, used
+
+
+@njit(cache=True)
+def insert(cells, begins, ends, begin_at, me, used, room, first, count, since, until, owner):  # type: ignore[no-untyped-def]
     """Insert intervals from ``begin_at`` on; what touches or overlaps one of the same owner becomes one with it.
 
     Returns how many are in, and how much of the pool is used; fewer than all are in when the pool has no room left.
@@ -161,7 +175,7 @@ def forget(tick, first, count, since, until, owner):  # type: ignore[no-untyped-
 
 
 @njit(cache=True)
-def pack(first, count, room, since, until, owner, to_since, to_until, to_owner):  # type: ignore[no-untyped-def]
+def pack(room, first, count, since, until, owner, to_since, to_until, to_owner):  # type: ignore[no-untyped-def]
     """Copy all intervals to another pool, with little room to spare; returns how much of it is used."""
     used = 0
     for cell in range(len(first)):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from copy import copy
 from typing import NamedTuple
 
@@ -16,6 +16,7 @@ from rmfs_core.traffic.roads import Roads
 ROOM = 4
 """Entries set aside for each cell at first."""
 Rows = NDArray[np.int64]
+Columns = Rows | tuple[Rows, Rows, Rows]
 NOTHING = np.zeros(0, dtype=np.int64)
 
 
@@ -62,27 +63,22 @@ class Reservations:
         from rmfs_core.traffic import intervals  # compiled: imported when needed, for it takes its time
 
         self._work = intervals
-        self._first = np.arange(cells, dtype=np.int64) * ROOM
-        self._count = np.zeros(cells, dtype=np.int64)
+        first, count = np.arange(cells, dtype=np.int64) * ROOM, np.zeros(cells, dtype=np.int64)
         self._room = np.full(cells, ROOM, dtype=np.int64)
         self._used = cells * ROOM
         pool = 2 * self._used
-        self._since = np.zeros(pool, dtype=np.int64)
-        self._until = np.zeros(pool, dtype=np.int64)
-        self._owner = np.full(pool, -1, dtype=np.int64)
+        since, until = np.zeros(pool, dtype=np.int64), np.zeros(pool, dtype=np.int64)
+        self.arrays = Intervals(first, count, since, until, np.full(pool, -1, dtype=np.int64))
+        """The arrays as they are now; they may be others after the next change."""
         self._cells_of: dict[int, NDArray[np.int64]] = {}
 
     # Looking
 
-    @property
-    def arrays(self) -> Intervals:
-        """The arrays as they are now; they are others after the next change."""
-        return Intervals(self._first, self._count, self._since, self._until, self._owner)
-
     def reserved(self, cell: int) -> list[tuple[int, int, int]]:
         """(owner, since, until) of a cell's intervals, ascending."""
-        entries = range(int(self._first[cell]), int(self._first[cell] + self._count[cell]))
-        return [(int(self._owner[p]), int(self._since[p]), int(self._until[p])) for p in entries]
+        first, count, *_ = self.arrays
+        entries = range(int(first[cell]), int(first[cell] + count[cell]))
+        return [self._entry(p) for p in entries]
 
     def blocker(self, cell: int, since: int, owner: int = -1) -> int | None:
         """Return who else than ``owner`` has a cell first from a tick on; None when nobody does."""
@@ -91,8 +87,8 @@ class Reservations:
     def copy(self) -> Reservations:
         """Return a table of its own with the same reservations, for a rule to try paths in."""
         other = copy(self)
-        for name in ("_first", "_count", "_room", "_since", "_until", "_owner", "_cells_of"):
-            setattr(other, name, getattr(self, name).copy())
+        other.arrays = Intervals(*(array.copy() for array in self.arrays))
+        other._room, other._cells_of = self._room.copy(), self._cells_of.copy()
         return other
 
     # Changing
@@ -105,26 +101,21 @@ class Reservations:
         ReservedError
             When another has one of the cells then; nothing is changed in that case.
         """
-        self.check(owner, occupancy)
-        self.release(owner)
-        self._insert(owner, occupancy)
+        new, before = (occupancy.cells, occupancy.since, occupancy.until), self._cells_of.get(owner, NOTHING)
+        self._replaced(owner, new, *self._work.replace(*new, before, owner, self._used, self._room, *self.arrays))
 
-    def settle(self, owner: int, roads: Roads, start: Stop, ends: Sequence[tuple[int, int]]) -> tuple[Rows, Stop]:
+    def settle(self, owner: int, roads: Roads, start: Stop, ends: Rows) -> tuple[Rows, Stop]:
         """Reserve what legs occupy in place of all that their owner had before: `drive` and `commit` in one go.
 
         ``ends`` has cell and wait of each leg. Returns the columns of an `Occupancy` as rows, and where the legs end.
         """
-        rows, cell, heading, tick, found, entry, done, self._used = self._work.settle(
-            *start, np.array(ends, dtype=np.int64).reshape(-1, 2), *roads.grid, self._cells_of.get(owner, NOTHING),
-            owner, self._used, self._first, self._count, self._room, self._since, self._until, self._owner,
-        )  # fmt: skip
+        before = self._cells_of.get(owner, NOTHING)
+        rows, cell, heading, tick, *done = self._work.settle(
+            *start, ends, *roads.grid, before, owner, self._used, self._room, *self.arrays
+        )
         if not rows.size:
-            run_between(roads, cell, ends[heading][0])
-        if found >= 0:
-            raise self._error(Occupancy(*rows), found, entry)
-        self._cells_of[owner] = rows[0]
-        if done < len(rows[0]):
-            self._insert(owner, Occupancy(*rows), done)
+            run_between(roads, cell, int(ends[heading, 0]))
+        self._replaced(owner, rows, *done)
         return rows, Stop(cell, heading, tick)
 
     def add(self, owner: int, occupancy: Occupancy) -> None:
@@ -146,7 +137,7 @@ class Reservations:
         losers = set()
         while (hit := self._conflict(owner, occupancy)) is not None:
             found, entry = hit
-            loser = int(self._owner[entry])
+            loser = int(self.arrays.owner[entry])
             self._work.remove(occupancy.cells[found : found + 1], loser, *self.arrays)
             losers.add(loser)
         self.commit(owner, occupancy)
@@ -156,11 +147,12 @@ class Reservations:
         """Raise `ReservedError` when another has one of the cells then."""
         hit = self._conflict(owner, occupancy)
         if hit is not None:
-            raise self._error(occupancy, *hit)
+            raise ReservedError(int(occupancy.cells[hit[0]]), *self._entry(hit[1]))
 
-    def _error(self, new: Occupancy, found: int, entry: int) -> ReservedError:
-        owner, since, until = (int(column[entry]) for column in (self._owner, self._since, self._until))
-        return ReservedError(int(new.cells[found]), owner, since, until)
+    def _entry(self, entry: int) -> tuple[int, int, int]:
+        """(owner, since, until) of an entry of the pool."""
+        _, _, since, until, owner = self.arrays
+        return int(owner[entry]), int(since[entry]), int(until[entry])
 
     def is_free(self, owner: int, occupancy: Occupancy) -> bool:
         """Whether nobody else has one of the cells then."""
@@ -181,12 +173,19 @@ class Reservations:
         found, entry = self._work.conflict(new.cells, new.since, new.until, owner, *self.arrays)
         return None if found < 0 else (found, entry)
 
+    def _replaced(self, owner: int, new: Columns, found: int, entry: int, done: int, used: int) -> None:
+        """Do what the compiled `replace` leaves to be done."""
+        if found >= 0:
+            raise ReservedError(int(new[0][found]), *self._entry(entry))
+        self._cells_of[owner], self._used = new[0], used
+        if done < len(new[0]):
+            self._insert(owner, Occupancy(*new), done)
+
     def _insert(self, owner: int, new: Occupancy, done: int = 0) -> None:
         while True:
             done, self._used = self._work.insert(
-                new.cells, new.since, new.until, done, owner, self._used, self._first, self._count, self._room,
-                self._since, self._until, self._owner,
-            )  # fmt: skip
+                new.cells, new.since, new.until, done, owner, self._used, self._room, *self.arrays
+            )
             if done == len(new.cells):
                 break
             self._grow()
@@ -195,14 +194,12 @@ class Reservations:
 
     def _grow(self) -> None:
         """Pack the pool, into a larger one where that leaves little room."""
-        needed = int(self._count.sum()) + 2 * len(self._first)
-        pool = max(len(self._since), 2 * needed)
+        needed = int(self.arrays.count.sum()) + 2 * len(self._room)
+        pool = max(len(self.arrays.since), 2 * needed)
         since, until = np.zeros(pool, dtype=np.int64), np.zeros(pool, dtype=np.int64)
         owner = np.full(pool, -1, dtype=np.int64)
-        self._used = self._work.pack(
-            self._first, self._count, self._room, self._since, self._until, self._owner, since, until, owner
-        )
-        self._since, self._until, self._owner = since, until, owner
+        self._used = self._work.pack(self._room, *self.arrays, since, until, owner)
+        self.arrays = self.arrays._replace(since=since, until=until, owner=owner)
 
 
 @frozen(eq=False)

@@ -64,6 +64,8 @@ class Roads:
         self.passing = PassingTimes(travel.motion, len(travel.runs) - 1)
         self.offsets = travel.offsets
         self.turns = tuple(map(int, travel.turns))
+        passing = self.passing
+        self._anywhere = self.offsets, travel.runs, travel.turns, passing.enter, passing.leave, passing.common
         kinematics, passes = np.concatenate([travel.turns, travel.runs]), [self.passing.enter, self.passing.leave]
         self.grid = travel.layout.width, kinematics, np.array(passes)
         """Width, ticks of turns by the difference of headings, then of runs by length, and when runs pass cells."""
@@ -77,15 +79,6 @@ class Roads:
 
     def tracks(self, goal: int, loaded: bool, times: Ints | None = None) -> Tracks:
         """Return the arrays of a goal for a compiled search, with the times of `Travel.times_to` if not with others."""
-        passing = self.passing
-        return Tracks(
-            self.layout.moves,
-            self.travel.passable(goal, loaded),
-            self.offsets,
-            self.travel.runs,
-            self.travel.turns,
-            passing.enter,
-            passing.leave,
-            passing.common,
-            self.travel.times_to(goal, loaded) if times is None else times,
-        )
+        if times is None:
+            times = self.travel.times_to(goal, loaded)
+        return Tracks(self.layout.moves, self.travel.passable(goal, loaded), *self._anywhere, times)

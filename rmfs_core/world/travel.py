@@ -11,7 +11,7 @@ cell of the same queue, and a station is never driven through.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property, lru_cache
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -70,8 +70,8 @@ class Travel:
         self._floor: NDArray[np.bool_] = layout.kind == CellKind.FLOOR
         self._queue = layout.kind == CellKind.QUEUE
         self._under: NDArray[np.bool_] = self._floor | np.isin(layout.kind, RESTING)
-        self._moves, self._steps = layout.moves.astype(np.uint8).tobytes(), self.offsets.tolist()
-        self._bytes_of: dict[tuple[int, bool], bytes] = {}
+        self._offsets = self.offsets.tolist()
+        self._steps_of: dict[tuple[int, bool], bytes] = {}
         self._passable: dict[tuple[int, bool], NDArray[np.bool_]] = {}
         for array in (self.runs, self.turns, self.offsets, self._floor, self._under):
             array.setflags(write=False)
@@ -115,9 +115,7 @@ class Travel:
 
         `UNREACHABLE` where there is no way.
         """
-        return self._table(
-            (goal, -1, loaded), lambda: self._search.times_to(goal, *self._grid(goal, loaded), self._work)
-        )
+        return self._table((goal, -1, loaded))
 
     def times_near(self, stops: Sequence[tuple[int, int]], goal: int, loaded: bool) -> tuple[NDArray[np.int64], int]:
         """As `times_to`, for whom few of its times are enough, and up to how many ticks it has them.
@@ -146,10 +144,7 @@ class Travel:
 
         Shape (cells,), read-only. Storage cells are goals here; `UNREACHABLE` where there is no way.
         """
-        return self._table(
-            (cell, heading, loaded),
-            lambda: self._search.times_from(cell, heading, self._lane, *self._grid(cell, loaded), self._work),
-        )
+        return self._table((cell, heading, loaded))
 
     def ticks(self, cell: int, heading: int, goal: int, loaded: bool) -> int:
         """Ticks from standing in ``cell`` with ``heading`` to rest at ``goal``."""
@@ -177,15 +172,17 @@ class Travel:
         heading = self.heading(leg_start, to)
         if heading is None:
             return f"{self.layout.where(leg_start)} to {self.layout.where(to)} is no straight run"
-        from_start, to_goal = self._crossed(start, loaded), self._crossed(goal, loaded)
-        cell, step = leg_start, self._steps[heading]
-        while cell != to:
-            if not self._moves[cell] >> heading & 1:
-                return f"no robot may go from {self.layout.where(cell)} in heading {heading}"
-            cell += step
-            if not (from_start[cell] or to_goal[cell] or cell == goal):
-                carrying = "with a pod" if loaded else "without a pod"
-                return f"a robot {carrying} may not pass {self.layout.where(cell)} on its way"
+        from_start, to_goal, offset = self._steps(start, loaded), self._steps(goal, loaded), self._offsets[heading]
+        steps = slice(4 * leg_start + heading, 4 * to + heading, 4 * offset)
+        if 0 not in to_goal[steps] or 0 not in from_start[steps]:
+            return None
+        for cell in range(leg_start, to, offset):
+            if not (from_start[4 * cell + heading] or to_goal[4 * cell + heading]):
+                if not self.layout.may_step(cell, heading):
+                    return f"no robot may go from {self.layout.where(cell)} in heading {heading}"
+                if cell + offset != goal:
+                    carrying = "with a pod" if loaded else "without a pod"
+                    return f"a robot {carrying} may not pass {self.layout.where(cell + offset)} on its way"
         return None
 
     def heading(self, cell: int, to: int) -> int | None:
@@ -198,36 +195,45 @@ class Travel:
     def passable(self, end: int, loaded: bool) -> NDArray[np.bool_]:
         """Cells that a robot may cross on its way from or to a cell. Shape (cells,), read-only."""
         key = self._lanes[end], loaded
-        if key not in self._passable:
+        cells = self._passable.get(key)
+        if cells is None:
             queue = (self._lane == key[0]) & self._queue & (key[0] >= 0)
-            self._passable[key] = (self._floor if loaded else self._under) | queue
-            self._passable[key].setflags(write=False)  # all are: the searches are compiled for one type of array
-        return self._passable[key]
+            cells = self._passable[key] = (self._floor if loaded else self._under) | queue
+            cells.setflags(write=False)  # all are: the searches are compiled for one type of array
+        return cells
 
-    def _crossed(self, end: int, loaded: bool) -> bytes:
-        """Return `passable` as bytes: a single one of them is quicker to look at."""
+    def _steps(self, end: int, loaded: bool) -> bytes:
+        """By cell and heading, whether a step leads into a `passable` cell: bytes, which are quick to look at."""
         key = self._lanes[end], loaded
-        found = self._bytes_of.get(key)
+        found = self._steps_of.get(key)
         if found is None:
-            found = self._bytes_of[key] = self.passable(end, loaded).tobytes()
+            into = [np.roll(self.passable(end, loaded), -offset) for offset in self._offsets]
+            may = self.layout.moves[:, None] >> np.arange(4) & 1
+            found = self._steps_of[key] = (np.stack(into, axis=1) & may.astype(np.bool_)).tobytes()
         return found
 
     def _grid(self, end: int, loaded: bool) -> tuple[NDArray[np.int64] | NDArray[np.int8] | NDArray[np.bool_], ...]:
         """Return moves, passable cells, offsets, run and turn times."""
         return self.layout.moves, self.passable(end, loaded), self.offsets, self.runs, self.turns
 
-    def _table(self, key: tuple[int, int, bool], search: Callable[[], NDArray[np.int64]]) -> NDArray[np.int64]:
-        """Return a table as it was kept, or else search for it and keep it."""
-        table = self._of_stations.get(key)
+    def _table(self, key: tuple[int, int, bool]) -> NDArray[np.int64]:
+        """Return a table as it was kept, or else search for it and keep it: one to the cell for heading -1."""
+        table: NDArray[np.int64] | None = self._of_stations.get(key)
         if table is not None:
             return table
-        if key in self._tables:
+        table = self._tables.get(key)
+        if table is not None:
             self._tables.move_to_end(key)
-            return self._tables[key]
+            return table
         started = perf_counter()
-        table = search()
+        cell, heading, loaded = key
+        grid = self._grid(cell, loaded)
+        if heading < 0:
+            table = self._search.times_to(cell, *grid, self._work)
+        else:
+            table = self._search.times_from(cell, heading, self._lane, *grid, self._work)
         table.setflags(write=False)
-        if self._lanes[key[0]] >= 0:
+        if self._lanes[cell] >= 0:
             self._of_stations[key] = table  # needed for every trip
         else:
             self._tables[key] = table

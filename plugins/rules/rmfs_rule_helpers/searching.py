@@ -1,4 +1,4 @@
-"""What compiled searches for paths share: looks at a reservation table, and the way from their rows to a path.
+"""What compiled searches for paths share: looks at a reservation table.
 
 A table is what `rmfs_core.traffic.intervals` describes.
 """
@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from rmfs_core.decisions import Leg
-from rmfs_core.traffic import FOREVER, Query, Reservations, Roads, TimedPath
+from rmfs_core.traffic import FOREVER, Query, Reservations, Roads
 
 _OPTIONS: dict[str, Any] = {"cache": True, "forceinline": True, "_nrt": False}
 
@@ -97,29 +96,3 @@ def search_once(search: Callable[[Roads, Reservations, Query], object], roads: R
     """Search where nothing is reserved, which loads a compiled search, or compiles it: a rule's `prepare`."""
     locations = roads.layout.storage_locations
     search(roads, Reservations(roads.cells), Query(0, locations[0], 0, 0, locations[-1]))
-
-
-def path_of(roads: Roads, query: Query, rows: list[list[int]]) -> TimedPath:
-    """Turn what a search found, rows of (end, departure, arrival) of each run, into a path.
-
-    A row that ends where it begins only waits until its arrival.
-    """
-    legs, end = legs_of(roads, query, rows)
-    return TimedPath(query.cell, query.heading, query.start_tick, tuple(legs), *end)
-
-
-def legs_of(roads: Roads, query: Query, rows: list[list[int]]) -> tuple[list[Leg], tuple[int, int, int]]:
-    """Return the legs alone, and where, with which heading and when they end."""
-    legs = []
-    cell, heading, tick = query.cell, query.heading, query.start_tick
-    turns, heading_of = roads.turns, roads.travel.heading
-    for to, departure, arrival in rows:
-        if to == cell:
-            legs.append(Leg(to, arrival - tick))
-        else:
-            towards = heading_of(cell, to)
-            assert towards is not None
-            legs.append(Leg(to, departure - turns[(towards - heading) % 4] - tick))
-            cell, heading = to, towards
-        tick = arrival
-    return legs, (cell, heading, tick)

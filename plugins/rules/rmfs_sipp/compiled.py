@@ -30,7 +30,7 @@ def search(  # type: ignore[no-untyped-def]
     moves, passable, offsets, runs, turns, enter, leave, common, times, first, count, since, until, owner,
     states, queue, low, high,
 ):  # fmt: skip
-    """Runs of the path that arrives first, as rows (end, departure, arrival); None when none does before ``latest``.
+    """Legs of the path that arrives first, as rows (end, wait); None when none does before ``latest``.
 
     After expanding ``little`` states it looks from the goal when a path can arrive at all, and begins anew with that:
     where others have the last cells before the goal for long, estimates are far too early. All in all it uses three
@@ -45,7 +45,7 @@ def search(  # type: ignore[no-untyped-def]
     if gap < 0 or last >= FOREVER or times[cell, heading] >= FAR:
         return None
     if cell == goal and end >= FOREVER:
-        return np.empty((0, 3), np.int64)
+        return np.empty((0, 2), np.int64)
     bound = _entered(last, tracks)
     rows, found = _forward(
         cell, heading, start, goal, gap, end, bound, latest, little, me, number,
@@ -71,7 +71,7 @@ def _forward(  # type: ignore[no-untyped-def]
     tracks, table, states, queue, low, high,
 ):  # fmt: skip
     """Rows of the path, as `search` returns them, and what came of it: at most so many states are expanded."""
-    nothing = np.empty((0, 3), np.int64)
+    nothing = np.empty((0, 2), np.int64)
     due = max(start + tracks.times[cell, heading], bound)
     waiting = reach(4 * gap + heading, number, start, -1, cell, end, due, tracks, states, queue, 0)
     found = np.int64(latest)
@@ -84,7 +84,7 @@ def _forward(  # type: ignore[no-untyped-def]
         if turned(state, time, number, tracks.turns, states):
             continue
         if states[state, CELL] == goal and states[state, GAP_END] >= FOREVER:
-            return _runs(state, tracks, states), FOUND
+            return _legs(state, tracks, states), FOUND
         if states[state, CELL] == goal and states[state, PARENT] >= 0 and not tracks.passable[goal]:
             continue  # a storage location is no way through for a robot with a pod
         if most == 0:
@@ -254,19 +254,19 @@ def _arrive(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _runs(state, tracks, states):  # type: ignore[no-untyped-def]
-    """Read the runs of a path back from its last state."""
+def _legs(state, tracks, states):  # type: ignore[no-untyped-def]
+    """Read the legs of a path back from its last state."""
     steps = 0
     at = state
     while states[at, PARENT] >= 0:
         at = states[at, PARENT]
         steps += 1
-    rows = np.empty((steps, 3), np.int64)
+    rows = np.empty((steps, 2), np.int64)
     at = state
     for i in range(steps - 1, -1, -1):
         before = states[at, PARENT]
         length = abs(states[at, CELL] - states[before, CELL]) // abs(tracks.offsets[at % 4])
-        arrival = states[at, ARRIVAL]
-        rows[i, 0], rows[i, 1], rows[i, 2] = states[at, CELL], arrival - tracks.runs[length], arrival
+        moved = tracks.turns[(at - before) % 4] + tracks.runs[length]
+        rows[i, 0], rows[i, 1] = states[at, CELL], states[at, ARRIVAL] - states[before, ARRIVAL] - moved
         at = before
     return rows

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import starmap
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from attrs import define, field
 
-from rmfs_core import Path, hookimpl
-from rmfs_rule_helpers.searching import legs_of, path_of, search_once
+from rmfs_core import Leg, Path, hookimpl
+from rmfs_core.traffic import timed_path
+from rmfs_rule_helpers.searching import search_once
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -84,21 +86,21 @@ class Sipp:
         roads, table, query = traffic.roads, traffic.table, traffic.query
         times, within = roads.travel.times_near([(query.cell, query.heading)], query.goal, query.loaded)
         latest, soon = query.latest, query.start_tick + within
-        rows = self._rows(table, query, min(latest, soon), roads.tracks(query.goal, query.loaded, times))
-        if rows is None and soon < latest:
-            rows = self._rows(table, query, latest, roads.tracks(query.goal, query.loaded))
-        return None if rows is None else Path(tuple(legs_of(roads, query, rows)[0]))
+        legs = self._legs(table, query, min(latest, soon), roads.tracks(query.goal, query.loaded, times))
+        if legs is None and soon < latest:
+            legs = self._legs(table, query, latest, roads.tracks(query.goal, query.loaded))
+        return None if legs is None else Path(legs)
 
     def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
         """Return the path that arrives first and may stay at the goal for ever; None when there is none."""
-        rows = self._rows(table, query, query.latest, roads.tracks(query.goal, query.loaded))
-        return None if rows is None else path_of(roads, query, rows)
+        legs = self._legs(table, query, query.latest, roads.tracks(query.goal, query.loaded))
+        return None if legs is None else timed_path(roads, query, legs)
 
-    def _rows(self, table: Reservations, query: Query, latest: int, tracks: Tracks) -> list[list[int]] | None:
+    def _legs(self, table: Reservations, query: Query, latest: int, tracks: Tracks) -> tuple[Leg, ...] | None:
         memory = self._memory
         number, compiled = memory.next(table), _compiled()
         rows: Any = compiled.search(
             query.cell, query.heading, query.start_tick, query.goal, latest, query.robot, number,
             compiled.LITTLE, *tracks, *table.arrays, memory.states, memory.queue, memory.low, memory.high,
         )  # fmt: skip
-        return None if rows is None else rows.tolist()
+        return None if rows is None else tuple(starmap(Leg, rows.tolist()))

@@ -27,7 +27,7 @@ def search(  # type: ignore[no-untyped-def]
     cell, heading, start, goal, me, window_end, wait, max_nodes,
     moves, passable, offsets, runs, turns, enter, leave, common, times, first, count, since, until, owner,
 ):  # fmt: skip
-    """Runs of the path found, as rows (end, departure, arrival), the last one perhaps a wait; None without a path.
+    """Legs of the path found, as rows (end, wait), the last one perhaps a wait alone; None without a path.
 
     Arrays come one by one: those in a named tuple take numba longer to look at than a short search takes.
     """
@@ -54,7 +54,7 @@ def search(  # type: ignore[no-untyped-def]
         _, _, i = heappop(queue)
         at, time = nodes[i, CELL], nodes[i, TIME]
         if nodes[i, GAP_END] >= FOREVER and (at == goal or time >= window_end):
-            return _runs(i, nodes, tracks)
+            return _legs(i, nodes)
         if time >= window_end:
             continue
         if n + 4 * len(tracks.runs) >= len(nodes):
@@ -175,21 +175,21 @@ def _passed(cell, offset, begin, end, length, departure, me, tracks, table):  # 
 
 
 @njit(cache=True)
-def _runs(i, nodes, tracks):  # type: ignore[no-untyped-def]
-    """Read the runs of a path back from its last node; waits between runs are left to the times."""
-    rows = []
-    last = True
+def _legs(i, nodes):  # type: ignore[no-untyped-def]
+    """Read the legs of a path back from its last node: waits in a row are one, that of the run that follows."""
+    legs = []  # type: ignore[var-annotated]
     while nodes[i, PARENT] >= 0:
         before = nodes[i, PARENT]
-        length = abs(nodes[i, CELL] - nodes[before, CELL]) // abs(tracks.offsets[nodes[i, HEADING]])
-        if length or last:
-            rows.append((nodes[i, CELL], nodes[i, TIME] - tracks.runs[length], nodes[i, TIME]))
-        last = False
+        waited = nodes[i, TIME] - nodes[before, TIME] if nodes[i, CELL] == nodes[before, CELL] else 0
+        if legs and waited:
+            legs[-1] = legs[-1][0], legs[-1][1] + waited
+        else:
+            legs.append((nodes[i, CELL], waited))
         i = before
-    found = np.empty((len(rows), 3), np.int64)
-    for j in range(len(rows)):
-        found[len(rows) - 1 - j] = np.array(rows[j])
-    return found
+    rows = np.empty((len(legs), 2), np.int64)
+    for j in range(len(legs)):
+        rows[len(legs) - 1 - j] = np.array(legs[j])
+    return rows
 
 
 @inlined

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from itertools import starmap
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from attrs import define, field, validators
 
-from rmfs_core import Path, hookimpl
+from rmfs_core import Leg, Path, hookimpl
 from rmfs_core.clock import to_ticks
-from rmfs_core.traffic import FOREVER
-from rmfs_rule_helpers.searching import legs_of, path_of, search_once
+from rmfs_core.traffic import FOREVER, timed_path
+from rmfs_rule_helpers.searching import search_once
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, Traffic
@@ -86,18 +87,18 @@ class WhcaN:
     @hookimpl
     def plan_path(self, traffic: Traffic) -> Path | None:
         """Return a path to the goal or to the end of the window; None where none leads anywhere."""
-        rows = self._rows(traffic.roads, traffic.table, traffic.query)
-        return Path(tuple(legs_of(traffic.roads, traffic.query, rows)[0])) if rows else None
+        legs = self._legs(traffic.roads, traffic.table, traffic.query)
+        return Path(legs) if legs else None
 
     def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
         """Return a path to the goal or to the end of the window, where the robot may stay; None when there is none."""
-        rows = self._rows(roads, table, query)
-        return None if rows is None else path_of(roads, query, rows)
+        legs = self._legs(roads, table, query)
+        return None if legs is None else timed_path(roads, query, legs)
 
-    def _rows(self, roads: Roads, table: Reservations, query: Query) -> list[list[int]] | None:
+    def _legs(self, roads: Roads, table: Reservations, query: Query) -> tuple[Leg, ...] | None:
         end = FOREVER if self.window_s == math.inf else query.start_tick + to_ticks(self.window_s)
         rows: Any = _compiled().search(
             query.cell, query.heading, query.start_tick, query.goal, query.robot, end, to_ticks(self.wait_s),
             self.max_nodes, *roads.tracks(query.goal, query.loaded), *table.arrays,
         )  # fmt: skip
-        return None if rows is None else rows.tolist()
+        return None if rows is None else tuple(starmap(Leg, rows.tolist()))

@@ -91,7 +91,8 @@ class Driving:
         travel = run.warehouse.travel
         self._width = travel.layout.width
         self._turns, self._runs = travel.turns.tolist(), travel.runs.tolist()
-        self.under_way: dict[int, tuple[Robot, Leg, int, int, int]] = {}
+        self.under_way: dict[int, tuple[Robot, int, int, int, int, int]] = {}
+        """By robot, what `arrive` is called with at the end of its leg."""
 
     # What each way does for the story
 
@@ -133,28 +134,30 @@ class Driving:
         turn = self._turns[(towards - robot.heading) % 4]
         return towards, turn, self._runs[travel.layout.distance(robot.cell, leg.to)]
 
-    def set_off(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int, arrival: int) -> simpy.Event:
+    def set_off(
+        self, robot: Robot, to: int, wait: int, heading: int, start: int, turn_ticks: int, arrival: int
+    ) -> simpy.Event:
         """Let a robot be on a leg that began at ``start``; return what happens when it is to `arrive`."""
-        self.under_way[robot.id] = (robot, leg, heading, start, turn_ticks)
+        self.under_way[robot.id] = robot, to, wait, heading, start, turn_ticks
         return self.run.after(arrival - self.run.warehouse.now)
 
     def cut_off(self) -> None:
         """Put robots under way in the last cells whose centres they have passed: the run is over."""
         motion, layout = self.run.warehouse.travel.motion, self.run.warehouse.travel.layout
-        for robot, leg, heading, start, turn_ticks in self.under_way.values():
-            driven = self.run.warehouse.now - start - leg.wait_ticks - turn_ticks
-            whole = layout.distance(robot.cell, leg.to)
+        for robot, to, wait, heading, start, turn_ticks in self.under_way.values():
+            driven = self.run.warehouse.now - start - wait - turn_ticks
+            whole = layout.distance(robot.cell, to)
             metres = int(motion.position_m(whole, to_seconds(driven))) if driven > 0 else 0
             if metres:
-                to = robot.cell + (leg.to - robot.cell) // whole * metres
-                self.arrive(robot, Leg(to, leg.wait_ticks), heading, start, turn_ticks)
+                passed = robot.cell + (to - robot.cell) // whole * metres
+                self.arrive(robot, passed, wait, heading, start, turn_ticks)
 
-    def arrive(self, robot: Robot, leg: Leg, heading: int, start: int, turn_ticks: int) -> None:
-        origin, to, wait = robot.cell, leg.to, leg.wait_ticks
-        apart, width, now = abs(to - origin), self._width, self.run.warehouse.now
+    def arrive(self, robot: Robot, to: int, wait: int, heading: int, start: int, turn_ticks: int) -> None:
+        origin, warehouse, width = robot.cell, self.run.warehouse, self._width
+        apart, now = abs(to - origin), warehouse.now
         metres = apart if apart < width else apart // width
-        self.run.warehouse.move(robot, to, heading, now - start - wait)
-        if robot.charge is not None and robot.charge < 0:
+        warehouse.move(robot, to, heading, now - start - wait)
+        if (charge := robot.charge) is not None and charge < 0:
             where = f"{self.run.warehouse.travel.layout.where(to)}, at {to_seconds(now):.3f} s"
             spent = "its ways took more than `robots.battery.detour` times what they take without other robots"
             raise StandstillError(f"Robot {robot.name} has no charge left in {where}: {spent}.")

@@ -35,6 +35,8 @@ S. Koenig, Lifelong multi-agent path finding for online pickup and delivery task
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from attrs import evolve
 
 from rmfs_core.clock import TICKS_PER_S
@@ -129,10 +131,16 @@ class CompleteDriving(ReservedDriving):
     def _give_up(self, course: Course) -> None:
         """Release what a robot has reserved but for its leg under way."""
         self.table.release(course.robot.id)
-        if course.under_way is not None:
-            occupied = self._drive(course, course.under_way[1], ())[0]
-            occupied.until[-1] = course.under_way[1].start_tick
-            self.table.add(course.robot.id, occupied)
+        if (held := self._held(course)) is not None:
+            self.table.add(course.robot.id, held)
+
+    def _held(self, course: Course) -> Occupancy | None:
+        """What a robot occupies until the end of its leg under way."""
+        if course.under_way is None:
+            return None
+        occupied = self._drive(course, course.under_way[1], ())[0]
+        occupied.until[-1] = course.under_way[1].start_tick
+        return occupied
 
     def _legs(self, course: Course, query: Query) -> list[Leg]:
         """Ask for a path that the table has room for and that is at its goal early enough; no legs without one."""
@@ -144,19 +152,18 @@ class CompleteDriving(ReservedDriving):
     def _send(self, course: Course, goal: int) -> None:
         if goal == course.goal:
             return
-        query = self._departure(course, goal)
-        legs = self._ask(query)
-
-        def commit() -> None:
-            end = int(self._commit(course, legs)[0, -1])
-            if end != goal:
-                where = self.roads.layout.where
-                raise ImpossibleError(
-                    f"gave robot {course.robot.name} a path that ends at {where(end)}, not at its goal {where(goal)}"
-                )
-
-        self.run.asker.apply(self.rule, commit)
+        legs = self._ask(self._departure(course, goal))
+        self.run.asker.apply(self.rule, lambda: self._reach(course, goal, legs))
         self.own(course, goal)
+
+    def _reach(self, course: Course, goal: int, legs: Sequence[Leg]) -> None:
+        """Reserve a path that has to end at a goal."""
+        end = int(self._commit(course, legs)[0, -1])
+        if end != goal:
+            where = self.roads.layout.where
+            raise ImpossibleError(
+                f"gave robot {course.robot.name} a path that ends at {where(end)}, not at its goal {where(goal)}"
+            )
 
     def _path_ended(self, course: Course) -> None:
         self._arrive(course)

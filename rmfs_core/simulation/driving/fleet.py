@@ -64,19 +64,11 @@ class FleetDriving(CompleteDriving):
                 self.table.release(query.robot)
             for query in planned:
                 course, before = self.courses[query.robot], self.courses[query.robot].arrives
-                self._reach(course, query, answer[query.robot])
+                self._reach(course, query.goal, answer[query.robot])
                 if query.robot not in asking and course.arrives > before:
                     self._put_off[query.robot] += 1
 
         self.run.asker.apply(self.rule, commit)
-
-    def _reach(self, course: Course, query: Query, legs: Sequence[Leg]) -> None:
-        end = int(self._commit(course, legs)[0, -1])
-        if end != query.goal:
-            where = self.roads.layout.where
-            raise ImpossibleError(
-                f"gave robot {course.robot.name} a path that ends at {where(end)}, not at its goal {where(query.goal)}"
-            )
 
     def _paths(self, queries: Sequence[Query], others: Sequence[Course]) -> dict[int, list[Leg]]:
         """Ask the rule, and check that the robots can drive what it answers."""
@@ -98,14 +90,6 @@ class FleetDriving(CompleteDriving):
             return found
 
         return self.run.asker.apply(self.rule, check)
-
-    def _held(self, course: Course) -> Occupancy | None:
-        """What a robot occupies until the end of its leg under way."""
-        if course.under_way is None:
-            return None
-        occupied = self._drive(course, course.under_way[1], ())[0]
-        occupied.until[-1] = course.under_way[1].start_tick
-        return occupied
 
     # Overtaking
 

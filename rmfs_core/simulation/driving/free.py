@@ -65,5 +65,6 @@ class FreeDriving(Driving):
             for leg in self.path(robot, goal):
                 start = run.warehouse.now
                 heading, turn, ticks = self.turn_and_run(robot, leg)
-                yield self.set_off(robot, leg, heading, start, turn, start + leg.wait_ticks + turn + ticks)
+                wait = leg.wait_ticks
+                yield self.set_off(robot, leg.to, wait, heading, start, turn, start + wait + turn + ticks)
                 self.arrive(*self.under_way.pop(robot.id))

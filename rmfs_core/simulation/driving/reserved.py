@@ -98,10 +98,10 @@ class ReservedDriving(Driving):
         """Send a robot to a storage location that nobody else owns."""
         raise NotImplementedError
 
-    def register(self, course: Course, leg: Leg) -> Stop | None:
-        """Take note that a robot begins a reserved leg, after its wait; return its end, None if it may not."""
-        heading, turn, ticks = self.turn_and_run(course.robot, leg)
-        return Stop(leg.to, heading, self.run.warehouse.now + turn + ticks)
+    def register(self, course: Course, leg: Leg) -> tuple[Stop, Stop] | None:
+        """Take note that a robot begins a leg, after its wait; return its start and end, None if it may not."""
+        start, (heading, turn, ticks) = self.next_stop(course), self.turn_and_run(course.robot, leg)
+        return start, Stop(leg.to, heading, start.start_tick + turn + ticks)
 
     # Paths
 
@@ -122,20 +122,22 @@ class ReservedDriving(Driving):
     def _commit(self, course: Course, legs: Sequence[Leg]) -> Rows:
         """Reserve a path in place of what the robot has not begun; return what it occupies."""
         ends = [(leg.to, leg.wait_ticks) for leg in legs]
-        start = self.next_stop(course)
-        if course.under_way is not None:
-            start, ends = course.under_way[0], [(start.cell, 0), *ends]
+        if course.under_way is None:
+            start = self.next_stop(course)
+        else:
+            start, stop = course.under_way
+            ends.insert(0, (stop.cell, 0))
         try:
-            rows, end = self.table.settle(course.robot.id, self.roads, start, ends)
+            rows, end = self.table.settle(course.robot.id, self.roads, start, np.array(ends, np.int64).reshape(-1, 2))
         except ReservedError as error:
             raise checks.hit(self.roads.layout, course.robot.id, error) from None
-        course.reserved, course.arrives = rows, end.start_tick
+        course.reserved, course.arrives, now = rows, end.start_tick, self.run.warehouse.now
         if course.under_way is None and not course.legs:
-            course.since = self.run.warehouse.now
+            course.since = now
         self._replace(course, legs)
-        if self.run.warehouse.now - self._forgotten > FORGET_TICKS:
-            self._forgotten = self.run.warehouse.now
-            self.table.forget_before(self._forgotten)
+        if now - self._forgotten > FORGET_TICKS:
+            self._forgotten = now
+            self.table.forget_before(now)
         return rows
 
     def _replace(self, course: Course, legs: Sequence[Leg]) -> None:
@@ -156,25 +158,24 @@ class ReservedDriving(Driving):
         """Drive what is reserved, leg by leg, for ever."""
         robot, run = course.robot, self.run
         while True:
-            changed = course.changed
             if not course.legs:
                 self._path_ended(course)
                 if not course.legs:
                     yield course.changed
                 continue
-            if course.legs[0].wait_ticks:
-                yield _either(run.after(course.legs[0].wait_ticks), changed)
+            if wait := course.legs[0].wait_ticks:
+                changed = course.changed
+                yield _either(run.after(wait), changed)
                 if changed.triggered:
                     continue
             leg = course.legs.popleft()
-            if leg.to == robot.cell or (end := self.register(course, leg)) is None:
+            if leg.to == robot.cell or (registered := self.register(course, leg)) is None:
                 continue
-            now, turn = run.warehouse.now, self._turns[(end.heading - robot.heading) % 4]
-            course.under_way = Stop(robot.cell, robot.heading, now), end
-            driven = Leg(leg.to, now - course.since)
-            yield self.set_off(robot, driven, end.heading, course.since, turn, end.start_tick)
+            (_, before, now), (_, heading, arrival) = course.under_way = registered
+            since, turn = course.since, self._turns[(heading - before) % 4]
+            yield self.set_off(robot, leg.to, now - since, heading, since, turn, arrival)
             self.arrive(*self.under_way.pop(robot.id))
-            course.under_way, course.since = None, run.warehouse.now
+            course.under_way, course.since = None, arrival
             if course.station is not None and not course.joined:
                 self._join(course.station)
 

@@ -31,6 +31,7 @@ from __future__ import annotations
 
 from bisect import insort
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 from itertools import pairwise, takewhile
 
 import numpy as np
@@ -89,11 +90,13 @@ class WindowedDriving(ReservedDriving):
         self._progress_of = [Progress() for _ in self.courses]
         self.registered = Reservations(self.roads.cells)
         """The runs under way, or the cells that robots stand in; no two robots ever have a cell at once."""
+        self._run = np.zeros((1, 2), dtype=np.int64)
         for course in self.courses:
             self.registered.hold(course.robot.id, course.robot.cell, 0)
         lanes = [(station.cell, *station.cells.queue) for station in run.warehouse.stations]
         self._slots = [(slots, dict(pairwise(slots))) for slots in lanes]
         """By station: the cells of its lane, and which of them is behind which."""
+        self._ways_past = lru_cache(1 << 16)(self._find_ways_past)
         self._queues = np.zeros((len(lanes), self.roads.cells), dtype=np.bool_)
         for queue, (_, *cells) in zip(self._queues, lanes, strict=True):
             queue[cells] = True
@@ -194,8 +197,9 @@ class WindowedDriving(ReservedDriving):
             return
         legs = [] if self._is_shut_in(query) else self._ask(query, needed=False)
         if legs and course.station is not None:
-            ways = self._ways_past(course, [query.cell, *(leg.to for leg in legs)])
-            if self.gets_ahead(course, ways, planned=True) is not None:
+            ends = [query.cell, *[leg.to for leg in legs]]
+            ways = [cell for start, end in pairwise(ends) for cell in self._ways_past(course.station, start, end)]
+            if ways and self.gets_ahead(course, ways, planned=True) is not None:
                 legs = self._ask(evolve(query, goal=course.station.cells.queue[-1]), needed=False)
         if legs and legs[0].to == query.cell and all(leg.to == query.cell for leg in legs):
             legs = []
@@ -230,14 +234,15 @@ class WindowedDriving(ReservedDriving):
 
     # Runs that are registered or refused
 
-    def register(self, course: Course, leg: Leg) -> Stop | None:
-        """Register a run, and return its end; when another is in its way, stop the robot instead."""
-        robot, progress = course.robot, self._progress_of[course.robot.id]
-        ways = self._ways_past(course, (robot.cell, leg.to))
-        progress.refused = self.gets_ahead(course, ways, planned=False)
+    def register(self, course: Course, leg: Leg) -> tuple[Stop, Stop] | None:
+        """Register a run, and return its start and end; when another is in its way, stop the robot instead."""
+        start, robot = self.next_stop(course), course.robot.id
+        progress, ways = self._progress_of[robot], self._ways_past(course.station, start.cell, leg.to)
+        progress.refused = self.gets_ahead(course, ways, planned=False) if ways else None
+        self._run[0, 0] = leg.to
         try:
             if progress.refused is None:
-                _, end = self.registered.settle(robot.id, self.roads, self.next_stop(course), ((leg.to, 0),))
+                _, end = self.registered.settle(robot, self.roads, start, self._run)
         except ReservedError as error:
             progress.refused = error.cell
         if progress.refused is not None:
@@ -248,7 +253,7 @@ class WindowedDriving(ReservedDriving):
         if left is not None:
             self.lines[left.id].remove(course)
             self.let_move_up(left)
-        return end
+        return start, end
 
     def gets_ahead(self, course: Course, ways: Iterable[int], *, planned: bool) -> int | None:
         """First of the cells by which a robot would come into its lane, or pass others there, before one ahead of it.
@@ -267,18 +272,13 @@ class WindowedDriving(ReservedDriving):
                 return cell
         return None
 
-    def _ways_past(self, course: Course, ends: Iterable[int]) -> list[int]:
-        """Cells of its lane that a robot enters by a shortcut or second entrance on runs between cells."""
-        found: list[int] = []
-        if course.station is None:
-            return found
-        behind, width = self._slots[course.station.id][1], self.roads.layout.width
-        for start, end in pairwise(ends):
-            step = (1 if abs(end - start) < width else width) * (1 if end > start else -1)
-            cells = range(start + step, end + step, step)
-            if not behind.keys().isdisjoint(cells):
-                found += [cell for cell in cells if behind.get(cell, cell - step) != cell - step]
-        return found
+    def _find_ways_past(self, station: Station | None, start: int, end: int) -> list[int]:
+        """Cells of the lane to a station that a run between two cells enters by a shortcut or second entrance."""
+        if station is None:
+            return []
+        behind, width = self._slots[station.id][1], self.roads.layout.width
+        step = (1 if abs(end - start) < width else width) * (1 if end > start else -1)
+        return [cell for cell in range(start + step, end + step, step) if behind.get(cell, cell - step) != cell - step]
 
     def stop(self, course: Course) -> None:
         """Take a robot's path from it: it stops where it stands or where its run ends, and plans anew.

@@ -18,9 +18,9 @@ CELLS, ROOM = 3, 2
 class Pool(NamedTuple):
     """The arrays that the functions work on, as `rmfs_core.traffic.intervals` lays them out."""
 
+    room: NDArray[np.int64]
     first: NDArray[np.int64]
     count: NDArray[np.int64]  # type: ignore[assignment]  # in place of the method of tuples
-    room: NDArray[np.int64]
     since: NDArray[np.int64]
     until: NDArray[np.int64]
     owner: NDArray[np.int64]
@@ -34,7 +34,7 @@ class Pool(NamedTuple):
     @property
     def looked_at(self) -> tuple[NDArray[np.int64], ...]:
         """The arrays without ``room``, which only who inserts needs."""
-        return self.first, self.count, self.since, self.until, self.owner
+        return self[1:]
 
 
 def pool(size: int) -> Pool:
@@ -42,7 +42,7 @@ def pool(size: int) -> Pool:
     first = np.arange(CELLS, dtype=np.int64) * ROOM
     room = np.full(CELLS, ROOM, dtype=np.int64)
     zeros = [np.zeros(size, dtype=np.int64) for _ in range(3)]
-    return Pool(first, np.zeros(CELLS, dtype=np.int64), room, *zeros)
+    return Pool(room, first, np.zeros(CELLS, dtype=np.int64), *zeros)
 
 
 def column(*values: int) -> NDArray[np.int64]:
@@ -77,12 +77,9 @@ def test_a_full_pool_says_how_far_it_came() -> None:
     assert (done, used) == (2, 6)
     assert [arrays.of(cell) for cell in range(CELLS)] == [[(0, 5, 7)], [(0, 5, 7)], []]
     larger = pool(30)
-    first, count, room = arrays.first, arrays.count, arrays.room
-    packed = intervals.pack(
-        first, count, room, arrays.since, arrays.until, arrays.owner, larger.since, larger.until, larger.owner
-    )
-    again = Pool(first, count, room, larger.since, larger.until, larger.owner)
-    assert packed == room.sum() <= 30
+    packed = intervals.pack(*arrays, larger.since, larger.until, larger.owner)
+    again = Pool(arrays.room, arrays.first, arrays.count, larger.since, larger.until, larger.owner)
+    assert packed == arrays.room.sum() <= 30
     done, _ = insert(again, packed, 7, (0, 10, 15), (2, 0, 5))
     assert done == 2
     assert [again.of(cell) for cell in range(CELLS)] == [[(0, 5, 7), (10, 15, 7)], [(0, 5, 7)], [(0, 5, 7)]]

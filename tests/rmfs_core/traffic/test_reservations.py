@@ -84,7 +84,7 @@ def test_a_path_is_settled_as_it_is_driven_and_committed(
         start = Stop(cell, EAST, tick)
         outcomes: list[object] = []
         try:
-            rows, end = one.settle(owner, OPEN, start, ends)
+            rows, end = one.settle(owner, OPEN, start, np.array(ends, dtype=np.int64).reshape(-1, 2))
             outcomes.append((rows.tolist(), end))
         except ValueError as error:  # what another has, or no straight run
             outcomes.append((type(error), str(error)))
@@ -202,6 +202,6 @@ def test_the_pool_grows_for_a_path() -> None:
     table.hold(9, 19, 0)
     for i in range(300):
         hold_until(table, i % 7, 5 + i % 5, 100_000 + 10 * i, 100_000 + 10 * i + 5)
-    table.settle(8, OPEN, Stop(5, EAST, 0), [(9, 0), (14, 0)])
+    table.settle(8, OPEN, Stop(5, EAST, 0), np.array([(9, 0), (14, 0)]))
     assert [table.reserved(cell)[0][0] for cell in (5, 6, 7, 8, 9, 14)] == [8] * 6
     assert table.arrays.count.sum() == 307

@@ -5,17 +5,15 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from reserving import hold_until, stay
-from rmfs_core.decisions import Leg
 from rmfs_core.motion import Motion
-from rmfs_core.traffic import FOREVER, Query, Reservations, occupancy, roads_on
-from rmfs_core.world import EAST, SOUTH, parse_map
+from rmfs_core.traffic import FOREVER, Reservations, roads_on
+from rmfs_core.world import parse_map
 from rmfs_core.world.travel import travel_on
-from rmfs_rule_helpers.searching import free_for_good, gap_at, last_end, narrow, path_of, search_once
+from rmfs_rule_helpers.searching import free_for_good, gap_at, last_end, narrow, search_once
 
 ME = 0
 HELD = st.lists(st.tuples(st.integers(0, 2), st.integers(0, 30), st.integers(1, 8)), max_size=8)
@@ -91,26 +89,6 @@ def test_windows_are_narrowed_to_departures_that_are_free(
 
 EVEN = Motion(acceleration_m_per_s2=1e12, top_speed_m_per_s=1.0, full_turn_s=4.0)
 """A second for each cell and each quarter turn."""
-
-
-@pytest.mark.parametrize(
-    ("rows", "legs", "end"),
-    [
-        ([], (), (0, EAST, 500)),
-        ([[3, 500, 3500]], (Leg(3),), (3, EAST, 3500)),
-        ([[3, 2500, 5500], [9, 9500, 10_500]], (Leg(3, 2000), Leg(9, 3000)), (9, SOUTH, 10_500)),
-        ([[0, 0, 4500]], (Leg(0, 4000),), (0, EAST, 4500)),
-        ([[3, 500, 3500], [3, 0, 6500]], (Leg(3), Leg(3, 3000)), (3, EAST, 6500)),
-    ],
-    ids=["none", "a run", "waits and a turn", "a wait", "a run and a wait"],
-)
-def test_rows_become_legs(rows: list[list[int]], legs: tuple[Leg, ...], end: tuple[int, int, int]) -> None:
-    """A leg's wait is what is left before its departure when it has turned; a row that goes nowhere is a wait."""
-    roads = roads_on(travel_on(parse_map("......\n.#....\nqO....", "yard"), EVEN))
-    path = path_of(roads, Query(ME, 0, EAST, 500, 9), rows)
-    assert path.legs == legs
-    assert (path.end, path.end_heading, path.end_tick) == end
-    assert int(occupancy(roads, path).cells[-1]) == path.end
 
 
 def test_a_search_is_tried_once_where_nothing_is_reserved() -> None:

@@ -70,13 +70,13 @@ def rows(
     return None if found is None else found.tolist()
 
 
-def test_rows_are_the_runs_of_the_path() -> None:
-    """(end, departure, arrival) of each run, after its turn; waits between runs are left to the times."""
+def test_rows_are_the_legs_of_the_path() -> None:
+    """(end, wait) of each run; waits before it, which come before its turn, are one."""
     roads = roads_on(travel_on(YARD, EVEN))
     table = Reservations(roads.cells)
-    assert rows(table, roads, 9, FOREVER) == [[3, 0, 3000], [9, 4000, 5000]]  # east, a quarter turn, south
+    assert rows(table, roads, 9, FOREVER) == [[3, 0], [9, 0]]  # east, a quarter turn, south
     hold_until(table, 1, 1, 0, 3000)
-    assert rows(table, roads, 9, FOREVER) == [[3, 4000, 7000], [9, 8000, 9000]]  # two waits make 4 s
+    assert rows(table, roads, 9, FOREVER) == [[3, 4000], [9, 0]]  # two waits make 4 s
     assert rows(table, roads, 0, FOREVER) == []
 
 
@@ -85,8 +85,11 @@ def test_a_window_ends_a_path_with_a_wait() -> None:
     roads = roads_on(travel_on(parse_map("......\n@@@@@#\nqO....", "corridor"), EVEN))
     table = Reservations(roads.cells)
     hold_until(table, 1, 1, 0, 9000)
-    assert rows(table, roads, 4, 5000) == [[0, 6000, 6000]]
-    assert rows(table, roads, 4, FOREVER) == [[4, 10_000, 14_000]]
+    assert rows(table, roads, 4, 5000) == [[0, 6000]]
+    assert rows(table, roads, 4, FOREVER) == [[4, 10_000]]
+    hold_until(table, 1, 0, 12_000, 20_000)
+    hold_until(table, 1, 4, 0, 30_000)
+    assert rows(table, roads, 4, 20_000) == [[3, 10_000], [3, 8000]]
 
 
 def test_a_search_ends_with_its_nodes_or_without_a_way() -> None:
