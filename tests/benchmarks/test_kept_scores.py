@@ -67,15 +67,7 @@ MANY_PODS = {
     Role.PPS: ("demand", "random", "completes", "work-amount", "lexicographic", "nearest-pod"),
     Role.POA: ("near-best-pod",),
     Role.PR: ("nearest", "station-based", "turnover-classes", "cache", "utility"),
-    Role.RPS: ("emptiest-pod", "nearest-pod-with-room", "same-sku", "spread-sku", "correlated", "least-demand"),
 }
-BUNDLES = (
-    "instance.items_per_sku=30",
-    "instance.pod_capacity=500",
-    "instance.replenishment={process='poisson',bundles_per_hour=1500,bundle_items=40}",
-    "layout.replenishment_west=2",
-    "rules.roa=first-bundle",
-)
 
 
 @pytest.mark.parametrize(("role", "rule"), [(role, rule) for role, rules in MANY_PODS.items() for rule in rules])
@@ -94,7 +86,6 @@ def test_a_period_of_many_pods(benchmark: Any, monkeypatch: pytest.MonkeyPatch, 
         "rules.poa=pod-match",
         "rules.pps=demand",
         "rules.pp=free-flow",
-        *(BUNDLES if role is Role.RPS else ()),
         f"rules.{role.value}={rule}",
     ]
     took = {}

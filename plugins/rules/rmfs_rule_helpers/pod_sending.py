@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from rmfs_core.decisions import PodTrip
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import FreeItemsLog, Pod, Station, WarehouseView
+    from rmfs_core.warehouse import FreeItems, FreeItemsLog, Pod, Station, WarehouseView
 
 Ids = NDArray[np.int64]
 Find = Callable[["Station", Collection[int], bool], Ids]
@@ -108,8 +108,8 @@ class KeptPods:
 
     Attributes
     ----------
-    log, items
-        Free items of the pods as they are, and what changed of them.
+    log
+        Free items of the pods, and what changed of them.
     cells
         Cell of each pod that can be sent, int64, shape (pods,).
     changed
@@ -144,8 +144,7 @@ class KeptPods:
             self._at, self._found = np.zeros_like(self.cells), np.zeros(len(self._pods), np.bool_)
             self._ticks: dict[int, Ids] = {}
             self._row, self._sums = np.full_like(self.cells, -1), np.zeros_like(self.cells)
-        log = warehouse.free_items_log()
-        self.items = log.items
+        log = warehouse.free_items_log()  # its items are read when they are needed: some rules need none
         if log is not self.log:
             self.log, self._skus = log, np.arange(warehouse.n_skus + 1)
             self._by_sku: tuple[Ids, Ids] | None = None
@@ -170,10 +169,15 @@ class KeptPods:
 
     def items_on(self, pods: Ids, skus: Ids) -> Ids:
         """Return the free items of SKUs on pods, int64, shape (pods, SKUs)."""
-        items: Ids = self._search.items_on(
-            pods, skus, self.by_sku, self.first, self.items.pod, self.items.number, self._row
-        )
+        free = self.items
+        items: Ids = self._search.items_on(pods, skus, self.by_sku, self.first, free.pod, free.number, self._row)
         return items
+
+    @property
+    def items(self) -> FreeItems:
+        """Free items of the pods as they are."""
+        assert self.log is not None
+        return self.log.items
 
     @property
     def by_sku(self) -> Ids:
