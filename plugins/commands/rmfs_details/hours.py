@@ -35,6 +35,7 @@ class Hours:
 
     def __init__(self, run: RunInfo) -> None:
         self._rows: list[dict[str, Any]] = []
+        self._over = 0  # when the last of them is
         self._backlog = 0
         scenario, self._open, self._on_duty = run.scenario, Count(), Count()
         self._open.add(0, len(run.warehouse.stations))
@@ -50,7 +51,7 @@ class Hours:
             OrderCompleted: lambda event: self._count(event, "orders_out"),
             ItemPicked: lambda event: self._count(event, "picks"),
             VisitStarted: lambda event: self._count(event, "visits"),
-            RobotMoved: lambda event: self._count(event, "distance_m", event.distance_m),
+            RobotMoved: self._moved,
             StationOpened: lambda event: self._open.add(event.tick, 1),
             StationClosed: lambda event: self._open.add(event.tick, -1),
             RobotsOnDuty: lambda event: self._on_duty.add(event.tick, event.number - self._on_duty.number),
@@ -64,10 +65,15 @@ class Hours:
         self._until(event.tick // _HOUR)
         self._backlog -= event.complete
 
-    def _count(self, event: Event, what: str, number: int = 1) -> None:
-        if event.tick >= len(self._rows) * _HOUR:
+    def _moved(self, event: RobotMoved) -> None:
+        if event.tick >= self._over:
             self._until(event.tick // _HOUR)
-        self._rows[-1][what] += number
+        self._row["distance_m"] += event.distance_m
+
+    def _count(self, event: Event, what: str) -> None:
+        if event.tick >= self._over:
+            self._until(event.tick // _HOUR)
+        self._row[what] += 1
 
     def _until(self, hour: int) -> None:
         """Begin hours up to one, each with the backlog that the one before it has left."""
@@ -75,7 +81,9 @@ class Hours:
             if self._rows:
                 self._rows[-1]["backlog"] = self._backlog
             begin = {"hour": len(self._rows), "start_s": len(self._rows) * 3600}
-            self._rows.append({**begin, **dict.fromkeys(COUNTED, 0), "backlog": 0})
+            self._row: dict[str, Any] = {**begin, **dict.fromkeys(COUNTED, 0), "backlog": 0}
+            self._rows.append(self._row)
+            self._over = len(self._rows) * _HOUR
 
     def rows(self, end: int) -> list[dict[str, Any]]:
         """Return a row for each hour that the run has seen; ``backlog`` is that at the end of the hour.

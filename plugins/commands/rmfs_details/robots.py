@@ -108,8 +108,10 @@ class Robots:
         }
 
     def _moved(self, event: RobotMoved) -> None:
-        robot = self._robots[event.robot]
-        robot.busy(event.start_tick + event.wait_ticks, event.tick)
+        robot, start = self._robots[event.robot], event.start_tick + event.wait_ticks
+        if start > robot.free:
+            robot.busy(start, event.tick)
+        robot.free = event.tick
         if event.tick >= self._begin:
             robot.distance_m += event.distance_m
             if event.pod is not None:
