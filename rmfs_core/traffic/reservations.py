@@ -16,7 +16,7 @@ from rmfs_core.traffic.roads import Roads
 ROOM = 4
 """Entries set aside for each cell at first."""
 Rows = NDArray[np.int64]
-Columns = Rows | tuple[Rows, Rows, Rows]
+Columns = tuple[Rows, Rows, Rows]
 NOTHING = np.zeros(0, dtype=np.int64)
 
 
@@ -76,9 +76,8 @@ class Reservations:
 
     def reserved(self, cell: int) -> list[tuple[int, int, int]]:
         """(owner, since, until) of a cell's intervals, ascending."""
-        first, count, *_ = self.arrays
-        entries = range(int(first[cell]), int(first[cell] + count[cell]))
-        return [self._entry(p) for p in entries]
+        first = int(self.arrays.first[cell])
+        return [self._entry(p) for p in range(first, first + int(self.arrays.count[cell]))]
 
     def blocker(self, cell: int, since: int, owner: int = -1) -> int | None:
         """Return who else than ``owner`` has a cell first from a tick on; None when nobody does."""
@@ -121,7 +120,7 @@ class Reservations:
     def add(self, owner: int, occupancy: Occupancy) -> None:
         """Reserve more for an owner; as `commit`, but what it had stays."""
         self.check(owner, occupancy)
-        self._insert(owner, occupancy)
+        self._insert(owner, (occupancy.cells, occupancy.since, occupancy.until))
 
     def hold(self, owner: int, cell: int, since: int) -> None:
         """Reserve one cell more for an owner, without end."""
@@ -145,8 +144,7 @@ class Reservations:
 
     def check(self, owner: int, occupancy: Occupancy) -> None:
         """Raise `ReservedError` when another has one of the cells then."""
-        hit = self._conflict(owner, occupancy)
-        if hit is not None:
+        if (hit := self._conflict(owner, occupancy)) is not None:
             raise ReservedError(int(occupancy.cells[hit[0]]), *self._entry(hit[1]))
 
     def _entry(self, entry: int) -> tuple[int, int, int]:
@@ -179,18 +177,16 @@ class Reservations:
             raise ReservedError(int(new[0][found]), *self._entry(entry))
         self._cells_of[owner], self._used = new[0], used
         if done < len(new[0]):
-            self._insert(owner, Occupancy(*new), done)
+            self._insert(owner, new, done)
 
-    def _insert(self, owner: int, new: Occupancy, done: int = 0) -> None:
+    def _insert(self, owner: int, new: Columns, done: int = 0) -> None:
         while True:
-            done, self._used = self._work.insert(
-                new.cells, new.since, new.until, done, owner, self._used, self._room, *self.arrays
-            )
-            if done == len(new.cells):
+            done, self._used = self._work.insert(*new, done, owner, self._used, self._room, *self.arrays)
+            if done == len(new[0]):
                 break
             self._grow()
         before = self._cells_of.get(owner)
-        self._cells_of[owner] = new.cells if before is None else np.union1d(before, new.cells)
+        self._cells_of[owner] = new[0] if before is None else np.union1d(before, new[0])
 
     def _grow(self) -> None:
         """Pack the pool, into a larger one where that leaves little room."""
@@ -199,7 +195,7 @@ class Reservations:
         since, until = np.zeros(pool, dtype=np.int64), np.zeros(pool, dtype=np.int64)
         owner = np.full(pool, -1, dtype=np.int64)
         self._used = self._work.pack(self._room, *self.arrays, since, until, owner)
-        self.arrays = self.arrays._replace(since=since, until=until, owner=owner)
+        self.arrays = Intervals(*self.arrays[:2], since, until, owner)
 
 
 @frozen(eq=False)

@@ -122,11 +122,9 @@ class ReservedDriving(Driving):
     def _commit(self, course: Course, legs: Sequence[Leg]) -> Rows:
         """Reserve a path in place of what the robot has not begun; return what it occupies."""
         ends = [(leg.to, leg.wait_ticks) for leg in legs]
-        if course.under_way is None:
-            start = self.next_stop(course)
-        else:
-            start, stop = course.under_way
-            ends.insert(0, (stop.cell, 0))
+        start = self.next_stop(course)
+        if course.under_way is not None:
+            start, ends = course.under_way[0], [(start.cell, 0), *ends]
         try:
             rows, end = self.table.settle(course.robot.id, self.roads, start, np.array(ends, np.int64).reshape(-1, 2))
         except ReservedError as error:
