@@ -43,13 +43,25 @@ def items_on(pods, skus, by_sku, first, pod, number, row):  # type: ignore[no-un
 
 
 @njit(cache=True)
-def change_sums(entries, items, wanted, by_sku, first, pod, sku, known, known_wanted, sums):  # type: ignore[no-untyped-def]
-    """Bring sums by pod of min(items, items wanted) up to the items of some entries, and what is wanted, by SKU."""
-    for i in range(len(entries)):
-        entry = entries[i]
+def highest(pods, values):  # type: ignore[no-untyped-def]
+    """Those of some pods, one at least, with the highest of values by pod."""
+    best, count = pods.copy(), 0
+    for one in pods:
+        if count and values[one] > values[best[0]]:
+            count = 0
+        if not count or values[one] == values[best[0]]:
+            best[count] = one
+            count += 1
+    return best[:count]
+
+
+@njit(cache=True)
+def change_sums(entries, number, wanted, by_sku, first, pod, sku, known, known_wanted, sums):  # type: ignore[no-untyped-def]
+    """Bring sums by pod of min(items, items wanted) up to the number of some entries, and what is wanted, by SKU."""
+    for entry in entries:
         most = known_wanted[sku[entry]]
-        sums[pod[entry]] += min(items[i], most) - min(known[entry], most)
-        known[entry] = items[i]
+        sums[pod[entry]] += min(number[entry], most) - min(known[entry], most)
+        known[entry] = number[entry]
     for one in range(len(wanted)):
         most, before = wanted[one], known_wanted[one]
         if most != before:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
+from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -66,38 +68,59 @@ def send_pods(
     return _send(warehouse, max_fetches, leaving, servers, best)
 
 
+def may_send(warehouse: WarehouseView, max_fetches: int) -> bool:
+    """Whether a pod may be there to send: a stored one, or one that leaves a station and can serve another."""
+    if max_fetches > 0:
+        return True
+    for pod in warehouse.leaving_pods:
+        held, been = pod.contents, pod.bound_for
+        for station in warehouse.stations:
+            if station.id not in been:
+                for request in station.uncovered_requests:
+                    if request.sku in held and pod.free_items(request.sku) > 0:
+                        return True
+    return False
+
+
 def _send(
     warehouse: WarehouseView,
     max_fetches: int,
-    leaving: Collection[int],
+    leaving: set[int],
     servers: Find,
     choose: Callable[[Station, Ids], int],
 ) -> list[PodTrip]:
-    """Select pods as `send_pods` says; ``servers`` finds those that can be sent, ``choose`` picks one, all by id."""
-    inbound = {station.id: len(station.inbound_pods) for station in warehouse.stations}
-    needy: dict[int, dict[int, int]] = {}  # uncovered requests of each SKU, by station
-    for station in warehouse.stations:
-        for request in station.uncovered_requests:
-            wanted = needy.setdefault(station.id, {})
-            wanted[request.sku] = wanted.get(request.sku, 0) + 1
+    """Select pods as `send_pods` says; ``servers`` finds those that can be sent, ``choose`` picks one, all by id.
+
+    Those that are sent are no longer ``leaving``.
+    """
+    needy = [  # those with the fewest inbound pods, and of these with the most uncovered requests, go first
+        (len(station.inbound_pods), -len(uncovered), station.id)
+        for station in warehouse.stations
+        if (uncovered := station.uncovered_requests)
+    ]
+    heapify(needy)
+    lacking: dict[int, Counter[int]] = {}  # requests of each SKU that are still uncovered, by station
     trips: list[PodTrip] = []
-    while needy:
-        identifier = min(needy, key=lambda i: (inbound[i], -sum(needy[i].values()), i))
-        station, wanted = warehouse.stations[identifier], needy[identifier]
+    while needy and (max_fetches > 0 or leaving):
+        inbound, _, identifier = heappop(needy)
+        station = warehouse.stations[identifier]
+        wanted = lacking.get(identifier) or Counter(request.sku for request in station.uncovered_requests)
         candidates = servers(station, wanted, max_fetches > 0)
         if not len(candidates):
-            del needy[identifier]
             continue
         pod = warehouse.pods[choose(station, candidates)]
         trips.append(PodTrip(pod.id, identifier))
-        inbound[identifier] += 1
         for sku in wanted.keys() & pod.contents.keys():
             wanted[sku] -= pod.free_items(sku)
             if wanted[sku] <= 0:
                 del wanted[sku]
-        if not wanted:
-            del needy[identifier]
-        max_fetches -= pod.id not in leaving
+        if wanted:
+            lacking[identifier] = wanted
+            heappush(needy, (inbound + 1, -wanted.total(), identifier))
+        if pod.id in leaving:
+            leaving.remove(pod.id)
+        else:
+            max_fetches -= 1
     return trips
 
 
@@ -110,8 +133,6 @@ class KeptPods:
         Free items of the pods as they are, and what changed of them.
     cells
         Cell of each pod that can be sent, int64, shape (pods,).
-    changed
-        Of the pods that can be sent, those that may have changed since the last update or since they could be last.
     by_sku, first
         Where the entries of each SKU are in ``items``, by SKU and pod, and where those of each SKU begin in that,
         int64, shapes (entries,) and (SKUs + 1,).
@@ -120,7 +141,6 @@ class KeptPods:
     def __init__(self) -> None:
         self._pods: tuple[Pod, ...] = ()
         self.log: FreeItemsLog | None = None
-        self.changed: list[Pod] = []
 
     def load(self) -> None:
         """Load what is compiled, or compile it."""
@@ -131,13 +151,14 @@ class KeptPods:
         none, at = np.zeros((3, 1), np.int64), one.copy()
         pod_search.servers(none[0, :0], none[1], none[2], one, one, at, 0, 0, np.zeros(1, np.bool_))
         pod_search.items_on(none[0, :0], none[0, :0], none[1], none[2], one, one, at)
+        pod_search.highest(at, at)
 
     def update(self, warehouse: WarehouseView) -> None:
         """Take in what pods have become."""
         if warehouse.pods is not self._pods:
             from rmfs_rule_helpers import pod_search
 
-            self._search: Any = pod_search
+            self.search: Any = pod_search
             self._pods = warehouse.pods
             self._seen, self._again = 0, list(range(len(self._pods)))
             self.cells = np.zeros(len(self._pods), np.int64)
@@ -150,29 +171,32 @@ class KeptPods:
             self.first = np.searchsorted(self.items.sku[self.by_sku], np.arange(warehouse.n_skus + 1))
         changed = warehouse.changed_pods(self._seen)
         self._seen += len(changed)
-        self.changed, again, self._again = [], self._again, []
+        again, self._again = self._again, []
         for number in {*changed, *again}:
             pod = self._pods[number]
             if pod.location is None or pod.bound_for:
                 self._at[number] = BUSY
                 continue
             self._at[number], self.cells[number] = STORED, pod.cell
-            self.changed.append(pod)
             if pod.robot is not None:  # which is on its way to move it
                 self._again.append(number)
         leaving = warehouse.leaving_pods
         for pod in leaving:
             self._at[pod.id], self.cells[pod.id] = pod.bound_for[0], pod.cell
-        self._leaving = frozenset(pod.id for pod in leaving)
+        self._leaving = {pod.id for pod in leaving}
         self._again += self._leaving
-        self.changed += leaving
 
     def items_on(self, pods: Ids, skus: Ids) -> Ids:
         """Return the free items of SKUs on pods, int64, shape (pods, SKUs)."""
-        items: Ids = self._search.items_on(
+        items: Ids = self.search.items_on(
             pods, skus, self.by_sku, self.first, self.items.pod, self.items.number, self._row
         )
         return items
+
+    def highest(self, pods: Ids, values: Ids) -> Ids:
+        """Return those of some pods, one at least, with the highest of values by pod."""
+        best: Ids = self.search.highest(pods, values)
+        return best
 
     def ticks(self, warehouse: WarehouseView, pods: Ids, station: Station) -> Ids:
         """Return `ticks_to_station` of pods that can be sent, int64, of the shape of ``pods``."""
@@ -183,7 +207,7 @@ class KeptPods:
         """Select pods as `send_pods` does, after an update; ``choose`` picks one of ids in ascending order."""
 
         def servers(station: Station, skus: Collection[int], fetch: bool) -> Ids:
-            found: Ids = self._search.servers(
+            found: Ids = self.search.servers(
                 np.fromiter(skus, np.int64, len(skus)), self.by_sku, self.first, self.items.pod, self.items.number,
                 self._at, station.id, STORED if fetch else 0, self._found,
             )  # fmt: skip
@@ -195,15 +219,14 @@ class KeptPods:
             self._again.append(pod)
             return pod
 
-        return _send(warehouse, max_fetches, self._leaving, servers, best)
+        return _send(warehouse, max_fetches, self._leaving.copy(), servers, best)
 
 
 class KeptSums:
-    """Of each pod, the sum over its SKUs of min(items on it, items wanted), changed where either changes."""
+    """Of each pod, the sum over its SKUs of min(items free, items wanted), changed where either changes."""
 
     def __init__(self) -> None:
         self._of: object = None
-        self._seen = 0
 
     def load(self) -> None:
         """Load what is compiled, or compile it."""
@@ -212,38 +235,18 @@ class KeptSums:
         one = np.zeros(1, np.int64)
         shown = one.copy()
         shown.setflags(write=False)
-        pod_search.change_sums(one, one, one, one, np.array([0, 1]), shown, shown, one, one, one)
+        pod_search.change_sums(one, shown, one, one, np.array([0, 1]), shown, shown, one, one, one)
 
-    def update(self, pods: KeptPods, entries: Ids, items: Ids, wanted: Ids) -> Ids:
-        """Take in what changed; return the sums, int64, shape (pods,).
-
-        Parameters
-        ----------
-        pods
-            What is kept of the pods. When a pod is given a new SKU, its entries are others, and all have changed.
-        entries
-            Entries of ``pods.items`` of which the number of items has changed since the last update, in any order; at
-            first all.
-        items
-            How many there are of each of these now.
-        wanted
-            Items wanted, by SKU.
-        """
-        from rmfs_rule_helpers import pod_search
-
-        if self._of is not pods.items:
-            self._of, self._known, self._wanted = pods.items, np.zeros(len(pods.by_sku), np.int64), wanted.copy()
-            self._sums = np.zeros(len(pods.cells), np.int64)
-        pod_search.change_sums(
-            entries, items, wanted, pods.by_sku, pods.first, pods.items.pod, pods.items.sku, self._known, self._wanted,
-            self._sums,
-        )  # fmt: skip
-        return self._sums
-
-    def of_free(self, pods: KeptPods, wanted: Ids) -> Ids:
+    def update(self, pods: KeptPods, wanted: Ids) -> Ids:
         """Take in what pods have free and what is wanted now, by SKU; return the sums, int64, shape (pods,)."""
         assert pods.log is not None
-        since = self._seen if self._of is pods.items else 0
-        entries = pods.log.changed(since)
-        self._seen = since + len(entries)
-        return self.update(pods, entries, pods.items.number[entries], wanted)
+        if self._of is not pods.items:
+            self._of, self._known, self._wanted = pods.items, np.zeros(len(pods.by_sku), np.int64), wanted.copy()
+            self._sums, self._seen = np.zeros(len(pods.cells), np.int64), 0
+        entries = pods.log.changed(self._seen)
+        self._seen += len(entries)
+        pods.search.change_sums(
+            entries, pods.items.number, wanted, pods.by_sku, pods.first, pods.items.pod, pods.items.sku, self._known,
+            self._wanted, self._sums,
+        )  # fmt: skip
+        return self._sums

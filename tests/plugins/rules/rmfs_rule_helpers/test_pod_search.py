@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rmfs_rule_helpers.pod_search import change_sums, items_on, servers
+from rmfs_rule_helpers.pod_search import change_sums, highest, items_on, servers
 
 N_SKUS, N_PODS = 4, 6
 
@@ -52,6 +52,14 @@ def test_items_are_told_by_pod_and_sku(held: Any, skus: list[int], asked: list[i
     assert (row == -1).all()
 
 
+@given(values=st.lists(st.integers(0, 3), min_size=N_PODS, max_size=N_PODS), data=st.data())
+def test_the_highest_are_all_that_no_other_exceeds(values: list[int], data: st.DataObject) -> None:
+    """Of the pods that are asked about, in their order."""
+    asked = data.draw(st.lists(st.integers(0, N_PODS - 1), unique=True, min_size=1))
+    most = max(values[one] for one in asked)
+    assert highest(np.array(asked), np.array(values)).tolist() == [one for one in asked if values[one] == most]
+
+
 @given(held=shelves(), data=st.data())
 def test_sums_are_those_made_anew(held: Any, data: st.DataObject) -> None:
     """However items and what is wanted change."""
@@ -60,7 +68,7 @@ def test_sums_are_those_made_anew(held: Any, data: st.DataObject) -> None:
     entries = np.arange(len(items))
     for _ in range(3):
         wanted = np.array(data.draw(st.lists(st.integers(0, 3), min_size=N_SKUS, max_size=N_SKUS)))
-        change_sums(entries, items[entries], wanted, by_sku, first, pod, sku, known, known_wanted, sums)
+        change_sums(entries, items, wanted, by_sku, first, pod, sku, known, known_wanted, sums)
         anew = np.bincount(pod, weights=np.minimum(items, wanted[sku]), minlength=N_PODS)
         assert sums.tolist() == anew.tolist()
         entries = np.array(data.draw(st.lists(st.sampled_from(range(len(items))))) if len(items) else [], np.int64)

@@ -18,7 +18,7 @@ from rmfs_demand import Demand
 from rmfs_nearest_pod import NearestPod
 from rmfs_random import Random
 from rmfs_rule_helpers import send_pods, ticks_to_station
-from rmfs_rule_helpers.pod_sending import KeptPods, KeptSums
+from rmfs_rule_helpers.pod_sending import KeptPods, KeptSums, may_send
 from rmfs_scorers import Completes, Lexicographic, WorkAmount
 from rmfs_testing import small_world
 
@@ -122,17 +122,33 @@ def test_whatever_is_kept_the_same_pods_are_offered() -> None:
     assert len(offered) > 5
 
 
+@pytest.mark.parametrize(("wanted", "found"), [(["b"], False), (["c"], True)])
+def test_without_a_robot_only_a_leaving_pod_may_be_sent(
+    put_at_station: Callable[[Warehouse, int, int], None], wanted: list[str], found: bool
+) -> None:
+    """To another station that wants what it holds; what its own wants is not sent there."""
+    world = busy({"p": ["c"], "q": ["b", "c"]}, ["a"], wanted)
+    assert not may_send(WarehouseView(world), 0)
+    put_at_station(world, 0, 0)
+    assert may_send(WarehouseView(world), 0) == found
+    assert may_send(WarehouseView(world), 1)
+
+
 def test_sums_follow_items_and_what_is_wanted() -> None:
-    """Of min(items, wanted) by pod; entries may be told twice, and where there are other pods all begins anew."""
-    kept, sums = KeptPods(), KeptSums()
-    kept.update(WarehouseView(small_world({}, {"p": {"a": 2, "b": 1}, "q": {"b": 4}})))
-    entries = np.arange(3)
-    assert sums.update(kept, entries, np.array([2, 1, 4]), np.array([1, 3])).tolist() == [2, 3]
-    assert sums.update(kept, entries[:0], entries[:0], np.array([5, 0])).tolist() == [2, 0]
-    assert sums.update(kept, entries[[0, 2, 0]], np.array([4, 1, 4]), np.array([3, 2])).tolist() == [4, 1]
-    kept.update(WarehouseView(small_world({}, {"p": {"a": 2, "b": 1}, "q": {"b": 4}})))
-    assert sums.of_free(kept, np.array([1, 3])).tolist() == [2, 3]
-    assert sums.of_free(kept, np.array([9, 0])).tolist() == [2, 0]
+    """Of min(items free, items wanted) by pod; where there are other pods all begins anew."""
+    orders, pods = {"1": {"a": 1}}, {"p": {"a": 2, "b": 1}, "q": {"b": 4}}
+    kept, sums, world = KeptPods(), KeptSums(), small_world(orders, pods)
+
+    def found(world: Warehouse, *wanted: int) -> Any:
+        kept.update(WarehouseView(world))
+        return sums.update(kept, np.array(wanted)).tolist()
+
+    assert found(world, 1, 3) == [2, 3]
+    assert found(world, 5, 0) == [2, 0]
+    world.assign(world.orders[0], world.stations[0], [0])
+    world.bind(world.pods[0], world.stations[0])
+    assert found(world, 3, 2) == [2, 2]
+    assert found(small_world(orders, pods), 3, 2) == [3, 2]
 
 
 class Doubter:
@@ -157,6 +173,8 @@ class Doubter:
                 given["rng"].bit_generator.state = self.state
             assert list(answer) == list(rule.select_pods(**given))
             self.trips += len(answer)
+            free = [*question.warehouse.free_pods, *question.warehouse.leaving_pods]
+            assert all(pod.free_items(sku) == items for pod in free for sku, items in pod.contents.items())
 
 
 @pytest.mark.parametrize("rule", [Demand, NearestPod, Random, Completes, WorkAmount, Lexicographic], ids=str)
