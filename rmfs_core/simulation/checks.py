@@ -62,12 +62,12 @@ def assignment(
     if order not in warehouse.backlog or not (seen is None or order.id in seen):
         why = "was not in the backlog it was shown" if order.open_lines else "has no open line left"
         raise ImpossibleError(f"assigned order {order.label} to station {station.label}, but the order {why}")
-    quantities = {line.sku: line.quantity for line in order.open_lines}
-    skus = list(quantities) if given.skus is None else _skus(order, given.skus, quantities)
-    if station.counts_orders or len(skus) == len(quantities):
-        size = warehouse.size_at(order, station)
-    else:
-        size = sum(quantities[sku] for sku in skus)
+    skus, size = [line.sku for line in order.open_lines], warehouse.size_at(order, station)
+    if given.skus is not None:
+        quantities = {line.sku: line.quantity for line in order.open_lines}
+        skus = _skus(order, given.skus, quantities)
+        if not station.counts_orders and len(skus) < len(quantities):
+            size = sum(quantities[sku] for sku in skus)
     if size > station.free_capacity:  # what joins an order's place takes none, and is no new order
         if not station.open:
             raise ImpossibleError(f"assigned order {order.label} to station {station.label}, which is closed")

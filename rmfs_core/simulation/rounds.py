@@ -54,7 +54,7 @@ class Decisions:
         assigning = run.rules.poa_pps or run.rules.poa
         assert assigning is not None
         self.assigning: BoundRule = assigning
-        self._bundling = run.rules.deciding_bundles
+        self._for_bundles = run.rules.deciding_bundles
         self._waking = list({id(rule.instance): rule for rule in run.rules.deciding if rule.wake is not None}.values())
         self._alarm: int | None = None
         self._alarms: set[int] = set()
@@ -72,7 +72,7 @@ class Decisions:
             self._refill()
         if self.rules.pps is not None:
             self._select_pods(self.rules.pps)
-        if self._bundling:
+        if self._for_bundles:
             self._replenish()
         self._assign_tasks()
         if self.rules.move is not None:
@@ -144,7 +144,7 @@ class Decisions:
 
     def _replenish(self) -> None:
         warehouse = self.warehouse
-        for rule in self._bundling:
+        for rule in self._for_bundles:
             assigns = bool(warehouse.bundles) and any(s.free_bundle_capacity > 0 for s in warehouse.storing)
             selects = any(bundle.pod is None for station in warehouse.storing for bundle in station.bundles)
             if not (assigns if rule.role is Role.ROA else selects or (rule.role is Role.ROA_RPS and assigns)):

@@ -47,7 +47,7 @@ class Demand:
             return []
         kept = self._pods
         kept.update(warehouse)
-        wanted = self._wanted.update(kept, warehouse.open_demand())  # nothing on a pod that can be sent is promised
+        wanted = self._wanted.of_free(kept, warehouse.open_demand())  # nothing on a pod that can be sent is promised
 
         def most_wanted(station: Station, pods: Ids) -> int:
             ties = kept.highest(pods, wanted)

@@ -56,12 +56,13 @@ def highest(pods, values):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def change_sums(entries, number, wanted, by_sku, first, pod, sku, known, known_wanted, sums):  # type: ignore[no-untyped-def]
-    """Bring sums by pod of min(items, items wanted) up to the number of some entries, and what is wanted, by SKU."""
-    for entry in entries:
+def change_sums(entries, items, wanted, by_sku, first, pod, sku, known, known_wanted, sums):  # type: ignore[no-untyped-def]
+    """Bring sums by pod of min(items, items wanted) up to the items of some entries, and what is wanted, by SKU."""
+    for i in range(len(entries)):
+        entry = entries[i]
         most = known_wanted[sku[entry]]
-        sums[pod[entry]] += min(number[entry], most) - min(known[entry], most)
-        known[entry] = number[entry]
+        sums[pod[entry]] += min(items[i], most) - min(known[entry], most)
+        known[entry] = items[i]
     for one in range(len(wanted)):
         most, before = wanted[one], known_wanted[one]
         if most != before:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING, Any
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from rmfs_core.decisions import PodTrip
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import FreeItemsLog, Pod, Station, WarehouseView
+    from rmfs_core.warehouse import FreeItemsLog, Pod, Request, Station, WarehouseView
 
 Ids = NDArray[np.int64]
 Find = Callable[["Station", Collection[int], bool], Ids]
@@ -99,12 +98,12 @@ def _send(
         if (uncovered := station.uncovered_requests)
     ]
     heapify(needy)
-    lacking: dict[int, Counter[int]] = {}  # requests of each SKU that are still uncovered, by station
+    lacking: dict[int, dict[int, int]] = {}  # requests of each SKU that are still uncovered, by station
     trips: list[PodTrip] = []
     while needy and (max_fetches > 0 or leaving):
         inbound, _, identifier = heappop(needy)
         station = warehouse.stations[identifier]
-        wanted = lacking.get(identifier) or Counter(request.sku for request in station.uncovered_requests)
+        wanted = lacking.get(identifier) or _by_sku(station.uncovered_requests)
         candidates = servers(station, wanted, max_fetches > 0)
         if not len(candidates):
             continue
@@ -116,12 +115,20 @@ def _send(
                 del wanted[sku]
         if wanted:
             lacking[identifier] = wanted
-            heappush(needy, (inbound + 1, -wanted.total(), identifier))
+            heappush(needy, (inbound + 1, -sum(wanted.values()), identifier))
         if pod.id in leaving:
             leaving.remove(pod.id)
         else:
             max_fetches -= 1
     return trips
+
+
+def _by_sku(requests: Iterable[Request]) -> dict[int, int]:
+    """Return how many requests there are of each SKU."""
+    number: dict[int, int] = {}
+    for request in requests:
+        number[request.sku] = number.get(request.sku, 0) + 1
+    return number
 
 
 class KeptPods:
@@ -133,6 +140,8 @@ class KeptPods:
         Free items of the pods as they are, and what changed of them.
     cells
         Cell of each pod that can be sent, int64, shape (pods,).
+    changed
+        Of the pods that can be sent, those that may have changed since the last update or since they could be last.
     by_sku, first
         Where the entries of each SKU are in ``items``, by SKU and pod, and where those of each SKU begin in that,
         int64, shapes (entries,) and (SKUs + 1,).
@@ -141,6 +150,7 @@ class KeptPods:
     def __init__(self) -> None:
         self._pods: tuple[Pod, ...] = ()
         self.log: FreeItemsLog | None = None
+        self.changed: list[Pod] = []
 
     def load(self) -> None:
         """Load what is compiled, or compile it."""
@@ -158,7 +168,7 @@ class KeptPods:
         if warehouse.pods is not self._pods:
             from rmfs_rule_helpers import pod_search
 
-            self.search: Any = pod_search
+            self._search: Any = pod_search
             self._pods = warehouse.pods
             self._seen, self._again = 0, list(range(len(self._pods)))
             self.cells = np.zeros(len(self._pods), np.int64)
@@ -171,13 +181,14 @@ class KeptPods:
             self.first = np.searchsorted(self.items.sku[self.by_sku], np.arange(warehouse.n_skus + 1))
         changed = warehouse.changed_pods(self._seen)
         self._seen += len(changed)
-        again, self._again = self._again, []
+        self.changed, again, self._again = [], self._again, []
         for number in {*changed, *again}:
             pod = self._pods[number]
             if pod.location is None or pod.bound_for:
                 self._at[number] = BUSY
                 continue
             self._at[number], self.cells[number] = STORED, pod.cell
+            self.changed.append(pod)
             if pod.robot is not None:  # which is on its way to move it
                 self._again.append(number)
         leaving = warehouse.leaving_pods
@@ -185,17 +196,18 @@ class KeptPods:
             self._at[pod.id], self.cells[pod.id] = pod.bound_for[0], pod.cell
         self._leaving = {pod.id for pod in leaving}
         self._again += self._leaving
+        self.changed += leaving
 
     def items_on(self, pods: Ids, skus: Ids) -> Ids:
         """Return the free items of SKUs on pods, int64, shape (pods, SKUs)."""
-        items: Ids = self.search.items_on(
+        items: Ids = self._search.items_on(
             pods, skus, self.by_sku, self.first, self.items.pod, self.items.number, self._row
         )
         return items
 
     def highest(self, pods: Ids, values: Ids) -> Ids:
         """Return those of some pods, one at least, with the highest of values by pod."""
-        best: Ids = self.search.highest(pods, values)
+        best: Ids = self._search.highest(pods, values)
         return best
 
     def ticks(self, warehouse: WarehouseView, pods: Ids, station: Station) -> Ids:
@@ -207,7 +219,7 @@ class KeptPods:
         """Select pods as `send_pods` does, after an update; ``choose`` picks one of ids in ascending order."""
 
         def servers(station: Station, skus: Collection[int], fetch: bool) -> Ids:
-            found: Ids = self.search.servers(
+            found: Ids = self._search.servers(
                 np.fromiter(skus, np.int64, len(skus)), self.by_sku, self.first, self.items.pod, self.items.number,
                 self._at, station.id, STORED if fetch else 0, self._found,
             )  # fmt: skip
@@ -223,10 +235,11 @@ class KeptPods:
 
 
 class KeptSums:
-    """Of each pod, the sum over its SKUs of min(items free, items wanted), changed where either changes."""
+    """Of each pod, the sum over its SKUs of min(items on it, items wanted), changed where either changes."""
 
     def __init__(self) -> None:
         self._of: object = None
+        self._seen = 0
 
     def load(self) -> None:
         """Load what is compiled, or compile it."""
@@ -235,18 +248,38 @@ class KeptSums:
         one = np.zeros(1, np.int64)
         shown = one.copy()
         shown.setflags(write=False)
-        pod_search.change_sums(one, shown, one, one, np.array([0, 1]), shown, shown, one, one, one)
+        pod_search.change_sums(one, one, one, one, np.array([0, 1]), shown, shown, one, one, one)
 
-    def update(self, pods: KeptPods, wanted: Ids) -> Ids:
-        """Take in what pods have free and what is wanted now, by SKU; return the sums, int64, shape (pods,)."""
-        assert pods.log is not None
+    def update(self, pods: KeptPods, entries: Ids, items: Ids, wanted: Ids) -> Ids:
+        """Take in what changed; return the sums, int64, shape (pods,).
+
+        Parameters
+        ----------
+        pods
+            What is kept of the pods. When a pod is given a new SKU, its entries are others, and all have changed.
+        entries
+            Entries of ``pods.items`` of which the number of items has changed since the last update, in any order; at
+            first all.
+        items
+            How many there are of each of these now.
+        wanted
+            Items wanted, by SKU.
+        """
+        from rmfs_rule_helpers import pod_search
+
         if self._of is not pods.items:
             self._of, self._known, self._wanted = pods.items, np.zeros(len(pods.by_sku), np.int64), wanted.copy()
-            self._sums, self._seen = np.zeros(len(pods.cells), np.int64), 0
-        entries = pods.log.changed(self._seen)
-        self._seen += len(entries)
-        pods.search.change_sums(
-            entries, pods.items.number, wanted, pods.by_sku, pods.first, pods.items.pod, pods.items.sku, self._known,
-            self._wanted, self._sums,
+            self._sums = np.zeros(len(pods.cells), np.int64)
+        pod_search.change_sums(
+            entries, items, wanted, pods.by_sku, pods.first, pods.items.pod, pods.items.sku, self._known, self._wanted,
+            self._sums,
         )  # fmt: skip
         return self._sums
+
+    def of_free(self, pods: KeptPods, wanted: Ids) -> Ids:
+        """Take in what pods have free and what is wanted now, by SKU; return the sums, int64, shape (pods,)."""
+        assert pods.log is not None
+        since = self._seen if self._of is pods.items else 0
+        entries = pods.log.changed(since)
+        self._seen = since + len(entries)
+        return self.update(pods, entries, pods.items.number[entries], wanted)

@@ -174,12 +174,12 @@ class PodScores:
     @cached_property
     def _waited(self) -> Ids:
         """Free items by pod that are wanted in the backlog."""
-        return self._kept.waited.update(self._kept.pods, self._waiting)
+        return self._kept.waited.of_free(self._kept.pods, self._waiting)
 
     @cached_property
     def _demand(self) -> Ids:
         """Free items by pod that are wanted in the whole system."""
-        return self._kept.demanded.update(self._kept.pods, self._warehouse.open_demand())
+        return self._kept.demanded.of_free(self._kept.pods, self._warehouse.open_demand())
 
     def _wanted(self, station: Station) -> Requests:
         if station.id not in self._requests:
