@@ -265,12 +265,10 @@ class KeptSums:
         wanted
             Items wanted, by SKU.
         """
-        from rmfs_rule_helpers import pod_search
-
         if self._of is not pods.items:
             self._of, self._known, self._wanted = pods.items, np.zeros(len(pods.by_sku), np.int64), wanted.copy()
             self._sums = np.zeros(len(pods.cells), np.int64)
-        pod_search.change_sums(
+        pods._search.change_sums(
             entries, items, wanted, pods.by_sku, pods.first, pods.items.pod, pods.items.sku, self._known, self._wanted,
             self._sums,
         )  # fmt: skip
