@@ -159,9 +159,9 @@ class KeptPods:
         one = np.ones(1, np.int64)
         one.setflags(write=False)  # as what the log shows
         none, at = np.zeros((3, 1), np.int64), one.copy()
+        pod_search.highest(at, at)
         pod_search.servers(none[0, :0], none[1], none[2], one, one, at, 0, 0, np.zeros(1, np.bool_))
         pod_search.items_on(none[0, :0], none[0, :0], none[1], none[2], one, one, at)
-        pod_search.highest(at, at)
 
     def update(self, warehouse: WarehouseView) -> None:
         """Take in what pods have become."""
@@ -198,17 +198,17 @@ class KeptPods:
         self._again += self._leaving
         self.changed += leaving
 
+    def highest(self, pods: Ids, values: Ids) -> Ids:
+        """Return those of some pods, one at least, with the highest of values by pod."""
+        best: Ids = self._search.highest(pods, values)
+        return best
+
     def items_on(self, pods: Ids, skus: Ids) -> Ids:
         """Return the free items of SKUs on pods, int64, shape (pods, SKUs)."""
         items: Ids = self._search.items_on(
             pods, skus, self.by_sku, self.first, self.items.pod, self.items.number, self._row
         )
         return items
-
-    def highest(self, pods: Ids, values: Ids) -> Ids:
-        """Return those of some pods, one at least, with the highest of values by pod."""
-        best: Ids = self._search.highest(pods, values)
-        return best
 
     def ticks(self, warehouse: WarehouseView, pods: Ids, station: Station) -> Ids:
         """Return `ticks_to_station` of pods that can be sent, int64, of the shape of ``pods``."""
