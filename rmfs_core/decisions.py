@@ -10,7 +10,7 @@ from attrs import field, frozen, validators
 
 def _as_tuple(values: Iterable[Any]) -> tuple[Any, ...]:
     """Accept any sequence; what is none is found and named by the kernel's checks."""
-    return tuple(values) if isinstance(values, (tuple, Iterable)) else (values,)
+    return tuple(values) if isinstance(values, (list, tuple, Iterable)) else (values,)
 
 
 def _a_number(_instance: object, attribute: Any, value: object) -> None:

@@ -76,7 +76,8 @@ def apply_assignments(
     # None in a run with a joint rule; but such a rule may be asked in a state that other rules have led to.
     uncovered = {request for station in warehouse.stations for request in station.uncovered_requests} if joint else ()
     split = warehouse.split_orders_open
-    trips = _nearer_first(warehouse, [checks.trip(warehouse, given) for given in sequence_of(decision.trips, PodTrip)])
+    trips = [checks.trip(warehouse, given) for given in sequence_of(decision.trips, PodTrip)]
+    trips = _nearer_first(warehouse, trips) if trips else trips
     for pod, station in trips:
         _bind(warehouse, *checks.trip(warehouse, PodTrip(pod.id, station.id)), keep, promise=False)
     for given in sequence_of(decision.assignments, OrderAssignment):
@@ -101,8 +102,8 @@ def apply_selection(
     trips = sequence_of(answer, PodTrip)
     if not trips:
         return JointDecision()
-    leaving = {pod.id for pod in warehouse.leaving_pods()}
-    uncovered = [{request.sku for request in station.uncovered_requests} for station in warehouse.stations]
+    leaving: set[int] = set()
+    uncovered: dict[int, set[int]] = {}
     fetches = 0
     for given in trips:
         pod, station = checks.selected_trip(warehouse, given, leaving, uncovered)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Collection, Container, Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -32,6 +32,8 @@ LONGEST_WAIT_TICKS = 30 * 86_400_000
 
 def whole(what: str, value: object) -> int:
     """Return a whole number, which numpy's integers are too and True is not."""
+    if type(value) is int:
+        return value
     try:
         if not isinstance(value, (bool, np.bool_)):
             return operator.index(value)  # type: ignore[arg-type]
@@ -60,12 +62,12 @@ def assignment(
     if order not in warehouse.backlog or not (seen is None or order.id in seen):
         why = "was not in the backlog it was shown" if order.open_lines else "has no open line left"
         raise ImpossibleError(f"assigned order {order.label} to station {station.label}, but the order {why}")
-    quantities = {line.sku: line.quantity for line in order.open_lines}
-    skus = list(quantities) if given.skus is None else _skus(order, given.skus, quantities)
-    if station.counts_orders or len(skus) == len(quantities):
-        size = warehouse.size_at(order, station)
-    else:
-        size = sum(quantities[sku] for sku in skus)
+    skus, size = [line.sku for line in order.open_lines], warehouse.size_at(order, station)
+    if given.skus is not None:
+        quantities = {line.sku: line.quantity for line in order.open_lines}
+        skus = _skus(order, given.skus, quantities)
+        if not station.counts_orders and len(skus) < len(quantities):
+            size = sum(quantities[sku] for sku in skus)
     if size > station.free_capacity:  # what joins an order's place takes none, and is no new order
         if not station.open:
             raise ImpossibleError(f"assigned order {order.label} to station {station.label}, which is closed")
@@ -99,15 +101,20 @@ def trip(warehouse: Warehouse, given: PodTrip) -> tuple[Pod, Station]:
 
 
 def selected_trip(
-    warehouse: Warehouse, given: PodTrip, leaving: Container[int], uncovered: Sequence[Collection[int]]
+    warehouse: Warehouse, given: PodTrip, leaving: set[int], uncovered: dict[int, set[int]]
 ) -> tuple[Pod, Station]:
     """Check a trip that PPS decided: the pod is free or leaving, and serves a request that was uncovered when asked.
 
-    ``uncovered`` has the SKU ids of the uncovered requests by station.
+    ``leaving`` and ``uncovered`` keep what that was then from one trip of the decision to the next: pods that are
+    leaving, and SKU ids of the uncovered requests by station.
     """
     pod, station = trip(warehouse, given)
-    if pod.id not in leaving and (pod.location is None or pod.bound_for):
-        raise ImpossibleError(f"sent pod {pod.label} to station {station.label}, but the pod is in use")
+    if (pod.location is None or pod.bound_for) and pod.id not in leaving:
+        if pod not in warehouse.leaving_pods():
+            raise ImpossibleError(f"sent pod {pod.label} to station {station.label}, but the pod is in use")
+        leaving.add(pod.id)
+    if station.id not in uncovered:
+        uncovered[station.id] = {request.sku for request in station.uncovered_requests}
     if not any(pod.free_items(sku) > 0 for sku in uncovered[station.id]):
         raise ImpossibleError(
             f"sent pod {pod.label} to station {station.label}, but it holds no item of any request uncovered there"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Sequence
 from functools import partial
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from rmfs_core.decisions import BundleDecision, JointDecision
 from rmfs_core.events import DecisionMade, Event
@@ -50,7 +50,6 @@ class Decisions:
         self._run = run
         self._start_task, self._start_move, self._start_rest = start_task, start_move, start_rest
         self._refill, self._for_bundles = refill, run.rules.deciding_bundles
-        self._pending: list[Event] = []
         self.warehouse, self.rules, self.asker = run.warehouse, run.rules, run.asker
         assigning = run.rules.poa_pps or run.rules.poa
         assert assigning is not None
@@ -65,7 +64,7 @@ class Decisions:
         self.alarms_in_a_row = self.alarms_in_a_row + 1 if by_clock else 0
         if (rule := self.rules.activate) is not None:
             active, _ = self._run.ask(rule)
-            self._apply(rule, lambda: apply_activation(self.warehouse, active, self._keep))
+            self._apply(rule, apply_activation, active)
         while self.warehouse.fits_smallest(single_line=self.assigning.traits.splits_over_time):
             if not self._assign_orders():
                 break
@@ -101,19 +100,15 @@ class Decisions:
         rule = self.assigning
         self.asker.period += 1
         answer, seconds = self._run.ask(rule, view)
-
-        def apply() -> JointDecision:
-            return apply_assignments(
-                self.warehouse,
-                answer,
-                joint=rule.role is Role.POA_PPS,
-                shown=shown,
-                period=self.asker.period,
-                packing_capacity=rule.traits.packing_capacity,
-                keep=self._keep,
-            )
-
-        decision = self._apply(rule, apply)
+        decision = self._apply(
+            rule,
+            apply_assignments,
+            answer,
+            joint=rule.role is Role.POA_PPS,
+            shown=shown,
+            period=self.asker.period,
+            packing_capacity=rule.traits.packing_capacity,
+        )
         self._tell_decision(rule, seen, decision, filtering_s + seconds)
         return bool(decision.assignments or decision.trips)
 
@@ -131,16 +126,13 @@ class Decisions:
     # PPS
 
     def _select_pods(self, rule: BoundRule) -> None:
-        if not any(station.uncovered_requests for station in self.warehouse.stations):
-            return
         max_fetches = self._max_fetches()
         if not (max_fetches or self.warehouse.leaving_pods()):
             return
+        if not any(station.uncovered_requests for station in self.warehouse.stations):
+            return
         answer, seconds = self._run.ask(rule, max_fetches=max_fetches)
-
-        decision = self._apply(
-            rule, partial(apply_selection, self.warehouse, answer, max_fetches=max_fetches, keep=self._keep)
-        )
+        decision = self._apply(rule, apply_selection, answer, max_fetches=max_fetches)
         self._tell_decision(rule, len(self.warehouse.backlog), decision, seconds)
 
     def _max_fetches(self) -> int:
@@ -159,8 +151,8 @@ class Decisions:
             waiting, most = len(warehouse.bundles), self._max_fetches()
             arguments = {} if rule.role is Role.ROA else {"max_fetches": most}
             answer, seconds = self._run.ask(rule, self._run.view, **arguments)
-            apply = partial(apply_replenishment, warehouse, answer, role=rule.role, max_fetches=most, keep=self._keep)
-            self._tell_decision(rule, waiting, self._apply(rule, apply), seconds)
+            decision = self._apply(rule, apply_replenishment, answer, role=rule.role, max_fetches=most)
+            self._tell_decision(rule, waiting, decision, seconds)
 
     # TA
 
@@ -169,7 +161,7 @@ class Decisions:
             return
         rule = self.rules.ta
         answer, _ = self._run.ask(rule)
-        self._apply(rule, lambda: apply_tasks(self.warehouse, answer, self._keep, self._start_task))
+        self._apply(rule, apply_tasks, answer, start=self._start_task)
 
     # Robots that TA has left without a task
 
@@ -177,12 +169,12 @@ class Decisions:
         most = min(self._max_fetches(), self.warehouse.spare_locations)
         if most > 0:
             answer, _ = self._run.ask(rule, max_moves=most)
-            self._apply(rule, lambda: apply_moves(self.warehouse, answer, most, self._keep, self._start_move))
+            self._apply(rule, apply_moves, answer, max_moves=most, start=self._start_move)
 
     def _rest_robots(self, rule: BoundRule) -> None:
         if any(robot.resting for robot in self.warehouse.robots):
             answer, _ = self._run.ask(rule)
-            self._apply(rule, lambda: apply_rests(self.warehouse, answer, self._keep, self._start_rest))
+            self._apply(rule, apply_rests, answer, start=self._start_rest)
 
     # Time
 
@@ -202,17 +194,13 @@ class Decisions:
         if self.warehouse.now == self._alarm:
             self.round(by_clock=True)
 
-    def _apply(self, rule: BoundRule, apply: Callable[[], T]) -> T:
+    def _apply(self, rule: BoundRule, apply: Callable[..., T], answer: object, **arguments: Any) -> T:
         """Check and apply a decision. Observers are told when all of it was possible; else of nothing."""
-        self._pending.clear()
-        done = self.asker.apply(rule, apply)
-        for event in self._pending:
+        events: list[Event] = []
+        done = self.asker.apply(rule, lambda: apply(self.warehouse, answer, keep=events.append, **arguments))
+        for event in events:
             self._run.tell(event)
         return done
-
-    def _keep(self, event: Event) -> None:
-        """Keep an event of the decision that is being applied until all of it is."""
-        self._pending.append(event)
 
     def _tell_decision(
         self, rule: BoundRule, backlog: int, decision: JointDecision | BundleDecision, seconds: float

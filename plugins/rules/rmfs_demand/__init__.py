@@ -5,47 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
 from attrs import define, field
 
 from rmfs_core import PodTrip, hookimpl
-from rmfs_rule_helpers.pod_sending import Ids, KeptPods, KeptSums
+from rmfs_rule_helpers.pod_sending import Ids, KeptPods, KeptSums, may_send
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
-    from rmfs_core.warehouse import FreeItems, Pod, Station, WarehouseView
-
-
-class Wanted:
-    """How many items of pods are wanted. What is on them is kept, and read anew where it changed."""
-
-    def __init__(self) -> None:
-        self.pods = KeptPods()
-        self._sums = KeptSums()
-        self._of: FreeItems | None = None  # whose entries these are
-
-    def load(self) -> None:
-        """Load what is compiled, or compile it."""
-        self.pods.load()
-        self._sums.load()
-
-    def update(self, warehouse: WarehouseView) -> None:
-        """Take in what pods and the open demand have become."""
-        self.pods.update(warehouse)
-        changed: Sequence[Pod] = () if warehouse.unlimited_stock else self.pods.changed
-        if self._of is not self.pods.items:
-            self._of, changed = self.pods.items, warehouse.pods
-            self._first = self._of.pod.searchsorted(np.arange(len(changed))).tolist()
-            self._read = [-1] * len(changed)
-        entries: list[int] = []
-        items: list[int] = []
-        for pod in changed:
-            if self._read[pod.id] != pod.changes():
-                self._read[pod.id] = pod.changes()
-                entries += range(self._first[pod.id], self._first[pod.id] + len(pod.contents))
-                items += [pod.contents[sku] for sku in sorted(pod.contents)]
-        ids, numbers = np.array(entries, np.int64), np.array(items, np.int64)
-        self.by_pod = self._sums.update(self.pods, ids, numbers, warehouse.open_demand())
+    from rmfs_core.warehouse import Station, WarehouseView
 
 
 @define
@@ -70,18 +37,20 @@ class Demand:
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
-    _wanted: Wanted = field(init=False, factory=Wanted, repr=False, eq=False)
+    _pods: KeptPods = field(init=False, factory=KeptPods, repr=False, eq=False)
+    _wanted: KeptSums = field(init=False, factory=KeptSums, repr=False, eq=False)
 
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int) -> Sequence[PodTrip]:
         """Send the most wanted pods to the stations that lack one."""
-        self._wanted.update(warehouse)
-
-        kept, by_pod = self._wanted.pods, self._wanted.by_pod
+        if not may_send(warehouse, max_fetches):
+            return []
+        kept = self._pods
+        kept.update(warehouse)
+        wanted = self._wanted.of_free(kept, warehouse.open_demand())  # nothing on a pod that can be sent is promised
 
         def most_wanted(station: Station, pods: Ids) -> int:
-            wanted = by_pod[pods]
-            ties = pods[wanted == wanted.max()]
+            ties = kept.highest(pods, wanted)
             if len(ties) == 1:  # only ties need driving times
                 return int(ties[0])
             return int(ties[kept.ticks(warehouse, ties, station).argmin()])
@@ -90,4 +59,5 @@ class Demand:
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
+        self._pods.load()
         self._wanted.load()

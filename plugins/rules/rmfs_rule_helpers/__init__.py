@@ -298,5 +298,6 @@ def nearest_free_location(warehouse: WarehouseView, pod: Pod) -> int:
     """
     assert pod.robot is not None, "the pod is being carried"
     heading = warehouse.robots[pod.robot].heading
-    free = np.asarray(warehouse.free_storage_locations)
-    return int(free[warehouse.travel.times_from(pod.cell, heading, True)[free].argmin()])
+    free = warehouse.free_storage_locations
+    times = warehouse.travel.times_from(pod.cell, heading, True)
+    return free[int(times[np.fromiter(free, np.int64, len(free))].argmin())]

@@ -65,7 +65,8 @@ class Assigning:
                 if self.full:
                     return self.chosen
         finally:
-            self.kept._taken[self.places] = False
+            for place in self.places:
+                self.kept._taken[place] = False
 
     def _room(self) -> Ints:
         """Return how much room stations have for orders that no lane is for."""

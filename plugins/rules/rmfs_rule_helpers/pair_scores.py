@@ -262,7 +262,7 @@ class PairScores:
         self._changes = np.zeros(stations, np.int64)  # how often what is available has changed
         self._recent = np.zeros((stations, pair_search.RECENT), np.int64)  # the last of these: what it was
         self._seen = np.zeros((stations, sizes), np.int64)  # the same, when the scores of a size were last made
-        self._known = np.zeros((self._tables, stations, sizes, skus), np.int64)
+        self._known = np.zeros((self._tables, stations, skus, sizes), np.int64)
         self._shelves = np.zeros((skus, sizes, 3), np.int32)
         self._most = np.zeros(skus, np.int64)  # items that a line of a SKU ever had
         self._lines = np.zeros((4, 256), np.int64)

@@ -101,7 +101,7 @@ def _add(before, number, used, starts, lines, shelves, most, pool, orders, score
         most[sku] = max(most[sku], quantity)
         for table in range(len(known)):
             for station in range(known.shape[1]):
-                scores[table, station, order] += min(quantity, known[table, station, size, sku])
+                scores[table, station, order] += min(quantity, known[table, station, sku, size])
     for order in range(before, number):
         for station in range(known.shape[1]):
             raise_best(station, orders[SIZE, order], order, orders, scores, ranks, best)
@@ -125,7 +125,7 @@ def _leave(left, starts, lines, shelves, pool, orders, scores, ranks, best, know
         parts += 0 < orders[OPEN, order] < starts[order + 1] - starts[order]
         for station in range(known.shape[1]):
             for table in range(len(known)):
-                scores[table, station, order] -= min(quantity, known[table, station, size, sku])
+                scores[table, station, order] -= min(quantity, known[table, station, sku, size])
             if orders[OPEN, order]:
                 raise_best(station, size, order, orders, scores, ranks, best)
     return parts
@@ -147,7 +147,7 @@ def refresh(  # type: ignore[no-untyped-def]
     station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen, recent
 ):
     """Bring the scores of the orders of a size at a station up to what is available there now."""
-    begin, end, skus = seen[station, size], changes[station], known.shape[3]
+    begin, end, skus = seen[station, size], changes[station], known.shape[2]
     if begin == end:
         return
     seen[station, size] = end
@@ -158,7 +158,7 @@ def refresh(  # type: ignore[no-untyped-def]
         for at in range(begin, end):
             which = at if every else recent[station, at % RECENT]
             table, sku = which // skus, which % skus
-            if (now[table, station, sku] > known[table, station, size, sku]) == (raised == 1):
+            if (now[table, station, sku] > known[table, station, sku, size]) == (raised == 1):
                 change(table, station, size, sku, shelves, most, pool, orders, scores, ranks, best, known, now)
 
 
@@ -167,8 +167,8 @@ def change(  # type: ignore[no-untyped-def]
     table, station, size, sku, shelves, most, pool, orders, scores, ranks, best, known, now
 ):
     """Bring the scores of the orders of a size with a SKU up to what is available of it at a station now."""
-    had, items = min(known[table, station, size, sku], most[sku]), min(now[table, station, sku], most[sku])
-    known[table, station, size, sku] = now[table, station, sku]
+    had, items = min(known[table, station, sku, size], most[sku]), min(now[table, station, sku], most[sku])
+    known[table, station, sku, size] = now[table, station, sku]
     if items == had:
         return
     for at in range(shelves[sku, size, START], shelves[sku, size, START] + shelves[sku, size, LENGTH]):

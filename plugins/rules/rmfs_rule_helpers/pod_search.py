@@ -27,6 +27,19 @@ def servers(skus, by_sku, first, pod, number, at, station, least, found):  # typ
 
 
 @njit(cache=True)
+def highest(pods, values):  # type: ignore[no-untyped-def]
+    """Those of some pods, one at least, with the highest of values by pod."""
+    best, count = pods.copy(), 0
+    for one in pods:
+        if count and values[one] > values[best[0]]:
+            count = 0
+        if not count or values[one] == values[best[0]]:
+            best[count] = one
+            count += 1
+    return best[:count]
+
+
+@njit(cache=True)
 def items_on(pods, skus, by_sku, first, pod, number, row):  # type: ignore[no-untyped-def]
     """Free items of SKUs on pods, shape (pods, SKUs); ``row`` is -1 for every pod, before and afterwards."""
     items = np.zeros((len(pods), len(skus)), np.int64)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
+from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from rmfs_core.decisions import PodTrip
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import FreeItems, FreeItemsLog, Pod, Station, WarehouseView
+    from rmfs_core.warehouse import FreeItems, FreeItemsLog, Pod, Request, Station, WarehouseView
 
 Ids = NDArray[np.int64]
 Find = Callable[["Station", Collection[int], bool], Ids]
@@ -68,39 +69,68 @@ def send_pods(
     return _send(warehouse, max_fetches, leaving, servers, best)
 
 
+def may_send(warehouse: WarehouseView, max_fetches: int) -> bool:
+    """Whether a pod may be there to send: a stored one, or one that leaves a station and can serve another."""
+    if max_fetches > 0:
+        return True
+    for pod in warehouse.leaving_pods:
+        held, been = pod.contents, pod.bound_for
+        for station in warehouse.stations:
+            if station.id not in been:
+                for request in station.uncovered_requests:
+                    if request.sku in held and pod.free_items(request.sku) > 0:
+                        return True
+    return False
+
+
 def _send(
     warehouse: WarehouseView,
     max_fetches: int,
-    leaving: Collection[int],
+    leaving: set[int],
     servers: Find,
     choose: Callable[[Station, Ids], int],
 ) -> list[PodTrip]:
-    """Select pods as `send_pods` says; ``servers`` finds those that can be sent, ``choose`` picks one, all by id."""
-    inbound = {station.id: len(station.inbound_pods) for station in warehouse.stations}
-    needy: dict[int, dict[int, int]] = {}  # uncovered requests of each SKU, by station
-    for station in warehouse.stations:
-        for request in station.uncovered_requests:
-            wanted = needy.setdefault(station.id, {})
-            wanted[request.sku] = wanted.get(request.sku, 0) + 1
+    """Select pods as `send_pods` says; ``servers`` finds those that can be sent, ``choose`` picks one, all by id.
+
+    Those that are sent are no longer ``leaving``.
+    """
+    needy = [  # those with the fewest inbound pods, and of these with the most uncovered requests, go first
+        (len(station.inbound_pods), -len(uncovered), station.id)
+        for station in warehouse.stations
+        if (uncovered := station.uncovered_requests)
+    ]
+    heapify(needy)
+    lacking: dict[int, dict[int, int]] = {}  # requests of each SKU that are still uncovered, by station
     trips: list[PodTrip] = []
-    while needy:
-        identifier = min(needy, key=lambda i: (inbound[i], -sum(needy[i].values()), i))
-        station, wanted = warehouse.stations[identifier], needy[identifier]
+    while needy and (max_fetches > 0 or leaving):
+        inbound, _, identifier = heappop(needy)
+        station = warehouse.stations[identifier]
+        wanted = lacking.get(identifier) or _by_sku(station.uncovered_requests)
         candidates = servers(station, wanted, max_fetches > 0)
         if not len(candidates):
-            del needy[identifier]
             continue
         pod = warehouse.pods[choose(station, candidates)]
         trips.append(PodTrip(pod.id, identifier))
-        inbound[identifier] += 1
         for sku in wanted.keys() & pod.contents.keys():
             wanted[sku] -= pod.free_items(sku)
             if wanted[sku] <= 0:
                 del wanted[sku]
-        if not wanted:
-            del needy[identifier]
-        max_fetches -= pod.id not in leaving
+        if wanted:
+            lacking[identifier] = wanted
+            heappush(needy, (inbound + 1, -sum(wanted.values()), identifier))
+        if pod.id in leaving:
+            leaving.remove(pod.id)
+        else:
+            max_fetches -= 1
     return trips
+
+
+def _by_sku(requests: Iterable[Request]) -> dict[int, int]:
+    """Return how many requests there are of each SKU."""
+    number: dict[int, int] = {}
+    for request in requests:
+        number[request.sku] = number.get(request.sku, 0) + 1
+    return number
 
 
 class KeptPods:
@@ -128,6 +158,7 @@ class KeptPods:
         one = np.ones(1, np.int64)
         one.setflags(write=False)  # as what the log shows
         none, at = np.zeros((3, 1), np.int64), one.copy()
+        pod_search.highest(at, at)
         pod_search.servers(none[0, :0], none[1], none[2], one, one, at, 0, 0, np.zeros(1, np.bool_))
         pod_search.items_on(none[0, :0], none[0, :0], none[1], none[2], one, one, at)
         pod_search.with_most(none[0, :0], none[0, :0], none[1], none[2], one, one, at, STORED, at)
@@ -163,9 +194,14 @@ class KeptPods:
         leaving = warehouse.leaving_pods
         for pod in leaving:
             self._at[pod.id], self.cells[pod.id] = pod.bound_for[0], pod.cell
-        self._leaving = frozenset(pod.id for pod in leaving)
+        self._leaving = {pod.id for pod in leaving}
         self._again += self._leaving
         self.changed += leaving
+
+    def highest(self, pods: Ids, values: Ids) -> Ids:
+        """Return those of some pods, one at least, with the highest of values by pod."""
+        best: Ids = self._search.highest(pods, values)
+        return best
 
     def items_on(self, pods: Ids, skus: Ids) -> Ids:
         """Return the free items of SKUs on pods, int64, shape (pods, SKUs)."""
@@ -236,7 +272,7 @@ class KeptPods:
             self._again.append(pod)
             return pod
 
-        return _send(warehouse, max_fetches, self._leaving, servers, best)
+        return _send(warehouse, max_fetches, self._leaving.copy(), servers, best)
 
 
 class KeptSums:
@@ -270,12 +306,10 @@ class KeptSums:
         wanted
             Items wanted, by SKU.
         """
-        from rmfs_rule_helpers import pod_search
-
         if self._of is not pods.items:
             self._of, self._known, self._wanted = pods.items, np.zeros(len(pods.by_sku), np.int64), wanted.copy()
             self._sums = np.zeros(len(pods.cells), np.int64)
-        pod_search.change_sums(
+        pods._search.change_sums(
             entries, items, wanted, pods.by_sku, pods.first, pods.items.pod, pods.items.sku, self._known, self._wanted,
             self._sums,
         )  # fmt: skip

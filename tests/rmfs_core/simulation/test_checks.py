@@ -204,13 +204,14 @@ def test_a_pod_in_use_is_not_selected(world: Warehouse) -> None:
     here, there = world.stations
     world.place_at_station(world.robots[0], p, here)
     world.bind(r, here)
-    uncovered = [{0}, {0, 1}]
-    for pod in (p, r):
-        text = impossible(checks.selected_trip, world, PodTrip(pod.id, 1), set(), uncovered)
-        assert text == f"sent pod {pod.label} to station 2 (id 1), but the pod is in use"
-    assert checks.selected_trip(world, PodTrip(0, 1), {0}, uncovered) == (p, there)
-    assert checks.selected_trip(world, PodTrip(1, 1), set(), uncovered) == (q, there)
-    assert impossible(checks.selected_trip, world, PodTrip(1, 0), set(), uncovered) == (
+    leaving: set[int] = set()
+    uncovered = {0: {0}, 1: {0, 1}}
+    text = impossible(checks.selected_trip, world, PodTrip(2, 1), leaving, uncovered)
+    assert text == f"sent pod {r.label} to station 2 (id 1), but the pod is in use"
+    assert checks.selected_trip(world, PodTrip(0, 1), leaving, uncovered) == (p, there)
+    assert leaving == {0}
+    assert checks.selected_trip(world, PodTrip(1, 1), leaving, uncovered) == (q, there)
+    assert impossible(checks.selected_trip, world, PodTrip(1, 0), leaving, uncovered) == (
         "sent pod q (id 1) to station 1 (id 0), but it holds no item of any request uncovered there"
     )
 

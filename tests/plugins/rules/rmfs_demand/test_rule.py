@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from rmfs_core.decisions import PodTrip
 from rmfs_core.warehouse import Warehouse, WarehouseView
-from rmfs_demand import Demand, Wanted
+from rmfs_demand import Demand
 from rmfs_testing import small_world
 
 NINE_PODS = {"p0": ["a"], **{f"p{i}": ["z"] for i in range(1, 8)}, "p8": ["a"]}
@@ -49,16 +50,16 @@ def test_no_more_than_the_items_on_the_pod_count() -> None:
 
 def test_what_was_picked_no_longer_counts(put_at_station: Callable[[Warehouse, int, int], None]) -> None:
     """From one decision to the next: a pod with three items of `a` has one when two were picked from it."""
-    world = small_world({"1": {"a": 2}, "2": ["b"], "3": {"a": 9}}, {"p": {"a": 3}, "q": {"a": 1, "b": 1}})
-    wanted, view = Wanted(), WarehouseView(world)
-    wanted.update(view)
-    assert wanted.by_pod.tolist() == [3, 2]
-    assign(world, (0, 0))
+    orders = {"1": ["a"], "2": {"a": 2}, "3": ["b"], "4": {"a": 9}}
+    world = small_world(orders, {"p": {"a": 3}, "q": {"a": 1, "b": 1}}, capacities=[9, 9])
+    rule, view = Demand(), WarehouseView(world)
+    assign(world, (0, 1))
+    assert rule.select_pods(view, 1) == [PodTrip(0, 1)]
+    assign(world, (1, 0))
     put_at_station(world, 0, 0)
     for request in world.stations[0].open_requests:
         world.fulfil(request, world.pods[0])
-    wanted.update(view)
-    assert wanted.by_pod.tolist() == [1, 2]
+    assert rule.select_pods(view, 1) == [PodTrip(1, 1)]
 
 
 def test_ties_go_to_the_nearer_pod() -> None:

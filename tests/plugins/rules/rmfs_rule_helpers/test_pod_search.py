@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rmfs_rule_helpers.pod_search import change_sums, items_on, servers, with_most
+from rmfs_rule_helpers.pod_search import change_sums, highest, items_on, servers, with_most
 
 N_SKUS, N_PODS = 4, 6
 
@@ -66,6 +66,14 @@ def test_pods_with_most_of_what_is_wanted_are_found(held: Any, wanted: dict[int,
     has = [sum(min(wanted[sku], pods[one].get(sku, 0)) for sku in wanted) * there[one] for one in range(N_PODS)]
     assert sorted(ids.tolist()) == [one for one in range(N_PODS) if has[one] == max(has) > 0]
     assert not sums.any()
+
+
+@given(values=st.lists(st.integers(0, 3), min_size=N_PODS, max_size=N_PODS), data=st.data())
+def test_the_highest_are_all_that_no_other_exceeds(values: list[int], data: st.DataObject) -> None:
+    """Of the pods that are asked about, in their order."""
+    asked = data.draw(st.lists(st.integers(0, N_PODS - 1), unique=True, min_size=1))
+    most = max(values[one] for one in asked)
+    assert highest(np.array(asked), np.array(values)).tolist() == [one for one in asked if values[one] == most]
 
 
 @given(held=shelves(), data=st.data())

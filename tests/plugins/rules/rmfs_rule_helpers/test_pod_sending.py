@@ -19,7 +19,7 @@ from rmfs_demand import Demand
 from rmfs_nearest_pod import NearestPod
 from rmfs_random import Random
 from rmfs_rule_helpers import send_pods, ticks_to_station
-from rmfs_rule_helpers.pod_sending import KeptPods, KeptSums
+from rmfs_rule_helpers.pod_sending import KeptPods, KeptSums, may_send
 from rmfs_scorers import Completes, Lexicographic, WorkAmount
 from rmfs_testing import small_world
 
@@ -123,6 +123,18 @@ def test_whatever_is_kept_the_same_pods_are_offered() -> None:
     assert len(offered) > 5
 
 
+@pytest.mark.parametrize(("wanted", "found"), [(["b"], False), (["c"], True)])
+def test_without_a_robot_only_a_leaving_pod_may_be_sent(
+    put_at_station: Callable[[Warehouse, int, int], None], wanted: list[str], found: bool
+) -> None:
+    """To another station that wants what it holds; what its own wants is not sent there."""
+    world = busy({"p": ["c"], "q": ["b", "c"]}, ["a"], wanted)
+    assert not may_send(WarehouseView(world), 0)
+    put_at_station(world, 0, 0)
+    assert may_send(WarehouseView(world), 0) == found
+    assert may_send(WarehouseView(world), 1)
+
+
 def test_sums_follow_items_and_what_is_wanted() -> None:
     """Of min(items, wanted) by pod; entries may be told twice, and where there are other pods all begins anew."""
     kept, sums = KeptPods(), KeptSums()
@@ -158,6 +170,8 @@ class Doubter:
                 given["rng"].bit_generator.state = self.state
             assert list(answer) == list(rule.select_pods(**given))
             self.trips += len(answer)
+            free = [*question.warehouse.free_pods, *question.warehouse.leaving_pods]
+            assert all(pod.free_items(sku) == items for pod in free for sku, items in pod.contents.items())
 
 
 RULES = (Demand, NearestPod, Random, Completes, partial(Completes, count_backlog=True), WorkAmount, Lexicographic)
