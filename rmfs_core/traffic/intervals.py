@@ -75,7 +75,7 @@ def settle(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """Reserve what legs occupy in place of the cells ``before``, unless another has one of them.
 
-    Returns what `drive` and `replace` do; ``done`` is 0 also where the legs are no straight runs.
+    Returns what `drive` and `replace` do.
     """
     rows, at, heading, tick = drive(cell, heading, tick, tick, legs, width, kinematics, passing)
     found, entry, done = -1, -1, 0

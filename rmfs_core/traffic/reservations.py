@@ -101,7 +101,12 @@ class Reservations:
             When another has one of the cells then; nothing is changed in that case.
         """
         new, before = (occupancy.cells, occupancy.since, occupancy.until), self._cells_of.get(owner, NOTHING)
-        self._replaced(owner, new, *self._work.replace(*new, before, owner, self._used, self._room, *self.arrays))
+        found, entry, done, self._used = self._work.replace(*new, before, owner, self._used, self._room, *self.arrays)
+        if found >= 0:
+            raise ReservedError(int(new[0][found]), *self._entry(entry))
+        self._cells_of[owner] = new[0]
+        if done < len(new[0]):
+            self._insert(owner, new, done)
 
     def settle(self, owner: int, roads: Roads, start: Stop, ends: Rows) -> tuple[Rows, Stop]:
         """Reserve what legs occupy in place of all that their owner had before: `drive` and `commit` in one go.
@@ -109,12 +114,16 @@ class Reservations:
         ``ends`` has cell and wait of each leg. Returns the columns of an `Occupancy` as rows, and where the legs end.
         """
         before = self._cells_of.get(owner, NOTHING)
-        rows, cell, heading, tick, *done = self._work.settle(
+        rows, cell, heading, tick, found, entry, done, self._used = self._work.settle(
             *start, ends, *roads.grid, before, owner, self._used, self._room, *self.arrays
         )
+        if found >= 0:
+            raise ReservedError(int(rows[0, found]), *self._entry(entry))
         if not rows.size:
             run_between(roads, cell, int(ends[heading, 0]))
-        self._replaced(owner, rows, *done)
+        self._cells_of[owner] = rows[0]
+        if done < rows.shape[1]:
+            self._insert(owner, rows, done)
         return rows, Stop(cell, heading, tick)
 
     def add(self, owner: int, occupancy: Occupancy) -> None:
@@ -170,14 +179,6 @@ class Reservations:
         """Position of the first interval that another's overlaps, and that one's entry."""
         found, entry = self._work.conflict(new.cells, new.since, new.until, owner, *self.arrays)
         return None if found < 0 else (found, entry)
-
-    def _replaced(self, owner: int, new: Columns, found: int, entry: int, done: int, used: int) -> None:
-        """Do what the compiled `replace` leaves to be done."""
-        if found >= 0:
-            raise ReservedError(int(new[0][found]), *self._entry(entry))
-        self._cells_of[owner], self._used = new[0], used
-        if done < len(new[0]):
-            self._insert(owner, new, done)
 
     def _insert(self, owner: int, new: Columns, done: int = 0) -> None:
         while True:

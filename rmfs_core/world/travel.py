@@ -70,8 +70,8 @@ class Travel:
         self._floor: NDArray[np.bool_] = layout.kind == CellKind.FLOOR
         self._queue = layout.kind == CellKind.QUEUE
         self._under: NDArray[np.bool_] = self._floor | np.isin(layout.kind, RESTING)
-        self._offsets = self.offsets.tolist()
-        self._steps_of: dict[tuple[int, bool], bytes] = {}
+        self._moves, self._steps = layout.moves.astype(np.uint8).tobytes(), self.offsets.tolist()
+        self._bytes_of: dict[tuple[int, bool], bytes] = {}
         self._passable: dict[tuple[int, bool], NDArray[np.bool_]] = {}
         for array in (self.runs, self.turns, self.offsets, self._floor, self._under):
             array.setflags(write=False)
@@ -172,17 +172,15 @@ class Travel:
         heading = self.heading(leg_start, to)
         if heading is None:
             return f"{self.layout.where(leg_start)} to {self.layout.where(to)} is no straight run"
-        from_start, to_goal, offset = self._steps(start, loaded), self._steps(goal, loaded), self._offsets[heading]
-        steps = slice(4 * leg_start + heading, 4 * to + heading, 4 * offset)
-        if 0 not in to_goal[steps] or 0 not in from_start[steps]:
-            return None
-        for cell in range(leg_start, to, offset):
-            if not (from_start[4 * cell + heading] or to_goal[4 * cell + heading]):
-                if not self.layout.may_step(cell, heading):
-                    return f"no robot may go from {self.layout.where(cell)} in heading {heading}"
-                if cell + offset != goal:
-                    carrying = "with a pod" if loaded else "without a pod"
-                    return f"a robot {carrying} may not pass {self.layout.where(cell + offset)} on its way"
+        from_start, to_goal = self._crossed(start, loaded), self._crossed(goal, loaded)
+        cell, step = leg_start, self._steps[heading]
+        while cell != to:
+            if not self._moves[cell] >> heading & 1:
+                return f"no robot may go from {self.layout.where(cell)} in heading {heading}"
+            cell += step
+            if not (from_start[cell] or to_goal[cell] or cell == goal):
+                carrying = "with a pod" if loaded else "without a pod"
+                return f"a robot {carrying} may not pass {self.layout.where(cell)} on its way"
         return None
 
     def heading(self, cell: int, to: int) -> int | None:
@@ -202,14 +200,12 @@ class Travel:
             cells.setflags(write=False)  # all are: the searches are compiled for one type of array
         return cells
 
-    def _steps(self, end: int, loaded: bool) -> bytes:
-        """By cell and heading, whether a step leads into a `passable` cell: bytes, which are quick to look at."""
+    def _crossed(self, end: int, loaded: bool) -> bytes:
+        """Return `passable` as bytes: a single one of them is quicker to look at."""
         key = self._lanes[end], loaded
-        found = self._steps_of.get(key)
+        found = self._bytes_of.get(key)
         if found is None:
-            into = [np.roll(self.passable(end, loaded), -offset) for offset in self._offsets]
-            may = self.layout.moves[:, None] >> np.arange(4) & 1
-            found = self._steps_of[key] = (np.stack(into, axis=1) & may.astype(np.bool_)).tobytes()
+            found = self._bytes_of[key] = self.passable(end, loaded).tobytes()
         return found
 
     def _grid(self, end: int, loaded: bool) -> tuple[NDArray[np.int64] | NDArray[np.int8] | NDArray[np.bool_], ...]:

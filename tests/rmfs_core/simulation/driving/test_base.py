@@ -126,7 +126,7 @@ def test_who_arrives_or_is_cut_off_is_told_where_from_and_how_far(
     world.lift(robot, pod)
     events: list[object] = []
     way.run.tell = events.append
-    way.set_off(robot, Leg(4, 70), EAST, start=2000, turn_ticks=625, arrival=6862)
+    way.set_off(robot, 4, 70, EAST, start=2000, turn_ticks=625, arrival=6862)
     world.advance(tick)
     if tick == 6862:
         way.arrive(*way.under_way.pop(robot.id))
@@ -154,7 +154,7 @@ def test_who_has_passed_no_cell_is_not_told(world: Warehouse, tmp_path: Path, ti
     way, _ = driving(world, tmp_path)
     events: list[object] = []
     way.run.tell = events.append
-    way.set_off(world.robots[0], Leg(4, 70), EAST, start=2000, turn_ticks=625, arrival=6862)
+    way.set_off(world.robots[0], 4, 70, EAST, start=2000, turn_ticks=625, arrival=6862)
     world.advance(tick)
     way.cut_off()
     assert events == []
