@@ -119,15 +119,14 @@ class Layout:
     def nearest(self, starts: Container[int], goals: Iterable[int]) -> tuple[int, int]:
         """Which of some floor cells is fewest cells from a goal, over the floor, and that goal; one has to be there."""
         leads_to = {goal: goal for goal in goals}
-        reached, floor, moves = list(leads_to), (self.kind == CellKind.FLOOR).tolist(), self.moves.tolist()
+        reached, moves = list(leads_to), np.where(self.kind == CellKind.FLOOR, self.moves, 0).tolist()
+        steps = [dx + dy * self.width for dx, dy in STEPS]
         for cell in reached:  # grows on the way
             if cell in starts:
                 break
-            for heading in range(4):
-                before = self.neighbour(cell, (heading + 2) % 4)
-                if before is None or before in leads_to or not floor[before]:
-                    continue
-                if moves[before] >> heading & 1:
+            for heading, step in enumerate(steps):
+                before = cell - step
+                if 0 <= before < len(moves) and moves[before] >> heading & 1 and before not in leads_to:
                     leads_to[before] = leads_to[cell]
                     reached.append(before)
         return cell, leads_to[cell]
