@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from functools import cache
+from collections.abc import Callable, Mapping
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 import pluggy
@@ -107,6 +107,12 @@ class WatchedRule:
         """Forget the run before this one."""
         self.view, self.mutation, self.decisions = view, None, 0
 
+    def tell(self, function: Callable[[Event], object], event: Event) -> None:
+        """Call a function that the rule's ``hears`` names, in place of its hook and watched like it."""
+        self._before_call("on_event", function, {})
+        function(event)
+        self._after_call(None, "on_event", function, {})
+
     def _before_call(self, name: str, _methods: object, arguments: Mapping[str, Any]) -> None:
         if name not in OBSERVER_HOOKS:
             self.decisions += 1
@@ -132,6 +138,14 @@ class _Forwarding:
     """Observer that tells the watched rule what happens."""
 
     rule: WatchedRule
+
+    @property
+    def hears(self) -> object:
+        """What the rule listens to."""
+        heard = getattr(self.rule.instance, "hears", None)
+        if not isinstance(heard, Mapping):
+            return heard
+        return {kind: [partial(self.rule.tell, function) for function in called] for kind, called in heard.items()}
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:

@@ -96,6 +96,39 @@ def test_a_rule_that_observes_is_told_everything() -> None:
 
 
 @define
+class Choosy(First):
+    """POA that is told of completed orders alone, or has a function called for each."""
+
+    hears: Any = (OrderCompleted,)
+    heard: list[int] = field(factory=list)
+
+    @hookimpl
+    def on_event(self, event: OrderCompleted) -> None:
+        self.heard.append(event.order)
+
+
+def test_a_rule_hears_what_it_listens_to() -> None:
+    """As in a run: events of these kinds, or a call of the functions named for them in place of the hook."""
+    tuple_of_kinds, mapping, heard = Choosy(), Choosy(), []
+    mapping.hears = {OrderCompleted: [lambda event: heard.append(event.order)]}
+    for rule in (tuple_of_kinds, mapping):
+        outcome, times = tried(rule, Role.POA, Role.OBSERVER)
+        assert outcome.problems == ()
+        assert times["on_event"].calls == len(WORLD.instance.orders)
+    assert tuple_of_kinds.heard == heard != []
+    assert mapping.heard == []
+
+
+def test_a_function_that_is_told_of_events_is_watched() -> None:
+    """What it changes of the view is a mutation."""
+    rule = Choosy()
+    watched = WatchedRule(rule, {})
+    rule.hears = {OrderCompleted: [lambda _: object.__setattr__(watched.view.pods[0], "name", "mine")]}
+    (kind, problem), *_ = run_trial(WORLD, watched, (Role.POA, Role.OBSERVER)).problems
+    assert (kind, problem[:24]) == ("mutation of the view", "on_event changed name of")
+
+
+@define
 class Wrong:
     """POA that does what it is told to."""
 
