@@ -192,8 +192,31 @@ def test_a_run_that_gets_nowhere_is_ended(monkeypatch: pytest.MonkeyPatch) -> No
     outcome, times = tried(First(), Role.POA)
     ((kind, problem),) = outcome.problems
     assert kind == "starved order"
-    assert problem.startswith("after 3 decisions the run is not over: ")
+    said = r"after 3 decisions the run is not over: it was asked assign_orders 3 times, until [\d.]+ s"
+    assert re.fullmatch(said, problem)
     assert times["assign_orders"].calls == 3
+
+
+@define
+class Sleepless(First):
+    """POA that assigns nothing and wakes up every second."""
+
+    @hookimpl
+    def assign_orders(self):
+        return []
+
+    @hookimpl
+    def wake_at(self, warehouse):
+        return warehouse.now_s + 1
+
+
+def test_a_rule_that_only_wakes_up_is_told_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """How often it was asked, and until when; nothing of where it was stopped."""
+    monkeypatch.setattr(trial, "MOST_CALLS", 30)
+    ((kind, problem),) = tried(Sleepless(), Role.POA)[0].problems
+    assert kind == "starved order"
+    assert "wake_at 15 times" in problem
+    assert problem.endswith(", until 15.000 s")
 
 
 def test_an_instance_may_run_again() -> None:
@@ -201,7 +224,7 @@ def test_an_instance_may_run_again() -> None:
     rule = WatchedRule(First(), {})
     for _ in range(2):
         assert run_trial(WORLD, rule, (Role.POA,)).problems == ()
-    assert rule.decisions == rule.times["assign_orders"].calls // 2
+    assert rule.asked.total() == rule.times["assign_orders"].calls // 2
 
 
 @define
