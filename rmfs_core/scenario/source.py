@@ -104,10 +104,10 @@ def line_of(text: str, path: tuple[str | int, ...]) -> int | None:
     for number, line in enumerate(text.splitlines(), start=1):
         found: tuple[str, ...] | None = None
         if header := _HEADER.match(line):
-            table, keys = (), _keys(header["keys"]) or ()
-            for place, key in enumerate(keys, start=1):
-                table += (key,)
-                arrays[table] += place == len(keys) and line.lstrip().startswith("[[")
+            table, names = (), _keys(header["keys"]) or ()
+            for place, name in enumerate(names, start=1):
+                table += (name,)
+                arrays[table] += place == len(names) and line.lstrip().startswith("[[")
                 table += (str(arrays[table] - 1),) * (arrays[table] > 0)
             found = table
         elif assignment := _ASSIGNMENT.match(line):
