@@ -199,6 +199,7 @@ class RuleSet:
         check_hooks(f"observer {name}", observer, name)
         if not OBSERVER_HOOKS & marked_methods(observer).keys():
             raise InputError(f"observer {name}", "it implements no observer hook")
+        RuleTraits.of(observer, f"observer {name}", "it")
         _register(self.pm, observer, OBSERVER_HOOKS, f"observer {len(self.pm.get_plugins())}: {name}", described)
 
     @property

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 from attrs import field, frozen
 
 from rmfs_core.errors import InputError
+from rmfs_core.events import Event
 from rmfs_core.roles import Role
 from rmfs_core.scenario.model import Scenario
 from rmfs_core.traffic import Roads
@@ -72,6 +73,8 @@ class RuleTraits:
     prepare
         Method called with the `rmfs_core.traffic.Roads` before the run starts, for a rule with compiled searches to
         load them: then no decision's time has it in.
+    hears
+        What events it observes: a tuple of classes, or a mapping from these to functions, as `on_event` says.
     """
 
     needs: tuple[str, ...] = ()
@@ -82,6 +85,7 @@ class RuleTraits:
     packing_capacity: int | None = None
     reserves: str | None = None
     prepare: Callable[[Roads], None] | None = None
+    hears: tuple[type[Event], ...] | Mapping[type[Event], Sequence[Callable[[Any], object]]] | None = None
 
     def hook(self, role: Role) -> str:
         """Return the hook that the rule answers in a role."""
@@ -122,6 +126,12 @@ def _installed(value: Any) -> bool:
         return False
 
 
+def _heard(value: Any) -> bool:
+    called = value.values() if isinstance(value, Mapping) else [] if isinstance(value, tuple) else [None]
+    lists = all(isinstance(one, list | tuple) and all(map(callable, one)) for one in called)
+    return lists and all(isinstance(kind, type) and Event in kind.__mro__[1:] for kind in value)
+
+
 _EXPECTED: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "needs": (f"a tuple of {listed(map(repr, NEEDS), 'or')}", lambda value: _texts(value) and {*value} <= NEEDS.keys()),
     "libraries": ("a tuple of installed distributions' names", _installed),
@@ -131,4 +141,5 @@ _EXPECTED: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "packing_capacity": ("a whole number >= 0, or None", lambda value: type(value) is int and value >= 0),
     "reserves": (listed(map(repr, (*RESERVES, None)), "or"), lambda value: _texts((value,)) and value in RESERVES),
     "prepare": ("a method", callable),
+    "hears": ("a tuple of classes of events, or a mapping from these to lists of functions", _heard),
 }

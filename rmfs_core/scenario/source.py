@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections import Counter
 from itertools import takewhile
 from operator import eq
 
@@ -98,11 +99,17 @@ def line_of(text: str, path: tuple[str | int, ...]) -> int | None:
         return None
     wanted = tuple(str(part) for part in path)
     table: tuple[str, ...] = ()
+    arrays = Counter[tuple[str, ...]]()
     best, depth = None, 0
     for number, line in enumerate(text.splitlines(), start=1):
         found: tuple[str, ...] | None = None
         if header := _HEADER.match(line):
-            found = table = _keys(header["keys"]) or ()
+            table, names = (), _keys(header["keys"]) or ()
+            for place, name in enumerate(names, start=1):
+                table += (name,)
+                arrays[table] += place == len(names) and line.lstrip().startswith("[[")
+                table += (str(arrays[table] - 1),) * (arrays[table] > 0)
+            found = table
         elif assignment := _ASSIGNMENT.match(line):
             keys = _keys(assignment["keys"])
             found = None if keys is None else table + keys

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
-from rmfs_bounds.cover import Cover, cheapest_cover
+from rmfs_bounds.cover import cheapest_cover
 from rmfs_bounds.slots import Servers
 from rmfs_bounds.ways import Ways, find_ways
 from rmfs_core.clock import TICKS_PER_S, to_seconds, to_ticks
@@ -140,21 +140,17 @@ def _of_pods(scenario: Scenario, instance: Instance, start: _Start) -> Iterator[
         return
     visits = cheapest_cover(instance, [1] * len(instance.pods))
     problem = "set cover" if instance.unlimited_stock else "multi-cover"
-    proof = f"fewest pods that hold all that is ordered ({problem}, {_how(visits)})"
+    proof = f"fewest pods that hold all that is ordered ({problem}, {visits.how})"
     yield Bound("pod_station_visits", visits.cost, proof)
     yield Bound("psv_per_order", _per(visits.cost, orders), proof)
     # All pods go back but for those on robots at the end; where these may be all, none need go back.
     back = start.ways.back_m if visits.cost > robots else 0
     cover = cheapest_cover(instance, [metres + back for metres in start.metres()])
     found = max(cover.cost - back * robots, 0)
-    proof = f"pods that hold all that is ordered, carried there and, but for the last, back ({_how(cover)})"
+    proof = f"pods that hold all that is ordered, carried there and, but for the last, back ({cover.how})"
     yield Bound("distance_m", found, proof)
     yield Bound("loaded_distance_m", found, proof)
     yield Bound("distance_per_order_m", _per(found, orders), proof)
-
-
-def _how(cover: Cover) -> str:
-    return "optimal" if cover.optimal else "as far as proven within the limit of nodes"
 
 
 def _per(total: int, orders: int) -> float | None:
@@ -178,11 +174,12 @@ def _of_times(scenario: Scenario, instance: Instance, start: _Start) -> Iterator
     if refilled:
         least = "none: when orders arrive, with instance.arrivals.process = refill, depends on the rules"
     elif counted.any():
+        alone = np.maximum(*(one.last_done(items[counted], arrivals[counted]) for one in servers)) - arrivals[counted]
         done = np.maximum(*(one.completions(items[counted], arrivals[counted]) for one in servers))
         since = np.sort(arrivals[counted])
         turnover = int((done - since).sum()) / (len(done) * TICKS_PER_S)
         within = 95 * (len(done) - 1) // 100 + 1  # orders whose turn-over time the 95th percentile is no less than
-        p95 = to_seconds(max(int((done[:within] - since[len(done) - within :]).max()), 0))
+        p95 = to_seconds(int(max((done[:within] - since[len(done) - within :]).max(), np.sort(alone)[within - 1])))
         least = "pickers and robots always at work on the orders with the least left"
     yield Bound("turnover_s", turnover, least)
     yield Bound("turnover_p95_s", p95, least)

@@ -30,7 +30,9 @@ def bound(scenario: str, overrides: tuple[str, ...], seed: int | None, as_json: 
     from rmfs_details.catalogue import DETAILS
 
     loaded = load_checked(scenario, overrides, seed)
-    with compiling_announced(notes_console()):
+    notes = notes_console()
+    notes.print("Proving bounds ...", soft_wrap=True)
+    with compiling_announced(notes):
         bounds = bounds_of(loaded)
     if as_json:
         print_json({"scenario": scenario, "seed": loaded.seed, "bounds": [attrs.asdict(one) for one in bounds]})

@@ -20,6 +20,12 @@ from rmfs_core.world import Instance
 MOST_NODES = 100
 """Nodes of branch and bound: a limit that is the same on every machine. More of them hardly raise a bound."""
 
+MOST_PAIRS = 10_000
+"""Pairs of a pod and a SKU that it holds, above which whole pods are not asked for: the linear relaxation is."""
+
+MOST_ITERATIONS = 50_000
+"""Iterations of the first-order method (PDLP) that solves the relaxation."""
+
 TOLERANCE = 1e-6
 """By how much the bound that the solver proves may be too large, as a share."""
 
@@ -32,15 +38,17 @@ class Cover:
     ----------
     cost
         No cover costs less.
-    optimal
-        Whether one costs no more. Otherwise the limit of nodes came first.
+    how
+        ``"optimal"`` where one costs no more; otherwise how far that was proven.
     """
 
     cost: int
-    optimal: bool
+    how: str
 
 
-def cheapest_cover(instance: Instance, costs: Sequence[int], most_nodes: int = MOST_NODES) -> Cover:
+def cheapest_cover(
+    instance: Instance, costs: Sequence[int], most_nodes: int = MOST_NODES, most_pairs: int = MOST_PAIRS
+) -> Cover:
     """Return what the pods cost at least that hold all that is ordered.
 
     Parameters
@@ -51,6 +59,8 @@ def cheapest_cover(instance: Instance, costs: Sequence[int], most_nodes: int = M
         Whole numbers, a pod each, none below 0.
     most_nodes
         When to stop.
+    most_pairs
+        Above so many pairs of a pod and a SKU parts of pods may be taken, too.
     """
     from highspy import Highs, HighsLp, HighsModelStatus, HighsVarType, MatrixFormat  # imported here: it takes a while
 
@@ -59,7 +69,7 @@ def cheapest_cover(instance: Instance, costs: Sequence[int], most_nodes: int = M
         for sku, quantity in order.lines:
             demand[sku] += quantity
     if not demand:
-        return Cover(0, True)
+        return Cover(0, "optimal")
     row_of = {sku: row for row, sku in enumerate(demand)}
     pods = [(costs[p], _column(pod.contents, demand)) for p, pod in enumerate(instance.pods)]
     pods = [(cost, column) for cost, column in pods if column]
@@ -67,7 +77,6 @@ def cheapest_cover(instance: Instance, costs: Sequence[int], most_nodes: int = M
     model.num_col_, model.num_row_ = len(pods), len(demand)
     model.col_cost_ = np.array([cost for cost, _ in pods], dtype=float)
     model.col_lower_, model.col_upper_ = np.zeros(len(pods)), np.ones(len(pods))
-    model.integrality_ = [HighsVarType.kInteger] * len(pods)
     model.row_lower_ = np.ones(len(demand))
     model.row_upper_ = np.full(len(demand), math.inf)
     model.a_matrix_.format_ = MatrixFormat.kColwise
@@ -77,15 +86,35 @@ def cheapest_cover(instance: Instance, costs: Sequence[int], most_nodes: int = M
     solver: Any = Highs()  # type: ignore[no-untyped-call]
     solver.setOptionValue("output_flag", False)
     solver.setOptionValue("threads", 1)
-    solver.setOptionValue("mip_rel_gap", 0.0)
-    solver.setOptionValue("mip_max_nodes", most_nodes)
+    relaxed = len(model.a_matrix_.index_) > most_pairs
+    if relaxed:
+        solver.setOptionValue("solver", "pdlp")
+        solver.setOptionValue("pdlp_iteration_limit", MOST_ITERATIONS)
+    else:
+        model.integrality_ = [HighsVarType.kInteger] * len(pods)
+        solver.setOptionValue("mip_rel_gap", 0.0)
+        solver.setOptionValue("mip_max_nodes", most_nodes)
     solver.passModel(model)
     Highs.resetGlobalScheduler(True)  # a process has one pool of threads: others may want another number of them
     solver.run()
     Highs.resetGlobalScheduler(True)
-    bound = max(solver.getInfo().mip_dual_bound, 0.0)
     optimal = solver.getModelStatus() == HighsModelStatus.kOptimal
-    return Cover(math.ceil(bound * (1 - TOLERANCE) - TOLERANCE), optimal)
+    if relaxed:
+        bound, how = _dual_bound(model, solver.getSolution().row_dual), "linear relaxation"
+    else:
+        bound, how = solver.getInfo().mip_dual_bound, "optimal" if optimal else "as far as proven in the limit of nodes"
+    return Cover(math.ceil(max(bound, 0.0) * (1 - TOLERANCE) - TOLERANCE), how)
+
+
+def _dual_bound(model: Any, prices: Sequence[float]) -> float:
+    """Return what a cover costs at least by prices of the SKUs, however far these are from the best ones.
+
+    With prices y >= 0 the cost is no less than the sum of y, and of all pods' costs less the prices of what they hold,
+    where these are below 0.
+    """
+    y = np.maximum(np.array(prices), 0.0)
+    gained = np.add.reduceat(model.a_matrix_.value_ * y[model.a_matrix_.index_], model.a_matrix_.start_[:-1])
+    return float(y.sum() + np.minimum(model.col_cost_ - gained, 0.0).sum())
 
 
 def _column(contents: Sequence[tuple[int, int | None]], demand: Counter[int]) -> dict[int, float]:

@@ -103,7 +103,9 @@ def print_named(console: Console, table: Table) -> None:
     head = len(lines) - table.row_count - below
     if table.title:
         console.print(table.title, style=table.title_style or "")
-    for line in lines[:head]:
+    for number, line in enumerate(lines[:head]):
+        if number == below and names.header:
+            console.print(names.header, style=table.header_style or "", soft_wrap=True)
         console.print(Segments([*line, Segment.line()]), end="")
     for name, line in zip(names.cells, lines[head:], strict=False):
         console.print(name if isinstance(name, Text) else Text(str(name)), soft_wrap=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from rmfs_core.results.running import versions_of
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario
 from rmfs_core.scenario.rulenames import is_inline, rule_choices
-from rmfs_core.wording import nearest
+from rmfs_core.wording import did_you_mean, listed, nearest
 from rmfs_experiments.compare import CATALOGUE
 from rmfs_experiments.keys import run_key
 from rmfs_experiments.resolving import Changes, located_in, resolve
@@ -177,6 +178,8 @@ class Experiment:
         Where files that rule sets and axes name are looked up.
     place
         What messages call it: its file.
+    metrics_place
+        What messages call its metrics, where that is not the same and ``metrics``.
 
     Raises
     ------
@@ -196,6 +199,7 @@ class Experiment:
     fronts: tuple[tuple[str, str], ...] = ()
     folder: str = "."
     place: str = "experiment"
+    metrics_place: str | None = None
 
     def __attrs_post_init__(self) -> None:
         names = [rule_set.name for rule_set in self.rule_sets]
@@ -293,8 +297,8 @@ class Experiment:
         known = {*known} - {*LABELS}
         for metric in self.metrics:
             if metric not in known:
-                problem = f'there is no metric "{metric}"{nearest(metric, known)}'
-                raise InputError(f"{self.place}, metrics", problem)
+                problem = f'there is no metric "{metric}"{_near(metric, known)}'
+                raise InputError(self.metrics_place or f"{self.place}, metrics", problem)
 
     def rule_files(self) -> list[str]:
         """Return the files that code will be loaded from: those of rules beside scenarios or the experiment."""
@@ -325,6 +329,14 @@ def _rule_names(key: str, value: Any) -> Iterator[str]:
             name = choice.get("rule") if isinstance(choice, Mapping) else choice
             if isinstance(name, str):
                 yield name
+
+
+def _near(metric: str, known: Collection[str]) -> str:
+    """Return what else may be meant: of so many names, a few."""
+    names = sorted(known)
+    close = [name for name in names if metric and metric in name] + get_close_matches(metric, names, cutoff=0.0)
+    few = [f"`{name}`" for name in [*dict.fromkeys(close)][:3]]
+    return did_you_mean(metric, names) or f"; expected one such as {listed(few, 'or')}"
 
 
 def _check_distinct(key: str, names: Sequence[object]) -> None:

@@ -59,7 +59,7 @@ def load_experiment(path: str | Path) -> Experiment:
         raise InputError(str(file), f"this is no valid TOML: {error}") from error
     source = Source(str(file), text)
     try:
-        return _experiment(data, file)
+        return _experiment(data, file, source.place_of(("metrics",)))
     except KeyProblem as problem:
         raise InputError(source.place_of(problem.path), problem.problem) from None
 
@@ -78,7 +78,7 @@ def _find(path: Path) -> Path:
     )
 
 
-def _experiment(data: Mapping[str, Any], file: Path) -> Experiment:
+def _experiment(data: Mapping[str, Any], file: Path, metrics_place: str) -> Experiment:
     for key in data:
         if key not in KEYS:
             raise KeyProblem(f"unknown key{nearest(key, KEYS)}", (key,))
@@ -103,6 +103,7 @@ def _experiment(data: Mapping[str, Any], file: Path) -> Experiment:
             fronts=_fronts(data.get("fronts", [])),
             folder=str(file.parent),
             place=str(file),
+            metrics_place=metrics_place,
         )
     except InputError as error:
         first, _, rest = error.place.partition(".")
@@ -182,6 +183,7 @@ def _fronts(value: Any) -> tuple[tuple[str, str], ...]:
 def _rule_sets(value: Any) -> Iterator[RuleSetChoice]:
     if not isinstance(value, list):
         raise KeyProblem("expected one or more tables [[rule_sets]]", ("rule_sets",))
+    names = set()
     for place, entry in enumerate(value):
         table = dict(_table(entry, ("rule_sets", place)))
         name = table.pop("name", "")
@@ -197,6 +199,9 @@ def _rule_sets(value: Any) -> Iterator[RuleSetChoice]:
         for choice in itertools.product(*several.values()):
             labels = " + ".join(map(_label_of, choice))
             whole = ": ".join(part for part in (name, labels) if part)
+            if whole in names:
+                raise KeyProblem(f"{whole} is there twice; expected different ones", ("rule_sets", place))
+            names.add(whole)
             yield RuleSetChoice(whole, changes | dict(zip(several, choice, strict=True)))
 
 

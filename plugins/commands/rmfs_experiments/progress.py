@@ -62,6 +62,11 @@ class ExperimentCounts:
         return self.stored + self.done
 
     @property
+    def under_way(self) -> int:
+        """Runs under way: where one has ended, the next may be begun before that is known."""
+        return min(len(self.running), self.slots)
+
+    @property
     def used_s(self) -> float:
         """Wall-clock seconds since the start."""
         return time.perf_counter() - self.started
@@ -137,7 +142,7 @@ class ExperimentLines(Display, Watcher):
         counts = self.counts
         failed = f", {counts.failed:,} failed" if counts.failed else ""
         return (
-            f"{counts.finished:,} of {counts.total:,} runs done{failed}, {len(counts.running)} running, "
+            f"{counts.finished:,} of {counts.total:,} runs done{failed}, {counts.under_way} running, "
             f"{counts.speed} simulated s per s"
         )
 
@@ -205,7 +210,7 @@ class ExperimentPanel(PanelDisplay, Watcher):
     def _figures(self) -> RenderableType:
         counts = self.counts
         pairs: list[tuple[str, str | Text]] = [
-            ("Running", f"{len(counts.running)} of {counts.slots} at a time"),
+            ("Running", f"{counts.under_way} of {counts.slots} at a time"),
             ("Simulated s per s", counts.speed),
             ("Stored before", f"{counts.stored:,}"),
             ("Time used", duration(counts.used_s)),

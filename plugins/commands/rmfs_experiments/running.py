@@ -124,6 +124,7 @@ def run_experiment(
     different = {job.key: job for job in all_jobs}
     runs = RunStore(store)
     todo = [job for job in different.values() if not _is_stored(job, runs, watcher)]
+    todo.sort(key=lambda job: experiment.seeds.index(job.seed))  # so that the first tell how long all take
     missing = {job.key for job in todo}
     expected = _Expected(experiment, all_jobs)
     for job in different.values():

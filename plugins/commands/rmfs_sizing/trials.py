@@ -127,6 +127,7 @@ class Trials:
             metrics=(self.target.metric,),
             folder=self.worlds.scenario.folder,
             place=self.name,
+            metrics_place=f"--most {self.target.metric}={self.target.most:g}",
         )
         return run_experiment(
             experiment,

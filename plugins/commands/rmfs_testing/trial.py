@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from functools import cache
+from collections import Counter
+from collections.abc import Callable, Mapping
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 import pluggy
@@ -20,6 +21,7 @@ from rmfs_core.rules.sources import RuleSource
 from rmfs_core.rules.traits import RuleTraits
 from rmfs_core.scenario.model import RuleChoice
 from rmfs_core.simulation.engine import Simulation
+from rmfs_core.wording import counted, listed
 from rmfs_testing.snapshot import Snapshot
 from rmfs_testing.traces import Recorder
 from rmfs_testing.trial_worlds import PLAIN_RULES
@@ -43,7 +45,7 @@ UNCHARGED = ' (a rule that sends no robot to a charger says so by needs = ("no b
 
 
 class _EndlessError(Exception):
-    """The rule was asked so often that the run gets nowhere."""
+    """The rule was asked so often that the run gets nowhere; the text says what."""
 
 
 @define(eq=False)
@@ -86,7 +88,7 @@ class WatchedRule:
     manager: pluggy.PluginManager = field(init=False, factory=new_manager)
     view: WarehouseView | None = field(init=False, default=None)
     mutation: str | None = field(init=False, default=None)
-    decisions: int = field(init=False, default=0)
+    asked: Counter[str] = field(init=False, factory=Counter)
     _before: Snapshot | None = field(init=False, default=None)
     _started: float = field(init=False, default=0.0)
 
@@ -105,13 +107,20 @@ class WatchedRule:
 
     def begin(self, view: WarehouseView) -> None:
         """Forget the run before this one."""
-        self.view, self.mutation, self.decisions = view, None, 0
+        self.view, self.mutation, self.asked = view, None, Counter()
+
+    def tell(self, function: Callable[[Event], object], event: Event) -> None:
+        """Call a function that the rule's ``hears`` names, in place of its hook and watched like it."""
+        self._before_call("on_event", function, {})
+        function(event)
+        self._after_call(None, "on_event", function, {})
 
     def _before_call(self, name: str, _methods: object, arguments: Mapping[str, Any]) -> None:
         if name not in OBSERVER_HOOKS:
-            self.decisions += 1
-            if self.decisions > MOST_CALLS:
-                raise _EndlessError
+            if self.asked.total() == MOST_CALLS:
+                calls = listed(f"{hook} {counted(times, 'time')}" for hook, times in self.asked.most_common())
+                raise _EndlessError(f"it was asked {calls}, until {self.view.now_s if self.view else 0:.3f} s")
+            self.asked[name] += 1
         if self.view is not None and self.mutation is None:
             self._before = Snapshot.of(self.view, arguments.get("traffic"))
         self._started = time.perf_counter()
@@ -132,6 +141,14 @@ class _Forwarding:
     """Observer that tells the watched rule what happens."""
 
     rule: WatchedRule
+
+    @property
+    def hears(self) -> object:
+        """What the rule listens to."""
+        heard = getattr(self.rule.instance, "hears", None)
+        if not isinstance(heard, Mapping):
+            return heard
+        return {kind: [partial(self.rule.tell, function) for function in called] for kind, called in heard.items()}
 
     @hookimpl
     def run_started(self, run: RunInfo) -> None:
@@ -204,7 +221,7 @@ def _problem(error: BaseException) -> tuple[str, str]:
     if isinstance(error, StandstillError):
         return STARVED, str(error)
     if isinstance(error.__cause__, _EndlessError):
-        return STARVED, f"after {MOST_CALLS} decisions the run is not over: {error}"
+        return STARVED, f"after {MOST_CALLS:,} decisions the run is not over: {error.__cause__}"
     if isinstance(error, RuleError) and error.__cause__ is None:
         return IMPOSSIBLE, str(error)
     return RAISED, str(error) if isinstance(error, RuleError) else f"{type(error).__name__}: {error}"

@@ -220,6 +220,18 @@ def test_an_observer_object_is_checked_like_a_rule() -> None:
     with pytest.raises(InputError, match="observer object: it implements no observer hook"):
         load().register_observer(object())
 
+    class Listens:
+        hears = ("OrderCompleted",)
+
+        @hookimpl
+        def on_event(self, event: object) -> None:
+            """Never called."""
+
+    with pytest.raises(
+        InputError, match=r"^observer Listens: it has hears = \('OrderCompleted',\); expected a tuple of"
+    ):
+        load().register_observer(Listens())
+
 
 @define
 class Both:

@@ -11,11 +11,13 @@ import pytest
 from attrs import evolve
 
 from rmfs_core.errors import InputError
+from rmfs_core.events import Event, OrderCompleted
 from rmfs_core.info import RunInfo
 from rmfs_core.rules.traits import RuleTraits
 from rmfs_core.scenario.model import BatterySection, RobotsSection, RuleChoice, StationsSection
 from rmfs_testing import small_instance
 
+EVENTS = "a tuple of classes of events, or a mapping from these to lists of functions"
 NEEDED = "a tuple of 'unlimited stock', 'item capacity' or 'no batteries'"
 
 Refusal = Callable[..., str]
@@ -49,6 +51,7 @@ def test_what_is_declared_is_read() -> None:
         "packing_capacity": 0,
         "reserves": "windows",
         "prepare": print,
+        "hears": {OrderCompleted: [print]},
     }
     assert RuleTraits.of(SimpleNamespace(**declared), "here", "it") == RuleTraits(**declared)
 
@@ -74,6 +77,14 @@ def test_roles_may_be_given_as_texts() -> None:
         ("packing_capacity", True, "a whole number >= 0, or None"),
         ("reserves", "paths", "'full paths', 'windows', 'fleet' or None"),
         ("prepare", "warm up", "a method"),
+        ("hears", 5, EVENTS),
+        ("hears", OrderCompleted, EVENTS),  # a class is no tuple of them
+        ("hears", ("OrderCompleted",), EVENTS),
+        ("hears", (int,), EVENTS),
+        ("hears", (Event,), EVENTS),  # nothing that happens is just an event
+        ("hears", {OrderCompleted: 3}, EVENTS),
+        ("hears", {OrderCompleted: [3]}, EVENTS),
+        ("hears", {int: [print]}, EVENTS),
     ],
 )
 def test_a_wrong_declaration_is_refused(trait: str, value: object, expected: str) -> None:

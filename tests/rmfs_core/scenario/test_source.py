@@ -44,6 +44,24 @@ def test_a_key_is_found(path: tuple[str | int, ...], line: int | None) -> None:
     assert line_of(TEXT, path) == line
 
 
+@pytest.mark.parametrize(
+    ("path", "line"),
+    [
+        (("sets",), 1),
+        (("sets", 0, "name"), 2),
+        (("sets", 1), 4),
+        (("sets", 1, "name"), 5),
+        (("sets", 1, "rules", "poa"), 7),  # a table within the last one before it
+        (("sets", 2, "name"), 9),  # not there: its table
+        (("others", 0, "name"), 11),
+    ],
+)
+def test_tables_of_a_list_are_told_apart(path: tuple[str | int, ...], line: int) -> None:
+    """The first is number 0."""
+    text = '[[sets]]\nname = "a"\n\n[[sets]]\nname = "b"\n[sets.rules]\npoa = "x"\n\n[[sets]]\n[[ others ]]\nname = 1\n'
+    assert line_of(text, path) == line
+
+
 def test_no_line_is_given_where_it_could_be_wrong() -> None:
     """Multi-line strings may look like keys."""
     assert line_of('text = """\nseed = 1\n"""\nseed = 2\n', ("seed",)) is None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from attrs import evolve
 
 from rmfs_core.results.catalogue import Metric, show
@@ -30,15 +32,15 @@ def value(metric: Metric, number: float | None) -> str:
     return show(_finer(metric), number)
 
 
-def difference(metric: Metric, found: Interval) -> str:
-    """Return a difference with its interval beside Holm's p: ``-0.17 [-0.21, -0.13]``."""
+def difference(metric: Metric, found: Interval, *, bounds: bool = True) -> str:
+    """Return a difference with its interval beside Holm's p: ``-0.17 [-0.21, -0.13]``; or without."""
     finer = _finer(metric)
-    return _with_bounds(found, lambda number: _signed(show(finer, number)))
+    return _with_bounds(found, lambda number: _signed(show(finer, number)), bounds=bounds)
 
 
-def relative(found: Interval) -> str:
-    """Return a relative difference in percent with its interval beside Holm's p."""
-    return _with_bounds(found, lambda number: _signed(f"{100 * number:,.1f}"), " %")
+def relative(found: Interval, *, bounds: bool = True) -> str:
+    """Return a relative difference in percent with its interval beside Holm's p; or without."""
+    return _with_bounds(found, lambda number: _signed(f"{100 * number:,.1f}"), " %", bounds=bounds)
 
 
 def times(multiple: float | None) -> str:
@@ -51,6 +53,18 @@ def probability(p: float | None) -> str:
     if p is None:
         return NONE
     return "< 0.001" if p < 0.001 else f"{p:.3f}"
+
+
+def other_sign(metric: Metric, one: Paired) -> str | None:
+    """Return a sentence where the relative difference has another sign than that of the means; else None."""
+    mean, share = one.difference.mean, one.relative.mean
+    if mean is None or share is None or mean * share >= 0:
+        return None
+    return (
+        f"{one.rule_set}, {one.instances}: the means differ by {difference(metric, one.difference)}, p "
+        f"{probability(one.difference.p_holm)}, the other way round than the relative difference, in which small and "
+        "large figures count alike."
+    )
 
 
 def seeds(one: Paired) -> str:
@@ -70,10 +84,11 @@ def _signed(text: str) -> str:
     return f"{MINUS}{digits}" if text.startswith("-") else f"+{digits}"
 
 
-def _with_bounds(found: Interval, shown: object, unit: str = "") -> str:
-    assert callable(shown)
+def _with_bounds(found: Interval, shown: Callable[[float], str], unit: str = "", *, bounds: bool) -> str:
     if found.mean is None:
         return NONE
+    if not bounds:
+        return f"{shown(found.mean)}{unit}"
     if found.low_holm is None or found.high_holm is None:
         return f"{shown(found.mean)}{unit} (no interval)"
     return f"{shown(found.mean)}{unit} [{shown(found.low_holm)}, {shown(found.high_holm)}]"

@@ -16,6 +16,10 @@ MOST_SETS = 6
 MOST_ERRORS = 5
 WIDE = 120
 """Columns from which on absolute differences are shown beside the relative ones."""
+FEW = (
+    'Differences from "{}": a value for each seed, the mean over its pairs of runs of the same instance. Of one or two '
+    "seeds there are no intervals here, nor p: they would tell nothing. Runs that are not complete do not count."
+)
 OF_BOUND = "x bound: how many times what no rules can beat, mean over the same runs."
 
 
@@ -33,11 +37,20 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
         console.print()
     for metric in comparison.metrics:
         print_named(console, _metric(comparison, metric, shown, console.width >= WIDE))
+        for one in (one for name in shown for one in comparison.of(name, metric)):
+            if sentence := numbers.other_sign(comparison.described(metric), one):
+                console.print(sentence, style="yellow", highlight=False, markup=False)
     for first, second in comparison.fronts:
         print_named(console, _front(comparison, first, second, shown))
-    console.print(numbers.CAPTION.format(comparison.baseline), style="dim", highlight=False, markup=False)
+    caption = numbers.CAPTION.format(comparison.baseline) if _tested(comparison) else FEW.format(comparison.baseline)
+    console.print(caption, style="dim", highlight=False, markup=False)
     if any(map(comparison.bounded, comparison.metrics)):
         console.print(OF_BOUND, style="dim", highlight=False, markup=False)
+
+
+def _tested(comparison: Comparison) -> bool:
+    """Whether there are seeds enough for intervals that tell something."""
+    return max((one.seeds for one in comparison.paired), default=0) > 2
 
 
 def _counts(comparison: Comparison) -> Table:
@@ -67,7 +80,9 @@ def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: b
     absolute = wide or not relative
     table = new_table(numbers.title(shown_as))
     table.add_column("Rule set")
-    columns = (["Difference", "p (Holm)"] if absolute else []) + (["Relative", "p (Holm)"] if relative else [])
+    tested = _tested(comparison)
+    p = ["p (Holm)"] * tested
+    columns = (["Difference", *p] if absolute else []) + (["Relative", *p] if relative else [])
     bounded = comparison.bounded(metric)
     for name in ("Seeds", "Mean", *(["x bound"] if bounded else []), *columns):
         table.add_column(name, justify="right")
@@ -80,10 +95,13 @@ def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: b
             if one.rule_set == comparison.baseline:
                 table.add_row(Text(name), "", *means, Text("baseline", "dim"))
                 continue
-            cells = [numbers.difference(shown_as, one.difference), numbers.probability(one.difference.p_holm)]
-            cells = cells if absolute else []
+            cells = []
+            if absolute:
+                cells += [numbers.difference(shown_as, one.difference, bounds=tested)]
+                cells += [numbers.probability(one.difference.p_holm)] * tested
             if relative:
-                cells += [numbers.relative(one.relative), numbers.probability(one.relative.p_holm)]
+                cells += [numbers.relative(one.relative, bounds=tested)]
+                cells += [numbers.probability(one.relative.p_holm)] * tested
             table.add_row(Text(name), numbers.seeds(one), *means, *cells)
     return table
 

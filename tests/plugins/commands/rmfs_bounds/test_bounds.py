@@ -64,12 +64,12 @@ def test_by_hand() -> None:
 def test_a_percentile_leaves_out_one_in_twenty() -> None:
     """Of 21 orders of an item one may take as long as it likes: the 20th is complete 19 times 13 s after the first.
 
-    Nothing is said of orders that arrive so far apart that the next one comes before the pickers are behind.
+    Of orders that arrive so far apart that the pickers are never behind, each takes its pick of 7 s.
     """
     lone = {str(i): ["a"] for i in range(1, 22)}
     assert values(ONE_ROBOT, small_instance(lone, {"p": ["a"]}))["turnover_p95_s"] == pytest.approx(17.367 + 19 * 13)
     apart = small_instance(lone, {"p": ["a"]}, arrivals_s={str(i): 100 * i for i in range(1, 22)})
-    assert values(ONE_ROBOT, apart)["turnover_p95_s"] == 0.0
+    assert values(ONE_ROBOT, apart)["turnover_p95_s"] == 7.0
 
 
 def test_more_robots_bring_no_pod_back() -> None:

@@ -43,6 +43,7 @@ def test_names_and_figures_are_whole(width: int, boxed: bool) -> None:
         row = lines[at] if width == 140 else lines[at + 1]
         assert row.split()[-FIGURES:] == [f"{1000.25 + number}" for number in range(FIGURES)]
         assert width == 140 or lines[at] == name
+    assert width == 140 or "Rule" in lines[:3]  # what the names are stands above them
 
 
 def test_short_names_stay_in_their_row() -> None:

@@ -124,7 +124,7 @@ def test_the_quick_part_is_two_seeds_and_the_first_value_of_each_axis(experiment
         ("seeds = [1, 2]", "seeds = { first = 9223372036854775807, count = 2 }", "found 9223372036854775808"),
         ('baseline = "pod-match"', "", "baseline: this part is missing"),
         ('baseline = "pod-match"', 'baseline = "pod-mtach"', 'no rule set "pod-mtach" (did you mean `pod-match`?)'),
-        ('name = "first-come"', 'name = "pod-match"', "rule_sets: pod-match is there twice"),
+        ('name = "first-come"', 'name = "pod-match"', "line 7, rule_sets[1]: pod-match is there twice"),
         ('name = "first-come"', "", "expected a `name` in each [[rule_sets]], found none in number 2"),
         ("rules.poa =", "rules.pao =", 'rule set "first-come": unknown key (did you mean `poa`?)'),
         ("rules.poa =", "ruls.poa =", 'rule set "first-come": unknown key (did you mean `rules`?)'),

@@ -38,6 +38,18 @@ def test_plain_lines(experiment: Write) -> None:
     assert lines[6:] == ["trial: bounds of 3 instances and seeds"]
 
 
+def test_no_more_runs_are_under_way_than_there_are_slots(experiment: Write) -> None:
+    """Though a run is begun as soon as another has ended, before that is counted."""
+    console = Console(width=80, force_terminal=False)
+    progress = ExperimentLines("trial", console)
+    with console.capture() as capture:
+        progress.started(8, 0, 2)
+        for job in experiment().jobs()[:3]:
+            progress.run_started(job)
+        progress.ended()
+    assert "2 running" in capture.get()
+
+
 def test_the_live_display(experiment: Write) -> None:
     """It shows runs done and under way, speed and time left; failures stay to be read when it is gone."""
     console = Console(width=100, height=40, force_terminal=True, color_system=None)

@@ -338,12 +338,14 @@ def test_a_metric_that_nobody_measured_is_named(metric: str, experiment: Write, 
     (folder / "legs.py").write_text(MEASURING, encoding="utf-8")
     one = experiment(MEASURED.replace("half", metric))
     for _ in range(2):  # the second time from the store
-        with pytest.raises(InputError, match=f'experiment.toml, metrics: there is no metric "{metric}"') as caught:
+        with pytest.raises(
+            InputError, match=f'experiment.toml, line 5, metrics: there is no metric "{metric}"'
+        ) as caught:
             run_experiment(one, store=tmp_path / "runs", jobs=1)
         assert f"`{metric}`" not in caught.value.problem  # it is no hint to itself
-        assert 3 <= len(list((tmp_path / "runs").iterdir())) < 6
+        assert 2 <= len(list((tmp_path / "runs").iterdir())) < 6
     fixed = run_experiment(evolve(one, metrics=("legs_driven",)), store=tmp_path / "runs", jobs=1)
-    assert 0 < fixed.computed <= 3
+    assert 0 < fixed.computed <= 4
     assert fixed.comparison().metrics == ("legs_driven",)
 
 

@@ -78,7 +78,10 @@ def test_a_run_that_fails_ends_with_code_1(folder: Path, capsys: pytest.CaptureF
         (("--p95", "nan"), "nan"),
         (("--most", "late_percent"), "expected a number, as in --p95 900 or --most late_percent=2"),
         (("--most", "late_percent=few"), "found late_percent=few"),
-        (("--most", "late_percnt=2", *QUICK), 'there is no metric "late_percnt" (did you mean `late_percent`'),
+        (
+            ("--most", "late_percnt=2", *QUICK),
+            '--most late_percnt=2: there is no metric "late_percnt" (did you mean `late_percent`',
+        ),
         (("--p95", "900", "--robots", "0-4"), "expected a number from 1 on, or two such as 2-6, found 0-4"),
         (("--p95", "900", "--stations", "5-2"), "or two such as 2-6, found 5-2"),
         (("--p95", "900", "--stations", "2-9999"), "--stations: found 9,999; expected 200 at most"),

@@ -96,6 +96,39 @@ def test_a_rule_that_observes_is_told_everything() -> None:
 
 
 @define
+class Choosy(First):
+    """POA that is told of completed orders alone, or has a function called for each."""
+
+    hears: Any = (OrderCompleted,)
+    heard: list[int] = field(factory=list)
+
+    @hookimpl
+    def on_event(self, event: OrderCompleted) -> None:
+        self.heard.append(event.order)
+
+
+def test_a_rule_hears_what_it_listens_to() -> None:
+    """As in a run: events of these kinds, or a call of the functions named for them in place of the hook."""
+    tuple_of_kinds, mapping, heard = Choosy(), Choosy(), []
+    mapping.hears = {OrderCompleted: [lambda event: heard.append(event.order)]}
+    for rule in (tuple_of_kinds, mapping):
+        outcome, times = tried(rule, Role.POA, Role.OBSERVER)
+        assert outcome.problems == ()
+        assert times["on_event"].calls == len(WORLD.instance.orders)
+    assert tuple_of_kinds.heard == heard != []
+    assert mapping.heard == []
+
+
+def test_a_function_that_is_told_of_events_is_watched() -> None:
+    """What it changes of the view is a mutation."""
+    rule = Choosy()
+    watched = WatchedRule(rule, {})
+    rule.hears = {OrderCompleted: [lambda _: object.__setattr__(watched.view.pods[0], "name", "mine")]}
+    (kind, problem), *_ = run_trial(WORLD, watched, (Role.POA, Role.OBSERVER)).problems
+    assert (kind, problem[:24]) == ("mutation of the view", "on_event changed name of")
+
+
+@define
 class Wrong:
     """POA that does what it is told to."""
 
@@ -159,8 +192,31 @@ def test_a_run_that_gets_nowhere_is_ended(monkeypatch: pytest.MonkeyPatch) -> No
     outcome, times = tried(First(), Role.POA)
     ((kind, problem),) = outcome.problems
     assert kind == "starved order"
-    assert problem.startswith("after 3 decisions the run is not over: ")
+    said = r"after 3 decisions the run is not over: it was asked assign_orders 3 times, until [\d.]+ s"
+    assert re.fullmatch(said, problem)
     assert times["assign_orders"].calls == 3
+
+
+@define
+class Sleepless(First):
+    """POA that assigns nothing and wakes up every second."""
+
+    @hookimpl
+    def assign_orders(self):
+        return []
+
+    @hookimpl
+    def wake_at(self, warehouse):
+        return warehouse.now_s + 1
+
+
+def test_a_rule_that_only_wakes_up_is_told_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """How often it was asked, and until when; nothing of where it was stopped."""
+    monkeypatch.setattr(trial, "MOST_CALLS", 30)
+    ((kind, problem),) = tried(Sleepless(), Role.POA)[0].problems
+    assert kind == "starved order"
+    assert "wake_at 15 times" in problem
+    assert problem.endswith(", until 15.000 s")
 
 
 def test_an_instance_may_run_again() -> None:
@@ -168,7 +224,7 @@ def test_an_instance_may_run_again() -> None:
     rule = WatchedRule(First(), {})
     for _ in range(2):
         assert run_trial(WORLD, rule, (Role.POA,)).problems == ()
-    assert rule.decisions == rule.times["assign_orders"].calls // 2
+    assert rule.asked.total() == rule.times["assign_orders"].calls // 2
 
 
 @define

@@ -43,6 +43,28 @@ def test_a_narrow_terminal_has_relative_differences_alone(result: ExperimentResu
     assert max(map(len, text.splitlines())) <= 80
 
 
+def test_two_seeds_have_no_intervals(result: ExperimentResult) -> None:
+    """Nor p: a sentence says why."""
+    result.rows[:] = [row for row in result.rows if row["seed"] < 3]
+    for width in (80, 120):
+        text = printed(result, width)
+        assert re.search(r"good +2 +3\.150 +(\+1\.000 +)?\+46\.5 % *\n", text.replace("\u2212", "-"))
+        assert "p (Holm)" not in text
+        assert "Of one or two seeds there are no intervals" in " ".join(text.split())
+
+
+def test_other_signs_of_the_two_differences_are_told(result: ExperimentResult) -> None:
+    """Less by 9 of 100, more by a half of 2: the means are less, the shares more on average."""
+    for row in result.rows:
+        if row["status"] != "failed":
+            base = 100 if row["instance.orders"] == 100 else 2
+            row["pile_on"] = row["seed"] / 1000 + (base if row["rule_set"] == "base" else {2: 3, 100: 91}[base])
+    text = " ".join(printed(result, 80).split())
+    assert "good, overall: the means differ by \u22124.000" in text
+    assert "the other way round than the relative difference" in text
+    assert "good, orders=50: the means" not in text
+
+
 def test_fronts_follow_the_metrics(with_front: ExperimentResult) -> None:
     """With the means of who is best in both; here the baseline has least of either."""
     text = printed(with_front, 80).partition("None beats these in both")[2]
