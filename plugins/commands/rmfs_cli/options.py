@@ -18,6 +18,13 @@ F = TypeVar("F", bound=Callable[..., Any])
 scenario_argument = click.argument("scenario", metavar="SCENARIO", shell_complete=completion.scenarios)
 """A file, or the name of a shipped scenario."""
 
+
+def scenario_name(scenario: str) -> str:
+    """Return what a run of a scenario is called: the name of its file, or of the folder of a ``scenario.toml``."""
+    file = Path(scenario)
+    return (file.absolute().parent.name if file.name == "scenario.toml" else "") or file.stem
+
+
 set_option = click.option(
     "--set",
     "overrides",

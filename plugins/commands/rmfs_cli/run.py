@@ -13,7 +13,15 @@ import click
 
 from rmfs_cli.completion import SetCommand, recorders
 from rmfs_cli.notes import notes_console
-from rmfs_cli.options import json_option, no_inline_option, quiet_option, scenario_argument, seed_option, set_option
+from rmfs_cli.options import (
+    json_option,
+    no_inline_option,
+    quiet_option,
+    scenario_argument,
+    scenario_name,
+    seed_option,
+    set_option,
+)
 from rmfs_cli.screen import output_console, print_json, say
 
 if TYPE_CHECKING:
@@ -87,7 +95,7 @@ def run(
     _check_recorders(record)
     recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
     resolved = load_checked(scenario, overrides, seed)
-    name = Path(scenario).stem
+    name = scenario_name(scenario)
     folder = default_folder(name, resolved.seed, overrides) if out is None else out
     notes = notes_console(quiet=quiet)
     if not no_inline_rules:
