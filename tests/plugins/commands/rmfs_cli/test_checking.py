@@ -119,6 +119,21 @@ def test_what_only_follows_is_not_reported(tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("overrides", "start"),
+    [
+        (["instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=-4"], "expected a number from 0.001"),
+        (["instance.due.allowance_s=x"], 'expected a number, found "x"'),
+        (["rules.poa_pps.urge_s=500"], "expected a key `rule`"),
+    ],
+)
+def test_one_cause_is_one_mistake(overrides: list[str], start: str) -> None:
+    """A part whose value is wrong is not missing, and what it goes together with is not wrong."""
+    (found,) = problems("examples/small", *overrides)
+    assert found.startswith(f"--set {overrides[-1]}")
+    assert f": {start}" in found
+
+
 def test_rules_are_a_part_that_may_be_missing_or_anything(tmp_path: Path) -> None:
     """Whatever stands in the place of the rules, the check comes to an end, and the rest is checked as well."""
     file = tmp_path / "rules.toml"
