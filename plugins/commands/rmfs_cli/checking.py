@@ -292,6 +292,8 @@ class _Check:
             "stations": len(layout.stations) - layout.replenishing,
             "robots": scenario.robots.count,
         }
+        if not instance.orders:
+            self.found.notes.append("Note: there are no orders.")
         if scenario.stations.oversize == "alone":
             refusing = evolve(scenario, stations=evolve(scenario.stations, oversize="refuse"))
             for problem in oversize_orders(instance, refusing):

@@ -184,6 +184,8 @@ def _report(console: Console, result: Result, folder: Path, record: Sequence[str
     from rmfs_core.results.recorders import files_of, load_recorder, make_observers
 
     console.print()
+    if not result.orders:
+        say(console, "There were no orders, so there is nothing to measure.")
     if result.status == "partial":
         total, left = len(result.orders), sum(row["completed_s"] is None for row in result.orders)
         say(console, f"The run ended with {left:,} of {total:,} orders left; metrics are of what was done.")
