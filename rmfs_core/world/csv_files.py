@@ -113,9 +113,8 @@ def read_bundles(file: Path, wrong: Wrong = refuse) -> dict[str, tuple[int, str,
         place = f"{file}, line {line}"
         tick = _tick(row.get("arrival_s", ""), f"{place}, arrival_s")
         if tick > _TEN_YEARS:
-            raise InputError(
-                f"{place}, arrival_s", f"found {row['arrival_s']}; expected a time within ten years from time 0 on"
-            )
+            late = f"found {row['arrival_s']}; expected a time within ten years from time 0 on"
+            raise InputError(f"{place}, arrival_s", late)
         items = _quantity(row["items"], file, line, "a whole number >= 1", column="items")
         if row["bundle"] in bundles:
             raise InputError(place, f"found bundle {row['bundle']} again; expected each once")

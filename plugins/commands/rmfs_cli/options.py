@@ -49,6 +49,19 @@ class NumberRange(click.FloatRange):
         return found
 
 
+class OutPath(click.Path):
+    """A file or folder to write to; click takes no name at all for the current folder."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path."""
+        if value == "":
+            self.fail("expected a name, found nothing.", param, ctx)
+        return super().convert(value, param, ctx)
+
+
 def decides_option(roles: Iterable[Role], **attributes: Any) -> Callable[[F], F]:
     """Return the option ``--decides``, which names a role as people do; the command is handed the role, or None."""
 
@@ -85,4 +98,4 @@ quiet_option = click.option("--quiet", "-q", is_flag=True, help="Print nothing b
 def runs_out_option(what: str, default: str) -> Callable[[F], F]:
     """Return ``--out`` of commands that keep finished runs: what else goes there, and where that is by default."""
     said = f"Folder for finished runs and the {what}. [default: {default}]"
-    return click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help=said)
+    return click.option("--out", type=OutPath(), metavar="DIR", help=said)

@@ -14,6 +14,7 @@ import click
 from rmfs_cli.completion import SetCommand, recorders
 from rmfs_cli.notes import notes_console
 from rmfs_cli.options import (
+    OutPath,
     json_option,
     no_inline_option,
     quiet_option,
@@ -43,7 +44,7 @@ VIEWERS, BROWSER = "rmfs.viewers", "browser"
 @set_option
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=OutPath(),
     metavar="DIR",
     help=f"Folder for the result's files; files of an earlier run in it are replaced. "
     f"[default: {RUNS_FOLDER}/<scenario>-seed<seed>, with what --set changed]",

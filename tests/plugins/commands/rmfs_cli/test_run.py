@@ -225,3 +225,12 @@ def test_a_rule_from_the_current_folder_with_a_shipped_scenario(
     assert "out of ideas" in err
     assert exit_code("run", *few, "--no-inline-rules") == 2
     assert "--no-inline-rules refuses" in capsys.readouterr().err
+
+
+def test_no_name_is_no_file_and_no_folder(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """An empty text, as a shell makes of a variable that is not set, is not the current folder."""
+    assert exit_code("run", "") == 2
+    assert 'Error: "": there is no such file' in capsys.readouterr().err
+    assert exit_code("run", "small.toml", "--out", "") == 2
+    assert "'--out': expected a name, found nothing" in capsys.readouterr().err
+    assert not (folder / "result.json").exists()
