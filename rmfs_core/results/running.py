@@ -140,10 +140,8 @@ def _folder_for_results(out: str | Path, scenario: Scenario, files: Sequence[str
             raise InputError(str(folder / name), "cannot be written: a folder has that name")
     foreign = [name for name in names if (folder / name).exists()]
     if foreign and not (folder / RESULT_FILE).exists():
-        raise InputError(
-            str(folder),
-            f"found a file {foreign[0]} that no run of rmfs has written; expected a folder for results alone",
-        )
+        found = f"found a file {foreign[0]} that no run of rmfs has written"
+        raise InputError(str(folder), f"{found}; expected a folder for results alone")
     return folder
 
 

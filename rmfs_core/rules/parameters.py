@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 import types
 import typing
 from collections.abc import Mapping
@@ -52,10 +53,9 @@ def build(rule: type, values: Mapping[str, Any], place: str, rule_name: str) -> 
     valid = parameters_of(rule)
     for name in values:
         if name not in valid:
+            unknown = f"{rule_name} has no parameter `{name}`{did_you_mean(name, valid)}"
             has = f"valid parameters are {listed(valid)}" if valid else "it has no parameters"
-            raise InputError(
-                f"{place}.{name}", f"{rule_name} has no parameter `{name}`{did_you_mean(name, valid)}; {has}"
-            )
+            raise InputError(f"{place}.{name}", f"{unknown}; {has}")
     for name, field in valid.items():
         if field.default is attrs.NOTHING and name not in values:
             raise InputError(f"{place}.{name}", f"{rule_name} needs the parameter `{name}`, which is missing")
@@ -132,5 +132,6 @@ def _blame_parameter(rule: type, values: Mapping[str, Any], place: str) -> None:
 
 
 def _text(error: Exception) -> str:
-    """Return the sentence of a validator's error; attrs' own validators carry more arguments than the text."""
-    return " ".join(str(error.args[0] if error.args else error).split()) or type(error).__name__
+    """Return the sentence of a validator's error; attrs' own carry more arguments than the text, and name the field."""
+    text = " ".join(str(error.args[0] if error.args else error).split()) or type(error).__name__
+    return re.sub(r"^'\w+' must be ([<>]=? \S+): (.*)$", r"expected a number \1, found \2", text)

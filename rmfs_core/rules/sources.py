@@ -103,7 +103,7 @@ class RuleSources:
             raise InputError(place, f'rule "{name}" would load code from a file, which --no-inline-rules refuses')
         relative = os.path.normpath(relative)
         if relative.startswith(".."):
-            raise InputError(place, f'rule "{name}" is outside the scenario\'s folder; move its file into the folder')
+            raise InputError(place, f'rule "{name}" is outside {Path(self.folder).absolute()}; move its file there')
         path = str(Path(self.folder) / relative)
         if path not in self._modules:
             self._modules[path] = _load_file(path, name, place)

@@ -140,9 +140,10 @@ def _find(path: str | Path) -> Path:
     name = file.as_posix().removesuffix(".toml")
     if name in shipped:
         return shipped[name]
-    if os.path.isdir(file):  # noqa: PTH112 (likewise)
+    if os.path.isdir(path):  # noqa: PTH112 (likewise)
         raise InputError(str(path), "expected a scenario file, found a folder")
-    raise InputError(str(path), f"there is no such file, and no shipped scenario of that name{nearest(name, shipped)}")
+    missing = "there is no such file, and no shipped scenario of that name"
+    raise InputError(str(path) or '""', f"{missing}{nearest(name, shipped)}")
 
 
 def _read(file: Path) -> str:
@@ -157,11 +158,11 @@ def _read(file: Path) -> str:
 
 def _syntax_error(name: str, error: ValueError) -> InputError:
     """Move the line from the end of tomllib's message to the front."""
-    message = str(error)
+    message, place = str(error), name
     if match := re.search(r" \(at line (\d+), column (\d+)\)$", message):
-        place = f"{name}, line {match[1]}, column {match[2]}"
-        return InputError(place, f"this is no valid TOML: {message[: match.start()]}")
-    return InputError(name, f"this is no valid TOML: {message}")
+        place, message = f"{name}, line {match[1]}, column {match[2]}", message[: match.start()]
+    hint = "; texts need quotes" if message == "Invalid value" else ""
+    return InputError(place, f"this is no valid TOML: {message}{hint}")
 
 
 PACKAGE = "rmfs_scenarios"  # the top-level folder `scenarios`, under the name it is installed by

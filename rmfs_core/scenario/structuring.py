@@ -112,7 +112,7 @@ def _has_origin(*origins: Any) -> Callable[[Any], bool]:
 
 def _finite(value: Any, _: Any) -> float:
     if type(value) not in (int, float) or not abs(value) <= sys.float_info.max:  # NaN, too
-        raise KeyProblem(f"expected a number, found {shown(value)}")
+        raise KeyProblem(f"expected a {'finite ' * (type(value) is float)}number, found {shown(value)}")
     return float(value)
 
 

@@ -231,7 +231,8 @@ def _named(kind: type) -> str:
 
 
 def _a(answer: object) -> str:
-    return "None" if answer is None else f"{type(answer).__name__} {shown_short(answer)}"
+    name, text = type(answer).__name__, shown_short(answer)
+    return text if answer is None or text.startswith(f"{name}(") else f"{name} {text}"
 
 
 def _raised(error: BaseException) -> str:

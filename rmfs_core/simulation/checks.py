@@ -241,7 +241,7 @@ def wake_tick(now: int, given: object) -> int | None:
     if number and to_seconds(now) < given < 1e12:  # type: ignore[operator]
         tick = to_ticks(float(given))  # type: ignore[arg-type]
         return tick + (to_seconds(tick) < given)  # type: ignore[operator]
-    raise ImpossibleError(f"wants to wake at {shown_short(given)}; expected finite seconds after now, or None")
+    raise ImpossibleError(f"wants to wake at {shown_short(given)}; expected seconds after now, below 1e12, or None")
 
 
 def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, legs: Sequence[Leg]) -> list[Leg]:

@@ -71,10 +71,8 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
     if n_pods > len(locations):
         raise InputError("instance.pods", f"found {n_pods} pods, but the layout has {len(locations)} storage locations")
     if scenario.robots.count > len(locations):
-        raise InputError(
-            "robots.count",
-            f"found {scenario.robots.count} robots; the layout has {len(locations)} storage locations to park them",
-        )
+        found = f"found {scenario.robots.count} robots"
+        raise InputError("robots.count", f"{found}; the layout has {len(locations)} storage locations to park them")
     standing = max(int(scenario.layout.pod_fill * len(locations)), n_pods)
     given = [pod.place for pod in instance.pods if pod.place is not None]
     places = _cells(given, layout, {CellKind.STORAGE}, "a storage location")
@@ -193,8 +191,6 @@ def _pods_at_stations(scenario: Scenario, instance: Instance, layout: Layout) ->
             raise InputError(place, f"found {len(names)} pods; the station and its queue hold {room}")
         placed += [(int(station) - 1, pods[name]) for name in names]
     if len(placed) > scenario.robots.count:
-        raise InputError(
-            "instance.pods_at_stations",
-            f"found {len(placed)} pods at stations, but robots.count = {scenario.robots.count}; each needs a robot",
-        )
+        found = f"found {len(placed)} pods at stations, but robots.count = {scenario.robots.count}"
+        raise InputError("instance.pods_at_stations", f"{found}; each needs a robot")
     return tuple(placed)

@@ -113,9 +113,8 @@ def read_bundles(file: Path, wrong: Wrong = refuse) -> dict[str, tuple[int, str,
         place = f"{file}, line {line}"
         tick = _tick(row.get("arrival_s", ""), f"{place}, arrival_s")
         if tick > _TEN_YEARS:
-            raise InputError(
-                f"{place}, arrival_s", f"found {row['arrival_s']}; expected a time within ten years from time 0 on"
-            )
+            late = f"found {row['arrival_s']}; expected a time within ten years from time 0 on"
+            raise InputError(f"{place}, arrival_s", late)
         items = _quantity(row["items"], file, line, "a whole number >= 1", column="items")
         if row["bundle"] in bundles:
             raise InputError(place, f"found bundle {row['bundle']} again; expected each once")
@@ -194,7 +193,7 @@ def read_robots(file: Path) -> list[Place]:
 
 
 def _place(row: dict[str, str], file: Path, line: int) -> Place:
-    at, along = (_quantity(row.get(name, ""), file, line, "a whole number >= 1", 1, name) for name in PLACE_COLUMNS)
+    at, along = (_quantity(row[name], file, line, "a whole number >= 1", 1, name) for name in PLACE_COLUMNS)
     return at, along, f"{file}, line {line}"
 
 
@@ -262,13 +261,16 @@ def _chosen(file: Path, header: Sequence[str], columns: Sequence[str], optional:
     """Yield the columns to read; name those that nobody reads, once."""
     known = (*columns, *optional)
     read = {column: name for column in known for name in (_DATES.get(column, column), column) if name in header}
-    for column in columns:
+    needed = columns if "row" in columns or not read.keys() & PLACE_COLUMNS else (*columns, *PLACE_COLUMNS)
+    for column in needed:
         if column not in read:
             found = f"`{','.join(header)}` without `{column}`" if any(header) else "none"
             if len(header) == 1 and (other := [name for sign, name in _SEPARATORS.items() if sign in header[0]]):
                 found = f"`{header[0]}`: fields are separated by commas, not by {other[0]}"
-            expected = f"a header with the columns {','.join(columns)}"
+            expected = f"a header with the columns {','.join(needed)}"
             raise InputError(f"{file}, line 1", f"expected {expected}, found {found}")
+    if twice := [name for name in read.values() if header.count(name) > 1]:
+        raise InputError(f"{file}, line 1, {twice[0]}", "found this column twice; expected each once")
     left = [f"`{name}`{did_you_mean(name, known)}" for name in dict.fromkeys(header) if name not in read.values()]
     told = f"{file}: ignored {listed(left)}." if left else ""
     if optional and told not in _WARNED:

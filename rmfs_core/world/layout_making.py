@@ -11,6 +11,7 @@ import numpy as np
 
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_CELLS, LayoutSection, Scenario
+from rmfs_core.wording import counted
 from rmfs_core.world.block import block_map
 from rmfs_core.world.grid import CellKind, Layout
 from rmfs_core.world.textmap import parse_map
@@ -58,7 +59,7 @@ def _map_layout(text: str, place: str, queue_length: int) -> Layout:
     check_layout(layout, place)
     for number, cells in enumerate(layout.stations, 1):
         if (has := cells.places) < queue_length:
-            found = f"found {queue_length}, but the queue of station {number} in {place} has {has} cell(s)"
+            found = f"found {queue_length}, but the queue of station {number} in {place} has {counted(has, 'cell')}"
             raise InputError("stations.queue_length", f"{found}; expected at most that many")
     return layout
 
@@ -142,4 +143,4 @@ def _refuse(layout: Layout, place: str, cells: Iterable[int], good: set[int], pr
     if bad:
         named = "; ".join(layout.where(cell) for cell in bad[:SHOWN])
         more = f" and {len(bad) - SHOWN} more" if len(bad) > SHOWN else ""
-        raise InputError(place, f"{len(bad)} cell(s) {problem}: {named}{more}")
+        raise InputError(place, f"found cells that {problem}: {named}{more}")

@@ -107,7 +107,7 @@ class _Check:
         self.allow_inline = allow_inline
         self.found = Checked()
         self.replaced: set[KeyPath] = set()
-        self.doubtful: set[str] = set()
+        self.doubtful: set[KeyPath] = set()
 
     def note(self, place: str, problem: str) -> bool:
         """Add a problem, its place a key or what a message names; return whether it is new."""
@@ -138,15 +138,21 @@ class _Check:
                 return self.given.scenario()
             except KeyProblem as problem:
                 path = problem.path
-                # What does not go together in a section may do so once its wrong values are mended.
-                if not (len(path) == 1 and path[0] in self.doubtful):
+                # What does not go together in a table may do so once its wrong values are mended; and they are there.
+                if path not in self.doubtful:
                     new = self._add(self.given.source.place_of(path), problem.problem)
                     if not new:
                         return None
                     if len(self.found.problems) >= MOST_IN_SCENARIO:
                         self._add(self.given.source.name, f"is checked no farther after {MOST_IN_SCENARIO} mistakes")
                         return None
-                self.given = evolve(self.given, data=self._mended(dict(self.given.data), path, problem.problem))
+                mended = self._mended(dict(self.given.data), path, problem.problem)
+                while mended == self.given.data:  # a part is missing, so what it is part of goes
+                    path = path[:-1]
+                    if not path:
+                        return None
+                    mended = self._mended(dict(self.given.data), path, problem.problem)
+                self.given = evolve(self.given, data=mended)
 
     def _mended(self, data: dict[str, Any], path: KeyPath, problem: str) -> dict[str, Any]:
         """Return the tables without what is wrong, or with a rule that stands in for a wrong one."""
@@ -159,7 +165,7 @@ class _Check:
         names = [part for part in path if isinstance(part, str)]
         cls = section_class(Scenario, section) if section in fields_of(Scenario) else None
         if len(names) > 1 and cls is not None and names[1] in fields_of(cls):
-            self.doubtful.add(section)
+            self.doubtful |= {tuple(names[:depth]) for depth in range(1, len(names) + 1)}
         table = data.get(section)
         if len(names) == 1 and cls is not None and isinstance(table, Mapping):
             # Values that do not go together: those that the sentence names.
@@ -178,6 +184,9 @@ class _Check:
         if role not in ROLES or (ROLES[role].many and len(path) == 2):
             return _without(rules, [role])
         if not ROLES[role].many:
+            others = [other.key for other in ROLES[role].excludes]
+            if isinstance(rules[role], Mapping) and "rule" not in rules[role] and rules.keys() & others:
+                return _without(rules, [role])  # a parameter of a rule that is not the one chosen
             self.replaced.add((role,))
             return {**rules, role: stand_in}
         number = path[2]
@@ -211,7 +220,7 @@ class _Check:
 
     def instance(self, scenario: Scenario) -> Instance | None:
         """Return the instance, if it can be made."""
-        if "instance" in self.doubtful:
+        if ("instance",) in self.doubtful:
             return None
         mistakes: list[InputError] = []
         try:
@@ -230,7 +239,7 @@ class _Check:
 
     def layout(self, scenario: Scenario) -> Layout | None:
         """Return the layout, if it can be made."""
-        if "layout" in self.doubtful:
+        if ("layout",) in self.doubtful:
             return None
         try:
             return make_layout(scenario)
@@ -283,6 +292,8 @@ class _Check:
             "stations": len(layout.stations) - layout.replenishing,
             "robots": scenario.robots.count,
         }
+        if not instance.orders:
+            self.found.notes.append("Note: there are no orders.")
         if scenario.stations.oversize == "alone":
             refusing = evolve(scenario, stations=evolve(scenario.stations, oversize="refuse"))
             for problem in oversize_orders(instance, refusing):

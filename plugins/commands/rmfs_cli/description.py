@@ -16,7 +16,8 @@ from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.rules.hooks import check_hooks, require_attrs_class, roles_of
 from rmfs_core.rules.parameters import parameters_of, type_hints, type_name
-from rmfs_core.rules.sources import load_entry
+from rmfs_core.rules.sources import RuleSource, RuleSources, load_entry
+from rmfs_core.scenario.rulenames import rule_name_from
 from rmfs_core.scenario.tomltext import toml_value
 from rmfs_core.wording import one_line
 
@@ -92,21 +93,29 @@ def installed_rules() -> list[RuleDescription]:
 def _describe(name: str, entry: EntryPoint) -> RuleDescription:
     distribution, version = entrypoints.origin(entry)
     try:
-        source = load_entry((entry,), entry.name)
-        rule = require_attrs_class(entry.name, source.target, source.describe())
-        check_hooks(entry.name, rule, rule.__name__)
-        parameters = tuple(_parameters(rule))
+        return _described(load_entry((entry,), entry.name), entry.name)
     except InputError as error:
         return RuleDescription(name, distribution, version, error=error.problem)
     except Exception as error:  # a class that cannot even be looked at must not hide the others
         return RuleDescription(name, distribution, version, error=one_line(error))
+
+
+def rule_of_file(name: str, *, allow_inline: bool = True) -> RuleDescription:
+    """Describe a class in a file, ``./my_rule.py:MyRule``; raise `InputError` where it is no rule."""
+    found = rule_name_from(name, ".", ".")
+    return _described(RuleSources(".", allow_inline).find(found, f"rmfs rules {name}"), f"rmfs rules {name}")
+
+
+def _described(source: RuleSource, place: str) -> RuleDescription:
+    rule = require_attrs_class(place, source.target, source.describe())
+    check_hooks(place, rule, rule.__name__)
     doc = inspect.getdoc(rule) or ""
     return RuleDescription(
-        name=name,
-        distribution=distribution,
-        version=version,
+        name=source.name,
+        distribution=source.distribution,
+        version=source.version,
         decides=tuple(role.label for role in roles_of(rule)),
-        parameters=parameters,
+        parameters=tuple(_parameters(rule)),
         summary=doc.partition("\n")[0].replace("``", "`"),
         reference=sections(doc).get("References", ""),
         doc=doc,

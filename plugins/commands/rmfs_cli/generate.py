@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rmfs_cli.completion import SetCommand
-from rmfs_cli.options import no_inline_option, scenario_argument, seed_option, set_option
+from rmfs_cli.options import OutPath, no_inline_option, scenario_argument, seed_option, set_option
 
 if TYPE_CHECKING:
     from rmfs_core.scenario import RuleChoice, RulesSection, Scenario
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 @click.command(cls=SetCommand, short_help="Write a scenario's orders and pods as CSV.")
 @scenario_argument
-@click.option("--out", required=True, metavar="DIR", help="Folder to write to; it is made if it is not there.")
+@click.option("--out", required=True, metavar="DIR", type=OutPath(), help="Folder to write to; made if not there.")
 @set_option
 @seed_option
 @click.option("--force", is_flag=True, help="Replace files that are there already.")
 @no_inline_option
 def generate(
-    scenario: str, out: str, overrides: tuple[str, ...], seed: int | None, force: bool, no_inline_rules: bool
+    scenario: str, out: Path, overrides: tuple[str, ...], seed: int | None, force: bool, no_inline_rules: bool
 ) -> None:
     """Write the orders and pods of SCENARIO to DIR as CSV, and a scenario that uses them.
 
@@ -44,11 +44,10 @@ def generate(
         "pods.csv": pods_csv(instance).encode(),
         "scenario.toml": to_toml(moved).encode(),
     }
-    folder = Path(out)
-    write_files(folder, files, force=force)
+    write_files(out, files, force=force)
     click.echo(
-        f"Wrote {counted(len(instance.orders), 'order')} and {counted(len(instance.pods), 'pod')} to {folder}: "
-        f"{', '.join(sorted(files))}. Run them with: rmfs run {folder / 'scenario.toml'}"
+        f"Wrote {counted(len(instance.orders), 'order')} and {counted(len(instance.pods), 'pod')} to {out}: "
+        f"{', '.join(sorted(files))}. Run them with: rmfs run {out / 'scenario.toml'}"
     )
 
 

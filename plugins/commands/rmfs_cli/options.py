@@ -18,6 +18,13 @@ F = TypeVar("F", bound=Callable[..., Any])
 scenario_argument = click.argument("scenario", metavar="SCENARIO", shell_complete=completion.scenarios)
 """A file, or the name of a shipped scenario."""
 
+
+def scenario_name(scenario: str) -> str:
+    """Return what a run of a scenario is called: the name of its file, or of the folder of a ``scenario.toml``."""
+    file = Path(scenario)
+    return (file.absolute().parent.name if file.name == "scenario.toml" else "") or file.stem
+
+
 set_option = click.option(
     "--set",
     "overrides",
@@ -40,6 +47,19 @@ class NumberRange(click.FloatRange):
         if math.isnan(found):
             self.fail(f"{value!r} is not a number.", param, ctx)
         return found
+
+
+class OutPath(click.Path):
+    """A file or folder to write to; click takes no name at all for the current folder."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path."""
+        if value == "":
+            self.fail("expected a name, found nothing.", param, ctx)
+        return super().convert(value, param, ctx)
 
 
 def decides_option(roles: Iterable[Role], **attributes: Any) -> Callable[[F], F]:
@@ -78,4 +98,4 @@ quiet_option = click.option("--quiet", "-q", is_flag=True, help="Print nothing b
 def runs_out_option(what: str, default: str) -> Callable[[F], F]:
     """Return ``--out`` of commands that keep finished runs: what else goes there, and where that is by default."""
     said = f"Folder for finished runs and the {what}. [default: {default}]"
-    return click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help=said)
+    return click.option("--out", type=OutPath(), metavar="DIR", help=said)

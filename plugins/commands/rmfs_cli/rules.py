@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rmfs_cli import completion
-from rmfs_cli.options import json_option
+from rmfs_cli.options import json_option, no_inline_option
 from rmfs_cli.screen import new_table, output_console, print_json
 
 if TYPE_CHECKING:
@@ -23,18 +23,23 @@ WIDE = 120
 
 @click.command(short_help="List the rules, or show everything about one.")
 @click.argument("name", required=False, shell_complete=completion.rules)
+@no_inline_option
 @json_option
-def rules(name: str | None, as_json: bool) -> None:
-    """List the installed rules, or show everything about the rule NAME.
+def rules(name: str | None, no_inline_rules: bool, as_json: bool) -> None:
+    """List the installed rules, or show everything about the rule NAME, or that of a file: ./my_rule.py:MyRule.
 
     Scenario files select rules by these names: what they decide, their parameters with defaults and units, and the
     reference.
     """
-    from rmfs_cli.description import installed_rules
+    from rmfs_cli.description import installed_rules, rule_of_file
+    from rmfs_core.scenario.rulenames import is_inline
 
-    found = installed_rules()
-    if name is not None:
-        found = _only(name, found)
+    if name is not None and is_inline(name):
+        found = [rule_of_file(name, allow_inline=not no_inline_rules)]
+    else:
+        found = installed_rules()
+        if name is not None:
+            found = _only(name, found)
     if as_json:
         print_json(found)
     elif name is not None:

@@ -13,7 +13,16 @@ import click
 
 from rmfs_cli.completion import SetCommand, recorders
 from rmfs_cli.notes import notes_console
-from rmfs_cli.options import json_option, no_inline_option, quiet_option, scenario_argument, seed_option, set_option
+from rmfs_cli.options import (
+    OutPath,
+    json_option,
+    no_inline_option,
+    quiet_option,
+    scenario_argument,
+    scenario_name,
+    seed_option,
+    set_option,
+)
 from rmfs_cli.screen import output_console, print_json, say
 
 if TYPE_CHECKING:
@@ -35,7 +44,7 @@ VIEWERS, BROWSER = "rmfs.viewers", "browser"
 @set_option
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=OutPath(),
     metavar="DIR",
     help=f"Folder for the result's files; files of an earlier run in it are replaced. "
     f"[default: {RUNS_FOLDER}/<scenario>-seed<seed>, with what --set changed]",
@@ -87,7 +96,7 @@ def run(
     _check_recorders(record)
     recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
     resolved = load_checked(scenario, overrides, seed)
-    name = Path(scenario).stem
+    name = scenario_name(scenario)
     folder = default_folder(name, resolved.seed, overrides) if out is None else out
     notes = notes_console(quiet=quiet)
     if not no_inline_rules:
@@ -176,6 +185,8 @@ def _report(console: Console, result: Result, folder: Path, record: Sequence[str
     from rmfs_core.results.recorders import files_of, load_recorder, make_observers
 
     console.print()
+    if not result.orders:
+        say(console, "There were no orders, so there is nothing to measure.")
     if result.status == "partial":
         total, left = len(result.orders), sum(row["completed_s"] is None for row in result.orders)
         say(console, f"The run ended with {left:,} of {total:,} orders left; metrics are of what was done.")

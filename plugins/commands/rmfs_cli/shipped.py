@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import takewhile
 from pathlib import Path
 
 
 def print_shipped(files: Mapping[str, Path], as_json: bool) -> None:
-    """Print names, and the first comment line of each file, which says what it is for."""
+    """Print names, and the first comment of each file, which says what it is for."""
     from rmfs_cli.screen import output_console, print_described, print_json
 
     found = {name: summary(file) for name, file in files.items()}
@@ -18,6 +19,7 @@ def print_shipped(files: Mapping[str, Path], as_json: bool) -> None:
 
 
 def summary(path: Path) -> str:
-    """Return the first comment line of a file."""
-    first = path.read_text(encoding="utf-8").partition("\n")[0]
-    return first.removeprefix("#").strip() if first.startswith("#") else ""
+    """Return the first paragraph of the comment that a file begins with."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    paragraph = takewhile(lambda line: line.startswith("#") and line.strip("# "), lines)
+    return " ".join(line.removeprefix("#").strip() for line in paragraph)

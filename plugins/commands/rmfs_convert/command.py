@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rmfs_cli.options import OutPath
+
 if TYPE_CHECKING:
     from rmfs_convert.lines import OrderLines, Sku
 
@@ -27,7 +29,7 @@ def convert() -> None:
 
 @convert.command(short_help="Make orders.csv from a table of order lines.")
 @click.argument("table", metavar="LINES", type=click.Path(path_type=Path))
-@click.option("--out", required=True, metavar="DIR", type=click.Path(path_type=Path), help="Folder to write to.")
+@click.option("--out", required=True, metavar="DIR", type=OutPath(), help="Folder to write to.")
 @click.option("--order", "order_column", required=True, metavar="COL", help="Column with the order's number or name.")
 @click.option("--sku", "sku_column", required=True, metavar="COL", help="Column with the SKU.")
 @click.option("--time", "time_column", metavar="COL", help="Column with the time of arrival. [default: all at time 0]")

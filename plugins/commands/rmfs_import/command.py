@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rmfs_cli.options import json_option
+from rmfs_cli.options import OutPath, json_option
 from rmfs_cli.screen import new_table, output_console, print_json, say
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ REPORT = "import.json"
     type=click.Choice(["rawsim-o", "rhcr", "lorr", "movingai"]),
     help="What the files are. [default: as they begin]",
 )
-@click.option("--out", required=True, metavar="DIR", type=click.Path(path_type=Path), help="Folder to write to.")
+@click.option("--out", required=True, metavar="DIR", type=OutPath(), help="Folder to write to.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of trips of RHCR's maps.")
 @click.option("--force", is_flag=True, help="Replace files that are there already.")
 @json_option

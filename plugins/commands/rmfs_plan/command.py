@@ -66,7 +66,8 @@ def plan(
 
     Each robot has one trip: random ones, or those of a scenario. Paths are planned one robot after another; a robot
     that finds none takes priority over others, and when all have paths, these are made shorter (--effort). The paths
-    are checked for collisions.
+    are checked for collisions. Exit code 1 when a robot finds no path, or when robots collide under a rule that keeps
+    them apart; under free-flow, which keeps none apart, collisions are counted only.
     """
 
     from rmfs_cli.choices import option_named, with_parameters

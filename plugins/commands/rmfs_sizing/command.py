@@ -21,6 +21,7 @@ from rmfs_cli.options import (
     quiet_option,
     runs_out_option,
     scenario_argument,
+    scenario_name,
     seed_option,
     set_option,
 )
@@ -133,7 +134,7 @@ def size(
     notes = notes_console(quiet=quiet)
     for file in rules.inline_files:
         say(notes, f"Loading code from {file}.")
-    name = Path(scenario).name.removesuffix(".toml")
+    name = scenario_name(scenario)
     folder = out or Path("rmfs-runs") / f"size-{name}"
     compile_searches(notes, loaded)
     try:

@@ -79,9 +79,10 @@ def print_decision(console: Console, recorded: Recorded, choice: RuleChoice, sta
     """Print the state that a rule saw, and what it decided."""
     opened = open_state(state, recorded.place)
     parameters = ", ".join(f"{name} = {toml_value(value)}" for name, value in choice.parameters.items())
-    rule = f"{recorded.rule} ({parameters})" if parameters else recorded.rule
     when = f"period {recorded.period}, at {recorded.time_s:,.3f} s"
-    _heading(console, f"Decision {recorded.number}: {recorded.decides.label} by {rule}, {when}")
+    _heading(console, f"Decision {recorded.number}: {recorded.decides.label} by {recorded.rule}, {when}")
+    if parameters:
+        say(console, f"Parameters: {parameters}.")
     console.print(_stations(opened))
     decided = recorded.decision
     assigned: dict[str, list[str]] = {}
@@ -126,8 +127,15 @@ def print_comparison(
         print_named(console, _bundle_outcomes(rows))
     elif outcome is not None:
         print_named(console, _outcomes(rows))
-        if any(isinstance(row, Outcome) and row.uncovered for *_, row in rows):
-            say(console, "Not covered: open requests that no pod at the station or bound for it can serve yet.")
+        outcomes = [row for *_, row in rows if isinstance(row, Outcome)]
+        if any(row.uncovered for row in outcomes):
+            say(
+                console,
+                "Not covered: open requests that no pod at the station or bound for it can serve yet. They take more "
+                "visits, so there is no sum (-).",
+            )
+        if any(row.orders == 1 and row.unused for row in outcomes) and any(row.orders > 1 for row in outcomes):
+            say(console, "Each rule was asked once. In a run, one that decides on one order at a time is asked again.")
         if any(report is not None for _, _, report, _ in rows):
             say(
                 console,

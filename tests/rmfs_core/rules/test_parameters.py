@@ -61,7 +61,7 @@ class Mine:
         ({"names": ["a", 1]}, '.names: expected a list, each a text, found ["a", 1]'),
         ({"names": "ab"}, '.names: expected a list, each a text, found "ab"'),
         ({"pair": [1]}, ".pair: expected a list of a whole number and a text, found [1]"),
-        ({"share": -1.0}, ".share: 'share' must be >= 0: -1.0"),  # a validator of attrs
+        ({"share": -1.0}, ".share: expected a number >= 0, found -1.0"),  # a validator of attrs
         ({"mode": "idle"}, '.mode: expected "slow" or "fast", found "idle"'),  # the rule's own validator
         ({"weight": 13}, ': rule "mine" (acme 1.0): expected a weight that is lucky, found 13'),
     ],

@@ -83,7 +83,7 @@ def test_a_file_is_loaded_once_per_rule_set_and_anew_for_the_next(folder: Path) 
         ("./none.py:MyRule", 'rule "./none.py:MyRule": cannot read {folder}/none.py: No such file or directory'),
         (
             "../outside.py:MyRule",
-            'rule "../outside.py:MyRule" is outside the scenario\'s folder; move its file into the folder',
+            'rule "../outside.py:MyRule" is outside {folder}; move its file there',
         ),
         ("/none.py:MyRule", 'rule "/none.py:MyRule": cannot read /none.py: No such file or directory'),
     ],

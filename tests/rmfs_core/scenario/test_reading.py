@@ -32,7 +32,7 @@ BAD_FILES = [
     # nor is a fraction whole
     ("[robots]\ncount = 2.0\n" + RULES, ", line 2, robots.count: expected a whole number, found 2.0"),
     # times are finite
-    ("[run]\nuntil_s = inf\n" + RULES, ", line 2, run.until_s: expected a number, found inf"),
+    ("[run]\nuntil_s = inf\n" + RULES, ", line 2, run.until_s: expected a finite number, found inf"),
     # out of range
     ("[instance]\nskus = 0\n" + RULES, ", line 2, instance.skus: expected a whole number from 1 to 2,000,000, found 0"),
     ("[layout]\npod_fill = 1.5\n" + RULES, ", line 2, layout.pod_fill: expected a number in (0, 1], found 1.5"),
@@ -146,7 +146,7 @@ BAD_FILES = [
     # no TOML at all
     ("seed = " + "9" * 5000, ": this is no valid TOML: found a number of more than 4,300 digits"),
     ("seed = " + "[" * 2000, ": this is no valid TOML: found more than 50 lists or tables in one another"),
-    ("seed = 1\nrobots = \n", ", line 2, column 10: this is no valid TOML: Invalid value"),
+    ("seed = 1\nrobots = \n", ", line 2, column 10: this is no valid TOML: Invalid value; texts need quotes"),
     ("seed = 1\nseed = 2\n", ", line 2, column 9: this is no valid TOML: Cannot overwrite a value"),
     # two mistakes: the first in the file, whatever the order of the keys in the documentation
     (

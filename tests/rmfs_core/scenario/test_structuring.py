@@ -60,7 +60,11 @@ def test_a_scenario_is_made_from_tables() -> None:
         ({"rules": RULES, "folder": "x"}, ("folder",), "unknown key; expected one of "),  # no key of the file
         ({"rules": RULES, "seed": True}, ("seed",), "expected a whole number, found true"),
         ({"rules": RULES, "seed": None}, ("seed",), "expected a whole number, found null"),
-        ({"rules": RULES, "robots": {"lift_s": float("nan")}}, ("robots", "lift_s"), "expected a number, found nan"),
+        (
+            {"rules": RULES, "robots": {"lift_s": float("nan")}},
+            ("robots", "lift_s"),
+            "expected a finite number, found nan",
+        ),
         ({"rules": RULES, "robots": {"lift_s": True}}, ("robots", "lift_s"), "expected a number, found true"),
         ({"rules": RULES, "robots": []}, ("robots",), "expected a table, found []"),
         (

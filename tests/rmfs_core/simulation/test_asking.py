@@ -13,7 +13,7 @@ import pytest
 import rmfs_core
 from bad_rules import HOOKS, prepare_bad, what_ends
 from rmfs_core import hookimpl
-from rmfs_core.decisions import PodTrip
+from rmfs_core.decisions import OrderAssignment, PodTrip
 from rmfs_core.errors import RuleError
 from rmfs_core.events import Event, ItemPicked
 from rmfs_core.info import Question
@@ -156,6 +156,7 @@ def test_what_a_check_finds_is_the_rules_fault(tmp_path: Path) -> None:
         ("pods", "returned str 'pods'; expected a sequence of PodTrip"),
         (b"", "returned bytes b''; expected a sequence of PodTrip"),
         ([PodTrip(0, 0), None], "returned a sequence with None in it; expected PodTrip only"),
+        ([OrderAssignment(0, 0)], r"returned a sequence with OrderAssignment\(order=0.* in it; expected PodTrip only"),
         (list(range(99)), "returned a sequence with int 0 in it; expected PodTrip only"),
     ],
 )

@@ -29,6 +29,10 @@ BAD_ORDERS = [
         ", line 1: expected a header with the columns order,arrival_s,sku,quantity, "
         "found `order;arrival_s;sku;quantity`: fields are separated by commas, not by semicolons",
     ),
+    (
+        "order,arrival_s,sku,quantity,quantity\n1,0,a,1,5\n",
+        ", line 1, quantity: found this column twice; expected each once",
+    ),
     # a row too short, and one too long
     (ORDERS + "1,0,a\n", ", line 2: expected 4 fields as in the header, found 3"),
     (ORDERS + "1,0,a,1\n1,0,b,1,\n", ", line 3: expected 4 fields as in the header, found 5"),
@@ -112,7 +116,11 @@ def test_a_mistake_in_the_orders_is_one_sentence(orders: str, message: str, tmp_
             "pod,sku,quantity,row,column\n1,a,3,2,x\n",
             ', line 2, column: expected a whole number >= 1, found "x"',
         ),
-        ("pod,sku,quantity,row\n1,a,3,2\n", ', line 2, column: expected a whole number >= 1, found ""'),
+        (
+            "pod,sku,quantity,row\n1,a,3,2\n",
+            ", line 1: expected a header with the columns pod,sku,quantity,row,column, "
+            "found `pod,sku,quantity,row` without `column`",
+        ),
         (
             "pod,sku,quantity,row,column\n1,a,3,2,5\n2,a,3,2,6\n1,b,3,2,6\n",
             ", line 4: found row 2, column 6; the pod stands where {file}, line 2 says",

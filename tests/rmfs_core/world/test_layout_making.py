@@ -16,8 +16,14 @@ from rmfs_core.world.layout_making import queue_length
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("..#\n.qO\n..@\n@@.", "map: 1 cell(s) cannot be reached over the floor from row 1, column 2: row 4, column 3"),
-        (".#.\n###\n.qO\n...", "map: 1 cell(s) have no floor beside them, so no pod gets in or out: row 2, column 2"),
+        (
+            "..#\n.qO\n..@\n@@.",
+            "map: found cells that cannot be reached over the floor from row 1, column 2: row 4, column 3",
+        ),
+        (
+            ".#.\n###\n.qO\n...",
+            "map: found cells that have no floor beside them, so no pod gets in or out: row 2, column 2",
+        ),
         ("#.\n..", "map: the layout has no picking station"),
         (".qO\n...", "map: the layout has no storage location"),
         ("#@@@\n.@qO\n.<┘<", "map, row 2, column 3: no aisle leads into the end of this queue"),
@@ -38,13 +44,13 @@ def test_what_cannot_be_reached_is_named(text: str, message: str) -> None:
         # a pocket that is entered by a one-way cell and never left
         (
             "#...>.\n.qO..@\n......",
-            "map: 2 cell(s) have no way over the floor to row 1, column 2: row 1, column 5; row 1, column 6",
+            "map: found cells that have no way over the floor to row 1, column 2: row 1, column 5; row 1, column 6",
         ),
         # four of a kind: three are named
         (
             "..#@\n.qO.\n@@@@\n....",
-            "map: 4 cell(s) cannot be reached over the floor from row 1, column 2: row 4, column 1; row 4, column 2; "
-            "row 4, column 3 and 1 more",
+            "map: found cells that cannot be reached over the floor from row 1, column 2: row 4, column 1; "
+            "row 4, column 2; row 4, column 3 and 1 more",
         ),
         # all is storage
         ("###\n#qO", "map: the layout has no floor; expected aisles (`.` in a map)"),
@@ -118,7 +124,7 @@ def test_a_queue_that_is_too_short_for_the_scenario_is_refused(tmp_path: Path) -
     with pytest.raises(InputError) as caught:
         make_layout(load_scenario(file, ["stations.queue_length=3"]))
     assert str(caught.value) == (
-        f"stations.queue_length: found 3, but the queue of station 1 in {tmp_path}/map.txt has 2 cell(s); "
+        f"stations.queue_length: found 3, but the queue of station 1 in {tmp_path}/map.txt has 2 cells; "
         "expected at most that many"
     )
 

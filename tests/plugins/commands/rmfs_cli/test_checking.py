@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from rmfs_cli.checking import check_scenario, load_checked
+from rmfs_core.cli import main
 from rmfs_core.errors import InputError
 
 RULE = """
@@ -117,6 +118,21 @@ def test_what_only_follows_is_not_reported(tmp_path: Path) -> None:
         f'{file}, line 5, layout.stations_east: expected a whole number, found "x"',
         f"{file}, line 8, rules: expected `poa` and `pps`, or `poa_pps`, found `poa` alone",
     ]
+
+
+@pytest.mark.parametrize(
+    ("overrides", "start"),
+    [
+        (["instance.arrivals.process=poisson", "instance.arrivals.orders_per_hour=-4"], "expected a number from 0.001"),
+        (["instance.due.allowance_s=x"], 'expected a number, found "x"'),
+        (["rules.poa_pps.urge_s=500"], "expected a key `rule`"),
+    ],
+)
+def test_one_cause_is_one_mistake(overrides: list[str], start: str) -> None:
+    """A part whose value is wrong is not missing, and what it goes together with is not wrong."""
+    (found,) = problems("examples/small", *overrides)
+    assert found.startswith(f"--set {overrides[-1]}")
+    assert f": {start}" in found
 
 
 def test_rules_are_a_part_that_may_be_missing_or_anything(tmp_path: Path) -> None:
@@ -281,3 +297,13 @@ def test_what_may_be_a_slip_is_noted(tmp_path: Path) -> None:
             "Note: `robots.available` has no robot on duty at any time.",
         ],
     )
+
+
+def test_that_there_are_no_orders_is_noted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """By the check, and by a run, whose metrics are dashes."""
+    (tmp_path / "orders.csv").write_text("order,arrival_s,sku,quantity\n", encoding="utf-8")
+    (tmp_path / "pods.csv").write_text("pod,sku,quantity\n1,mug,5\n", encoding="utf-8")
+    files = [f"instance.{what}_file={tmp_path}/{what}.csv" for what in ("orders", "pods")]
+    assert check_scenario("examples/small", files, None, allow_inline=False).notes == ["Note: there are no orders."]
+    main(["run", "examples/small", *(f"--set={file}" for file in files), "--out", str(tmp_path / "out")])
+    assert "There were no orders" in capsys.readouterr().out

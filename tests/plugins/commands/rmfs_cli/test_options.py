@@ -86,6 +86,7 @@ LOADING = (
     ("run", "examples/small", "--set", "rules.pr=./mine.py:Mine"),
     ("scenario", "check", "examples/small", "--set", "rules.pr=./mine.py:Mine"),
     ("generate", "examples/small", "--set", "rules.pr=./mine.py:Mine", "--out", "out"),
+    ("rules", "./mine.py:Mine"),
     ("compare", "experiment.toml"),
     ("bench", "./mine.py:Mine"),
     ("plan", "map.txt", "--pp", "./mine.py:Mine", "--agents", "1"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,6 +14,7 @@ from click.testing import CliRunner, Result
 from rmfs_cli.rules import rules
 from rmfs_core import entrypoints
 from rmfs_core.cli import main
+from rmfs_core.errors import InputError
 from rmfs_core.rules.parameters import parameters_of
 from rmfs_core.rules.sources import load_entry
 
@@ -195,3 +197,16 @@ def test_long_names_are_whole(install: Install, monkeypatch: pytest.MonkeyPatch,
     assert any(name in line for line in lines)
     assert any("split-among-stations" in line for line in lines)
     assert width == 140 or any(line.strip() == "unused_capacity_weight = 2.0" for line in lines)
+
+
+def test_a_rule_in_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is shown as an installed one is, and a class that is not there is refused."""
+    monkeypatch.chdir(tmp_path)
+    head = "from attrs import define, field\nfrom rmfs_core import hookimpl\n\n"
+    (tmp_path / "mine.py").write_text(f"{head}{DOCUMENTED}", encoding="utf-8")
+    shown = invoke("./mine.py:Mine")
+    assert shown.exit_code == 0
+    for text in ("decides POA, PPS, observer; from mine.py inline", "Assign as I please.", "# patience_s = (required)"):
+        assert text in shown.output
+    with pytest.raises(InputError, match=r"mine.py has no class `Min` \(did you mean `Mine`\?\)"):
+        CliRunner().invoke(rules, ["./mine.py:Min"], catch_exceptions=False)

@@ -1,6 +1,7 @@
 """`rmfs run` as a person uses it."""
 
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -76,6 +77,16 @@ def test_metrics_are_printed_and_files_are_where_it_says(folder: Path, capsys: p
     assert last == "  robots.csv, delays.csv"
     assert "small: 10 orders" in printed.err
     assert load_result("rmfs-runs/small-seed3").status == "complete"
+
+
+def test_a_scenario_toml_is_called_as_its_folder(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Two of them, as `rmfs generate` names each, do not replace each other's results."""
+    for day in ("monday", "tuesday"):
+        (folder / day).mkdir()
+        shutil.copy("small.toml", f"{day}/scenario.toml")
+        assert exit_code("run", f"{day}/scenario.toml") == 0
+        assert f"{day}, seed 1: complete" in capsys.readouterr().out
+    assert {path.name for path in (folder / "rmfs-runs").iterdir()} == {"monday-seed1", "tuesday-seed1"}
 
 
 def test_a_narrow_terminal_gets_one_column(
@@ -214,3 +225,12 @@ def test_a_rule_from_the_current_folder_with_a_shipped_scenario(
     assert "out of ideas" in err
     assert exit_code("run", *few, "--no-inline-rules") == 2
     assert "--no-inline-rules refuses" in capsys.readouterr().err
+
+
+def test_no_name_is_no_file_and_no_folder(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """An empty text, as a shell makes of a variable that is not set, is not the current folder."""
+    assert exit_code("run", "") == 2
+    assert 'Error: "": there is no such file' in capsys.readouterr().err
+    assert exit_code("run", "small.toml", "--out", "") == 2
+    assert "'--out': expected a name, found nothing" in capsys.readouterr().err
+    assert not (folder / "result.json").exists()

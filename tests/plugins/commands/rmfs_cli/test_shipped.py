@@ -21,8 +21,11 @@ def files(tmp_path: Path) -> dict[str, Path]:
 
 
 def test_the_first_comment_says_what_a_file_is_for(files: dict[str, Path], tmp_path: Path) -> None:
-    """Only on the first line."""
+    """All of its first paragraph, and only where the file begins with it."""
     assert [summary(file) for file in files.values()] == ["What a is for.", "Another", ""]
+    longer = tmp_path / "longer.toml"
+    longer.write_text("# What it is\n# for.\n#\n# Details.\nseed = 1\n", encoding="utf-8")
+    assert summary(longer) == "What it is for."
     empty = tmp_path / "empty.toml"
     empty.write_text("", encoding="utf-8")
     assert summary(empty) == ""

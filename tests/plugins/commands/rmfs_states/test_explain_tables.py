@@ -90,7 +90,8 @@ def test_a_story_of_nothing() -> None:
 def test_assignments_are_shown_with_stations_and_backlog(at_work: Content) -> None:
     """P1 is in the line and has the tea; the parts at the station keep two of its four places."""
     out = explained(decision("POA", {"assignments": [JAM]}, at_work | {"time_s": 90.0}), max_wait_s=60.0)
-    assert "Decision 1: POA by acme (max_wait_s = 60.0), period 1, at 90.000 s" in out
+    assert "Decision 1: POA by acme, period 1, at 90.000 s" in out
+    assert "Parameters: max_wait_s = 60.0." in out
     assert "north 2 of 4 items 1 0 3 P1*, P2" in out
     assert "* in the line at the station" in out
     assert "Backlog: 1 order with 2 open items; decided for: 1." in out
@@ -222,9 +223,21 @@ def test_other_rules_are_held_against_the_decision() -> None:
     assert "one 1 2 0 3 - 2 -" in out
     assert "two 0 0 0 1000 2000 0 -" in out
     assert "Not covered: open requests" in out
+    assert "there is no sum (-)" in out
+    assert "asked once" not in out
     assert "Objective and bound are the rule's own" in out
     assert "acme (decided) orders B to north; pods P2 to north" in out
     assert "two orders none; pods none" in out
+
+
+def test_that_rules_were_asked_once_is_said_where_it_matters() -> None:
+    """One that decides on an order at a time leaves places that it would fill when asked again."""
+    recorded = decision("POA", {"assignments": [JAM]})
+    for orders, unused, said in ((2, 1, True), (2, 0, False), (1, 1, False)):
+        outcome = Outcome(orders=1, items=1, visits=0, unused=unused, uncovered=0)
+        other = Answer("one", "d", "1", Role.POA, {"assignments": [JAM]}, None, outcome)
+        out = printed(print_comparison, recorded, Outcome(orders, 3, 0, 0, 0), [("one", other)])
+        assert ("Each rule was asked once." in out) is said
 
 
 def test_notes_are_for_tables_that_need_them() -> None:
