@@ -31,7 +31,8 @@ def bound(scenario: str, overrides: tuple[str, ...], seed: int | None, as_json: 
 
     loaded = load_checked(scenario, overrides, seed)
     notes = notes_console()
-    notes.print("Proving bounds ...", soft_wrap=True)
+    if notes.is_terminal:
+        notes.print("Proving bounds ...")
     with compiling_announced(notes):
         bounds = bounds_of(loaded)
     if as_json:

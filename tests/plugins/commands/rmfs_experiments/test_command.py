@@ -71,7 +71,7 @@ def test_a_comparison_is_printed_and_files_are_where_it_says(folder: Path, capsy
     assert exit_code("trial.toml", "--jobs", "1") == 0
     printed = capsys.readouterr()
     assert "trial: 4 runs, 1 at a time" in printed.err
-    for text in ("Visits per order", "Pile-on", "first-come", "baseline", "p (Holm)", "rmfs-runs/trial"):
+    for text in ("Visits per order", "Pile-on", "first-come", "baseline", "Relative", "rmfs-runs/trial"):
         assert text in printed.out
     out = folder / "rmfs-runs" / "trial"
     files = {"runs", "summary.csv", "runs.parquet", "report.html", "plots", "tables"}

@@ -120,6 +120,18 @@ def test_each_run_is_stored_under_its_key(experiment: Write, tmp_path: Path) -> 
     assert {"result.json", "orders.csv", "visits.csv", "periods.csv", "run.json"} <= files
 
 
+def test_runs_go_seed_by_seed(experiment: Write, tmp_path: Path) -> None:
+    """So the first tell how long all take, whatever the rule set."""
+    begun: list[tuple[int, str]] = []
+
+    class Following(Watcher):
+        def run_started(self, job: Job) -> None:
+            begun.append((job.seed, job.rule_set))
+
+    run_experiment(experiment(), store=tmp_path / "runs", jobs=1, watcher=Following())
+    assert begun == [(1, "pod-match"), (1, "first-come"), (2, "pod-match"), (2, "first-come")]
+
+
 def test_the_number_of_workers_changes_nothing(experiment: Write, tmp_path: Path) -> None:
     """One worker and two give the same rows, but for wall-clock figures."""
     one = run_experiment(experiment(), store=tmp_path / "one", jobs=1)
