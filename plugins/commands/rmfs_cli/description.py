@@ -93,7 +93,7 @@ def installed_rules() -> list[RuleDescription]:
 def _describe(name: str, entry: EntryPoint) -> RuleDescription:
     distribution, version = entrypoints.origin(entry)
     try:
-        return _described(load_entry((entry,), entry.name), entry.name)
+        return _described(name, load_entry((entry,), entry.name), entry.name)
     except InputError as error:
         return RuleDescription(name, distribution, version, error=error.problem)
     except Exception as error:  # a class that cannot even be looked at must not hide the others
@@ -103,15 +103,16 @@ def _describe(name: str, entry: EntryPoint) -> RuleDescription:
 def rule_of_file(name: str, *, allow_inline: bool = True) -> RuleDescription:
     """Describe a class in a file, ``./my_rule.py:MyRule``; raise `InputError` where it is no rule."""
     found = rule_name_from(name, ".", ".")
-    return _described(RuleSources(".", allow_inline).find(found, f"rmfs rules {name}"), f"rmfs rules {name}")
+    place = f"rmfs rules {name}"
+    return _described(name, RuleSources(".", allow_inline).find(found, place), place)
 
 
-def _described(source: RuleSource, place: str) -> RuleDescription:
+def _described(name: str, source: RuleSource, place: str) -> RuleDescription:
     rule = require_attrs_class(place, source.target, source.describe())
     check_hooks(place, rule, rule.__name__)
     doc = inspect.getdoc(rule) or ""
     return RuleDescription(
-        name=source.name,
+        name=name,
         distribution=source.distribution,
         version=source.version,
         decides=tuple(role.label for role in roles_of(rule)),
