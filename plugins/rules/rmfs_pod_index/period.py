@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from hashlib import sha256
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,6 +25,17 @@ MOST_SECONDS = 4096
 """Of how many seconds the power is kept in a table."""
 
 
+_FILES = sorted(Path(__file__).parent.glob("*.py"))
+VERSION = "version_" + sha256(b"".join(file.read_bytes() for file in _FILES)).hexdigest()[:16]
+"""Of all that is compiled here together.
+
+numba keeps compiled code by the types of its arguments, and compiles anew where the file changes that it is in, but not
+where another one does: that with the layout of records, or with a function that is called. So types name the version.
+"""
+
+WORDS = np.dtype([(VERSION, np.int64)], align=True)
+
+
 def _record(whole: str = "", real: str = "", flags: str = "") -> np.dtype[Any]:
     """Return records of numbers and flags of these names, which take whole words of eight bytes."""
     kinds = (np.int64, whole), (np.float64, real), (np.bool_, flags)
@@ -30,7 +43,7 @@ def _record(whole: str = "", real: str = "", flags: str = "") -> np.dtype[Any]:
 
 
 WEIGHTS = _record(
-    "most_pods urge_ticks base_ticks",
+    f"most_pods urge_ticks base_ticks {VERSION}",
     "handle_s cost_s finish visit_s stay elsewhere full near due_factor due_s",
     "packing",
 )
@@ -66,7 +79,7 @@ class Period(NamedTuple):
     Parameters
     ----------
     weights
-        The parameters of the rule, as its class explains them: one record.
+        The parameters of the rule, as its class explains them: one record. (And a word that is for its name alone.)
     entries
         The SKUs of the pods, sorted by pod and SKU: ids of both, ``free`` items, and where in ``holders`` it is.
     holders
@@ -190,6 +203,7 @@ def arrays_of(words, at, ticks, placed):  # type: ignore[no-untyped-def]
 
     To hand each of them from Python to compiled code would take longer than most of what is done there.
     """
+    words = words.view(np.int64)
     skus, stations = words[at[5] : at[6]].view(SKU), words[at[9] : at[10]].view(STATION)
     return Period(
         words[at[0] : at[1]].view(WEIGHTS),
@@ -250,11 +264,11 @@ class Account:
     def __init__(self, lengths: dict[str, int], ticks: Ints) -> None:
         self._lengths = dict.fromkeys(list(Period.__annotations__)[:-2], 0) | lengths
         words = [n * (RECORDS[name].itemsize // 8 if name in RECORDS else 1) for name, n in self._lengths.items()]
-        at = np.cumsum([0, *words])
-        self._set(np.zeros(at[-1], np.int64), at, ticks, np.zeros((0, 0), np.bool_))
+        at = np.cumsum([0, *words], dtype=np.int64)
+        self._set(np.zeros(at[-1], WORDS), at, ticks, np.zeros((0, 0), np.bool_))
         self.period.skus["head"] = self.period.skus["tail"] = self.period.pods["last"] = NONE
 
-    def _set(self, words: Ints, at: Ints, ticks: Ints, placed: Bools) -> None:
+    def _set(self, words: Records, at: Ints, ticks: Ints, placed: Bools) -> None:
         self.parts = words, at, ticks, placed
         self.period = Period(*arrays_of.py_func(*self.parts))  # type: ignore[no-untyped-call]
 

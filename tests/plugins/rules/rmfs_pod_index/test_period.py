@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import rmfs_pod_index
 from rmfs_pod_index.period import NONE, OF_LINES, Account, Period, new_account
 
 
@@ -65,3 +72,32 @@ def test_an_account_of_the_same_pods_has_no_lines(account: Account) -> None:
     assert (other.pods["cell"].tolist(), other.skus["head"].tolist()) == ([3, 3], [NONE] * 3)
     assert other.available.tolist() == [[4]] * 3
     assert not other.lines.size
+
+
+NEXT = """
+import numpy as np
+from rmfs_pod_index.period import new_account
+from rmfs_pod_index.urging import next_urgent
+zero = np.zeros(1, np.int64)
+account = new_account(zero, zero, 1, 1, np.zeros((1, 1), np.int64))
+account.period.ages["lines_of"], account.period.ages["arrivals_of"] = 2, 6
+print(next_urgent(*account.parts, 10, 60), sum(next_urgent.stats.cache_hits.values()))
+"""
+
+
+def test_another_layout_of_records_is_compiled_anew(tmp_path: Path) -> None:
+    """Where it is in another file than the code that numba has kept: that would read other fields."""
+    folder, period = Path(rmfs_pod_index.__file__).parent, tmp_path / "rmfs_pod_index" / "period.py"
+    shutil.copytree(folder, period.parent, ignore=shutil.ignore_patterns("__pycache__"))
+    variables = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
+
+    def told() -> str:
+        command = [sys.executable, "-c", NEXT]
+        return subprocess.run(command, env=variables, capture_output=True, text=True, check=True).stdout
+
+    assert (told(), told()) == ("33 0\n", "33 1\n")
+    code = period.read_text(encoding="utf-8")
+    other = code.replace('_record("lines_of arrivals_of")', '_record("arrivals_of lines_of")')
+    assert other != code
+    period.write_text(other, encoding="utf-8")
+    assert told() == "33 0\n"
