@@ -136,7 +136,7 @@ def test_schema_is_json(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_list_names_the_shipped_scenarios(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """Each shipped scenario is a line with its name and what it is for, where there is room."""
-    monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.setenv("COLUMNS", "400")
     code, out, _ = run(capsys, "scenario", "list")
     assert code == 0
     assert [line.split()[0] for line in out.splitlines()] == list(shipped_scenarios())

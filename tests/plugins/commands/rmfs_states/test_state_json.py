@@ -161,7 +161,7 @@ def test_what_is_wrong_is_named(
 @pytest.mark.parametrize("time_s", [10**400, 1e308, float("inf")])
 def test_numbers_out_of_all_bounds(by_hand: dict[str, Any], time_s: float) -> None:
     """Numbers that no float can hold, or no clock, are refused as well."""
-    with pytest.raises(InputError, match="time_s: expected a (finite )?number"):
+    with pytest.raises(InputError, match=r"time_s: expected a (finite )?number"):
         state_from_dict({**by_hand, "time_s": time_s})
 
 
