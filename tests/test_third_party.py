@@ -114,5 +114,5 @@ def test_its_metrics_are_compared(place: Any) -> None:
     (place.folder / "typo.toml").write_text(EXPERIMENT.replace("acme_busy_", "acme_buzy_"), encoding="utf-8")
     done = place.run(*RMFS, "compare", "typo.toml", "--out", "compared", "--quiet")
     assert done.returncode == 2
-    assert done.stderr.startswith('Error: typo.toml, metrics: there is no metric "acme_buzy_stations"')
+    assert done.stderr.startswith('Error: typo.toml, line 5, metrics: there is no metric "acme_buzy_stations"')
     assert "`acme_busy_stations`" in done.stderr
