@@ -198,7 +198,7 @@ class FreeItemsLog:
         """Free items as they are; whenever the log is asked, ``number`` changes in place."""
         if self._items is None:
             rows = [n for pod in self._pods for i in sorted(pod._contents) for n in (pod.id, i, pod.free_items(i))]
-            pod_ids, skus, self._number = np.array(rows, dtype=np.int64).reshape(-1, 3).T.copy()  # no tuples for gc
+            pod_ids, skus, self._number = np.array(rows, dtype=np.int64).reshape(-1, 3).T.copy()  # flat: tuples wake gc
             self._items, self._changed = FreeItems(pod_ids, skus, self._number.view()), list(range(len(skus)))
         changed = []
         for pod, sku in self._touched:
