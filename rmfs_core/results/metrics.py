@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from attrs import define, field
-
 from rmfs_core.clock import TICKS_PER_S, to_seconds, to_ticks
 from rmfs_core.events import (
     DecisionMade,
@@ -37,15 +35,6 @@ def ratio(part: int | float, whole: int | float) -> float | None:
     return part / whole if whole else None
 
 
-@define
-class _OrderState:
-    """What has become of one order: among it its parts, (station, period) each."""
-
-    arrival_tick: int
-    assigned_tick: int | None = None
-    parts: set[tuple[int, int]] = field(factory=set)
-
-
 class Metrics:
     """Observer that computes every metric of a run, to be asked for when that is over."""
 
@@ -65,8 +54,11 @@ class Metrics:
         """Start afresh for an instance, a number of stations and a warm-up (all that events do not tell)."""
         self.stations = stations
         self.warmup = to_ticks(warmup_s or 0)
-        self.orders = [_OrderState(order.arrival_tick) for order in instance.orders]
-        self.left = len(self.orders)
+        # By order: when it arrived, its parts (station and period each), when its last line was assigned
+        self.arrival_ticks = [order.arrival_tick for order in instance.orders]
+        self.parts: dict[int, set[tuple[int, int]]] = {}
+        self.assigned_ticks: dict[int, int] = {}
+        self.left = len(self.arrival_ticks)
         self.now = self.last_completion = 0
         self.status: str | None = None
         self.picker_free = [0] * stations
@@ -110,14 +102,14 @@ class Metrics:
             self.visits += event.station < self.stations  # behind those where orders are picked, bundles are stored
 
     def _arrived(self, event: OrderArrived) -> None:
-        self.orders[event.order].arrival_tick = event.tick
+        self.arrival_ticks[event.order] = event.tick
 
     def _assigned(self, event: OrderAssigned) -> None:
-        order = self.orders[event.order]
-        order.parts.add((event.station, event.period))
+        parts = self.parts.setdefault(event.order, set())
+        parts.add((event.station, event.period))
         if event.complete:
-            order.assigned_tick = event.tick
-        if len(order.parts) > 1 or not event.complete:
+            self.assigned_ticks[event.order] = event.tick
+        if len(parts) > 1 or not event.complete:
             self.split_open.add(event.order)
         else:  # several assignments of one decision, all to one station, are one part
             self.split_open.discard(event.order)
@@ -131,12 +123,11 @@ class Metrics:
         self.last_completion = event.tick
         if event.tick >= self.warmup:
             self._note_split_orders()
-            order = self.orders[event.order]
-            assigned = event.tick if order.assigned_tick is None else order.assigned_tick
+            arrived, assigned = self.arrival_ticks[event.order], self.assigned_ticks.get(event.order, event.tick)
             self.completed += 1
-            if order.arrival_tick >= self.warmup:
+            if arrived >= self.warmup:
                 self.timed += 1
-                self.backlog_ticks += assigned - order.arrival_tick
+                self.backlog_ticks += assigned - arrived
                 self.station_ticks += event.tick - assigned
         self.split_open.discard(event.order)
 
@@ -178,7 +169,7 @@ class Metrics:
         turnover = self.backlog_ticks + self.station_ticks
         return {
             "orders_completed": done,
-            "orders_total": len(self.orders),
+            "orders_total": len(self.arrival_ticks),
             "picks": self.picks,
             "pod_station_visits": self.visits,
             "psv_per_order": ratio(self.visits, done),

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import sys
 from array import array
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.events import (
@@ -75,17 +75,33 @@ PERIOD_COLUMNS: dict[str, type] = {
 wall-clock time and the only column that differs from run to run."""
 
 
+AT_ONCE = 1000
+"""Rows that are turned into columns at once."""
+
+
 class _Rows:
     """Rows kept as columns, numbers as bare ones (NaN where there is none): a run of days has very many."""
 
     def __init__(self, types: Mapping[str, type]) -> None:
         self.types, codes = types, {int: "q", float: "d", bool: "b"}
-        self.columns: dict[str, Any] = {name: array(codes[t]) if t in codes else [] for name, t in types.items()}
-        self._append = [column.append for column in self.columns.values()]
+        self._columns: dict[str, Any] = {name: array(codes[t]) if t in codes else [] for name, t in types.items()}
+        self._new: list[tuple[Any, ...]] = []
 
     def add(self, *values: Any) -> None:
-        for append, value in zip(self._append, values, strict=True):
-            append(value)
+        self._new.append(values)
+        if len(self._new) == AT_ONCE:
+            self._take_in()
+
+    @property
+    def columns(self) -> dict[str, Any]:
+        if self._new:
+            self._take_in()
+        return self._columns
+
+    def _take_in(self) -> None:
+        for column, values in zip(self._columns.values(), zip(*self._new, strict=True), strict=True):
+            column.extend(values)
+        self._new = []
 
     def rows(self) -> list[Row]:
         shown = [(name, finite if kind is float else kind) for name, kind in self.types.items()]
@@ -97,6 +113,15 @@ class Tables:
     """Observer that collects the rows."""
 
     def __init__(self) -> None:
+        self.hears: Mapping[type[Event], Sequence[Callable[[Any], None]]] = {
+            DecisionMade: (self._decided,),
+            ItemPicked: (self._picked,),
+            OrderArrived: (self._order_arrived,),
+            OrderAssigned: (self._order_assigned,),
+            OrderCompleted: (self._order_completed,),
+            VisitStarted: (self._visit_started,),
+            VisitEnded: (self._visit_ended,),
+        }
         self.begin(Instance((), (), ()))
 
     def begin(self, instance: Instance, *, refilled: bool = False) -> None:
@@ -113,32 +138,32 @@ class Tables:
         """Start afresh."""
         self.begin(run.instance, refilled=run.scenario.instance.arrivals.backlog is not None)
 
-    hears: ClassVar = (DecisionMade, ItemPicked, OrderArrived, OrderAssigned, OrderCompleted, VisitStarted, VisitEnded)
-
     @hookimpl
     def on_event(self, event: Event) -> None:
         """Add to the rows."""
-        match event:  # what happens most often comes first
-            case DecisionMade():
-                self._decided(event)
-            case ItemPicked():
-                self._visits.columns["picks"][event.visit - 1] += 1
-            case OrderArrived():
-                self._arrived[event.order] = event.tick
-            case OrderAssigned():
-                self._parts.setdefault(event.order, {})[event.station, event.period] = None
-                if event.complete:
-                    self._assigned[event.order] = event.tick
-            case OrderCompleted():
-                self._completed[event.order] = event.tick
-            case VisitStarted():
-                self._visit_started(event)
-            case VisitEnded():
-                self._visits.columns["end_s"][event.visit - 1] = event.time_s
+        for add in self.hears.get(type(event), ()):
+            add(event)
+
+    def _picked(self, event: ItemPicked) -> None:
+        self._visits.columns["picks"][event.visit - 1] += 1
+
+    def _order_arrived(self, event: OrderArrived) -> None:
+        self._arrived[event.order] = event.tick
+
+    def _order_assigned(self, event: OrderAssigned) -> None:
+        self._parts.setdefault(event.order, {})[event.station, event.period] = None
+        if event.complete:
+            self._assigned[event.order] = event.tick
+
+    def _order_completed(self, event: OrderCompleted) -> None:
+        self._completed[event.order] = event.tick
 
     def _visit_started(self, event: VisitStarted) -> None:
         pod = self.instance.pods[event.pod].name
         self._visits.add(event.visit, pod, event.station + 1, event.robot + 1, event.time_s, math.nan, 0)
+
+    def _visit_ended(self, event: VisitEnded) -> None:
+        self._visits.columns["end_s"][event.visit - 1] = event.time_s
 
     def _decided(self, event: DecisionMade) -> None:
         self._periods.add(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -97,11 +97,18 @@ def timed_path(roads: Roads, query: Query, legs: tuple[Leg, ...]) -> TimedPath:
     return TimedPath(query.cell, query.heading, query.start_tick, legs, *drive(roads, query, legs)[1])
 
 
+def ends_of(legs: Iterable[Leg]) -> NDArray[np.int64]:
+    """Return cell and wait of each leg. Shape (legs, 2)."""
+    flat: list[int] = []
+    for leg in legs:
+        flat += leg.to, leg.wait_ticks
+    return np.array(flat, np.int64).reshape(-1, 2)
+
+
 def drive(roads: Roads, start: Query | Stop, legs: Sequence[Leg], since: int | None = None) -> tuple[Occupancy, Stop]:
     """Return the cells that legs occupy, as `occupancy` does, and where and when they end."""
     begin = start.start_tick if since is None else since
-    ends = np.array([(leg.to, leg.wait_ticks) for leg in legs], dtype=np.int64).reshape(-1, 2)
-    rows, *end = roads.work.drive(start.cell, start.heading, start.start_tick, begin, ends, *roads.grid)
+    rows, *end = roads.work.drive(start.cell, start.heading, start.start_tick, begin, ends_of(legs), *roads.grid)
     if not rows.size:
         run_between(roads, end[0], legs[end[1]].to)
     return Occupancy(*rows), Stop(*end)

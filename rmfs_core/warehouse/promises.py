@@ -142,6 +142,14 @@ def next_request(station: Station, pod: Pod) -> Request | None:
     return best
 
 
+def serves_none(station: Station, pod: Pod) -> bool:
+    """Whether `next_request` finds none: not where an item of the pod is promised at the station."""
+    for by_station in pod._promised.values():
+        if station.id in by_station:
+            return False
+    return next_request(station, pod) is None
+
+
 def _usable(pod: Pod, sku: int, station: int) -> bool:
     number, promised = pod._contents[sku], pod._promised.get(sku)
     if number >= UNLIMITED or not promised:

@@ -11,7 +11,7 @@ from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.warehouse.accounts import Backlog, FreeItemsLog
 from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Part, Pod, Request, Robot, Station, put
-from rmfs_core.warehouse.promises import Promises, next_request
+from rmfs_core.warehouse.promises import Promises, serves_none
 from rmfs_core.world import Instance
 from rmfs_core.world.travel import Travel
 
@@ -137,7 +137,7 @@ class Warehouse:
         leaving = []
         for at in self.stations:
             pod = self.pod_at(at) if at._line else None
-            if pod and len(pod._itinerary) == 1 and not pod._bundles and next_request(at, pod) is None:
+            if pod and len(pod._itinerary) == 1 and not pod._bundles and serves_none(at, pod):
                 leaving.append(pod)
         return tuple(sorted(leaving, key=lambda pod: pod.id))
 

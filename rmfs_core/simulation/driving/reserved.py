@@ -19,7 +19,7 @@ from rmfs_core.simulation import checks
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Course, Driving, Process
 from rmfs_core.traffic import Occupancy, Query, Reservations, ReservedError, Traffic, drive, roads_on
-from rmfs_core.traffic.paths import Stop
+from rmfs_core.traffic.paths import Stop, ends_of
 from rmfs_core.traffic.reservations import Rows
 from rmfs_core.warehouse import Robot, Station
 
@@ -121,12 +121,12 @@ class ReservedDriving(Driving):
 
     def _commit(self, course: Course, legs: Sequence[Leg]) -> Rows:
         """Reserve a path in place of what the robot has not begun; return what it occupies."""
-        ends = [(leg.to, leg.wait_ticks) for leg in legs]
-        start = self.next_stop(course)
-        if course.under_way is not None:
-            start, ends = course.under_way[0], [(start.cell, 0), *ends]
+        if course.under_way is None:
+            start, ends = self.next_stop(course), ends_of(legs)
+        else:
+            start, ends = course.under_way[0], ends_of((Leg(course.under_way[1].cell), *legs))
         try:
-            rows, end = self.table.settle(course.robot.id, self.roads, start, np.array(ends, np.int64).reshape(-1, 2))
+            rows, end = self.table.settle(course.robot.id, self.roads, start, ends)
         except ReservedError as error:
             raise checks.hit(self.roads.layout, course.robot.id, error) from None
         course.reserved, course.arrives, now = rows, end.start_tick, self.run.warehouse.now
