@@ -251,7 +251,7 @@ def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, legs: Sequen
     if not legs and start != goal:
         raise ImpossibleError(f"gave robot {robot.label} an empty path to {travel.layout.where(goal)}")
     checked: list[Leg] = []
-    at, ends = start, []
+    at = start
     for leg in legs:
         if not isinstance(leg, Leg):
             raise ImpossibleError(f"returned a path with {type(leg).__name__} {leg!r:.80} in it; expected Leg only")
@@ -266,13 +266,12 @@ def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, legs: Sequen
                 f"gave robot {robot.label} a leg that waits {wait} ticks{' and goes nowhere' if to == at else ''}; "
                 f"expected 0 to {LONGEST_WAIT_TICKS}, and at least 1 for a leg that only waits"
             )
-        checked.append(leg)
         if to != at:
-            ends.append(to)
+            problem = travel.run_problem(start, at, to, goal, robot.pod is not None)
+            if problem is not None:
+                raise ImpossibleError(f"gave robot {robot.label} an impossible path: {problem}")
+        checked.append(leg)
         at = to
-    problem = travel.run_problem(start, start, ends, goal, robot.pod is not None)
-    if problem is not None:
-        raise ImpossibleError(f"gave robot {robot.label} an impossible path: {problem}")
     return checked
 
 

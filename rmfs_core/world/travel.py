@@ -70,6 +70,8 @@ class Travel:
         self._floor: NDArray[np.bool_] = layout.kind == CellKind.FLOOR
         self._queue = layout.kind == CellKind.QUEUE
         self._under: NDArray[np.bool_] = self._floor | np.isin(layout.kind, RESTING)
+        self._moves, self._steps = layout.moves.astype(np.uint8).tobytes(), self.offsets.tolist()
+        self._bytes_of: dict[tuple[int, bool], bytes] = {}
         self._passable: dict[tuple[int, bool], NDArray[np.bool_]] = {}
         for array in (self.runs, self.turns, self.offsets, self._floor, self._under):
             array.setflags(write=False)
@@ -162,24 +164,24 @@ class Travel:
         ends = self._search.descend(cell, heading, goal, table, *self._grid(goal, loaded))
         return tuple(Leg(int(end)) for end in ends)
 
-    def run_problem(self, start: int, leg_start: int, ends: Sequence[int], goal: int, loaded: bool) -> str | None:
-        """Say why straight runs from ``leg_start`` to each of ``ends`` in turn are impossible on a path to ``goal``.
+    def run_problem(self, start: int, leg_start: int, to: int, goal: int, loaded: bool) -> str | None:
+        """Say why a straight run from ``leg_start`` to ``to`` is impossible on a path from ``start`` to ``goal``.
 
-        The path begins at ``start``. None when they are possible.
+        None when it is possible.
         """
-        passable = self.passable(start, loaded), self.passable(goal, loaded)
-        run, cell, heading = self._search.impossible_run(
-            leg_start, np.array(ends, np.int64), goal, self._layout.width, self._layout.moves, self.offsets, *passable
-        )
-        if run < 0:
-            return None
-        where = self._layout.where
-        if heading < 0:
-            return f"{where(cell)} to {where(ends[run])} is no straight run"
-        if not self._layout.may_step(cell, heading):
-            return f"no robot may go from {where(cell)} in heading {heading}"
-        carrying = "with a pod" if loaded else "without a pod"
-        return f"a robot {carrying} may not pass {where(cell + int(self.offsets[heading]))} on its way"
+        heading = self.heading(leg_start, to)
+        if heading is None:
+            return f"{self.layout.where(leg_start)} to {self.layout.where(to)} is no straight run"
+        from_start, to_goal = self._crossed(start, loaded), self._crossed(goal, loaded)
+        cell, step = leg_start, self._steps[heading]
+        while cell != to:
+            if not self._moves[cell] >> heading & 1:
+                return f"no robot may go from {self.layout.where(cell)} in heading {heading}"
+            cell += step
+            if not (from_start[cell] or to_goal[cell] or cell == goal):
+                carrying = "with a pod" if loaded else "without a pod"
+                return f"a robot {carrying} may not pass {self.layout.where(cell)} on its way"
+        return None
 
     def heading(self, cell: int, to: int) -> int | None:
         """Heading of a straight run between two cells, None when they are in neither one row nor one column."""
@@ -197,6 +199,14 @@ class Travel:
             cells = self._passable[key] = (self._floor if loaded else self._under) | queue
             cells.setflags(write=False)  # all are: the searches are compiled for one type of array
         return cells
+
+    def _crossed(self, end: int, loaded: bool) -> bytes:
+        """Return `passable` as bytes: a single one of them is quicker to look at."""
+        key = self._lanes[end], loaded
+        found = self._bytes_of.get(key)
+        if found is None:
+            found = self._bytes_of[key] = self.passable(end, loaded).tobytes()
+        return found
 
     def _grid(self, end: int, loaded: bool) -> tuple[NDArray[np.int64] | NDArray[np.int8] | NDArray[np.bool_], ...]:
         """Return moves, passable cells, offsets, run and turn times."""

@@ -283,23 +283,3 @@ def descend(cell, heading, goal, times, moves, passable, offsets, runs, turns): 
         if not found:
             raise ValueError("the table of times does not belong to this goal")
     return np.array(ends, dtype=np.int64)
-
-
-@njit(cache=True)
-def impossible_run(at, ends, goal, width, moves, offsets, from_start, to_goal):  # type: ignore[no-untyped-def]
-    """First of the straight runs from ``at`` to each of ``ends`` in turn that no robot can drive.
-
-    Returns its number, the cell where it goes on no more, and its heading, -1 if it is no straight run; -1 first where
-    all are possible. A cell is crossed where one of the last two says so, or when it is the goal.
-    """
-    for run in range(len(ends)):
-        to = ends[run]
-        if to == at or (at // width != to // width and at % width != to % width):
-            return run, at, -1
-        heading = (0 if to > at else 2) if at // width == to // width else 1 if to < at else 3
-        while at != to:
-            beside = at + offsets[heading]
-            if not moves[at] >> heading & 1 or not (from_start[beside] or to_goal[beside] or beside == goal):
-                return run, at, heading
-            at = beside
-    return -1, -1, -1

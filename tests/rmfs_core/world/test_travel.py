@@ -158,7 +158,7 @@ def test_fastest_paths_take_the_time_of_the_table(data: st.DataObject) -> None:
     heading = data.draw(st.integers(0, 3))
     total, at, facing = 0, start, heading
     for leg in travel.fastest_path(start, heading, goal, loaded):
-        assert travel.run_problem(start, at, [leg.to], goal, loaded) is None
+        assert travel.run_problem(start, at, leg.to, goal, loaded) is None
         towards = travel.heading(at, leg.to)
         assert towards is not None
         total += travel.motion.turn_ticks(facing, towards) + travel.motion.run_ticks(layout.distance(at, leg.to))
@@ -172,10 +172,10 @@ def test_impossible_runs_are_named() -> None:
     layout = small_layout()
     travel = Travel(layout, Motion())
     a, b, c = layout.storage_locations[:3]
-    assert "no straight run" in str(travel.run_problem(a, a, [b + layout.width], a, loaded=True))
-    assert "may not pass" in str(travel.run_problem(a, a, [c], c, loaded=True))
-    assert travel.run_problem(a, a, [c], c, loaded=False) is None
-    assert "no robot may go" in str(travel.run_problem(0, 0, [1], 1, loaded=False))
+    assert "no straight run" in str(travel.run_problem(a, a, b + layout.width, a, loaded=True))
+    assert "may not pass" in str(travel.run_problem(a, a, c, c, loaded=True))
+    assert travel.run_problem(a, a, c, c, loaded=False) is None
+    assert "no robot may go" in str(travel.run_problem(0, 0, 1, 1, loaded=False))
 
 
 def test_tables_are_kept_within_their_memory(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -47,7 +47,7 @@ def everything(roads: Roads, table: Reservations, query: Query, end: int) -> int
                 continue
             while layout.may_step(at, towards):
                 at, k = at + int(roads.offsets[towards]), k + 1
-                if travel.run_problem(query.cell, cell, [at], query.goal, query.loaded) is not None:
+                if travel.run_problem(query.cell, cell, at, query.goal, query.loaded) is not None:
                     break
                 if free(at, begin + 1000 * (k - 1), begin + 1000 * k):
                     after.append((begin + 1000 * k, at, towards))
@@ -66,7 +66,7 @@ def assert_valid(roads: Roads, table: Reservations, query: Query, path: TimedPat
     cell = query.cell
     for leg in path.legs:
         assert leg.wait_ticks >= 0
-        assert leg.to == cell or roads.travel.run_problem(query.cell, cell, [leg.to], query.goal, query.loaded) is None
+        assert leg.to == cell or roads.travel.run_problem(query.cell, cell, leg.to, query.goal, query.loaded) is None
         cell = leg.to
 
 
