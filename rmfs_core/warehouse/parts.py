@@ -1,6 +1,6 @@
 """Orders, requests, pods, stations and robots as rules see them.
 
-Public attributes are read-only; what begins with an underscore belongs to this folder (`Warehouse` and `restore`).
+Public attributes are read-only; what begins with an underscore belongs to this folder.
 """
 
 from __future__ import annotations
@@ -429,6 +429,11 @@ class Station(ReadOnly):
         return to_seconds(self._until) if self._staffed and self._until is not None else None
 
     @property
+    def in_hand(self) -> tuple[int, int] | None:
+        """Ids of order and SKU of the item that is picked and not yet handled; None where there is none."""
+        return None if self._in_hand is None else (self._in_hand.order.id, self._in_hand.sku)
+
+    @property
     def picker_free_s(self) -> float:
         """When the picker will have handled the item in hand, in seconds: now, where there is none."""
         return to_seconds(max(self._picker_free, self._now()))
@@ -497,14 +502,14 @@ class Robot(ReadOnly):
 
     __slots__ = ("_battery", "_cell", "_charging", "_goal", "_heading", "_on_duty", "_pod", "_task", "id", "name")
 
-    def __init__(self, robot_id: int, cell: int, heading: int, name: str | None = None) -> None:
+    def __init__(self, robot_id: int, cell: int, heading: int, name: str | None = None, on_duty: bool = True) -> None:
         self.id = robot_id
         self.name = name or str(robot_id + 1)
         self._cell = cell
         self._heading = heading
         self._pod: int | None = None
         self._task: int | None = None
-        self._on_duty = True
+        self._on_duty = on_duty
         self._goal: int | None = None
         self._charging = False
         self._battery: Battery | None = None

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from bisect import bisect_left, insort
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
 from rmfs_core.clock import to_seconds, to_ticks
+from rmfs_core.scenario.model import BatterySection
 from rmfs_core.warehouse.accounts import Backlog, FreeItemsLog
 from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Part, Pod, Request, Robot, Station, put
@@ -34,7 +35,7 @@ class Warehouse:
     blocked
         Storage locations that hold an empty pod for the whole run.
     pod_capacity
-        Space on each pod.
+        Space on each pod; a sequence has that of each.
     battery
         Makes a robot's battery with this clock; None: they have none.
     """
@@ -47,7 +48,7 @@ class Warehouse:
         robots: Sequence[Robot],
         pod_cells: Sequence[int],
         blocked: Iterable[int] = (),
-        pod_capacity: int = UNLIMITED,
+        pod_capacity: int | Sequence[int] = UNLIMITED,
         battery: Callable[[Callable[[], int]], Battery] | None = None,
     ) -> None:
         self.now = self.changes = 0
@@ -59,9 +60,10 @@ class Warehouse:
         self.orders = tuple(Order(i, data, lambda: self.now) for i, data in enumerate(instance.orders))
         self.arrived: dict[int, Order] = {}
         self.sizes = instance.sizes or (1,) * self.n_skus
+        capacities = [pod_capacity] * len(pod_cells) if isinstance(pod_capacity, int) else pod_capacity
         self.pods = tuple(
-            Pod(i, data, cell, pod_capacity, self.sizes)
-            for i, (data, cell) in enumerate(zip(instance.pods, pod_cells, strict=True))
+            Pod(i, data, cell, capacity, self.sizes)
+            for i, (data, cell, capacity) in enumerate(zip(instance.pods, pod_cells, capacities, strict=True))
         )
         self.free_items = FreeItemsLog(self.pods)
         self.homes = tuple(pod_cells)
@@ -424,3 +426,22 @@ class Warehouse:
             station._load -= int(not order.has_place_at(station.id)) if station.counts_orders else part._items
         if order.complete and order.split:
             self.split_orders_open -= 1
+
+    # What makes one anew that is under way
+
+    def renumber(self, station: Station, requests: Mapping[int, Request]) -> None:
+        """Give the requests of a station these ids, oldest first."""
+        station._requests, station._by_sku = {}, {}
+        for number, request in requests.items():
+            station._requests[number] = Request(number, request.part, request.sku)
+            station._by_sku.setdefault(request.sku, {})[number] = station._requests[number]
+            self._next_request = max(self._next_request, number + 1)
+
+    def reroute(self, pod: Pod, stations: Sequence[int]) -> None:
+        """Let a pod visit the stations that it is bound for in this order."""
+        pod._itinerary = list(stations)
+
+    def put_battery(self, robot: Robot, share: float, *, low: bool) -> None:
+        """Give a robot a battery with this share of its capacity in it, for a moment in which no time passes."""
+        robot._battery = Battery(BatterySection(), 0.0, lambda: 0, share)
+        robot._battery.low_j = robot._battery.joules + low

@@ -7,7 +7,9 @@ from collections.abc import Iterator, Sequence
 from rmfs_core.clock import to_ticks
 from rmfs_core.scenario.source import KeyPath
 from rmfs_core.warehouse import UNLIMITED
-from rmfs_core.warehouse.memento import (
+from rmfs_core.world import NORTH, Layout, OrderData, PodData
+from rmfs_states.names import Names
+from rmfs_states.plain import (
     BundleMemento,
     Memento,
     OrderMemento,
@@ -17,8 +19,6 @@ from rmfs_core.warehouse.memento import (
     RobotMemento,
     StationMemento,
 )
-from rmfs_core.world import NORTH, Layout, OrderData, PodData
-from rmfs_states.names import Names
 from rmfs_states.state import InHandState, OrderState, PartState, RequestState, State
 
 QUEUE_LENGTH = 12

@@ -10,11 +10,11 @@ from attrs import frozen
 from rmfs_core.scenario.model import LayoutSection
 from rmfs_core.scenario.source import Source
 from rmfs_core.warehouse import Pod, Warehouse, WarehouseView
-from rmfs_core.warehouse.memento import ContradictionError, restore
 from rmfs_core.world import Instance, Layout, block_map, check_layout, parse_map
 from rmfs_core.world.travel import travel_on
 from rmfs_states.mementos import QUEUE_LENGTH, memento_of
 from rmfs_states.names import Names
+from rmfs_states.restoring import ContradictionError, restore
 from rmfs_states.state import LayoutState, State
 
 

@@ -21,8 +21,8 @@ from rmfs_core.events import (
     VisitEnded,
 )
 from rmfs_core.warehouse import UNLIMITED
-from rmfs_core.warehouse.memento import BundleMemento, OrderMemento, PodMemento, RobotMemento, StationMemento
 from rmfs_states.patches import difference
+from rmfs_states.plain import BundleMemento, OrderMemento, PodMemento, RobotMemento, StationMemento
 from rmfs_states.state import FORMAT, VERSIONS
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ class Snapshots:
             "layout": {"map": draw_map(run.layout).splitlines()},
             "motion": attrs.asdict(run.motion),
             "pods": {pod.name: self._pod(PodMemento.of(pod, view.home(pod))) for pod in view.pods},
-            "stations": {station.name: self._station(StationMemento.of(station)) for station in self._at},
+            "stations": self._look_at_stations(),
             "orders": {},
             "robots": {robot.name: self._robot(RobotMemento.of(robot)) for robot in view.robots},
             "waiting": [pod.name for pod in view.waiting_pods],
@@ -96,7 +96,7 @@ class Snapshots:
         view = self._view
         orders = [OrderMemento.of(view.order(order)) for order in self._told_of_orders]
         self._dated |= any(order.data.due_tick is not None or order.data.priority for order in orders)
-        stations = {station.name: self._station(StationMemento.of(station)) for station in self._at}
+        stations = self._look_at_stations()
         robots = {robot.name: self._robot(RobotMemento.of(robot)) for robot in view.robots}
         later = self._dated or bool(view.replenishment_stations) or _needs_version_2(stations, robots)
         whole = {
@@ -161,6 +161,10 @@ class Snapshots:
         if bundle.station is not None:
             state["station"] = self._stations[bundle.station]
         return state if bundle.pod is None else {**state, "pod": self._pods[bundle.pod]}
+
+    def _look_at_stations(self) -> dict[str, Any]:
+        now = self._view.now_tick
+        return {station.name: self._station(StationMemento.of(station, now)) for station in self._at}
 
     def _station(self, station: StationMemento) -> dict[str, Any]:
         last, written = self._last.get(station.name, (None, {}))

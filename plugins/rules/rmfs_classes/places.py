@@ -94,35 +94,6 @@ class Kept(Generic[T]):
         return self._made
 
 
-class Stored:
-    """Where pods are stored, and which may be moved: read again of those that changed.
-
-    Attributes
-    ----------
-    cells
-        Cell of each pod, -1 of those that are not stored.
-    movable
-        Whether each is stored, bound nowhere, and fetched by nobody.
-    """
-
-    def __init__(self) -> None:
-        self._pods: tuple[Pod, ...] | None = None
-        self._seen = 0
-
-    def update(self, warehouse: WarehouseView) -> None:
-        """Take in what pods have become."""
-        changed = warehouse.changed_pods(self._seen if warehouse.pods is self._pods else 0)
-        if warehouse.pods is self._pods:
-            self._seen += len(changed)
-        else:
-            self._pods, self._seen, changed = warehouse.pods, len(changed), list(range(len(warehouse.pods)))
-            self.cells, self.movable = np.zeros(len(changed), np.int64), np.zeros(len(changed), np.bool_)
-        for number in set(changed):
-            pod = self._pods[number]
-            self.cells[number] = -1 if pod.location is None else pod.location
-            self.movable[number] = pod.location is not None and not pod.bound_for and pod.robot is None
-
-
 def by_share(order: Ids, borders: tuple[float, ...]) -> Ids:
     """Cut what is sorted, best first, into classes that end at these shares of all; return the class of each."""
     rank = np.empty(len(order), np.int64)

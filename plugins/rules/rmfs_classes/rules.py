@@ -10,7 +10,7 @@ from attrs import define, field, validators
 from numpy.typing import NDArray
 
 from rmfs_classes.moving import Pause, nearest_to
-from rmfs_classes.places import NO_STATION, Kept, Places, Stored, class_at, nearest_of
+from rmfs_classes.places import NO_STATION, Kept, Places, class_at, nearest_of
 from rmfs_classes.worth import Worth, rank_of
 from rmfs_core import PodMove, hookimpl
 
@@ -182,7 +182,6 @@ class Cache(_ByWorth):
     retry_s: float = _retry()
     _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
     _caches: Kept[tuple[Ids, Ids]] = field(init=False, factory=Kept, repr=False, eq=False)
-    _stored: Stored = field(init=False, factory=Stored, repr=False, eq=False)
 
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
@@ -211,20 +210,20 @@ class Cache(_ByWorth):
 
     def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]:
         places, (owner, at) = self._caches.of(warehouse, self._owners)
-        self._stored.update(warehouse)
         wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        stored, movable = self._worth.pods.places, self._worth.pods.movable
         there = int((owner != NO_STATION).sum()) - self.free_places * len(warehouse.stations)
         order = np.argsort(-wanted, kind="stable")
         useful = order[: min(max(there, 0), np.count_nonzero(wanted > 0))]
-        useless = self._stored.movable.copy()
+        useless = movable.copy()
         useless[useful] = False
-        now = at[self._stored.cells]
-        outside = useful[self._stored.movable[useful] & (now[useful] == NO_STATION)].tolist()
+        now = at[stored]
+        outside = useful[movable[useful] & (now[useful] == NO_STATION)].tolist()
         free = np.isin(places.cells, warehouse.free_storage_locations)
         moves: list[PodMove] = []
 
         def move(pod: int, of: int) -> None:
-            cell = nearest_to(warehouse, int(self._stored.cells[pod]), places.cells[free & (owner == of)])
+            cell = nearest_to(warehouse, int(stored[pod]), places.cells[free & (owner == of)])
             moves.append(PodMove(pod, cell))
             free[places.cells == cell] = False
 
@@ -248,9 +247,8 @@ class Cache(_ByWorth):
         if not len(free):
             return False
         _, (_, at) = self._caches.of(warehouse, self._owners)
-        self._stored.update(warehouse)
-        stored = at[self._stored.cells] == station
         wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        stored = at[self._worth.pods.places] == station
         less = float((wanted[stored] < wanted[pod.id]).mean()) if stored.any() else 1.0
         return bool((self.weight_free * free.mean() + self.weight_worth * less) / 2 > self.threshold)
 
@@ -294,7 +292,6 @@ class Utility(_ByWorth):
     )
     retry_s: float = _retry()
     _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
-    _stored: Stored = field(init=False, factory=Stored, repr=False, eq=False)
     _ranks: Kept[tuple[Ids, Ids, Ids]] = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
@@ -323,9 +320,8 @@ class Utility(_ByWorth):
         if not self._worth.ordered.items(warehouse).any():  # nothing is known of any pod
             return []
         own = self._own_ranks(warehouse, ranked)
-        self._stored.update(warehouse)
-        cells = self._stored.cells
-        off = np.where(self._stored.movable, np.abs(at[cells] - own), NOT_OFF)
+        cells = self._worth.pods.places
+        off = np.where(self._worth.pods.movable, np.abs(at[cells] - own), NOT_OFF)
         out_of_place = np.flatnonzero(off >= self.corridor)
         free = np.isin(places.cells, warehouse.free_storage_locations)
         moves: list[PodMove] = []

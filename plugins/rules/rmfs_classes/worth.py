@@ -39,30 +39,34 @@ class Worth:
     ----------
     ordered
         The items ordered until now.
+    pods
+        What is kept of the pods, as they were when this was asked last.
     """
 
     def __init__(self) -> None:
-        self.ordered, self._pods = Ordered(), KeptPods()
+        self.ordered, self.pods = Ordered(), KeptPods()
         self._speed, self._demand = KeptSums(), KeptSums()
 
     def load(self) -> None:
         """Load what is compiled, or compile it."""
-        self._pods.load()
+        self.pods.load()
         self._speed.load()
 
     def speed(self, warehouse: WarehouseView) -> Ids:
         """Return the sum over the SKUs that each pod has free of the items of them ordered until now, by pod."""
-        self._pods.update(warehouse)
-        return self._speed.of_held(self._pods, self.ordered.items(warehouse))
+        self.pods.update(warehouse)
+        return self._speed.of_held(self.pods, self.ordered.items(warehouse))
 
     def demand(self, warehouse: WarehouseView) -> Ids:
         """Return the items that are wanted in the whole system and free on each pod, by pod."""
-        self._pods.update(warehouse)
-        return self._demand.of_free(self._pods, warehouse.open_demand())
+        self.pods.update(warehouse)
+        return self._demand.of_free(self.pods, warehouse.open_demand())
 
     def combined(self, warehouse: WarehouseView, weight_speed: float, weight_demand: float) -> Values:
         """Return the weighted sum of speed and demand by pod, each as a share of the largest."""
         total = np.zeros(len(warehouse.pods))
+        if not weight_speed and not weight_demand:
+            self.pods.update(warehouse)
         for weight, values in ((weight_speed, self.speed), (weight_demand, self.demand)):
             if weight and (of_pods := values(warehouse)).max(initial=0) > 0:
                 total += weight * of_pods / of_pods.max()

@@ -142,6 +142,8 @@ class KeptPods:
         Free items of the pods, and what changed of them.
     cells
         Cell of each pod that can be sent, int64, shape (pods,).
+    places
+        Storage location of each pod, -1 of those that are not stored, int64, shape (pods,).
     changed
         Of the pods that can be sent, those that may have changed since the last update or since they could be last.
     """
@@ -171,7 +173,7 @@ class KeptPods:
             self._search: Any = pod_search
             self._pods = warehouse.pods
             self._seen, self._again = 0, list(range(len(self._pods)))
-            self.cells = np.zeros(len(self._pods), np.int64)
+            self.cells, self.places = np.zeros((2, len(self._pods)), np.int64)
             self._at, self._found = np.zeros_like(self.cells), np.zeros(len(self._pods), np.bool_)
             self._ticks: dict[int, Ids] = {}
             self._row, self._sums = np.full_like(self.cells, -1), np.zeros_like(self.cells)
@@ -184,7 +186,8 @@ class KeptPods:
         self.changed, again, self._again = [], self._again, []
         for number in {*changed, *again}:
             pod = self._pods[number]
-            if pod.location is None or pod.bound_for:
+            self.places[number] = -1 if (location := pod.location) is None else location
+            if location is None or pod.bound_for:
                 self._at[number] = BUSY
                 continue
             self._at[number], self.cells[number] = STORED, pod.cell
@@ -237,6 +240,14 @@ class KeptPods:
         """Whether each pod is stored and bound nowhere, shape (pods,)."""
         stored: NDArray[np.bool_] = self._at == STORED
         return stored
+
+    @property
+    def movable(self) -> NDArray[np.bool_]:
+        """Whether each pod is stored, bound nowhere, and fetched by nobody, shape (pods,)."""
+        movable = self.stored
+        for number in self._again:
+            movable[number] &= self._pods[number].robot is None
+        return movable
 
     def with_most(self, wanted: Iterable[tuple[int, int]]) -> Ids:
         """Return the stored pods bound nowhere with most free items of what is wanted, SKUs and numbers, if any."""

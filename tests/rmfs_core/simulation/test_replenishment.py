@@ -34,8 +34,9 @@ from rmfs_core.simulation.applying import apply_replenishment
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.simulation.setup import open_warehouse
 from rmfs_core.warehouse import Bundle, Warehouse, WarehouseView
-from rmfs_core.warehouse.memento import BundleMemento, ContradictionError, Memento, restore
 from rmfs_core.world import BundleData, Instance, make_instance, make_layout
+from rmfs_states.plain import BundleMemento, Memento
+from rmfs_states.restoring import ContradictionError, restore
 from rmfs_testing import small_instance, validate_trace
 
 FILE = {"process": "file", "file": "bundles.csv"}

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 from rmfs_core.errors import InputError
-from rmfs_core.warehouse.memento import Memento
 from rmfs_core.world import NORTH, Layout, parse_map
 from rmfs_states.mementos import memento_of
 from rmfs_states.names import Names
+from rmfs_states.plain import Memento
 from rmfs_states.state_json import state_from_dict
 
 

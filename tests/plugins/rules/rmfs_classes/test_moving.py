@@ -7,9 +7,10 @@ import pytest
 
 from rmfs_classes import Cache, Utility
 from rmfs_classes.moving import Pause, nearest_to
-from rmfs_classes.places import NO_STATION, Places, Stored
+from rmfs_classes.places import NO_STATION, Places
 from rmfs_core import PodMove
 from rmfs_core.warehouse import Warehouse, WarehouseView
+from rmfs_rule_helpers.pod_sending import KeptPods
 from rmfs_testing import small_layout, small_world
 
 
@@ -101,9 +102,9 @@ def test_pods_that_are_bound_or_fetched_stay() -> None:
     warehouse.bind(warehouse.pods[0], warehouse.stations[0])
     warehouse.waiting[1] = warehouse.pods[1]
     warehouse.take_task(warehouse.robots[0], warehouse.pods[1])
-    stored = Stored()
-    stored.update(view)
-    assert stored.movable.tolist() == [False, False, True]
+    kept = KeptPods()
+    kept.update(view)
+    assert kept.movable.tolist() == [False, False, True]
 
 
 def test_the_nearest_place_is_that_of_the_pod() -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from rmfs_classes.places import NO_STATION, Places, Stored, by_share, class_at, nearest_of
+from rmfs_classes.places import NO_STATION, Places, by_share, class_at, nearest_of
 from rmfs_core.motion import Motion
 from rmfs_core.warehouse import Station, Warehouse, WarehouseView
 from rmfs_core.world.travel import travel_on
@@ -56,31 +56,6 @@ def test_shares_are_cut_in_the_given_order() -> None:
     """Of five the best two, the next one and the last two."""
     assert by_share(np.array([3, 0, 4, 1, 2]), (0.4, 0.6, 1.0)).tolist() == [0, 2, 2, 0, 1]
     assert [class_at(rank, 5, (0.4, 0.6, 1.0)) for rank in range(5)] == [0, 0, 1, 2, 2]
-
-
-def test_pods_are_followed() -> None:
-    """One is bound, lifted, and set down elsewhere."""
-    world, stored = small_world({}, {"p": ["a"], "q": ["a"]}), Stored()
-    robot, pod, station = world.robots[0], world.pods[1], world.stations[0]
-    first, second = (pod.cell for pod in world.pods)
-
-    def seen(world: Warehouse) -> list[tuple[int, bool]]:
-        stored.update(WarehouseView(world))
-        return list(zip(stored.cells.tolist(), stored.movable.tolist(), strict=True))
-
-    assert seen(world) == [(first, True), (second, True)]
-    world.bind(pod, station)
-    assert seen(world) == [(first, True), (second, False)]
-    world.take_task(robot, pod)
-    world.lift(robot, pod)
-    assert seen(world) == [(first, True), (-1, False)]
-    world.join_line(robot, station)
-    world.leave(robot, pod, station)
-    world.reserve(cell := world.free_locations[-1])
-    world.move(robot, cell, 0)
-    world.store(robot, pod)
-    assert seen(world) == [(first, True), (cell, True)]
-    assert seen(small_world({}, {"p": ["a"]})) == [(first, True)]
 
 
 def test_places_with_the_same_drive_have_the_same_rank() -> None:

@@ -10,9 +10,10 @@ from attrs import evolve
 import rmfs_core
 from rmfs_core import RobotMove
 from rmfs_core.warehouse import Warehouse, WarehouseView
-from rmfs_core.warehouse.memento import Memento, restore
 from rmfs_core.world import parse_map
 from rmfs_idle import ChargeWhenLow, RestMiddle, RestNearest, Stay
+from rmfs_states.plain import Memento
+from rmfs_states.restoring import restore
 from rmfs_testing import check_rule, small_layout, small_world
 
 HALL = parse_map("..........\n.###.####.\n..........\n.CC..####.\n.......qqO\n..........\n", "hall")

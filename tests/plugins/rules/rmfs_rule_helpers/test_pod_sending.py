@@ -78,7 +78,10 @@ def test_only_pods_that_serve_an_uncovered_request_are_offered() -> None:
 
 
 def test_whatever_is_kept_the_same_pods_are_offered() -> None:
-    """To both, in a world that goes on: pods are bound, lifted, picked from and set down between two decisions."""
+    """To both, in a world that goes on: pods are bound, lifted, picked from and set down between two decisions.
+
+    Where they are stored, and which may be moved, is kept, too.
+    """
     pods = {"p": {"a": 2, "c": 1}, "q": {"a": 1, "b": 1}, "r": {"b": 3}, "s": {"c": 1}}
     world = small_world({"1": {"a": 2}, "2": {"b": 2}, "3": {"a": 1, "c": 1}}, pods, capacities=[9, 9])
     view, kept = WarehouseView(world), KeptPods()
@@ -95,6 +98,9 @@ def test_whatever_is_kept_the_same_pods_are_offered() -> None:
 
     def decide(max_fetches: int) -> None:
         kept.update(view)
+        assert kept.places.tolist() == [-1 if pod.location is None else pod.location for pod in world.pods]
+        free = [pod.location is not None and not pod.bound_for and pod.robot is None for pod in world.pods]
+        assert kept.movable.tolist() == free
         assert send_pods(view, max_fetches, choose) == kept.send(view, max_fetches, choose_kept)
         assert plain == offered
 
@@ -121,6 +127,11 @@ def test_whatever_is_kept_the_same_pods_are_offered() -> None:
     world.store(robot, pod)
     decide(9)
     assert len(offered) > 5
+    moved = world.pods[3]
+    world.waiting[moved.id] = moved
+    world.take_task(robot, moved)  # to be carried elsewhere, without a visit
+    decide(9)
+    assert not kept.movable[moved.id]
 
 
 @pytest.mark.parametrize(("wanted", "found"), [(["b"], False), (["c"], True)])
@@ -133,6 +144,31 @@ def test_without_a_robot_only_a_leaving_pod_may_be_sent(
     put_at_station(world, 0, 0)
     assert may_send(WarehouseView(world), 0) == found
     assert may_send(WarehouseView(world), 1)
+
+
+def test_where_pods_are_stored_and_which_may_be_moved() -> None:
+    """One is bound, lifted, and set down elsewhere."""
+    world, kept = small_world({}, {"p": ["a"], "q": ["a"]}), KeptPods()
+    robot, pod, station = world.robots[0], world.pods[1], world.stations[0]
+    first, second = (pod.cell for pod in world.pods)
+
+    def seen(world: Warehouse) -> list[tuple[int, bool]]:
+        kept.update(WarehouseView(world))
+        return list(zip(kept.places.tolist(), kept.movable.tolist(), strict=True))
+
+    assert seen(world) == [(first, True), (second, True)]
+    world.bind(pod, station)
+    assert seen(world) == [(first, True), (second, False)]
+    world.take_task(robot, pod)
+    world.lift(robot, pod)
+    assert seen(world) == [(first, True), (-1, False)]
+    world.join_line(robot, station)
+    world.leave(robot, pod, station)
+    world.reserve(cell := world.free_locations[-1])
+    world.move(robot, cell, 0)
+    world.store(robot, pod)
+    assert seen(world) == [(first, True), (cell, True)]
+    assert seen(small_world({}, {"p": ["a"]})) == [(first, True)]
 
 
 def test_sums_follow_items_and_what_is_wanted() -> None:

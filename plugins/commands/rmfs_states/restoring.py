@@ -1,21 +1,14 @@
-"""The warehouse at one moment as plain data, and back: names, ids and numbers alone, to be compared or written down."""
+"""From plain data to a warehouse as it tells."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
-from attrs import field, frozen, validators
-
-from rmfs_core.scenario.model import BatterySection
-from rmfs_core.warehouse.battery import Battery
-from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Pod, Request, Robot, Station
-from rmfs_core.warehouse.promises import promise
-from rmfs_core.warehouse.state import Warehouse
-from rmfs_core.warehouse.view import WarehouseView
-from rmfs_core.world import Instance, OrderData, PodData
-from rmfs_core.world.grid import CellKind
+from rmfs_core.warehouse import Order, Request, Robot, Station, Warehouse
+from rmfs_core.world import CellKind, Instance
 from rmfs_core.world.travel import Travel
+from rmfs_states.plain import BundleMemento, Memento, OrderMemento, StationMemento
 
 T = TypeVar("T")
 
@@ -27,191 +20,6 @@ class ContradictionError(ValueError):
         super().__init__(f"{'.'.join(map(str, path))}: {problem}")
         self.problem = problem
         self.path = path
-
-
-class PartMemento(NamedTuple):
-    """What one period assigned of an order to a station: its lines, also those picked already."""
-
-    station: int
-    skus: tuple[int, ...]
-    period: int
-
-
-class RequestMemento(NamedTuple):
-    """An item that is still to be picked; ``pod`` is the inbound pod that it is promised from."""
-
-    id: int
-    order: int
-    sku: int
-    pod: int | None
-
-
-class BundleMemento(NamedTuple):
-    """A bundle that is not stored; ``station`` and ``pod`` as far as they are decided."""
-
-    id: int
-    name: str
-    sku: int
-    items: int
-    arrival_tick: int
-    station: int | None = None
-    pod: int | None = None
-
-    @classmethod
-    def of(cls, bundle: Bundle) -> BundleMemento:
-        """Return what a bundle is now."""
-        kind = bundle.id, bundle.name, bundle.sku, bundle.items, bundle.arrival_tick
-        return cls(*kind, bundle.station, bundle.pod)
-
-
-@frozen
-class OrderMemento:
-    """An order that has arrived, and what was assigned of it."""
-
-    data: OrderData
-    parts: tuple[PartMemento, ...]
-
-    @classmethod
-    def of(cls, order: Order) -> OrderMemento:
-        """Return what an order is now."""
-        parts = tuple(PartMemento(part.station, part.skus, part.period) for part in order.parts)
-        lines = tuple((sku, n) for sku, n in order.lines)
-        return cls(OrderData(order.name, order.arrival_tick, lines, order.due_tick, order.priority), parts)
-
-
-@frozen
-class PodMemento:
-    """A pod and what it holds; ``cell`` is its storage location, None while it is carried; ``home`` -1: not known."""
-
-    data: PodData
-    cell: int | None
-    home: int
-    bound_for: tuple[int, ...]
-    capacity: int = UNLIMITED
-
-    @classmethod
-    def of(cls, pod: Pod, home: int) -> PodMemento:
-        """Return what a pod is now."""
-        contents = tuple((sku, None if n >= UNLIMITED else n) for sku, n in pod.contents.items())
-        return cls(PodData(pod.name, contents), pod.location, home, pod.bound_for, pod.capacity)
-
-
-@frozen
-class StationMemento:
-    """A station: requests, oldest first; inbound pods, as trips were decided; its line; order and SKU in hand, and when
-    that is handled (tick); ``changes``: the tick at which its timetable opens or closes it."""
-
-    name: str
-    capacity: int
-    counts_orders: bool
-    queue_length: int
-    requests: tuple[RequestMemento, ...]
-    inbound: tuple[int, ...]
-    line: tuple[int, ...]
-    queue_room: int
-    in_hand: tuple[int, int] | None = None
-    picker_free: int | None = None
-    staffed: bool = True
-    active: bool = True
-    changes: int | None = None
-    bundle_capacity: int = 0
-    picks: bool = True
-
-    @classmethod
-    def of(cls, station: Station) -> StationMemento:
-        """Return what a station is now."""
-        requests = tuple(
-            RequestMemento(r.id, r.order.id, r.sku, None if r.pod is None else r.pod.id) for r in station.open_requests
-        )
-        inbound = tuple(pod.id for pod in station.inbound_pods)
-        kind = station.name, station.capacity, station.counts_orders, station.queue_length
-        in_hand = None if (r := station._in_hand) is None else (r.order.id, r.sku)
-        busy = station._picker_free if station._picker_free > station._now() else None
-        hours = station.staffed, station.active, station._until
-        line, stores = station.pods_in_line, (station.bundle_capacity, station.picks)
-        return cls(*kind, requests, inbound, line, station.queue_room, in_hand, busy, *hours, *stores)
-
-
-@frozen
-class RobotMemento:
-    """A robot; ``task`` is the pod that it carries or is on its way to fetch, ``goal`` where it is sent without one."""
-
-    name: str
-    cell: int
-    heading: int = field(validator=validators.in_(range(4)))
-    task: int | None
-    on_duty: bool = True
-    goal: int | None = None
-    charge: float | None = None
-    low: bool = False
-
-    @classmethod
-    def of(cls, robot: Robot) -> RobotMemento:
-        """Return what a robot is now."""
-        doing = robot.task, robot.on_duty, robot.goal
-        return cls(robot.name, robot.cell, robot.heading, *doing, robot.charge, robot.low)
-
-    def battery(self) -> Battery | None:
-        """Return a battery with this charge, for a moment in which no time passes."""
-        if self.charge is None:
-            return None
-        battery = Battery(BatterySection(), 0.0, lambda: 0, self.charge)
-        battery.low_j = battery.joules + self.low
-        return battery
-
-
-@frozen
-class Memento:
-    """A warehouse at one moment; what has an id stands at its id.
-
-    Parameters
-    ----------
-    now
-        Simulated time in ticks.
-    skus
-        Names of the SKUs.
-    orders, pods, stations, robots
-        What they are. Orders that have not arrived are not there.
-    waiting
-        Stored pods that are bound for a station and that no robot fetches yet, longest waiting first.
-    blocked, reserved
-        Cells of storage locations that hold an empty pod, and of those that a pod is on its way to.
-    bundles
-        Those that have arrived and are not stored; at a station, and on a pod, in the order in which that was decided.
-    sizes
-        Space that an item of each SKU takes; empty: 1.
-    """
-
-    now: int = field(validator=validators.ge(0))
-    skus: tuple[str, ...]
-    orders: tuple[OrderMemento, ...]
-    pods: tuple[PodMemento, ...]
-    stations: tuple[StationMemento, ...]
-    robots: tuple[RobotMemento, ...]
-    waiting: tuple[int, ...]
-    blocked: tuple[int, ...]
-    reserved: tuple[int, ...]
-    bundles: tuple[BundleMemento, ...] = ()
-    sizes: tuple[int, ...] = ()
-
-    @classmethod
-    def of(cls, view: WarehouseView, skus: Sequence[str]) -> Memento:
-        """Return what a warehouse is now; a view does not show the names of its SKUs."""
-        stations = (*view.stations, *(station for station in view.replenishment_stations if not station.picks))
-        bundles = (*view.bundles, *(b for s in view.replenishment_stations for b in s.bundles))
-        return cls(
-            view.now_tick,
-            tuple(skus),
-            tuple(OrderMemento.of(order) for order in view.orders),
-            tuple(PodMemento.of(pod, view.home(pod)) for pod in view.pods),
-            tuple(StationMemento.of(station) for station in stations),
-            tuple(RobotMemento.of(robot) for robot in view.robots),
-            tuple(pod.id for pod in view.waiting_pods),
-            view.blocked_locations,
-            view.reserved_locations,
-            tuple(map(BundleMemento.of, bundles)),
-            view.sizes if max(view.sizes, default=1) > 1 else (),
-        )
 
 
 def restore(memento: Memento, travel: Travel) -> Warehouse:
@@ -231,18 +39,21 @@ def restore(memento: Memento, travel: Travel) -> Warehouse:
             Station(i, cells[i], s.capacity, s.counts_orders, s.queue_length, s.name, s.bundle_capacity, s.picks)
             for i, s in enumerate(memento.stations)
         ],
-        [Robot(i, r.cell, r.heading, r.name) for i, r in enumerate(memento.robots)],
-        [p.home for p in memento.pods],
+        [Robot(i, r.cell, r.heading, r.name, r.on_duty) for i, r in enumerate(memento.robots)],
+        [p.home if p.cell is None else p.cell for p in memento.pods],
         memento.blocked,
+        [p.capacity for p in memento.pods],
     )
+    warehouse.homes = tuple(p.home for p in memento.pods)
     warehouse.advance(memento.now)
     for order, given in zip(warehouse.orders, memento.orders, strict=True):
         warehouse.order_arrives(order)
         _assign(warehouse, order, given, memento.skus)
     for station, told in zip(warehouse.stations, memento.stations, strict=True):
         _keep_requests(warehouse, station, told, memento)
-        station._picker_free, station._until = told.picker_free or 0, told.changes
-        station._staffed, station._active = told.staffed, told.active
+        warehouse.occupy_picker(station, told.picker_free or 0)
+        warehouse.staff(station, told.staffed, told.changes)
+        warehouse.activate(station, told.active)
     _bind(warehouse, memento)
     _carry(warehouse, memento)
     _store(warehouse, memento)
@@ -303,7 +114,7 @@ def _keep_requests(warehouse: Warehouse, station: Station, given: StationMemento
     assigned: dict[tuple[int, int], list[Request]] = {}
     for request in station.open_requests:
         assigned.setdefault((request.order.id, request.sku), []).append(request)
-    kept: dict[int, Request] = {}
+    kept: dict[int, Request] = {}  # those to come, by id
     for i, wanted in enumerate(given.requests):
         path = ("stations", station.id, "requests")
         same = assigned.get((wanted.order, wanted.sku))
@@ -312,21 +123,19 @@ def _keep_requests(warehouse: Warehouse, station: Station, given: StationMemento
             more = f'requests more of SKU "{_at(memento.skus, wanted.sku, *path, i)}" for order "{name}"'
             raise ContradictionError(f"{more} than `lines` and `parts` of the order assign to this station", *path, i)
         _check(wanted.id not in kept, f"found the id {wanted.id} twice; expected each once", *path)
-        kept[wanted.id] = Request(wanted.id, same.pop(0).part, wanted.sku)
+        kept[wanted.id] = same.pop(0)
     held = next(iter(assigned.get(given.in_hand, ())), None) if given.in_hand else None
     _check(held is not None or given.in_hand is None, "names no item picked here", "stations", station.id, "in_hand")
     for request in (request for picked in assigned.values() for request in picked):
-        warehouse.close(request)
         if request is not held:
+            warehouse.close(request)
             warehouse.release(request)
-    station._in_hand = held
+    if held is not None:
+        warehouse.close(held)
     problem = f"found {given.capacity}; expected at least {station.load}, what is assigned and not picked"
     alone = len({request.order for request in (*kept.values(), held) if request}) == 1  # one larger than any station
     _check(alone or given.capacity >= station.load, problem, "stations", station.id, "capacity")
-    station._requests, station._by_sku = kept, {}
-    for request in kept.values():
-        station._by_sku.setdefault(request.sku, {})[request.id] = request
-    warehouse._next_request = max([warehouse._next_request, *(number + 1 for number in kept)])
+    warehouse.renumber(station, kept)
 
 
 def _bind(warehouse: Warehouse, memento: Memento) -> None:
@@ -335,13 +144,12 @@ def _bind(warehouse: Warehouse, memento: Memento) -> None:
         for i, number in enumerate(given.inbound):
             path = ("stations", station.id, "inbound", i)
             pod = _at(warehouse.pods, number, *path)
-            _check(number not in station._inbound, f'names pod "{pod.name}" twice; expected each once', *path)
-            station._inbound[number] = pod
-            pod._itinerary.append(station.id)
+            _check(pod not in station.inbound_pods, f'names pod "{pod.name}" twice; expected each once', *path)
+            warehouse.bind(pod, station, promise=False)
     for pod, told in zip(warehouse.pods, memento.pods, strict=True):
-        same = sorted(told.bound_for) == sorted(pod._itinerary)
+        same = sorted(told.bound_for) == sorted(pod.bound_for)
         _check(same, "expected the stations that have the pod in `inbound`, each once", "pods", pod.id, "bound_for")
-        pod._itinerary = list(told.bound_for)
+        warehouse.reroute(pod, told.bound_for)
 
 
 def _carry(warehouse: Warehouse, memento: Memento) -> None:
@@ -350,26 +158,27 @@ def _carry(warehouse: Warehouse, memento: Memento) -> None:
     for robot, given in zip(warehouse.robots, memento.robots, strict=True):
         free = 0 <= given.cell < len(kind) and kind[given.cell] != CellKind.WALL
         _check(free, f"expected a cell of the layout, 0 to {len(kind) - 1}, no wall", "robots", robot.id, "cell")
-        robot._on_duty = given.on_duty
-        robot._battery, robot._goal = given.battery(), given.goal
+        warehouse.send(robot, given.goal)
         busy = given.task is not None and given.goal is not None
         _check(not busy, "found a goal and a task; expected one of them", "robots", robot.id, "goal")
         if given.task is not None:
             path = ("robots", robot.id, "task")
             pod = _at(warehouse.pods, given.task, *path)
-            _check(pod._carrier is None, f'names pod "{pod.name}", which is another robot\'s task', *path)
+            _check(pod.robot is None, f'names pod "{pod.name}", which is another robot\'s task', *path)
             warehouse.waiting[pod.id] = pod
             warehouse.take_task(robot, pod)
-            robot._pod = pod.id if memento.pods[pod.id].cell is None else None
+            if memento.pods[pod.id].cell is None:
+                warehouse.lift(robot, pod)
+        if given.charge is not None:
+            warehouse.put_battery(robot, given.charge, low=given.low)
     in_line: set[int] = set()
     for station, told in zip(warehouse.stations, memento.stations, strict=True):
         path = ("stations", station.id, "line")
         for i, number in enumerate(told.line):
             name = _at(warehouse.pods, number, *path, i).name
-            _check(number in station._inbound, f'names pod "{name}", which `inbound` does not', *path, i)
+            _check(number in told.inbound, f'names pod "{name}", which `inbound` does not', *path, i)
             _check(number not in in_line, f'names pod "{name}", which stands in a line already', *path)
-            pod, robot_id = warehouse.pods[number], warehouse.pods[number].robot
-            if robot_id is None:
+            if (robot_id := warehouse.pods[number].robot) is None:
                 raise ContradictionError(f'names pod "{name}", which no robot carries', *path, i)
             stored = memento.pods[number].cell is not None
             _check(
@@ -380,7 +189,8 @@ def _carry(warehouse: Warehouse, memento: Memento) -> None:
         room = station.queue_length + 1 - len(told.line)
         problem = f"found {told.queue_room}; expected 0 to {room}, what the line leaves"
         _check(0 <= told.queue_room <= room, problem, "stations", station.id, "queue_room")
-        station._claims = station.queue_length + 1 - told.queue_room
+        for _ in range(station.queue_room - told.queue_room):
+            warehouse.claim_place(station)
 
 
 def _store(warehouse: Warehouse, memento: Memento) -> None:
@@ -389,11 +199,9 @@ def _store(warehouse: Warehouse, memento: Memento) -> None:
     taken = dict.fromkeys((*memento.blocked, *memento.reserved), "another pod")
     for pod, given in zip(warehouse.pods, memento.pods, strict=True):
         path, cell = ("pods", pod.id, "cell"), given.cell
-        object.__setattr__(pod, "capacity", given.capacity)
-        pod._location = cell
         if cell is None:
-            carried = pod._carrier is not None
-            _check(carried, "is missing; expected the pod's cell, or that it is in a line or a robot's task", *path)
+            expected = "expected the pod's cell, or that it is in a line or a robot's task"
+            _check(pod.robot is not None, f"is missing; {expected}", *path)
             continue
         if cell not in layout.storage_locations:
             first = layout.storage_locations[0]
@@ -401,10 +209,9 @@ def _store(warehouse: Warehouse, memento: Memento) -> None:
             raise ContradictionError(f"found {cell}, which is no storage location of the layout; {expected}", *path)
         _check(cell not in taken, f"found {cell}, where there is {taken.get(cell)} already", *path)
         taken[cell] = f'pod "{pod.name}"'
-        pod._cell = cell
     warehouse.reserved = set(memento.reserved)
     warehouse.free_locations = [cell for cell in layout.storage_locations if cell not in taken]
-    waiting = [pod.id for pod in warehouse.pods if pod._itinerary and pod._location is not None and not pod._carrier]
+    waiting = [pod.id for pod in warehouse.pods if pod.bound_for and pod.robot is None]
     names = ", ".join(warehouse.pods[number].name for number in waiting) or "none"
     expected = f"expected the stored pods that are inbound and no robot's task: {names}"
     _check(sorted(memento.waiting) == waiting, expected, "waiting")
@@ -434,10 +241,10 @@ def _promise(warehouse: Warehouse, memento: Memento) -> None:
             if wanted.pod is not None:
                 path = ("stations", station.id, "requests", i, "pod")
                 pod = _at(warehouse.pods, wanted.pod, *path)
-                spare = station.id in pod._itinerary and pod.free_items(request.sku) > 0
+                spare = station.id in pod.bound_for and pod.free_items(request.sku) > 0
                 sku = memento.skus[request.sku]
                 _check(spare, f'pod "{pod.name}" is not inbound here with an item of "{sku}" to spare', *path)
-                promise(request, pod)
+                warehouse.promises.promise(request, pod)
     for station in warehouse.stations:
         for pod in station.inbound_pods:
             warehouse.promises.promise_items(pod, station)

@@ -13,9 +13,10 @@ from rmfs_core import hookimpl
 from rmfs_core.info import Question, RunInfo
 from rmfs_core.roles import Role
 from rmfs_core.warehouse import Warehouse, WarehouseView
-from rmfs_core.warehouse.memento import ContradictionError, Memento, PartMemento, RequestMemento, restore
 from rmfs_core.warehouse.promises import next_request
 from rmfs_core.world import OrderData, PodData
+from rmfs_states.plain import Memento, PartMemento, RequestMemento
+from rmfs_states.restoring import ContradictionError, restore
 from rmfs_testing import small_world
 
 SKUS = ("a", "b")
@@ -205,12 +206,3 @@ def test_contradictions_of_the_whole(changed: Callable[[Memento], dict[str, Any]
     with pytest.raises(ContradictionError) as caught:
         restore(evolve(memento, **changed(memento)), world.travel)
     assert caught.value.path == (key,)
-
-
-def test_a_memento_has_no_time_before_the_start_and_no_fifth_heading() -> None:
-    """What is wrong by itself is refused when it is made."""
-    memento = Memento.of(WarehouseView(at_work()), SKUS)
-    with pytest.raises(ValueError, match="'now' must be >= 0: -1"):
-        evolve(memento, now=-1)
-    with pytest.raises(ValueError, match="'heading' must be in range"):
-        evolve(memento.robots[0], heading=4)

@@ -1,0 +1,189 @@
+"""The warehouse at one moment as plain data: names, ids and numbers alone, to be compared or written down."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from attrs import field, frozen, validators
+
+from rmfs_core.clock import to_ticks
+from rmfs_core.warehouse import UNLIMITED, Bundle, Order, Pod, Robot, Station, WarehouseView
+from rmfs_core.world import OrderData, PodData
+
+
+class PartMemento(NamedTuple):
+    """What one period assigned of an order to a station: its lines, also those picked already."""
+
+    station: int
+    skus: tuple[int, ...]
+    period: int
+
+
+class RequestMemento(NamedTuple):
+    """An item that is still to be picked; ``pod`` is the inbound pod that it is promised from."""
+
+    id: int
+    order: int
+    sku: int
+    pod: int | None
+
+
+class BundleMemento(NamedTuple):
+    """A bundle that is not stored; ``station`` and ``pod`` as far as they are decided."""
+
+    id: int
+    name: str
+    sku: int
+    items: int
+    arrival_tick: int
+    station: int | None = None
+    pod: int | None = None
+
+    @classmethod
+    def of(cls, bundle: Bundle) -> BundleMemento:
+        """Return what a bundle is now."""
+        kind = bundle.id, bundle.name, bundle.sku, bundle.items, bundle.arrival_tick
+        return cls(*kind, bundle.station, bundle.pod)
+
+
+@frozen
+class OrderMemento:
+    """An order that has arrived, and what was assigned of it."""
+
+    data: OrderData
+    parts: tuple[PartMemento, ...]
+
+    @classmethod
+    def of(cls, order: Order) -> OrderMemento:
+        """Return what an order is now."""
+        parts = tuple(PartMemento(part.station, part.skus, part.period) for part in order.parts)
+        lines = tuple((sku, n) for sku, n in order.lines)
+        return cls(OrderData(order.name, order.arrival_tick, lines, order.due_tick, order.priority), parts)
+
+
+@frozen
+class PodMemento:
+    """A pod and what it holds; ``cell`` is its storage location, None while it is carried; ``home`` -1: not known."""
+
+    data: PodData
+    cell: int | None
+    home: int
+    bound_for: tuple[int, ...]
+    capacity: int = UNLIMITED
+
+    @classmethod
+    def of(cls, pod: Pod, home: int) -> PodMemento:
+        """Return what a pod is now."""
+        contents = tuple((sku, None if n >= UNLIMITED else n) for sku, n in pod.contents.items())
+        return cls(PodData(pod.name, contents), pod.location, home, pod.bound_for, pod.capacity)
+
+
+@frozen
+class StationMemento:
+    """A station: requests, oldest first; inbound pods, as trips were decided; its line; order and SKU in hand, and when
+    that is handled (tick); ``changes``: the tick at which its timetable opens or closes it."""
+
+    name: str
+    capacity: int
+    counts_orders: bool
+    queue_length: int
+    requests: tuple[RequestMemento, ...]
+    inbound: tuple[int, ...]
+    line: tuple[int, ...]
+    queue_room: int
+    in_hand: tuple[int, int] | None = None
+    picker_free: int | None = None
+    staffed: bool = True
+    active: bool = True
+    changes: int | None = None
+    bundle_capacity: int = 0
+    picks: bool = True
+
+    @classmethod
+    def of(cls, station: Station, now: int) -> StationMemento:
+        """Return what a station is now, at this tick."""
+        requests = tuple(
+            RequestMemento(r.id, r.order.id, r.sku, None if r.pod is None else r.pod.id) for r in station.open_requests
+        )
+        inbound = tuple(pod.id for pod in station.inbound_pods)
+        kind = station.name, station.capacity, station.counts_orders, station.queue_length
+        free, changes_s = to_ticks(station.picker_free_s), station.closes_s if station.staffed else station.opens_s
+        busy = free if free > now else None
+        hours = station.staffed, station.active, None if changes_s is None else to_ticks(changes_s)
+        line, stores = station.pods_in_line, (station.bundle_capacity, station.picks)
+        return cls(*kind, requests, inbound, line, station.queue_room, station.in_hand, busy, *hours, *stores)
+
+
+@frozen
+class RobotMemento:
+    """A robot; ``task`` is the pod that it carries or is on its way to fetch, ``goal`` where it is sent without one."""
+
+    name: str
+    cell: int
+    heading: int = field(validator=validators.in_(range(4)))
+    task: int | None
+    on_duty: bool = True
+    goal: int | None = None
+    charge: float | None = None
+    low: bool = False
+
+    @classmethod
+    def of(cls, robot: Robot) -> RobotMemento:
+        """Return what a robot is now."""
+        doing = robot.task, robot.on_duty, robot.goal
+        return cls(robot.name, robot.cell, robot.heading, *doing, robot.charge, robot.low)
+
+
+@frozen
+class Memento:
+    """A warehouse at one moment; what has an id stands at its id.
+
+    Parameters
+    ----------
+    now
+        Simulated time in ticks.
+    skus
+        Names of the SKUs.
+    orders, pods, stations, robots
+        What they are. Orders that have not arrived are not there.
+    waiting
+        Stored pods that are bound for a station and that no robot fetches yet, longest waiting first.
+    blocked, reserved
+        Cells of storage locations that hold an empty pod, and of those that a pod is on its way to.
+    bundles
+        Those that have arrived and are not stored; at a station, and on a pod, in the order in which that was decided.
+    sizes
+        Space that an item of each SKU takes; empty: 1.
+    """
+
+    now: int = field(validator=validators.ge(0))
+    skus: tuple[str, ...]
+    orders: tuple[OrderMemento, ...]
+    pods: tuple[PodMemento, ...]
+    stations: tuple[StationMemento, ...]
+    robots: tuple[RobotMemento, ...]
+    waiting: tuple[int, ...]
+    blocked: tuple[int, ...]
+    reserved: tuple[int, ...]
+    bundles: tuple[BundleMemento, ...] = ()
+    sizes: tuple[int, ...] = ()
+
+    @classmethod
+    def of(cls, view: WarehouseView, skus: Sequence[str]) -> Memento:
+        """Return what a warehouse is now; a view does not show the names of its SKUs."""
+        stations = (*view.stations, *(station for station in view.replenishment_stations if not station.picks))
+        bundles = (*view.bundles, *(b for s in view.replenishment_stations for b in s.bundles))
+        return cls(
+            view.now_tick,
+            tuple(skus),
+            tuple(OrderMemento.of(order) for order in view.orders),
+            tuple(PodMemento.of(pod, view.home(pod)) for pod in view.pods),
+            tuple(StationMemento.of(station, view.now_tick) for station in stations),
+            tuple(RobotMemento.of(robot) for robot in view.robots),
+            tuple(pod.id for pod in view.waiting_pods),
+            view.blocked_locations,
+            view.reserved_locations,
+            tuple(map(BundleMemento.of, bundles)),
+            view.sizes if max(view.sizes, default=1) > 1 else (),
+        )
