@@ -8,23 +8,17 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from attrs import Factory, define, field
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment
 from rmfs_rule_helpers import OVERSIZE_WAIT_S, largest_capacity
 from rmfs_rule_helpers.calendars import Calendar
-from rmfs_rule_helpers.options import LaneOptions, PairOptions, lot_key
 from rmfs_rule_helpers.pair_assigning import NO_LANES, Assigning, Ints, Prefer, Take
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Order, WarehouseView
 
 Rank = Callable[["Order"], float]
-
-LATE = 1 << 30
-"""What an order scores besides once it is late, where such orders go first."""
 
 
 def _doubled(array: NDArray[Any], value: int) -> NDArray[Any]:
@@ -331,8 +325,8 @@ class PairScores:
             self._blocks = self._work.Blocks(*[_doubled(array, -1) for array in by_block], counts)
 
     def _best(self, stations: Ints, extra: NDArray[np.float64], lanes: Ints, key: int) -> tuple[int, int]:
-        beyond = LATE if self._late else self._tables - 1
-        limits = min(self._largest, LATE), beyond
+        late = self._work.LATE
+        limits = min(self._largest, late), late if self._late else self._tables - 1
         found: tuple[int, int] = self._work.best_pair(
             stations, extra, limits, lanes, key, self._ids, self._taken, self._blocks, *self._arrays(),
             self._now, self._changes, self._seen, self._recent,
@@ -341,23 +335,12 @@ class PairScores:
 
     def _score(self, place: int, at: int) -> int:
         """Return the score of the order at a place at a station."""
-        size = self._orders[2, place]
-        lines, (orders, scores, _, best, known) = self._arrays()[:3], self._arrays()[3:]
+        shelves, most, pool, orders, scores, _, best, known = self._arrays()
         self._work.refresh(
-            at,
-            size,
-            self._blocks,
-            *lines,
-            orders,
-            scores,
-            best,
-            known,
-            self._now,
-            self._changes,
-            self._seen,
-            self._recent,
-        )
-        return int(self._scores[0, at, self._orders[3, place]])
+            at, orders[2, place], self._blocks, shelves, most, pool, orders, scores, best, known,
+            self._now, self._changes, self._seen, self._recent,
+        )  # fmt: skip
+        return int(scores[0, at, orders[3, place]])
 
     def _waiting(self, warehouse: WarehouseView, max_wait_s: float | None) -> Iterator[int]:
         """Yield the places of the orders that have waited too long, oldest first."""
@@ -367,68 +350,3 @@ class PairScores:
                 if warehouse.now_s - warehouse.order(self.order_at(place)).arrival_s < limit_s:
                     break
                 yield place
-
-
-@define
-class KeptLanes(LaneOptions):
-    """Parameters of a rule that keeps an account of the orders, and ranks them alike at all stations."""
-
-    scores: PairScores = field(
-        init=False, default=Factory(lambda rule: PairScores(rule.rank), takes_self=True), repr=False, eq=False
-    )
-    """The account."""
-
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
-        """Load what is compiled, or compile it."""
-        self.scores.load()
-
-    def rank(self, order: Order) -> float:
-        """Which orders go first: those with the lowest number."""
-        raise NotImplementedError
-
-    def keeps(self, warehouse: WarehouseView) -> bool:
-        """Take in what changed, and say whether `assign_kept` may decide."""
-        return self.scores.decides(warehouse)
-
-    def assign_kept(self, warehouse: WarehouseView) -> list[OrderAssignment]:
-        """Assign the orders as they are ranked, by what is kept."""
-        return self.scores.assign(warehouse, max_wait_s=self.max_wait_s, fast_lane=self.fast_lane)
-
-
-def _of_options(options: PairOptions) -> PairScores:
-    return PairScores(by_due_time if options.tie_break == "due" else None, late_first=options.late_first)
-
-
-@define
-class KeptPairs(PairOptions):
-    """Parameters of a rule that keeps the scores of pairs of order and station."""
-
-    scores: PairScores = field(init=False, default=Factory(_of_options, takes_self=True), repr=False, eq=False)
-    """The scores, for a ``take`` that changes them: `PairScores.lines_of`, `PairScores.change`."""
-
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
-        """Load what is compiled, or compile it."""
-        self.scores.load()
-
-    def keeps(self, warehouse: WarehouseView, *available: Ints) -> bool:
-        """Take in what changed, as `PairScores.update` does, and say whether `assign_kept` may decide."""
-        return self.scores.decides(warehouse, *available)
-
-    def assign_kept(
-        self,
-        warehouse: WarehouseView,
-        rng: np.random.Generator,
-        take: Take | None = None,
-        prefer: Prefer | None = None,
-        extra: NDArray[np.float64] | None = None,
-    ) -> list[OrderAssignment]:
-        """Assign the best pairs by the scores that are kept, as `PairScores.assign` does with these parameters."""
-        return self.scores.assign(
-            warehouse,
-            take,
-            prefer,
-            extra=extra,
-            max_wait_s=self.max_wait_s,
-            fast_lane=self.fast_lane,
-            key=lot_key(rng) if self.tie_break == "random" else 0,
-        )
