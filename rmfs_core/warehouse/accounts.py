@@ -179,8 +179,7 @@ class FreeItems:
 class FreeItemsLog:
     """Free items of the pods now, and which changed so far, for rules that keep an account of them from call to call.
 
-    A rule remembers how many changes it has seen, and asks for what came since; another run has another log, and so has
-    a run in which a pod was given a SKU that it never held.
+    A rule remembers how many changes it has seen, and asks for what came since; another run has another log.
     """
 
     def __init__(self, pods: Sequence[Pod]) -> None:
@@ -195,36 +194,71 @@ class FreeItemsLog:
 
     @property
     def items(self) -> FreeItems:
-        """Free items as they are; whenever the log is asked, ``number`` changes in place."""
+        """Free items as they are; whenever the log is asked, ``number`` changes in place.
+
+        Only those of the start are sorted by pod and SKU. When a pod is given a SKU that it never held, these are other
+        arrays, with one entry more at the end.
+        """
         if self._items is None:
             rows = [n for pod in self._pods for i in sorted(pod._contents) for n in (pod.id, i, pod.free_items(i))]
-            pod_ids, skus, self._number = np.array(rows, dtype=np.int64).reshape(-1, 3).T.copy()  # flat: tuples wake gc
-            self._items, self._changed = FreeItems(pod_ids, skus, self._number.view()), list(range(len(skus)))
-        changed = []
+            self._rows = np.array(rows, dtype=np.int64).reshape(-1, 3).T.copy()  # flat: tuples wake gc
+            self._ordered = self._entries = self._rows.shape[1]
+            self._items, self._changed = self._first_entries(), list(range(self._entries))
+        changed, new = [], []
         for pod, sku in self._touched:
-            if pod not in self._places:
-                first = int(self._items.pod.searchsorted(pod.id))
-                self._places[pod] = {sku: place for place, sku in enumerate(sorted(pod._contents), first)}
-            place, free = self._places[pod][sku], pod.free_items(sku)
-            if self._number[place] != free:
-                self._number[place] = free
+            place, free = self._places_of(pod, self._items).get(sku, -1), pod.free_items(sku)
+            if place < 0:
+                new.append((pod.id, sku, free))
+            elif self._rows[2, place] != free:
+                self._rows[2, place] = free
                 changed.append(place)
         self._touched.clear()
+        if new:
+            changed += [self._append(row) for row in sorted(new)]
+            self._items = self._first_entries()
         if changed:
             self._changed += sorted(changed)
             self._shown = None
         return self._items
+
+    @property
+    def ordered(self) -> int:
+        """How many entries there were at first: these are sorted by pod and SKU."""
+        _ = self.items
+        return self._ordered
 
     def changed(self, since: int = 0) -> NDArray[np.int64]:
         """Places in the arrays of those that changed, the first ``since`` left out: at first all, then one by one."""
         _ = self.items
         return np.array(self._changed[since:], dtype=np.int64)
 
+    def _places_of(self, pod: Pod, items: FreeItems) -> dict[int, int]:
+        """Return where the SKUs of a pod are."""
+        if pod not in self._places:
+            first, end = items.pod[: self._ordered].searchsorted([pod.id, pod.id + 1]).tolist()
+            self._places[pod] = {sku: place for place, sku in enumerate(items.sku[first:end].tolist(), first)}
+        return self._places[pod]
+
+    def _append(self, row: tuple[int, int, int]) -> int:
+        """Take in an entry; return its place."""
+        place = self._entries
+        if place == self._rows.shape[1]:
+            self._rows = np.concatenate([self._rows, np.zeros((3, place + 16), np.int64)], axis=1)
+        self._rows[:, place] = row
+        self._places[self._pods[row[0]]][row[1]] = place
+        self._entries += 1
+        return place
+
+    def _first_entries(self) -> FreeItems:
+        """Return what is in the arrays so far."""
+        return FreeItems(*self._rows[:, : self._entries])
+
     def _copy(self) -> FreeItems:
-        """Return what does not change any more, the same object until some of them do."""
+        """Return what does not change any more, sorted, the same object until some of them do."""
         items = self.items
         if self._shown is None:
-            self._shown = FreeItems(items.pod, items.sku, items.number.copy())
+            order = np.lexsort((items.sku, items.pod)) if self._entries > self._ordered else slice(None)
+            self._shown = FreeItems(items.pod[order], items.sku[order], items.number[order].copy())
         return self._shown
 
 

@@ -270,7 +270,6 @@ class Warehouse:
             pod._contents[bundle.sku] = 0
             with_it = (*self._with_sku.get(bundle.sku, ()), pod)
             self._with_sku[bundle.sku] = tuple(sorted(with_it, key=lambda other: other.id))
-            self.free_items = FreeItemsLog(self.pods)
         pod._changes += 1
         if pod._contents[bundle.sku] < UNLIMITED:
             pod._contents[bundle.sku] += bundle.items

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment, hookimpl
 from rmfs_rule_helpers import lines_at, sum_per_order
-from rmfs_rule_helpers.pair_scores import KeptPairs
+from rmfs_rule_helpers.kept_options import KeptPairs
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView

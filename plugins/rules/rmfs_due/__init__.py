@@ -10,7 +10,8 @@ from attrs import define, field, validators
 
 from rmfs_core import OrderAssignment, hookimpl
 from rmfs_rule_helpers import assign_best_pairs
-from rmfs_rule_helpers.pair_scores import KeptLanes, by_due_time
+from rmfs_rule_helpers.kept_options import KeptLanes
+from rmfs_rule_helpers.pair_scores import by_due_time
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Order, WarehouseView

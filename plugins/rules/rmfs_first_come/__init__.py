@@ -9,7 +9,7 @@ import numpy as np
 from attrs import define
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rule_helpers.pair_scores import KeptPairs
+from rmfs_rule_helpers.kept_options import KeptPairs
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import WarehouseView

@@ -10,8 +10,8 @@ from attrs import define, field
 
 from rmfs_core import OrderAssignment, hookimpl
 from rmfs_rule_helpers import assign_best_pairs
+from rmfs_rule_helpers.kept_options import KeptPairs
 from rmfs_rule_helpers.options import late
-from rmfs_rule_helpers.pair_scores import KeptPairs
 from rmfs_rule_helpers.pod_sending import Ids, KeptPods
 
 if TYPE_CHECKING:

@@ -46,7 +46,11 @@ class Known:
         self._log, self._free = warehouse.backlog_log(), warehouse.free_items_log()
         to = [warehouse.travel.times_to(station.cell, True).min(axis=1) for station in self._stations]
         free = self._free.items
-        self.account = new_account(free.pod, free.sku, len(self._pods), warehouse.n_skus, np.array(to))
+        self._entries, self._order = len(free.sku), np.lexsort((free.sku, free.pod))  # as the account has them
+        self._place, self._ordered = self._order.argsort(), self._free.ordered == len(free.sku)
+        self.account = new_account(
+            free.pod[self._order], free.sku[self._order], len(self._pods), warehouse.n_skus, np.array(to)
+        )
         for name in ("capacity", "counts_orders"):
             self.account.period.stations[name] = [getattr(station, name) for station in self._stations]
         weigh(self.account.period, rule)
@@ -69,7 +73,8 @@ class Known:
 
     def is_of(self, warehouse: WarehouseView) -> bool:
         """Whether it is what is known of a run, in which no pod was given a new SKU."""
-        return self._log is warehouse.backlog_log() and self._free is warehouse.free_items_log()
+        known = self._log is warehouse.backlog_log() and self._free is warehouse.free_items_log()
+        return known and self._entries == len(self._free.items.sku)
 
     def hear(self, warehouse: WarehouseView) -> None:
         """Take in what joined and left the backlog since the last time, and look at the stations."""
@@ -106,7 +111,11 @@ class Known:
         changed = self._free.changed(self._changed)
         if len(changed) or self._lines_left or self._front is None:
             left, items = np.array(self._lines_left, np.int64), self._free.items.number
-            number = update(*self.account.parts, warehouse.now_tick, left, changed, items)
+            places = changed
+            if not self._ordered:
+                places, items = self._place[changed], items[self._order]
+                items.setflags(write=False)  # as the log's, so that nothing is compiled for it
+            number = update(*self.account.parts, warehouse.now_tick, left, places, items)
             self._changed += len(changed)
             self._lines_left, self._first, self._front = [], None, self.account.period.front[:number].tolist()
             self._quiet_until = self._wakes_until = 0

@@ -5,7 +5,20 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from rmfs_rule_helpers.pair_search import AT, LENGTH, OPEN, ORDER, QUANTITY, SIZE, SIZES, SKU, START
+from rmfs_rule_helpers.pair_search import (
+    AT,
+    LENGTH,
+    LINE,
+    OPEN,
+    ORDER,
+    PLACE,
+    QUANTITY,
+    SIZE,
+    SIZES,
+    SKU,
+    START,
+    WANTED,
+)
 
 
 @njit(cache=True)
@@ -23,15 +36,15 @@ def completed_by(pod, sku, items, shelves, pool, orders, enough):  # type: ignor
             for entry in range(begin, end):
                 start = shelves[sku[entry], size, START]
                 for at in range(start, start + shelves[sku[entry], size, LENGTH]):
-                    if pool[at, 1] <= items[entry]:
-                        order = pool[at, 0]
+                    if pool[at, WANTED] <= items[entry]:
+                        order = pool[at, PLACE]
                         enough[order] += 1
                         if enough[order] == orders[OPEN, order]:
                             pairs.append((np.int64(pod[begin]), np.int64(order)))
             for entry in range(begin, end):
                 start = shelves[sku[entry], size, START]
                 for at in range(start, start + shelves[sku[entry], size, LENGTH]):
-                    enough[pool[at, 0]] = 0
+                    enough[pool[at, PLACE]] = 0
         begin = end
     found = np.empty((2, len(pairs)), np.int64)
     for i in range(len(pairs)):
@@ -44,7 +57,7 @@ def is_open(line, orders, lines, shelves, pool):  # type: ignore[no-untyped-def]
     """Whether a line is still in the backlog: it is where it was put on its shelf."""
     size, at = orders[SIZE, lines[ORDER, line]], lines[AT, line]
     start = shelves[lines[SKU, line], size, START]
-    return start <= at < start + shelves[lines[SKU, line], size, LENGTH] and pool[at, 2] == line
+    return start <= at < start + shelves[lines[SKU, line], size, LENGTH] and pool[at, LINE] == line
 
 
 @njit(cache=True)

@@ -8,23 +8,22 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from attrs import Factory, define, field
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment
 from rmfs_rule_helpers import OVERSIZE_WAIT_S, largest_capacity
 from rmfs_rule_helpers.calendars import Calendar
-from rmfs_rule_helpers.options import LaneOptions, PairOptions, lot_key
 from rmfs_rule_helpers.pair_assigning import NO_LANES, Assigning, Ints, Prefer, Take
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Order, WarehouseView
 
 Rank = Callable[["Order"], float]
 
-LATE = 1 << 30
-"""What an order scores besides once it is late, where such orders go first."""
+
+def _doubled(array: NDArray[Any], value: int) -> NDArray[Any]:
+    """Return an array with twice the room along its last axis, filled with a value."""
+    return np.concatenate([array, np.full_like(array, value)], axis=-1)
 
 
 def by_due_time(order: Order) -> float:
@@ -71,7 +70,7 @@ class PairScores:
         self._begin(1, 1, math.inf)
         self._take_in(np.array([[0], [0], [1]]), [], None)
         self._work.note(0, np.ones((1, 1), np.int64), self._now, self._changes, self._recent)
-        self._work.lift(np.zeros(1, np.int64), LATE, *self._arrays()[3:7])
+        self._work.lift(np.zeros(1, np.int64), *self._arrays()[3:7])
         self.completed(np.ones(1, np.int64))
         self._best(np.ones((5, 1), np.int64), np.zeros(1), np.zeros((2, 0), np.int64), 0)
         self._score(0, 0)
@@ -96,7 +95,7 @@ class PairScores:
         for table, now in enumerate(available):
             self._work.note(table, now, self._now, self._changes, self._recent)
         if self._late_first and len(late := self._due.before(warehouse.now_s)):
-            self._late += self._work.lift(late, LATE, *self._arrays()[3:7])
+            self._late += self._work.lift(late, *self._arrays()[3:7])
 
     def lines_of(self, place: int) -> Iterable[tuple[int, int]]:
         """Yield SKU and number of items of each line of the order at a place."""
@@ -266,16 +265,23 @@ class PairScores:
         self._shelves = np.zeros((skus, sizes, 3), np.int32)
         self._most = np.zeros(skus, np.int64)  # items that a line of a SKU ever had
         self._lines = np.zeros((4, 256), np.int64)
-        self._pool = np.zeros((256, 3), np.int32)
-        self._orders = np.zeros((3, 256), np.int32)
+        self._pool = np.zeros((256, 4), np.int32)
+        self._orders = np.zeros((4, 256), np.int32)
         self._ids = np.zeros(256, np.int64)
         self._starts = np.zeros(257, np.int64)  # of each order's lines, and the end of all
         self._taken = np.zeros(256, np.bool_)
         self._enough = np.zeros(256, np.int32)
         self._ranks = np.zeros(256)
-        self._scores = np.zeros((self._tables, stations, 256), np.int32)
-        self._best_values = np.zeros((2, stations, sizes, 256 // pair_search.BLOCK))
-        self._best_values[0], self._best_values[1] = -1.0, np.inf
+        blocks = sizes + 256 // pair_search.BLOCK  # of each size one may be begun
+        self._scores = np.full((self._tables, stations, blocks * pair_search.BLOCK), -1, np.int32)
+        self._best_values = np.full((2, stations, blocks), -1.0)
+        self._blocks: Any = pair_search.Blocks(
+            np.full(blocks * pair_search.BLOCK, -1, np.int32),
+            np.zeros(blocks, np.int64),
+            np.zeros(blocks),
+            np.zeros((sizes, blocks), np.int64),
+            np.zeros((2, sizes), np.int64),
+        )
 
     def _arrays(self) -> tuple[Any, ...]:
         lines = self._shelves, self._most, self._pool
@@ -292,18 +298,16 @@ class PairScores:
             due = [(order.due_s, place) for place, order in enumerate(orders, before) if order.due_s is not None]
             if self._late_first:
                 self._due.add(due)
-        self._number, self._first, largest, parts, self._pool, self._used = self._work.update(
+        self._number, self._first, largest, parts, late, self._pool, self._used = self._work.update(
             rows, np.array(left, np.int64), self._joined, before, self._first, self._used,
-            self._ids, self._starts, self._lines, *self._arrays(),
+            self._ids, self._starts, self._lines, self._blocks, *self._arrays(),
         )  # fmt: skip
         if largest > self._largest:
             sizes = enumerate(self._orders[1, before : self._number].tolist(), before)
             self._large += [place for place, items in sizes if items > self._largest]
         if self._large:
             self._large = [place for place in self._large if self._orders[0, place]]
-        if self._late:
-            gone = [place for place in set(self._lines[0, left].tolist()) if not self._orders[0, place]]
-            self._late -= int(np.count_nonzero(self._scores[0, 0, gone] >= LATE))
+        self._late -= late
         self._parts += parts
         self._joined += joined
         self._left += len(left)
@@ -311,30 +315,32 @@ class PairScores:
     def _make_room(self, joined: int) -> None:
         """Let the arrays have room for so many more lines, each of an order of its own."""
         while self._joined + joined > self._lines.shape[1]:
-            self._lines = np.concatenate([self._lines, np.zeros_like(self._lines)], axis=1)
+            self._lines = _doubled(self._lines, 0)
         while self._number + joined > len(self._taken):
-            for name in ("_orders", "_scores", "_taken", "_enough", "_ranks", "_ids"):
-                array = getattr(self, name)
-                setattr(self, name, np.concatenate([array, np.zeros_like(array)], axis=-1))
+            for name in ("_orders", "_taken", "_enough", "_ranks", "_ids"):
+                setattr(self, name, _doubled(getattr(self, name), 0))
             self._starts = np.concatenate([self._starts, np.zeros_like(self._starts[1:])])
-            more = np.full_like(self._best_values, -1.0)
-            more[1] = np.inf
-            self._best_values = np.concatenate([self._best_values, more], axis=3)
+            self._scores, self._best_values = _doubled(self._scores, -1), _doubled(self._best_values, -1)
+            *by_block, counts = self._blocks
+            self._blocks = self._work.Blocks(*[_doubled(array, -1) for array in by_block], counts)
 
     def _best(self, stations: Ints, extra: NDArray[np.float64], lanes: Ints, key: int) -> tuple[int, int]:
-        beyond = LATE if self._late else self._tables - 1
-        limits = min(self._largest, LATE), self._first, self._number, beyond
+        late = self._work.LATE
+        limits = min(self._largest, late), late if self._late else self._tables - 1
         found: tuple[int, int] = self._work.best_pair(
-            stations, extra, limits, lanes, key, self._ids, self._taken, *self._arrays(),
+            stations, extra, limits, lanes, key, self._ids, self._taken, self._blocks, *self._arrays(),
             self._now, self._changes, self._seen, self._recent,
         )  # fmt: skip
         return found
 
     def _score(self, place: int, at: int) -> int:
         """Return the score of the order at a place at a station."""
-        size = self._orders[2, place]
-        self._work.refresh(at, size, *self._arrays(), self._now, self._changes, self._seen, self._recent)
-        return int(self._scores[0, at, place])
+        shelves, most, pool, orders, scores, _, best, known = self._arrays()
+        self._work.refresh(
+            at, orders[2, place], self._blocks, shelves, most, pool, orders, scores, best, known,
+            self._now, self._changes, self._seen, self._recent,
+        )  # fmt: skip
+        return int(scores[0, at, orders[3, place]])
 
     def _waiting(self, warehouse: WarehouseView, max_wait_s: float | None) -> Iterator[int]:
         """Yield the places of the orders that have waited too long, oldest first."""
@@ -344,68 +350,3 @@ class PairScores:
                 if warehouse.now_s - warehouse.order(self.order_at(place)).arrival_s < limit_s:
                     break
                 yield place
-
-
-@define
-class KeptLanes(LaneOptions):
-    """Parameters of a rule that keeps an account of the orders, and ranks them alike at all stations."""
-
-    scores: PairScores = field(
-        init=False, default=Factory(lambda rule: PairScores(rule.rank), takes_self=True), repr=False, eq=False
-    )
-    """The account."""
-
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
-        """Load what is compiled, or compile it."""
-        self.scores.load()
-
-    def rank(self, order: Order) -> float:
-        """Which orders go first: those with the lowest number."""
-        raise NotImplementedError
-
-    def keeps(self, warehouse: WarehouseView) -> bool:
-        """Take in what changed, and say whether `assign_kept` may decide."""
-        return self.scores.decides(warehouse)
-
-    def assign_kept(self, warehouse: WarehouseView) -> list[OrderAssignment]:
-        """Assign the orders as they are ranked, by what is kept."""
-        return self.scores.assign(warehouse, max_wait_s=self.max_wait_s, fast_lane=self.fast_lane)
-
-
-def _of_options(options: PairOptions) -> PairScores:
-    return PairScores(by_due_time if options.tie_break == "due" else None, late_first=options.late_first)
-
-
-@define
-class KeptPairs(PairOptions):
-    """Parameters of a rule that keeps the scores of pairs of order and station."""
-
-    scores: PairScores = field(init=False, default=Factory(_of_options, takes_self=True), repr=False, eq=False)
-    """The scores, for a ``take`` that changes them: `PairScores.lines_of`, `PairScores.change`."""
-
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
-        """Load what is compiled, or compile it."""
-        self.scores.load()
-
-    def keeps(self, warehouse: WarehouseView, *available: Ints) -> bool:
-        """Take in what changed, as `PairScores.update` does, and say whether `assign_kept` may decide."""
-        return self.scores.decides(warehouse, *available)
-
-    def assign_kept(
-        self,
-        warehouse: WarehouseView,
-        rng: np.random.Generator,
-        take: Take | None = None,
-        prefer: Prefer | None = None,
-        extra: NDArray[np.float64] | None = None,
-    ) -> list[OrderAssignment]:
-        """Assign the best pairs by the scores that are kept, as `PairScores.assign` does with these parameters."""
-        return self.scores.assign(
-            warehouse,
-            take,
-            prefer,
-            extra=extra,
-            max_wait_s=self.max_wait_s,
-            fast_lane=self.fast_lane,
-            key=lot_key(rng) if self.tie_break == "random" else 0,
-        )

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
+
+from rmfs_rule_helpers.searching import inlined
 
 BLOCK = 128
-"""Orders whose best scores are kept together."""
+"""Orders of a size whose scores lie side by side, and whose best is kept."""
 SIZES = 8
 """Sizes of orders that are kept apart, by the items they have when they join; the last one has all larger ones, too."""
 RECENT = 1024
@@ -15,51 +20,85 @@ ORDER, SKU, QUANTITY, AT = range(4)
 """Rows of the lines: the order's place, SKU, items, and where the line is among those of its SKU and size."""
 START, LENGTH, ROOM = range(3)
 """Of the shelves, one for each SKU and size: where their lines begin in the pool, how many are there, may be."""
-OPEN, ITEMS, SIZE = range(3)
-"""Rows of the orders: open lines (0: not in the backlog), items, and the size among `SIZES`."""
+OPEN, ITEMS, SIZE, SLOT = range(4)
+"""Rows of the orders: open lines (0: not in the backlog), items, the size among `SIZES`, and where its scores are."""
+PLACE, WANTED, LINE, SCORE = range(4)
+"""Columns of the pool: the order's place, items, the line, and where the order's scores are."""
+FIRST, NUMBER = range(2)
+"""Rows of the counts by size: blocks that all orders have left, oldest first, and orders that ever joined."""
+LATE = 1 << 30
+"""What an order scores besides once it is late, where such orders go first."""
 EXACT = 2.0**-53
 """What 53 bits of a lot are multiplied by, to lie between 0 and 1."""
 
 
-@njit(cache=True, inline="always")
-def value_of(station, order, orders, scores):  # type: ignore[no-untyped-def]
+class Blocks(NamedTuple):
+    """Where scores are: orders of a size share blocks, in the order in which they joined.
+
+    Parameters
+    ----------
+    places
+        The order's place by where its scores are; -1: none, or it has left.
+    oldest, least
+        By block: the place of the first order, and the lowest rank of any that joined.
+    of_size
+        Blocks by size, shape (sizes, blocks).
+    counts
+        See `FIRST` and `NUMBER`, shape (2, sizes).
+    """
+
+    places: NDArray[np.int32]
+    oldest: NDArray[np.int64]
+    least: NDArray[np.float64]
+    of_size: NDArray[np.int64]
+    counts: NDArray[np.int64]
+
+
+@inlined
+def value_of(station, slot, order, orders, scores):  # type: ignore[no-untyped-def]
     """What a pair counts: its score, and by less than one the share of the order's lines that the second table has."""
     if len(scores) == 1:
-        return np.float64(scores[0, station, order])
-    return scores[0, station, order] + 0.5 * (scores[1, station, order] / orders[OPEN, order])
+        return np.float64(scores[0, station, slot])
+    return scores[0, station, slot] + 0.5 * (scores[1, station, slot] / orders[OPEN, order])
 
 
-@njit(cache=True, inline="always")
-def raise_best(station, size, order, orders, scores, ranks, best):  # type: ignore[no-untyped-def]
+@inlined
+def raise_best(station, slot, order, orders, scores, ranks, best):  # type: ignore[no-untyped-def]
     """Let the best value of an order's block, and the first rank that has it, be no worse than the order's."""
-    block, value = order // BLOCK, value_of(station, order, orders, scores)
-    if value > best[0, station, size, block]:
-        best[0, station, size, block], best[1, station, size, block] = value, ranks[order]
-    elif value == best[0, station, size, block]:
-        best[1, station, size, block] = min(best[1, station, size, block], ranks[order])
+    block, value = slot // BLOCK, value_of(station, slot, order, orders, scores)
+    if value > best[0, station, block]:
+        best[0, station, block], best[1, station, block] = value, ranks[order]
+    elif value == best[0, station, block]:
+        best[1, station, block] = min(best[1, station, block], ranks[order])
 
 
 @njit(cache=True)
 def update(  # type: ignore[no-untyped-def]
-    rows, left, begin, number, first, used, ids, starts, lines, shelves, most, pool, orders, scores, ranks, best, known
+    rows, left, begin, number, first, used, ids, starts, lines, blocks,
+    shelves, most, pool, orders, scores, ranks, best, known,
 ):  # fmt: skip
     """Take in lines that joined the backlog from ``begin`` on, and lines that left it.
 
     ``rows`` has order id, SKU and items of those that joined; there is room for them in the arrays, but for the pool,
     which grows. Returns how many orders there are then, the first that may be in the backlog, the largest that joined,
-    how many more are in it in part, the pool, and how much of it is used.
+    how many more are in it in part, how many late ones left it, the pool, and how much of it is used.
     """
     before = number
-    number, largest = _join(rows, begin, number, ids, starts, lines, orders)
+    number, largest = _join(rows, begin, number, ids, starts, lines, blocks, orders, scores, ranks)
     pool, used = _add(before, number, used, starts, lines, shelves, most, pool, orders, scores, ranks, best, known)
-    parts = _leave(left, starts, lines, shelves, pool, orders, scores, ranks, best, known)
+    parts, late = _leave(left, starts, lines, blocks, shelves, pool, orders, scores, ranks, best, known)
     while first < number and not orders[OPEN, first]:
         first += 1
-    return number, first, largest, parts, pool, used
+    for size in range(SIZES):  # all have left a block if the next one begins with the first order, or before it
+        while (blocks.counts[FIRST, size] + 1) * BLOCK < blocks.counts[NUMBER, size]:
+            if blocks.oldest[blocks.of_size[size, blocks.counts[FIRST, size] + 1]] > first:
+                break
+            blocks.counts[FIRST, size] += 1
+    return number, first, largest, parts, late, pool, used
 
 
 @njit(cache=True)
-def _join(rows, begin, number, ids, starts, lines, orders):  # type: ignore[no-untyped-def]
+def _join(rows, begin, number, ids, starts, lines, blocks, orders, scores, ranks):  # type: ignore[no-untyped-def]
     """Take in lines that joined the backlog; lines of an order join together."""
     largest, before = 0, number
     for i in range(rows.shape[1]):
@@ -72,9 +111,19 @@ def _join(rows, begin, number, ids, starts, lines, orders):  # type: ignore[no-u
         orders[OPEN, order] += 1
         orders[ITEMS, order] += quantity
         largest = max(largest, orders[ITEMS, order])
-    for order in range(before, number):
-        orders[SIZE, order] = min(orders[ITEMS, order], SIZES) - 1
     starts[number] = begin + rows.shape[1]
+    for order in range(before, number):
+        size = min(orders[ITEMS, order], SIZES) - 1
+        turn, at = divmod(blocks.counts[NUMBER, size], BLOCK)
+        if at == 0:  # another block, the next one of all
+            block = ((blocks.counts[NUMBER] + BLOCK - 1) // BLOCK).sum()
+            blocks.of_size[size, turn], blocks.oldest[block], blocks.least[block] = block, order, np.inf
+        block = blocks.of_size[size, turn]
+        blocks.least[block] = min(blocks.least[block], ranks[order])
+        blocks.places[block * BLOCK + at] = order
+        blocks.counts[NUMBER, size] += 1
+        orders[SIZE, order], orders[SLOT, order] = size, block * BLOCK + at
+        scores[:, :, orders[SLOT, order]] = 0
     return number, largest
 
 
@@ -91,44 +140,51 @@ def _add(before, number, used, starts, lines, shelves, most, pool, orders, score
                 pool = np.concatenate((pool, np.zeros_like(pool)))
             for at in range(length):
                 pool[used + at] = pool[start + at]
-                lines[AT, pool[used + at, 2]] = used + at
+                lines[AT, pool[used + at, LINE]] = used + at
             shelves[sku, size, START], shelves[sku, size, ROOM] = used, room
             used += room
         at = shelves[sku, size, START] + length
-        pool[at, 0], pool[at, 1], pool[at, 2] = order, quantity, line
+        slot = orders[SLOT, order]
+        pool[at, PLACE], pool[at, WANTED], pool[at, LINE], pool[at, SCORE] = order, quantity, line, slot
         lines[AT, line] = at
         shelves[sku, size, LENGTH] += 1
         most[sku] = max(most[sku], quantity)
         for table in range(len(known)):
             for station in range(known.shape[1]):
-                scores[table, station, order] += min(quantity, known[table, station, sku, size])
+                scores[table, station, slot] += min(quantity, known[table, station, sku, size])
     for order in range(before, number):
         for station in range(known.shape[1]):
-            raise_best(station, orders[SIZE, order], order, orders, scores, ranks, best)
+            raise_best(station, orders[SLOT, order], order, orders, scores, ranks, best)
     return pool, used
 
 
 @njit(cache=True)
-def _leave(left, starts, lines, shelves, pool, orders, scores, ranks, best, known):  # type: ignore[no-untyped-def]
-    """Take out lines that left the backlog; return how many more orders are in it in part."""
-    parts = 0
+def _leave(left, starts, lines, blocks, shelves, pool, orders, scores, ranks, best, known):  # type: ignore[no-untyped-def]
+    """Take out lines that left the backlog; return how many more orders are in it in part, and how many late ones left.
+
+    Orders that left score less than any other.
+    """
+    parts = late = 0
     for line in left:
         order, sku, quantity = lines[ORDER, line], lines[SKU, line], lines[QUANTITY, line]
-        size = orders[SIZE, order]
+        size, slot = orders[SIZE, order], orders[SLOT, order]
         at, last = lines[AT, line], shelves[sku, size, START] + shelves[sku, size, LENGTH] - 1
         pool[at] = pool[last]
-        lines[AT, pool[at, 2]] = at
+        lines[AT, pool[at, LINE]] = at
         shelves[sku, size, LENGTH] -= 1
         parts -= 0 < orders[OPEN, order] < starts[order + 1] - starts[order]
         orders[OPEN, order] -= 1
         orders[ITEMS, order] -= quantity
         parts += 0 < orders[OPEN, order] < starts[order + 1] - starts[order]
+        if not orders[OPEN, order]:
+            late += scores[0, 0, slot] >= LATE
+            blocks.places[slot] = scores[:, :, slot] = -1
+            continue
         for station in range(known.shape[1]):
             for table in range(len(known)):
-                scores[table, station, order] -= min(quantity, known[table, station, sku, size])
-            if orders[OPEN, order]:
-                raise_best(station, size, order, orders, scores, ranks, best)
-    return parts
+                scores[table, station, slot] -= min(quantity, known[table, station, sku, size])
+            raise_best(station, slot, order, orders, scores, ranks, best)
+    return parts, late
 
 
 @njit(cache=True)
@@ -144,7 +200,15 @@ def note(table, available, now, changes, recent):  # type: ignore[no-untyped-def
 
 @njit(cache=True)
 def refresh(  # type: ignore[no-untyped-def]
-    station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen, recent
+    station, size, blocks, shelves, most, pool, orders, scores, best, known, now, changes, seen, recent
+):
+    """Do what `refresh_size` does, for who is not compiled."""
+    refresh_size(station, size, blocks, shelves, most, pool, orders, scores, best, known, now, changes, seen, recent)
+
+
+@inlined
+def refresh_size(  # type: ignore[no-untyped-def]
+    station, size, blocks, shelves, most, pool, orders, scores, best, known, now, changes, seen, recent
 ):
     """Bring the scores of the orders of a size at a station up to what is available there now."""
     begin, end, skus = seen[station, size], changes[station], known.shape[2]
@@ -154,41 +218,54 @@ def refresh(  # type: ignore[no-untyped-def]
     every = end - begin > RECENT  # more has changed than is remembered: look at all SKUs
     if every:
         begin, end = 0, len(known) * skus
-    for raised in range(2):  # last, so that nothing is raised that falls again
-        for at in range(begin, end):
-            which = at if every else recent[station, at % RECENT]
-            table, sku = which // skus, which % skus
-            if (now[table, station, sku] > known[table, station, sku, size]) == (raised == 1):
-                change(table, station, size, sku, shelves, most, pool, orders, scores, ranks, best, known, now)
+    for at in range(begin, end):
+        which = at if every else recent[station, at % RECENT]
+        change(which // skus, station, size, which % skus, shelves, most, pool, scores, known, now)
+    promise(station, size, blocks, orders, scores, best)
 
 
-@njit(cache=True)
-def change(  # type: ignore[no-untyped-def]
-    table, station, size, sku, shelves, most, pool, orders, scores, ranks, best, known, now
-):
+@inlined
+def change(table, station, size, sku, shelves, most, pool, scores, known, now):  # type: ignore[no-untyped-def]
     """Bring the scores of the orders of a size with a SKU up to what is available of it at a station now."""
     had, items = min(known[table, station, sku, size], most[sku]), min(now[table, station, sku], most[sku])
     known[table, station, sku, size] = now[table, station, sku]
-    if items == had:
-        return
-    for at in range(shelves[sku, size, START], shelves[sku, size, START] + shelves[sku, size, LENGTH]):
-        order, quantity = pool[at, 0], pool[at, 1]
-        more = min(quantity, items) - min(quantity, had)
-        scores[table, station, order] += more
-        if more > 0:
-            raise_best(station, size, order, orders, scores, ranks, best)
+    if items != had:
+        start = shelves[sku, size, START]
+        for at in range(start, start + shelves[sku, size, LENGTH]):
+            quantity = pool[at, WANTED]
+            scores[table, station, pool[at, SCORE]] += min(quantity, items) - min(quantity, had)
+
+
+@inlined
+def promise(station, size, blocks, orders, scores, best):  # type: ignore[no-untyped-def]
+    """Let each block of a size promise the best value of its orders, and a rank that is no worse than theirs."""
+    for turn in range(blocks.counts[FIRST, size], (blocks.counts[NUMBER, size] + BLOCK - 1) // BLOCK):
+        block = blocks.of_size[size, turn]
+        begin, end = block * BLOCK, (block + 1) * BLOCK
+        value = np.float64(-1)
+        if len(scores) == 1:  # a loop that the compiler makes take many at once
+            highest = scores[0, station, begin]
+            for slot in range(begin, end):
+                highest = max(highest, scores[0, station, slot])
+            value = np.float64(highest)
+        else:
+            for slot in range(begin, end):
+                if blocks.places[slot] >= 0:
+                    value = max(value, value_of(station, slot, blocks.places[slot], orders, scores))
+        best[0, station, block], best[1, station, block] = value, blocks.least[block]
 
 
 @njit(cache=True)
-def lift(places, by, orders, scores, ranks, best):  # type: ignore[no-untyped-def]
-    """Let orders score more everywhere, whatever is available; return how many of them are in the backlog."""
+def lift(places, orders, scores, ranks, best):  # type: ignore[no-untyped-def]
+    """Let orders be late, which goes before whatever is available; return how many of them are in the backlog."""
     count = 0
     for order in places:
-        count += orders[OPEN, order] > 0
-        for station in range(scores.shape[1]):
-            scores[0, station, order] += by
-            if orders[OPEN, order]:
-                raise_best(station, orders[SIZE, order], order, orders, scores, ranks, best)
+        if orders[OPEN, order]:
+            count += 1
+            slot = orders[SLOT, order]
+            for station in range(scores.shape[1]):
+                scores[0, station, slot] += LATE
+                raise_best(station, slot, order, orders, scores, ranks, best)
     return count
 
 
@@ -201,19 +278,19 @@ def completed(items, shelves, pool, orders, enough):  # type: ignore[no-untyped-
         for sku in held:
             start = shelves[sku, size, START]
             for at in range(start, start + shelves[sku, size, LENGTH]):
-                if pool[at, 1] <= items[sku]:
-                    order = pool[at, 0]
+                if pool[at, WANTED] <= items[sku]:
+                    order = pool[at, PLACE]
                     enough[order] += 1
                     if enough[order] == orders[OPEN, order]:
                         places.append(np.int64(order))
         for sku in held:
             start = shelves[sku, size, START]
             for at in range(start, start + shelves[sku, size, LENGTH]):
-                enough[pool[at, 0]] = 0
+                enough[pool[at, PLACE]] = 0
     return np.array(places, np.int64)
 
 
-@njit(cache=True)
+@inlined
 def lot(key, order):  # type: ignore[no-untyped-def]
     """Number from 0 to 1 that an order draws, by its id: SplitMix64, begun with a key."""
     mixed = np.uint64(key) + np.uint64(order + 1) * np.uint64(0x9E3779B97F4A7C15)
@@ -222,13 +299,13 @@ def lot(key, order):  # type: ignore[no-untyped-def]
     return np.float64((mixed ^ (mixed >> np.uint64(31))) >> np.uint64(11)) * EXACT
 
 
-@njit(cache=True, inline="always")
+@inlined
 def fits(items, free, capacity, counts, largest):  # type: ignore[no-untyped-def]
     """Whether an order of so many items fits a station; one larger than any fits an empty one."""
     return free > 0 if counts else (items <= free or (items > largest and 0 < free == capacity))
 
 
-@njit(cache=True, inline="always")
+@inlined
 def is_better(value, rank, order, load, station, than):  # type: ignore[no-untyped-def]
     """Whether a pair goes before the best so far: by value, rank, age, and the load and id of its station."""
     if value != than[0]:
@@ -240,38 +317,40 @@ def is_better(value, rank, order, load, station, than):  # type: ignore[no-untyp
     return load < than[3] or (load == than[3] and station < than[4])
 
 
-@njit(cache=True)
-def likely(bound, rank, begin, end):  # type: ignore[no-untyped-def]
-    """Return the block that promises most."""
-    best = begin
-    for block in range(begin + 1, end):
-        if bound[block] > bound[best] or (bound[block] == bound[best] and rank[block] < rank[best]):
-            best = block
+@inlined
+def likely(bound, rank, blocks):  # type: ignore[no-untyped-def]
+    """Return which of some blocks promises most."""
+    best = 0
+    for turn in range(1, len(blocks)):
+        block, than = blocks[turn], blocks[best]
+        if bound[block] > bound[than] or (bound[block] == bound[than] and rank[block] < rank[than]):
+            best = turn
     return best
 
 
-@njit(cache=True, inline="always")
-def may_lead(value, rank, block, key, leader):  # type: ignore[no-untyped-def]
-    """Whether a block may have a pair that goes before the best so far, by what it promises."""
+@inlined
+def may_lead(value, rank, oldest, key, leader):  # type: ignore[no-untyped-def]
+    """Whether a block may have a pair that goes before the best so far, by what it promises and its oldest order."""
     if value != leader[0] or key:
         return value >= leader[0]
-    return rank < leader[1] or (rank == leader[1] and leader[2] >= block * BLOCK)
+    return rank < leader[1] or (rank == leader[1] and leader[2] >= oldest)
 
 
-@njit(cache=True)
+@inlined
 def look_through(  # type: ignore[no-untyped-def]
-    block, station, size, at, extra, limits, key, ids, taken, orders, scores, ranks, best, leader
+    block, station, at, extra, largest, key, ids, taken, blocks, orders, scores, ranks, best, leader
 ):
-    """Return the best pair, this or one of the orders of a size in a block; put right what the block promises."""
-    best[0, station, size, block], best[1, station, size, block] = -1.0, np.inf
-    for order in range(block * BLOCK, min((block + 1) * BLOCK, limits[2])):
-        if not orders[OPEN, order] or orders[SIZE, order] != size:
+    """Return the best pair, this or one of the orders of a block; put right what the block promises."""
+    best[0, station, block], best[1, station, block] = -1.0, np.inf
+    for slot in range(block * BLOCK, (block + 1) * BLOCK):
+        order = blocks.places[slot]
+        if order < 0:
             continue
-        raise_best(station, size, order, orders, scores, ranks, best)
-        value = value_of(station, order, orders, scores) + extra[station]
+        raise_best(station, slot, order, orders, scores, ranks, best)
+        value = value_of(station, slot, order, orders, scores) + extra[station]
         if value < leader[0] or taken[order]:
             continue
-        if fits(orders[ITEMS, order], at[0, station], at[2, station], at[3, station], limits[0]):
+        if fits(orders[ITEMS, order], at[0, station], at[2, station], at[3, station], largest):
             rank = lot(key, ids[order]) if key else ranks[order]
             if is_better(value, rank, order, at[4, station], station, leader):
                 leader = (value, rank, np.int64(order), at[4, station], np.int64(station))
@@ -287,6 +366,7 @@ def best_pair(  # type: ignore[no-untyped-def]
     key,
     ids,
     taken,
+    blocks,
     shelves,
     most,
     pool,
@@ -305,28 +385,45 @@ def best_pair(  # type: ignore[no-untyped-def]
     The highest value, then the lowest rank, the oldest order, the station with the lowest load, the lowest id. ``best``
     is no worse than the best of each block, and is put right where a block is looked through. ``at`` has room, free
     places, capacity, whether orders are counted, and load, by station; ``limits`` the items of the largest order that
-    fits, the first and the number of places, and what an order can score beyond its items. ``lanes`` has pairs of
-    station and order that all free places are for, not room alone.
+    fits, and what an order can score beyond its items. ``lanes`` has pairs of station and order that all free places
+    are for, not room alone.
     """
-    if limits[1] == limits[2]:  # no order is left, and there may be no block either
-        return np.int64(-1), np.int64(-1)
     room, free, capacity, counts, load = at
-    begin, end = limits[1] // BLOCK, (limits[2] + BLOCK - 1) // BLOCK
     leader = (-np.inf, np.inf, np.int64(-1), np.int64(0), np.int64(-1))
     for size in range(SIZES - 1, -1, -1):
+        begin, end = blocks.counts[FIRST, size], (blocks.counts[NUMBER, size] + BLOCK - 1) // BLOCK
+        there = blocks.of_size[size, begin:end]
+        if begin == end:
+            continue
         for station in range(len(room)):
             if room[station] <= 0 or (not counts[station] and size >= room[station] != capacity[station]):
                 continue
-            if size < SIZES - 1 and size + 1 + limits[3] + extra[station] < leader[0]:
+            if size < SIZES - 1 and size + 1 + limits[1] + extra[station] < leader[0]:
                 continue  # what is available now is looked at when it matters
-            refresh(station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen, recent)
-            bound, rank = best[0, station, size], best[1, station, size]
-            first = likely(bound, rank, begin, end)
-            for turn in range(begin - 1, end):
-                block = first if turn < begin else turn
-                if bound[block] >= 0 and may_lead(bound[block] + extra[station], rank[block], block, key, leader):
+            refresh_size(
+                station, size, blocks, shelves, most, pool, orders, scores, best, known, now, changes, seen, recent
+            )
+            bound, rank = best[0, station], best[1, station]
+            first = likely(bound, rank, there)
+            for turn in range(-1, len(there)):
+                block = there[first if turn < 0 else turn]
+                promised = bound[block] + extra[station]
+                if bound[block] >= 0 and may_lead(promised, rank[block], blocks.oldest[block], key, leader):
                     leader = look_through(
-                        block, station, size, at, extra, limits, key, ids, taken, orders, scores, ranks, best, leader
+                        block,
+                        station,
+                        at,
+                        extra,
+                        limits[0],
+                        key,
+                        ids,
+                        taken,
+                        blocks,
+                        orders,
+                        scores,
+                        ranks,
+                        best,
+                        leader,
                     )
     for pair in range(lanes.shape[1]):
         station, order = lanes[0, pair], lanes[1, pair]
@@ -334,8 +431,10 @@ def best_pair(  # type: ignore[no-untyped-def]
         if taken[order] or not orders[OPEN, order]:
             continue
         if fits(items, free[station], capacity[station], counts[station], limits[0]):
-            refresh(station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen, recent)
-            value = value_of(station, order, orders, scores) + extra[station]
+            refresh_size(
+                station, size, blocks, shelves, most, pool, orders, scores, best, known, now, changes, seen, recent
+            )
+            value = value_of(station, orders[SLOT, order], order, orders, scores) + extra[station]
             place = lot(key, ids[order]) if key else ranks[order]
             if is_better(value, place, order, load[station], station, leader):
                 leader = (value, place, np.int64(order), load[station], np.int64(station))

@@ -229,11 +229,38 @@ class KeptPods:
         return self._sorted()[1]
 
     def _sorted(self) -> tuple[Ids, Ids]:
-        """Sort the entries by SKU when that is needed."""
+        """Sort the entries by SKU when that is needed, and put in those that are new."""
+        items = self.items
         if self._by_sku is None:
-            by_sku = np.argsort(self.items.sku, kind="stable")
-            self._by_sku = by_sku, np.searchsorted(self.items.sku[by_sku], self._skus)
+            by_sku = np.lexsort((items.pod, items.sku))
+            self._by_sku = by_sku, np.searchsorted(items.sku[by_sku], self._skus)
+        for entry in range(len(self._by_sku[0]), len(items.sku)):
+            by_sku, first = self._by_sku
+            sku = int(items.sku[entry])
+            begin, end = first[sku : sku + 2].tolist()
+            at = begin + int(items.pod[by_sku[begin:end]].searchsorted(items.pod[entry]))
+            first[sku + 1 :] += 1
+            self._by_sku = np.insert(by_sku, at, entry), first
         return self._by_sku
+
+    def entries_of(self, pods: Ids) -> tuple[Ids, Ids]:
+        """Return the entries of ``items`` of some pods, given by ascending id, and which of them has each.
+
+        They are sorted by pod and SKU. Shape (entries of these pods,), twice.
+        """
+        assert self.log is not None
+        items, ordered = self.items, self.log.ordered
+        first, end = (items.pod[:ordered].searchsorted(pods, side=side) for side in ("left", "right"))
+        number = end - first
+        rank = np.repeat(np.arange(len(pods)), number)
+        entries = np.arange(len(rank)) + np.repeat(first - np.cumsum(number) + number, number)
+        given = ordered + np.flatnonzero(np.isin(items.pod[ordered:], pods))  # SKUs that pods were given later
+        if len(given):
+            rank = np.concatenate([rank, pods.searchsorted(items.pod[given])])
+            entries = np.concatenate([entries, given])
+            order = np.lexsort((items.sku[entries], rank))
+            rank, entries = rank[order], entries[order]
+        return entries, rank
 
     @property
     def stored(self) -> NDArray[np.bool_]:
@@ -308,7 +335,7 @@ class KeptSums:
         Parameters
         ----------
         pods
-            What is kept of the pods. When a pod is given a new SKU, its entries are others, and all have changed.
+            What is kept of the pods.
         entries
             Entries of ``pods.items`` of which the number of items has changed since the last update, in any order; at
             first all.
@@ -317,9 +344,11 @@ class KeptSums:
         wanted
             Items wanted, by SKU.
         """
-        if self._of is not pods.items:
-            self._of, self._known, self._wanted = pods.items, np.zeros(len(pods.by_sku), np.int64), wanted.copy()
+        if self._of is not pods.log:
+            self._of, self._known, self._wanted = pods.log, np.zeros(len(pods.by_sku), np.int64), wanted.copy()
             self._sums = np.zeros(len(pods.cells), np.int64)
+        if len(pods.by_sku) > len(self._known):  # pods were given SKUs that they never held: there may be more to come
+            self._known = np.concatenate([self._known, np.zeros_like(self._known)])
         pods._search.change_sums(
             entries, items, wanted, pods.by_sku, pods.first, pods.items.pod, pods.items.sku, self._known, self._wanted,
             self._sums,
@@ -339,7 +368,7 @@ class KeptSums:
     def _changed(self, pods: KeptPods) -> Ids:
         """Return the entries that changed since this was asked last."""
         assert pods.log is not None
-        since = self._seen if self._of is pods.items else 0
+        since = self._seen if self._of is pods.log else 0
         entries = pods.log.changed(since)
         self._seen = since + len(entries)
         return entries

@@ -224,10 +224,7 @@ class PodScores:
 
     def _rest(self, station: Station, pods: Ids) -> Held:
         """Return what the pods have free besides what the station wants."""
-        first, end = (self._free.pod.searchsorted(pods, side=side) for side in ("left", "right"))
-        number = end - first
-        rank = np.repeat(np.arange(len(pods)), number)
-        entries = np.arange(len(rank)) + np.repeat(first - np.cumsum(number) + number, number)
+        entries, rank = self._kept.pods.entries_of(pods)
         wanted = np.zeros(self._warehouse.n_skus, np.int64)
         wanted[self._wanted(station).skus] = self._wanted(station).needs.sum(axis=0)
         sku = self._free.sku[entries]
