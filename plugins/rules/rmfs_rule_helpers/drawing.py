@@ -1,7 +1,7 @@
 """Lots without a look at the whole backlog: a few orders are drawn first, and go before all others that are alike.
 
-Most often one of those that are drawn is among the best, and no other need be looked at. All orders are alike to the draw:
-of any that are equally good, each is as likely as any other to go first.
+Most often one of those that are drawn is among the best, and no other need be looked at. The draw knows nothing of the
+orders: of any that are equally good, each is as likely as any other to go first.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ def draws(key, first, end):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def first_drawn(  # type: ignore[no-untyped-def]
-    drawn, than, at, extra, largest, lanes, taken, shelves, most, pool, orders, scores, ranks, best, known, now, changes,
-    seen, recent,
+    drawn, than, at, extra, largest, lanes, taken,
+    shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen, recent,
 ):  # fmt: skip
     """Place of the first drawn order that is as good as the best one, and its station; (-1, -1) if none is.
 

@@ -344,7 +344,8 @@ class PairScores:
         """Return the first drawn order that is as good as the best one, and its station; (-1, -1) if none is."""
         from rmfs_rule_helpers import drawing  # compiled, as above
 
-        found: tuple[int, int] = drawing.first_drawn(
+        search: Any = drawing.first_drawn
+        found: tuple[int, int] = search(
             drawn, than, stations, extra, min(self._largest, LATE), lanes, self._taken, *self._arrays(),
             self._now, self._changes, self._seen, self._recent,
         )  # fmt: skip
