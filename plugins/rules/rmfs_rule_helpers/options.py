@@ -71,13 +71,30 @@ class PairOptions(LaneOptions):
         if self.tie_break == "due":
             return due_s(warehouse)
         if self.tie_break == "random":
-            return lots(lot_key(rng), np.array([order.id for order in warehouse.backlog], np.uint64))
+            return by_lot(warehouse, lot_key(rng))
         return None
 
 
 def lot_key(rng: np.random.Generator) -> int:
     """Draw the number that the lots of one decision are made from."""
     return int(rng.integers(1, 1 << 63))
+
+
+def by_lot(warehouse: WarehouseView, key: int) -> NDArray[np.float64]:
+    """Return which order of the backlog goes before which others that are alike: those drawn first, then by lot."""
+    from rmfs_rule_helpers.drawing import DRAWS, draws  # compiled: imported when needed, for it takes its time
+
+    rows = warehouse.backlog_log().joined()[0]
+    joined = rows[np.flatnonzero(np.diff(rows, prepend=-1))]
+    place = {order: number for number, order in enumerate(joined.tolist())}
+    places = np.array([place[order.id] for order in warehouse.backlog], np.int64)
+    rank = lots(key, np.array([order.id for order in warehouse.backlog], np.uint64))
+    if len(places):
+        turns = np.full(len(joined), DRAWS)
+        drawn = draws(key, places.min(), len(joined))
+        turns[drawn[::-1]] = np.arange(DRAWS)[::-1]  # of an order that is drawn twice, the first time
+        rank += turns[places]
+    return rank
 
 
 def lots(key: int, orders: NDArray[np.uint64]) -> NDArray[np.float64]:

@@ -48,6 +48,7 @@ class Assigning:
         self.lane = _Lane(scores, warehouse, fast_lane) if fast_lane else None
         self.chosen: list[OrderAssignment] = []
         self.places: list[int] = []
+        self.drawn: Ints | None = None  # places of orders that go before others as good, by lot
         self.full = False  # whether nothing more can fit
 
     def done(self) -> list[OrderAssignment]:
@@ -58,15 +59,24 @@ class Assigning:
             while True:
                 self.at[0] = self._room()
                 lanes = NO_LANES if self.lane is None else self.lane.pairs(self.load, self.free)
-                place, at = self.kept._best(self.at, self.extra, lanes, self.key)
+                place, at = self.kept._best(self.at, self.extra, lanes, 0)
                 if place < 0:
                     return self.chosen
+                if self.key:
+                    place, at = self._by_lot(place, at, lanes)
                 self._assign(place, at if self.prefer is None else self._preferred(place, self._fitting(place)))
                 if self.full:
                     return self.chosen
         finally:
             for place in self.places:
                 self.kept._taken[place] = False
+
+    def _by_lot(self, place: int, at: int, lanes: Ints) -> tuple[int, int]:
+        """Return one of the orders that are as good as the best one, and its station."""
+        if self.drawn is None:
+            self.drawn = self.kept._draw(self.key)
+        found = self.kept._first_drawn(self.drawn, (place, at), self.at, self.extra, lanes)
+        return found if found[0] >= 0 else self.kept._best(self.at, self.extra, lanes, self.key)
 
     def _room(self) -> Ints:
         """Return how much room stations have for orders that no lane is for."""

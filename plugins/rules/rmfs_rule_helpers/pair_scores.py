@@ -74,6 +74,7 @@ class PairScores:
         self.completed(np.ones(1, np.int64))
         self._best(np.ones((5, 1), np.int64), np.zeros(1), np.zeros((2, 0), np.int64), 0)
         self._score(0, 0)
+        self._first_drawn(self._draw(1), (0, 0), np.ones((5, 1), np.int64), np.zeros(1), np.zeros((2, 0), np.int64))
         self._log = None
 
     def decides(self, warehouse: WarehouseView, *available: Ints) -> bool:
@@ -329,6 +330,26 @@ class PairScores:
         limits = min(self._largest, late), late if self._late else self._tables - 1
         found: tuple[int, int] = self._work.best_pair(
             stations, extra, limits, lanes, key, self._ids, self._taken, self._blocks, *self._arrays(),
+            self._now, self._changes, self._seen, self._recent,
+        )  # fmt: skip
+        return found
+
+    def _draw(self, key: int) -> Ints:
+        """Draw places of orders that go before others which are alike."""
+        from rmfs_rule_helpers import drawing  # compiled, as above
+
+        drawn: Ints = drawing.draws(key, self._first, self._number)
+        return drawn
+
+    def _first_drawn(
+        self, drawn: Ints, than: tuple[int, int], stations: Ints, extra: NDArray[np.float64], lanes: Ints
+    ) -> tuple[int, int]:
+        """Return the first drawn order that is as good as the best one, and its station; (-1, -1) if none is."""
+        from rmfs_rule_helpers import drawing  # compiled, as above
+
+        search: Any = drawing.first_drawn
+        found: tuple[int, int] = search(
+            drawn, than, stations, extra, min(self._largest, LATE), lanes, self._taken, *self._arrays(),
             self._now, self._changes, self._seen, self._recent,
         )  # fmt: skip
         return found

@@ -9,7 +9,7 @@ import numpy as np
 from attrs import define, field, validators
 
 from rmfs_core import PodTrip, hookimpl
-from rmfs_scorers.scores import SCORES, VALUES, Kept, PodScores, Weights
+from rmfs_scorers.scores import SCORES, SINCE, Kept, PodScores, Weights
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -26,7 +26,7 @@ def _count_backlog() -> Any:
 def _value() -> Any:
     return field(
         default="picks",
-        validator=validators.in_(tuple(VALUES)),
+        validator=validators.in_(tuple(SINCE)),
         metadata={
             "doc": 'What an item is worth: 1 ("picks"), or its share of the order\'s age ("age") or time past due '
             '("lateness") in seconds'
@@ -66,7 +66,7 @@ class _Scoring:
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
-        self._kept.load(orders=self._weights.count_backlog)
+        self._kept.load(orders=self._weights.count_backlog, by_age=self._weights.value != "picks")
 
     @property
     def _weights(self) -> Weights:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_rule_helpers.pair_scores import PairScores
 from rmfs_rule_helpers.pod_sending import KeptPods, KeptSums
-from rmfs_scorers.wanted import Backlog, Held, Ids, Requests, Values
+from rmfs_scorers.wanted import Backlog, Held, Ids, Requests, Since, Values
 
 if TYPE_CHECKING:
     from rmfs_core import PodTrip
@@ -31,7 +32,7 @@ class Weights:
     count_backlog
         Whether orders of the backlog count among those that a pod completes.
     value
-        What an item is worth, one of `VALUES`.
+        What an item is worth, one of `SINCE`.
     backlog_weight
         What an item wanted in the backlog counts, as a share of one that the station wants.
     completion_boost
@@ -58,15 +59,20 @@ class Kept:
         Sums of min(items free, items wanted), wanted in the whole system or in the backlog.
     orders
         The lines of the backlog.
+    by_age
+        The same, by SKU and age; made when it is first needed.
     """
 
     def __init__(self) -> None:
         self.pods, self.demanded, self.waited, self.orders = KeptPods(), KeptSums(), KeptSums(), PairScores()
+        self.by_age: Backlog | None = None
 
-    def load(self, *, orders: bool) -> None:
-        """Load what is compiled, or compile it; that for ``orders`` only if it is needed."""
+    def load(self, *, orders: bool, by_age: bool = False) -> None:
+        """Load what is compiled, or compile it; that for ``orders`` and ``by_age`` only if it is needed."""
         self.pods.load()
         self.demanded.load()
+        if by_age:
+            Backlog.load()
         if orders:
             self.orders.load()
             self.orders.completed_by(1, *np.zeros((3, 1), np.int64))
@@ -134,8 +140,8 @@ class PodScores:
     def work(self, station: Station, pods: Ids) -> Values:
         """What the items are worth that the pod serves, less the time that it drives."""
         wanted, weights = self._wanted(station), self._weights
-        worth, now_s = VALUES[weights.value], self._warehouse.now_s
-        each = wanted.worth(lambda order: worth(order, now_s))
+        now_s = self._warehouse.now_s
+        each = wanted.worth(lambda order: _worth(weights.value, order, now_s))
         total = weights.time_cost_per_s * self.nearest(station, pods)
         items = self._on(pods, wanted.skus)
         for column in range(len(wanted.skus)):
@@ -150,7 +156,7 @@ class PodScores:
                 rest = np.minimum(np.maximum(items - wanted.needs.sum(axis=0), 0), waiting) - np.minimum(items, waiting)
                 work = (self._waited[pods] + rest.sum(axis=1)).astype(np.float64)
             else:
-                work = self._backlog.work(self._rest(station, pods), lambda order: worth(order, now_s))
+                work = self._backlog.work(self._rest(station, pods), now_s, float(weights.value == "picks"))
             total += weights.backlog_weight * work
         return total
 
@@ -171,7 +177,17 @@ class PodScores:
 
     @cached_property
     def _backlog(self) -> Backlog:
-        return Backlog(self._warehouse)
+        """The lines of the backlog as it is shown, by SKU and age."""
+        since = SINCE[self._weights.value]
+        if not self._warehouse.filtered:
+            if self._kept.by_age is None:
+                self._kept.by_age = Backlog(since)
+            self._kept.by_age.update(self._warehouse)
+            if self._kept.by_age.whole:
+                return self._kept.by_age
+        shown = Backlog(since)
+        shown.read(self._warehouse)
+        return shown
 
     @cached_property
     def _waiting(self) -> NDArray[np.int64]:
@@ -232,18 +248,20 @@ class PodScores:
         return Held(len(pods), rank, sku, items)
 
 
-def _age(order: Order, now_s: float) -> float:
-    return (now_s - order.arrival_s) / order.unpicked_items
-
-
-def _lateness(order: Order, now_s: float) -> float:
-    return 0.0 if order.due_s is None else max(now_s - order.due_s, 0.0) / order.unpicked_items
-
-
-VALUES: Mapping[str, Callable[[Order, float], float]] = MappingProxyType(
-    {"picks": lambda _order, _now_s: 1.0, "age": _age, "lateness": _lateness}
+SINCE: Mapping[str, Since] = MappingProxyType(
+    {
+        "picks": lambda _order: math.inf,
+        "age": lambda order: order.arrival_s,
+        "lateness": lambda order: math.inf if order.due_s is None else order.due_s,
+    }
 )
-"""What an item of an order can be worth at a time (s)."""
+"""From when on an order is worth more, by what its items are worth: the seconds since then, or 1 each."""
+
+
+def _worth(value: str, order: Order, now_s: float) -> float:
+    """Return what an item of an order is worth."""
+    return 1.0 if value == "picks" else max(now_s - SINCE[value](order), 0.0) / order.unpicked_items
+
 
 Score = Callable[[PodScores, "Station", Ids], Values]
 

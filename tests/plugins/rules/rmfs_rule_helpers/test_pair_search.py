@@ -7,7 +7,7 @@ import pytest
 
 from rmfs_core.warehouse import Station, WarehouseView
 from rmfs_rule_helpers import assign_best_pairs, pair_search, sum_per_order
-from rmfs_rule_helpers.options import due_s, lots
+from rmfs_rule_helpers.options import by_lot, due_s, lots
 from rmfs_rule_helpers.pair_scores import PairScores, by_due_time
 from rmfs_testing import small_world
 
@@ -36,8 +36,7 @@ def test_the_best_of_several_blocks(seed: int, counts: bool, ties: str) -> None:
             lines = view.backlog_lines
             return sum_per_order(view, np.minimum(now[station.id, lines.sku], lines.quantity)) + int(extra[station.id])
 
-        ids = np.array([order.id for order in view.backlog], np.uint64)
-        rank = due_s(view) if ties == "due" else lots(key, ids) if key else None
+        rank = due_s(view) if ties == "due" else by_lot(view, key) if key else None
         assert scores.decides(view, available)
         answer = scores.assign(view, extra=extra, key=key)
         assert answer == assign_best_pairs(view, score, rank=rank)

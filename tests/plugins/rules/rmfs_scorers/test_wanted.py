@@ -46,6 +46,8 @@ def test_the_backlog_is_served_as_one_by_one(seed: int, finite: bool) -> None:
     world = small_world(orders, pods)  # type: ignore[arg-type]
     view, account = WarehouseView(world), PairScores()
     account.update(view)
+    kept, read = Backlog(lambda order: -order.id), Backlog(lambda order: -order.id)
+    kept.update(view)
     for order in world.orders[::3]:  # of which the last lines are left
         world.assign(order, world.stations[0], [order.open_lines[0].sku])
     free = view.free_items
@@ -62,10 +64,15 @@ def test_the_backlog_is_served_as_one_by_one(seed: int, finite: bool) -> None:
             for line in order.open_lines:
                 served = min(at_work.get(line.sku, 0), line.quantity)
                 at_work[line.sku] = at_work.get(line.sku, 0) - served
-                work[rank] += served * (1 + order.id)
+                work[rank] += served * (1 + order.id / order.unpicked_items)
     account.update(view)
     assert account.completed_by(4, items.pod, items.sku, items.items).tolist() == completed.tolist()
     shown = {order.id for order in view.backlog}
     assert account.completed_by(4, items.pod, items.sku, items.items, shown).tolist() == completed.tolist()
     assert not account.completed_by(4, items.pod, items.sku, items.items, set()).any()
-    assert Backlog(view).work(items, lambda order: 1.0 + order.id) == pytest.approx(work)
+    kept.update(view)
+    read.read(view)
+    assert kept.work(items, 0.0, 1.0) == pytest.approx(work)
+    assert read.work(items, 0.0, 1.0) == pytest.approx(work)
+    in_part = [order for order in view.backlog if len(order.open_lines) < len(order.lines)]
+    assert kept.whole == (not in_part)
