@@ -91,17 +91,9 @@ def apply_assignments(
     return decision
 
 
-def apply_selection(
-    warehouse: Warehouse,
-    answer: object,
-    *,
-    max_fetches: int,
-    keep: Keep,
-) -> JointDecision:
+def apply_selection(warehouse: Warehouse, answer: object, *, max_fetches: int, keep: Keep) -> JointDecision:
     """Bind the pods of a PPS decision; return it."""
     trips = sequence_of(answer, PodTrip)
-    if not trips:
-        return JointDecision()
     leaving: set[int] = set()
     uncovered: dict[int, set[int]] = {}
     fetches = 0
@@ -111,7 +103,7 @@ def apply_selection(
         if fetches > max_fetches:
             raise _too_many(fetches, max_fetches)
         _bind(warehouse, pod, station, keep)
-    return JointDecision(trips=tuple(trips))
+    return JointDecision(trips=trips)
 
 
 def apply_replenishment(

@@ -66,7 +66,6 @@ class _BlockMap:
         if self.width * self.height > 2 * MOST_CELLS:  # with the queues, whose length is no matter of the layout's
             found = f"found queues of {queue_length:,} cells beside {section.block_rows:,} rows of blocks"
             raise InputError("stations.queue_length", f"{found}; expected at most {2 * MOST_CELLS:,} cells in all")
-        self.queue_columns = queue_columns
         self.fitting = fitting
         self.signs = [["@"] * self.width for _ in range(self.height)]
 
@@ -96,25 +95,16 @@ class _BlockMap:
         return (2 * i + 1) * self.fitting // (2 * count)
 
     def _inner_sign(self, row: int, column: int) -> str:
-        moves = 0
-        if row % ROW_PITCH == 0:
-            moves |= 1 << self._row_heading(row // ROW_PITCH)
+        moves, aisle = 0, row // ROW_PITCH
+        if row % ROW_PITCH == 0:  # alternating, counted from the north, but the last one closes the ring
+            moves |= 1 << (EAST if aisle % 2 or aisle == self.section.block_rows else WEST)
         vertical = self._column_heading(column)
         if vertical is not None:
             moves |= 1 << vertical
         if not moves:
             return "#"
-        inside = {
-            EAST: column + 1 < self.east,
-            WEST: column > self.west,
-            NORTH: row > 0,
-            SOUTH: row + 1 < self.height,
-        }
+        inside = column + 1 < self.east, row > 0, column > self.west, row + 1 < self.height  # by heading
         return FLOOR_SIGN[sum(1 << h for h in range(4) if moves >> h & 1 and inside[h])]
-
-    def _row_heading(self, aisle: int) -> int:
-        """Heading of a horizontal aisle, counted from the north: alternating, but the last one closes the ring."""
-        return EAST if aisle % 2 or aisle == self.section.block_rows else WEST
 
     def _column_heading(self, column: int) -> int | None:
         """Heading of the lane in a column, or None where the column has storage locations."""

@@ -141,6 +141,12 @@ class Layout:
         column, row = column + STEPS[heading][0], row + STEPS[heading][1]
         return row * self.width + column if 0 <= column < self.width and 0 <= row < self.height else None
 
+    def beside(self, cell: int) -> list[tuple[int, int]]:
+        """Heading and cell index of each neighbour."""
+        row, column = divmod(cell, self.width)
+        there = column + 1 < self.width, row > 0, column > 0, row + 1 < self.height
+        return [(heading, cell + dx + dy * self.width) for heading, (dx, dy) in enumerate(STEPS) if there[heading]]
+
     def distance(self, cell: int, other: int) -> int:
         """Metres between two cells along rows and columns."""
         return abs(cell % self.width - other % self.width) + abs(cell // self.width - other // self.width)

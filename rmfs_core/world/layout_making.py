@@ -105,25 +105,18 @@ def _check_station(layout: Layout, place: str, station: int, entry: int, aisles:
     if not layout.moves[station]:
         raise InputError(f"{place}, {layout.where(station)}", "no floor beside the station to leave it")
     entered = any(
-        beside in aisles and layout.may_step(beside, (heading + 2) % 4)
-        for heading, beside in enumerate(_neighbours(layout, entry))
-        if beside is not None
+        beside in aisles and layout.may_step(beside, (heading + 2) % 4) for heading, beside in layout.beside(entry)
     )
     if not entered:
         raise InputError(f"{place}, {layout.where(entry)}", "no aisle leads into the end of this queue")
 
 
-def _neighbours(layout: Layout, cell: int) -> list[int | None]:
-    return [layout.neighbour(cell, heading) for heading in range(4)]
-
-
 def _steps(layout: Layout, cell: int) -> list[int]:
-    beside = ((heading, layout.neighbour(cell, heading)) for heading in range(4))
-    return [n for h, n in beside if n is not None and layout.may_step(cell, h) and layout.kind[n] == CellKind.FLOOR]
+    return [n for h, n in layout.beside(cell) if layout.may_step(cell, h) and layout.kind[n] == CellKind.FLOOR]
 
 
 def _floor_beside(layout: Layout, cell: int) -> list[int]:
-    return [n for n in _neighbours(layout, cell) if n is not None and layout.kind[n] == CellKind.FLOOR]
+    return [n for _, n in layout.beside(cell) if layout.kind[n] == CellKind.FLOOR]
 
 
 def reached(starts: Iterable[int], steps: Mapping[int, Sequence[int]]) -> set[int]:

@@ -103,7 +103,8 @@ class _MapReader:
             moves[cell] = self._moves(layout, cell, entries)
         for own in stations:
             for cell, following in zip(own.queue, (own.station, *own.queue), strict=False):
-                moves[cell] = QUEUE_MOVES.get(self.signs[cell]) or 1 << self._heading(layout, cell, following)
+                ahead = (1 << heading for heading, beside in layout.beside(cell) if beside == following)
+                moves[cell] = QUEUE_MOVES.get(self.signs[cell]) or next(ahead)
         moves.setflags(write=False)
         kind.setflags(write=False)
         return Layout(self.width, self.height, kind, moves, stations, self.signs.count("I"))
@@ -130,8 +131,8 @@ class _MapReader:
         queue: list[int] = []
         at, ahead = station, {station}
         while True:
-            feeding = [cell for cell in self._beside(layout, at, CellKind.QUEUE) if cell not in ahead]
-            feeding = [cell for cell in feeding if self._feeds(layout, cell, at, ahead)]
+            queued = [n for _, n in layout.beside(at) if self.kinds[n] == CellKind.QUEUE and n not in ahead]
+            feeding = [cell for cell in queued if self._feeds(layout, cell, at, ahead)]
             if len(feeding) > 1:
                 cells = " and ".join(where(cell, self.width) for cell in feeding)
                 raise self._wrong(at, f"the queue branches to {cells}; give the direction of its cells with → ← ↑ ↓")
@@ -157,10 +158,6 @@ class _MapReader:
         moves = QUEUE_MOVES.get(self.signs[cell], 0)
         return [layout.neighbour(cell, heading) for heading in range(4) if moves >> heading & 1]
 
-    def _beside(self, layout: Layout, cell: int, kind: CellKind) -> list[int]:
-        beside = (layout.neighbour(cell, heading) for heading in range(4))
-        return [n for n in beside if n is not None and layout.kind[n] == kind]
-
     def _check_queues_used(self, layout: Layout, stations: tuple[StationCells, ...]) -> None:
         used: set[int] = set()
         for cells in stations:
@@ -183,9 +180,8 @@ class _MapReader:
 
     def _moves(self, layout: Layout, cell: int, entries: set[int]) -> int:
         moves, kind = 0, self.kinds[cell]
-        for heading in range(4):
-            beside = layout.neighbour(cell, heading)
-            if beside is None or not self._may_enter(cell, heading, beside, entries):
+        for heading, beside in layout.beside(cell):
+            if not self._may_enter(cell, heading, beside, entries):
                 continue
             asked = FLOOR_MOVES.get(self.signs[cell], _E | _N | _W | _S) >> heading & 1
             if asked or (kind == CellKind.FLOOR and self.kinds[beside] in RESTING):
@@ -201,6 +197,3 @@ class _MapReader:
             return bool(kind != CellKind.STATION)
         drawn = beside in entries or self.signs[cell] != "."
         return bool(target == CellKind.QUEUE and kind == CellKind.FLOOR and drawn)
-
-    def _heading(self, layout: Layout, cell: int, following: int) -> int:
-        return next(heading for heading in range(4) if layout.neighbour(cell, heading) == following)

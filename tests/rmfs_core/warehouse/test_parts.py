@@ -172,6 +172,19 @@ def test_the_picker_is_free_now_or_when_the_item_in_hand_is_handled(world: Wareh
     assert station.picker_free_s == 20
 
 
+def test_an_item_is_in_hand_until_it_is_handled(world: Warehouse) -> None:
+    """It is told by order and SKU."""
+    station, pod = world.stations[0], world.pods[0]
+    world.assign(world.orders[0], station, [0])
+    world.place_at_station(world.robots[0], pod, station)
+    request = station.open_requests[0]
+    assert station.in_hand is None
+    world.fulfil(request, pod, handled=False)
+    assert station.in_hand == (request.order.id, 0)
+    world.release(request)
+    assert station.in_hand is None
+
+
 def test_a_pod_is_expected_when_its_robot_has_fetched_and_brought_it(world: Warehouse) -> None:
     """The drive there, lifting, and the drive to the station; nobody knows before a robot has the task."""
     station, pod, robot, travel = world.stations[0], world.pods[0], world.robots[0], world.travel

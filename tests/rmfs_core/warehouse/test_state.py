@@ -102,3 +102,40 @@ def test_a_partly_assigned_order_keeps_its_age() -> None:
     while (request := next_request(world.stations[0], world.pods[0])) is not None:
         world.fulfil(request, world.pods[0])
     assert world.split_orders_open == 0
+
+
+def test_requests_of_a_station_are_given_other_ids() -> None:
+    """They are served in the order told; the next request has an id after all of them."""
+    world = small_world({"1": ["a", "b"], "2": ["a"]}, {"p": ["a", "b"]}, capacities=[5])
+    station = world.stations[0]
+    world.assign(world.orders[0], station, [0, 1])
+    first, second = station.open_requests
+    world.renumber(station, {4: second, 7: first})
+    assert [(request.id, request.sku) for request in station.open_requests] == [(4, 1), (7, 0)]
+    put_at_station(world, 0)
+    served = next_request(station, world.pods[0])
+    assert served is not None
+    assert served.id == 4
+    world.assign(world.orders[1], station, [0])
+    assert [request.id for request in station.open_requests] == [4, 7, 8]
+
+
+def test_a_pod_visits_its_stations_in_another_order() -> None:
+    """Each station expects its pods as their trips were decided, all the same."""
+    world = small_world({}, {"p": ["a"], "q": ["a"]}, capacities=[5, 5])
+    for pod in world.pods:
+        for station in world.stations:
+            world.bind(pod, station)
+    world.reroute(world.pods[0], [1, 0])
+    assert [pod.bound_for for pod in world.pods] == [(1, 0), (0, 1)]
+    assert [[pod.id for pod in station.inbound_pods] for station in world.stations] == [[0, 1], [0, 1]]
+
+
+def test_a_robot_is_given_a_battery_as_it_is_at_a_moment() -> None:
+    """How full it is, and whether that is too low for a task."""
+    robot = (world := small_world({}, {"p": ["a"]})).robots[0]
+    assert (robot.charge, robot.low) == (None, False)
+    world.put_battery(robot, 0.25, low=True)
+    assert (robot.charge, robot.low, robot.idle) == (0.25, True, False)
+    world.put_battery(robot, 0.5, low=False)
+    assert (robot.charge, robot.low, robot.idle) == (0.5, False, True)

@@ -29,6 +29,7 @@ def test_cells_are_counted_row_by_row_from_the_north_west() -> None:
 def test_neighbours_end_at_the_edge(cell: int, neighbours: list[int | None]) -> None:
     """East, north, west, south; a row does not go on in the next one."""
     assert [LAYOUT.neighbour(cell, heading) for heading in (EAST, NORTH, WEST, SOUTH)] == neighbours
+    assert LAYOUT.beside(cell) == [(heading, one) for heading, one in enumerate(neighbours) if one is not None]
 
 
 def test_headings_go_round_against_the_clock() -> None:
