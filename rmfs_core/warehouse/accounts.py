@@ -219,7 +219,7 @@ class FreeItemsLog:
 
     @property
     def ordered(self) -> int:
-        """How many entries there were at first: these are sorted by pod and SKU."""
+        """How many entries there were at first; these are sorted by pod and SKU."""
         _ = self.items
         return self._ordered
 

@@ -72,7 +72,7 @@ class Known:
         self._quiet_until = self._wakes_until = 0
 
     def is_of(self, warehouse: WarehouseView) -> bool:
-        """Whether it is what is known of a run, in which no pod was given a new SKU."""
+        """Whether it is what is known of a run, in which no pod was given a new SKU since."""
         known = self._log is warehouse.backlog_log() and self._free is warehouse.free_items_log()
         return known and self._entries == len(self._free.items.sku)
 

@@ -256,17 +256,16 @@ def promise(station, size, blocks, orders, scores, best):  # type: ignore[no-unt
 
 
 @njit(cache=True)
-def lift(places, orders, scores, ranks, best):  # type: ignore[no-untyped-def]
+def lift(late, blocks, orders, scores, best):  # type: ignore[no-untyped-def]
     """Let orders be late, which goes before whatever is available; return how many of them are in the backlog."""
-    count = 0
-    for order in places:
-        if orders[OPEN, order]:
-            count += 1
-            slot = orders[SLOT, order]
-            for station in range(scores.shape[1]):
-                scores[0, station, slot] += LATE
-                raise_best(station, slot, order, orders, scores, ranks, best)
-    return count
+    late = late[orders[OPEN][late] > 0]
+    slots = orders[SLOT][late]
+    for station in range(scores.shape[1]):
+        for slot in slots:
+            scores[0, station, slot] += LATE
+        for size in range(SIZES):
+            promise(station, size, blocks, orders, scores, best)
+    return len(late)
 
 
 @njit(cache=True)
