@@ -60,12 +60,14 @@ def leave(left, lines, skus, number, pool):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def worth_of(sku, items, now_s, fixed, skus, pool):  # type: ignore[no-untyped-def]
     """What so many items of a SKU are worth that go to the oldest orders."""
-    total = 0.0
+    total, left = 0.0, float(items)
     for at in range(skus[START, sku], skus[START, sku] + skus[LENGTH, sku]):
-        served = min(float(items), pool[ITEMS, at])
-        total += served * (fixed + max(now_s - pool[SINCE_S, at], 0.0) / pool[UNPICKED, at])
-        items -= np.int64(served)
-        if items <= 0:
+        served, waited_s = min(left, pool[ITEMS, at]), now_s - pool[SINCE_S, at]
+        total += served * fixed
+        if waited_s > 0:
+            total += served * (waited_s / pool[UNPICKED, at])
+        left -= served
+        if left <= 0:
             break
     return total
 
