@@ -62,10 +62,8 @@ def worth_of(sku, items, now_s, fixed, skus, pool):  # type: ignore[no-untyped-d
     """What so many items of a SKU are worth that go to the oldest orders."""
     total, left = 0.0, float(items)
     for at in range(skus[START, sku], skus[START, sku] + skus[LENGTH, sku]):
-        served, waited_s = min(left, pool[ITEMS, at]), now_s - pool[SINCE_S, at]
-        total += served * fixed
-        if waited_s > 0:
-            total += served * (waited_s / pool[UNPICKED, at])
+        served = min(left, pool[ITEMS, at])  # no branch: which orders are late is hard to foresee
+        total += served * (fixed + max(now_s - pool[SINCE_S, at], 0.0) / pool[UNPICKED, at])
         left -= served
         if left <= 0:
             break
