@@ -63,6 +63,35 @@ def test_a_period_of_a_large_backlog(
         assert sum(took[50_000].values()) <= 2 * sum(took[250].values()), took
 
 
+LARGE = {
+    Role.POA: [f"rules.poa={rule} rules.poa.tie_break=random" for rule in ("first-come", "near-best-pod", "workload")],
+    Role.PPS: [f"rules.pps=work-amount rules.pps.value={value}" for value in ("age", "lateness")],
+}
+
+
+@pytest.mark.parametrize(("role", "rule"), [(role, rule) for role, rules in LARGE.items() for rule in rules])
+def test_a_call_of_a_large_backlog(benchmark: Any, monkeypatch: pytest.MonkeyPatch, role: Role, rule: str) -> None:
+    """Bar: at most twice the time, of orders that are all there at first; where nothing is timed, 500 orders do."""
+    world = [
+        "instance.skus=1000",
+        "instance.pods=428",
+        "instance.skus_per_pod=12",
+        "instance.due={allowance_s=400,spread_s=390}",
+        "robots.count=16",
+        "run.until_s=400",
+        "stations.order_capacity=6",
+        "rules.pp=free-flow",
+        *rule.split(),
+    ]
+    took = {}
+    for backlog in (250, 50_000 if benchmark.enabled else 500):
+        run = partial(times_us, monkeypatch, [*world, f"instance.orders={backlog}"], (role,))
+        took[backlog] = run() if backlog == 250 else benchmark.pedantic(run, rounds=1)
+    if benchmark.enabled:
+        benchmark.extra_info["us"] = {backlog: found[role] for backlog, found in took.items()}
+        assert took[50_000][role] <= 2 * took[250][role], took
+
+
 MANY_PODS = {
     Role.PPS: ("demand", "random", "completes", "work-amount", "lexicographic", "nearest-pod"),
     Role.POA: ("near-best-pod",),

@@ -10,15 +10,21 @@ from attrs import define, field
 from numpy.typing import NDArray
 
 from rmfs_core import BundleAssignment, OrderAssignment, PodTrip, StoreBundle, TaskAssignment, hookimpl
-from rmfs_rule_helpers import KeptSpace, StoragePods, assign_best_pairs, store_bundles, waiting_limit
+from rmfs_random.pairs import LOTS, assign_by_lots, draw
+from rmfs_rule_helpers import (
+    KeptSpace,
+    StoragePods,
+    assign_best_pairs,
+    largest_capacity,
+    store_bundles,
+    waiting_limit,
+)
+from rmfs_rule_helpers.open_orders import OpenOrders
 from rmfs_rule_helpers.pod_sending import Ids, KeptPods
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Bundle, Station, WarehouseView
-
-LOTS = 1 << 62
-"""Lots are whole numbers below this: two are hardly ever the same."""
 
 
 @define
@@ -38,15 +44,20 @@ class Random:
     """
 
     max_wait_s: float | None = waiting_limit()
+    _orders: OpenOrders = field(init=False, factory=OpenOrders, repr=False, eq=False)
     _pods: KeptPods = field(init=False, factory=KeptPods, repr=False, eq=False)
     _kept: KeptSpace = field(init=False, factory=KeptSpace, repr=False, eq=False)
 
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Draw pairs of order and station: a lot for each, the highest that fits goes first."""
+        if self.max_wait_s is None and not warehouse.filtered:
+            self._orders.update(warehouse)
+            if self._orders.whole and self._orders.items.max(initial=0) <= largest_capacity(warehouse):
+                return assign_by_lots(warehouse, self._orders, rng)
 
         def lots(_station: Station) -> NDArray[np.int64]:
-            return rng.integers(LOTS, size=len(warehouse.backlog))
+            return draw(rng, len(warehouse.backlog))
 
         return assign_best_pairs(warehouse, lots, max_wait_s=self.max_wait_s)
 

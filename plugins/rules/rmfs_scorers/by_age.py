@@ -5,47 +5,51 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-ORDER, SKU, QUANTITY, NEXT, BEFORE = range(5)
-"""Rows of the lines: the order's place, SKU, items, and the lines of the SKU that come next and before."""
-FIRST, LAST, WANTED = range(3)
-"""Rows of the SKUs: the first and the last line, and the items of all of them."""
-SINCE_S, UNPICKED = range(2)
-"""Rows of the orders."""
-NONE = -1
+ORDER, SKU, QUANTITY = range(3)
+"""Rows of the lines that ever joined: the order's place, SKU, items."""
+START, LENGTH, ROOM, WANTED = range(4)
+"""Of the SKUs: where their lines begin in the pool, how many are there, may be, and the items of all of them."""
+LINE, SINCE_S, UNPICKED, ITEMS = range(4)
+"""Rows of the pool, where lines of a SKU lie one behind the other: number of the line, since when its order counts (s),
+the items of that which are not yet picked, and the line's items."""
 
 
 @njit(cache=True)
-def join(begin, end, lines, skus):  # type: ignore[no-untyped-def]
-    """Put lines behind all others of their SKUs."""
+def join(begin, end, used, lines, skus, orders, pool):  # type: ignore[no-untyped-def]
+    """Put lines behind all others of their SKUs; return the pool, and how much of it is used."""
     for line in range(begin, end):
         sku = lines[SKU, line]
-        last = skus[LAST, sku]
-        lines[NEXT, line], lines[BEFORE, line] = NONE, last
-        if last == NONE:
-            skus[FIRST, sku] = line
-        else:
-            lines[NEXT, last] = line
-        skus[LAST, sku] = line
+        length, start = skus[LENGTH, sku], skus[START, sku]
+        if length == skus[ROOM, sku]:
+            room = 2 * (length + 1)
+            while used + room > pool.shape[1]:
+                pool = np.concatenate((pool, np.zeros_like(pool)), axis=1)
+            pool[:, used : used + length] = pool[:, start : start + length]
+            skus[START, sku], skus[ROOM, sku] = used, room
+            start, used = used, used + room
+        at, order = start + length, lines[ORDER, line]
+        pool[LINE, at], pool[ITEMS, at] = line, lines[QUANTITY, line]
+        pool[SINCE_S, at], pool[UNPICKED, at] = orders[0, order], orders[1, order]
+        skus[LENGTH, sku] += 1
         skus[WANTED, sku] += lines[QUANTITY, line]
+    return pool, used
 
 
 @njit(cache=True)
-def leave(left, lines, skus, number):  # type: ignore[no-untyped-def]
+def leave(left, lines, skus, number, pool):  # type: ignore[no-untyped-def]
     """Take lines out; return how many more orders are in the backlog in part.
 
     ``number`` has the lines of each order that are in the backlog, and that were at first.
     """
     parts = 0
     for line in left:
-        order, sku, after, before = lines[ORDER, line], lines[SKU, line], lines[NEXT, line], lines[BEFORE, line]
-        if before == NONE:
-            skus[FIRST, sku] = after
-        else:
-            lines[NEXT, before] = after
-        if after == NONE:
-            skus[LAST, sku] = before
-        else:
-            lines[BEFORE, after] = before
+        order, sku = lines[ORDER, line], lines[SKU, line]
+        start, end = skus[START, sku], skus[START, sku] + skus[LENGTH, sku]
+        at = start + np.searchsorted(pool[LINE, start:end], line)
+        for row in range(len(pool)):
+            for place in range(at, end - 1):
+                pool[row, place] = pool[row, place + 1]
+        skus[LENGTH, sku] -= 1
         skus[WANTED, sku] -= lines[QUANTITY, line]
         parts -= 0 < number[0, order] < number[1, order]
         number[0, order] -= 1
@@ -54,28 +58,29 @@ def leave(left, lines, skus, number):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def worth_of(sku, items, now_s, fixed, lines, skus, orders):  # type: ignore[no-untyped-def]
+def worth_of(sku, items, now_s, fixed, skus, pool):  # type: ignore[no-untyped-def]
     """What so many items of a SKU are worth that go to the oldest orders."""
-    total, line = 0.0, skus[FIRST, sku]
-    while items > 0 and line != NONE:
-        served, order = min(items, lines[QUANTITY, line]), lines[ORDER, line]
-        total += served * (fixed + max(now_s - orders[SINCE_S, order], 0.0) / orders[UNPICKED, order])
-        items -= served
-        line = lines[NEXT, line]
+    total, left = 0.0, float(items)
+    for at in range(skus[START, sku], skus[START, sku] + skus[LENGTH, sku]):
+        served = min(left, pool[ITEMS, at])  # no branch: which orders are late is hard to foresee
+        total += served * (fixed + max(now_s - pool[SINCE_S, at], 0.0) / pool[UNPICKED, at])
+        left -= served
+        if left <= 0:
+            break
     return total
 
 
 @njit(cache=True)
-def worth(number, pod, sku, items, now_s, fixed, lines, skus, orders):  # type: ignore[no-untyped-def]
+def worth(number, pod, sku, items, now_s, fixed, skus, pool):  # type: ignore[no-untyped-def]
     """What the items on each of so many pods are worth; entries say which pod has how many items of which SKU."""
     values = np.zeros(number)
     of_all = np.full(skus.shape[1], -1.0)  # of a SKU, if there is enough for all orders
     for entry in range(len(pod)):
         which = sku[entry]
         if items[entry] < skus[WANTED, which]:
-            values[pod[entry]] += worth_of(which, items[entry], now_s, fixed, lines, skus, orders)
+            values[pod[entry]] += worth_of(which, items[entry], now_s, fixed, skus, pool)
         else:
             if of_all[which] < 0:
-                of_all[which] = worth_of(which, items[entry], now_s, fixed, lines, skus, orders)
+                of_all[which] = worth_of(which, items[entry], now_s, fixed, skus, pool)
             values[pod[entry]] += of_all[which]
     return values

@@ -97,8 +97,8 @@ class Backlog:
         """Load what is compiled, or compile it."""
         tiny = cls(lambda _order: 0.0)
         tiny._begin(1)
-        tiny._work.join(0, 1, tiny._lines, tiny._skus)
-        tiny._work.leave(np.zeros(1, np.int64), tiny._lines, tiny._skus, tiny._open)
+        tiny._work.join(0, 1, 0, tiny._lines, tiny._skus, tiny._orders, tiny._pool)
+        tiny._work.leave(np.zeros(1, np.int64), tiny._lines, tiny._skus, tiny._open, tiny._pool)
         tiny.work(Held(1, *np.zeros((3, 1), np.int64)), 0.0)
 
     @property
@@ -116,7 +116,7 @@ class Backlog:
         self._join(warehouse, joined)
         self._left += len(left)
         if left:
-            self._parts += self._work.leave(np.array(left, np.int64), self._lines, self._skus, self._open)
+            self._parts += self._work.leave(np.array(left, np.int64), self._lines, self._skus, self._open, self._pool)
 
     def read(self, warehouse: WarehouseView) -> None:
         """Take in the open lines of the backlog that is shown, and nothing else."""
@@ -132,7 +132,7 @@ class Backlog:
         order that are not yet picked; and ``fixed`` besides.
         """
         worth: Values = self._work.worth(
-            held.number, held.pod, held.sku, held.items, now_s, fixed, self._lines, self._skus, self._orders
+            held.number, held.pod, held.sku, held.items, now_s, fixed, self._skus, self._pool
         )
         return worth
 
@@ -141,10 +141,10 @@ class Backlog:
         from rmfs_scorers import by_age  # compiled: imported when needed, for it takes its time
 
         self._work: Any = by_age
-        self._joined = self._left = self._number = self._parts = 0
-        self._lines = np.zeros((5, 256), np.int64)
-        self._skus = np.full((3, skus), by_age.NONE)
-        self._skus[by_age.WANTED] = 0
+        self._joined = self._left = self._number = self._parts = self._used = 0
+        self._lines = np.zeros((3, 256), np.int64)
+        self._skus = np.zeros((4, skus), np.int64)
+        self._pool = np.zeros((4, 256))
         self._open = np.zeros((2, 256), np.int64)  # lines of each order, in the backlog and at first
         self._orders = np.zeros((2, 256))  # since when it counts (s), items not yet picked
 
@@ -163,8 +163,10 @@ class Backlog:
         count = np.diff(first, append=rows.shape[1])
         self._open[:, self._number : number] = count
         self._lines[0, begin:end] = np.repeat(np.arange(self._number, number), count)
-        self._lines[1:3, begin:end] = rows[1:]
-        self._work.join(begin, end, self._lines, self._skus)
+        self._lines[1:, begin:end] = rows[1:]
+        self._pool, self._used = self._work.join(
+            begin, end, self._used, self._lines, self._skus, self._orders, self._pool
+        )
         self._joined, self._number = end, number
 
 

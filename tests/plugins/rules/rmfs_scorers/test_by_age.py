@@ -12,34 +12,30 @@ from rmfs_core import hookimpl
 from rmfs_core.info import Question
 from rmfs_core.roles import Role
 from rmfs_scorers import WorkAmount
-from rmfs_scorers.by_age import FIRST, LAST, NEXT, NONE, WANTED, join, leave
+from rmfs_scorers.by_age import LENGTH, LINE, QUANTITY, START, WANTED, join, leave
 
 
 def test_lines_join_at_the_end_and_leave_anywhere() -> None:
     """Four lines of a SKU: the first, one in the middle, the last and the only one leave."""
-    lines, skus = np.zeros((5, 4), np.int64), np.full((3, 1), NONE)
-    skus[WANTED], lines[2] = 0, [1, 2, 3, 4]
-    join(0, 3, lines, skus)
-    join(3, 4, lines, skus)
+    lines, skus, pool = np.zeros((3, 4), np.int64), np.zeros((4, 1), np.int64), np.zeros((4, 1))
+    lines[QUANTITY], orders = [1, 2, 3, 4], np.ones((2, 1))
+    pool, used = join(0, 3, 0, lines, skus, orders, pool)
+    pool, used = join(3, 4, used, lines, skus, orders, pool)
     number = np.array([[4], [4]])
 
     def left() -> list[int]:
-        line, found = skus[FIRST, 0], []
-        while line != NONE:
-            found.append(int(line))
-            line = lines[NEXT, line]
+        found: list[int] = pool[LINE, skus[START, 0] : skus[START, 0] + skus[LENGTH, 0]].tolist()
         return found
 
     assert left() == [0, 1, 2, 3]
-    assert leave(np.array([1]), lines, skus, number) == 1
+    assert leave(np.array([1]), lines, skus, number, pool) == 1
     assert left() == [0, 2, 3]
     assert skus[WANTED, 0] == 8
-    assert leave(np.array([0, 3]), lines, skus, number) == 0
+    assert leave(np.array([0, 3]), lines, skus, number, pool) == 0
     assert left() == [2]
-    assert leave(np.array([2]), lines, skus, number) == -1
+    assert leave(np.array([2]), lines, skus, number, pool) == -1
     assert left() == []
-    assert skus[:, 0].tolist() == [NONE, NONE, 0]
-    assert skus[LAST, 0] == NONE
+    assert skus[WANTED, 0] == 0
 
 
 class Doubter:
