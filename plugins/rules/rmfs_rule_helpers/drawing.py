@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from rmfs_rule_helpers.pair_search import ITEMS, OPEN, SIZE, fits, lot, refresh, value_of
+from rmfs_rule_helpers.pair_search import ITEMS, OPEN, SIZE, SLOT, fits, lot, refresh_size, value_of
 
 DRAWS = 256
 """How often an order is drawn."""
@@ -28,15 +28,15 @@ def draws(key, first, end):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def first_drawn(  # type: ignore[no-untyped-def]
-    drawn, than, at, extra, largest, lanes, taken,
-    shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen, recent,
+    drawn, than, at, extra, largest, lanes, taken, blocks,
+    shelves, most, pool, orders, scores, best, known, now, changes, seen, recent,
 ):  # fmt: skip
     """Place of the first drawn order that is as good as the best one, and its station; (-1, -1) if none is.
 
     ``than`` has the best order and its station; the others are as `pair_search.best_pair` has them.
     """
     room, free, capacity, counts, load = at
-    value = value_of(than[1], than[0], orders, scores) + extra[than[1]]
+    value = value_of(than[1], orders[SLOT, than[0]], than[0], orders, scores) + extra[than[1]]
     for order in drawn:
         if taken[order] or not orders[OPEN, order]:
             continue
@@ -49,10 +49,10 @@ def first_drawn(  # type: ignore[no-untyped-def]
                 for pair in range(lanes.shape[1]):
                     fitting |= lanes[0, pair] == station and lanes[1, pair] == order
             if fitting:
-                refresh(
-                    station, size, shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen, recent
+                refresh_size(
+                    station, size, blocks, shelves, most, pool, orders, scores, best, known, now, changes, seen, recent
                 )
-                if value_of(station, order, orders, scores) + extra[station] == value:
+                if value_of(station, orders[SLOT, order], order, orders, scores) + extra[station] == value:
                     found = station
         if found >= 0:
             return order, np.int64(found)

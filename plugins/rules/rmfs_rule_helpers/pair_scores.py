@@ -348,9 +348,10 @@ class PairScores:
         from rmfs_rule_helpers import drawing  # compiled, as above
 
         search: Any = drawing.first_drawn
+        *arrays, _, best, known = self._arrays()
         found: tuple[int, int] = search(
-            drawn, than, stations, extra, min(self._largest, LATE), lanes, self._taken, *self._arrays(),
-            self._now, self._changes, self._seen, self._recent,
+            drawn, than, stations, extra, min(self._largest, self._work.LATE), lanes, self._taken, self._blocks,
+            *arrays, best, known, self._now, self._changes, self._seen, self._recent,
         )  # fmt: skip
         return found
 
