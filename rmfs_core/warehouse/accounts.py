@@ -153,7 +153,9 @@ class Backlog:
 
 @frozen(eq=False)
 class FreeItems:
-    """What the pods hold and no request was promised, as arrays of equal length n, sorted by pod and SKU.
+    """What the pods hold and no request was promised, as arrays of equal length n.
+
+    `WarehouseView.free_items` has them sorted by pod and SKU, a log's are so up to `FreeItemsLog.ordered`.
 
     Parameters
     ----------

@@ -20,8 +20,7 @@ ID, ITEMS, WHICH = range(3)
 class OpenOrders:
     """Ids and open items of all orders of the backlog, in its order: by position in ``WarehouseView.backlog``.
 
-    For rules that look at every order at each call. Filters leave nothing out.
-
+    For rules that look at every order at each call, whatever filters leave of them.
     """
 
     def __init__(self) -> None:

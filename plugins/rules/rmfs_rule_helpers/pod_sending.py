@@ -347,8 +347,8 @@ class KeptSums:
         if self._of is not pods.log:
             self._of, self._known, self._wanted = pods.log, np.zeros(len(pods.by_sku), np.int64), wanted.copy()
             self._sums = np.zeros(len(pods.cells), np.int64)
-        if len(pods.by_sku) > len(self._known):  # pods were given SKUs that they never held: there may be more to come
-            self._known = np.concatenate([self._known, np.zeros_like(self._known)])
+        if (more := len(pods.by_sku) - len(self._known)) > 0:  # pods were given SKUs that they never held
+            self._known = np.concatenate([self._known, np.zeros(more + len(self._known), np.int64)])
         pods._search.change_sums(
             entries, items, wanted, pods.by_sku, pods.first, pods.items.pod, pods.items.sku, self._known, self._wanted,
             self._sums,

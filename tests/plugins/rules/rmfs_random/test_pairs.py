@@ -20,8 +20,10 @@ def test_lots_are_whole_numbers_of_the_generator(bits: type[Any]) -> None:
     """Whatever it is; those left out are drawn all the same."""
     rng, plain = np.random.Generator(bits(7)), np.random.Generator(bits(7))
     assert draw(rng, 1000).tolist() == plain.integers(LOTS, size=1000).tolist()
+    assert rng.integers(5) == plain.integers(5)  # leaves half a number over
     skip(rng, 333)
     plain.integers(LOTS, size=333)
+    assert rng.integers(5) == plain.integers(5)
     assert draw(rng, 9).tolist() == plain.integers(LOTS, size=9).tolist()
     assert rng.random() == plain.random()
 

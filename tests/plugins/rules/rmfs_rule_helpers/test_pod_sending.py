@@ -184,6 +184,25 @@ def test_sums_follow_items_and_what_is_wanted() -> None:
     assert sums.of_free(kept, np.array([9, 0])).tolist() == [2, 0]
 
 
+@pytest.mark.parametrize("given", [{"a": 1}, {}])
+def test_sums_take_in_many_new_skus_at_once(given: dict[str, int]) -> None:
+    """However few a pod held before, and however many it was given since the last look."""
+    skus = "abcdefghijkl"
+    world = small_world({"1": [*skus]}, {"p": given, "q": dict.fromkeys("bc", 1)}, bundle_capacity=99)
+    view, kept, sums = WarehouseView(world), KeptPods(), KeptSums()
+    wanted = np.ones(len(skus), np.int64)
+    kept.update(view)
+    assert sums.of_free(kept, wanted).tolist() == [len(given), 2]
+    for sku in range(1, len(skus)):
+        bundle = world.bundle_arrives(sku, 3)
+        world.assign_bundle(bundle, world.stations[0])
+        world.bind_bundle(bundle, world.pods[0])
+        world.store_bundle(bundle, world.pods[0])
+        if sku in (9, 11):
+            kept.update(view)
+            assert sums.of_free(kept, wanted).tolist() == [len(given) + sku, 2]
+
+
 class Doubter:
     """Observer that has each choice of pods made once more, by a rule that remembers nothing."""
 
