@@ -57,6 +57,8 @@ class Assignment:
         if self.defer_s is not None:
             robots += [robot for robot in warehouse.robots if _about_to_be_idle(warehouse, robot)]
         pods = warehouse.waiting_pods[: len(robots)]
+        if not pods:
+            return []
         cost = _driving_times(warehouse, robots, pods)
         if self.defer_s is not None:
             cost[idle:] += to_ticks(self.defer_s)

@@ -109,3 +109,9 @@ def test_a_time_below_zero_is_refused() -> None:
     """Before the run."""
     with pytest.raises(ValueError, match="'defer_s' must be >= 0"):
         Assignment(defer_s=-1)
+
+
+def test_nothing_waits() -> None:
+    """As where a state is decided in which no pod has to be fetched: no task."""
+    assert decide(waiting_world(2, 0), Assignment()) == []
+    assert decide(waiting_world(2, 0), Assignment(defer_s=5.0)) == []
