@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from attrs import frozen
@@ -93,7 +94,7 @@ class BacklogLog:
         return BacklogLines(position, order, sku, quantity)
 
 
-class Backlog:
+class Backlog(Sequence[Order]):
     """Orders with open lines, oldest first: themselves, as arrays, and their sizes."""
 
     def __init__(self) -> None:
@@ -109,8 +110,11 @@ class Backlog:
     def __len__(self) -> int:
         return len(self._orders)
 
-    def __contains__(self, order: Order) -> bool:
-        return order.id in self._orders
+    def __getitem__(self, index: Any) -> Any:
+        return self.orders[index]
+
+    def __contains__(self, order: object) -> bool:
+        return isinstance(order, Order) and order.id in self._orders
 
     @property
     def orders(self) -> tuple[Order, ...]:
