@@ -75,33 +75,17 @@ PERIOD_COLUMNS: dict[str, type] = {
 wall-clock time and the only column that differs from run to run."""
 
 
-AT_ONCE = 1000
-"""Rows that are turned into columns at once."""
-
-
 class _Rows:
     """Rows kept as columns, numbers as bare ones (NaN where there is none): a run of days has very many."""
 
     def __init__(self, types: Mapping[str, type]) -> None:
         self.types, codes = types, {int: "q", float: "d", bool: "b"}
-        self._columns: dict[str, Any] = {name: array(codes[t]) if t in codes else [] for name, t in types.items()}
-        self._new: list[tuple[Any, ...]] = []
+        self.columns: dict[str, Any] = {name: array(codes[t]) if t in codes else [] for name, t in types.items()}
+        self._append = [column.append for column in self.columns.values()]
 
     def add(self, *values: Any) -> None:
-        self._new.append(values)
-        if len(self._new) == AT_ONCE:
-            self._take_in()
-
-    @property
-    def columns(self) -> dict[str, Any]:
-        if self._new:
-            self._take_in()
-        return self._columns
-
-    def _take_in(self) -> None:
-        for column, values in zip(self._columns.values(), zip(*self._new, strict=True), strict=True):
-            column.extend(values)
-        self._new = []
+        for append, value in zip(self._append, values, strict=True):
+            append(value)
 
     def rows(self) -> list[Row]:
         shown = [(name, finite if kind is float else kind) for name, kind in self.types.items()]
