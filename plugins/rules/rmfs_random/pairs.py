@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment
+from rmfs_rule_helpers import DOES_NOT_FIT
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import WarehouseView
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
 
 LOTS = 1 << 62
 """Lots are whole numbers below this: two are hardly ever the same."""
-DOES_NOT_FIT = -1
 
 
 def draw(rng: np.random.Generator, number: int) -> NDArray[np.int64]:
