@@ -18,7 +18,7 @@ from typing import Any
 import click
 
 from rmfs_core import entrypoints
-from rmfs_core.errors import InputError, RmfsError
+from rmfs_core.errors import InputError, RmfsError, is_interrupt
 from rmfs_core.wording import nearest, one_line, sentence
 
 CLOSED_PIPE = 141
@@ -71,6 +71,8 @@ class Commands(click.Group):
         except (click.ClickException, click.Abort, click.exceptions.Exit, RmfsError):
             raise
         except Exception as error:
+            if is_interrupt(error):
+                raise KeyboardInterrupt from error
             name = str(ctx.invoked_subcommand)
             described = entrypoints.describe("command", name, *entrypoints.origin(self._offers(ctx)[name][0]))
             shown = "RMFS_TRACEBACK=1 in the environment shows where"

@@ -44,3 +44,10 @@ class RuleError(RunError):
 
 class StandstillError(RunError):
     """Orders are left, but nothing will ever happen again."""
+
+
+def is_interrupt(error: BaseException | None) -> bool:
+    """Whether an error is a keyboard interrupt, or what Python makes of one that comes within compiled code."""
+    while isinstance(error, SystemError):  # simpy raises it again
+        error = error.__cause__
+    return isinstance(error, KeyboardInterrupt)

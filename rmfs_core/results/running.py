@@ -13,7 +13,7 @@ from typing import Any
 
 from attrs import define, evolve, frozen
 
-from rmfs_core.errors import InputError, RmfsError, RunError
+from rmfs_core.errors import InputError, RmfsError, RunError, is_interrupt
 from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.files import output_folder, staged
 from rmfs_core.results.metrics import Metrics
@@ -203,10 +203,10 @@ def _simulate(simulation: Simulation) -> _Outcome:
     try:
         simulation.run()
         outcome.status = simulation.status
-    except KeyboardInterrupt:
-        outcome.interrupted = True
     except BaseException as error:  # not only a rule's fault, a RunError: what was measured is kept all the same
-        outcome.status, outcome.error = "failed", error
+        outcome.interrupted = is_interrupt(error)
+        if not outcome.interrupted:
+            outcome.status, outcome.error = "failed", error
     outcome.wall_s = time.perf_counter() - started
     return outcome
 
@@ -215,8 +215,8 @@ def _conclude(measured: _Measured, outcome: _Outcome) -> Result:
     """Tell the observers that the run is over; one that fails at that makes it a failed run, and takes nothing away."""
     simulation, metrics, tables = measured.simulation, measured.metrics, measured.tables
     found, errors = simulation.context.observers.end(outcome.status)
-    outcome.interrupted |= any(isinstance(error, KeyboardInterrupt) for error in errors)
-    error = next((error for error in (outcome.error, *errors) if not isinstance(error, KeyboardInterrupt | None)), None)
+    outcome.interrupted |= any(map(is_interrupt, errors))
+    error = next((error for error in (outcome.error, *errors) if error is not None and not is_interrupt(error)), None)
     outcome.error, outcome.status = error, "failed" if error else outcome.status
     if outcome.interrupted and outcome.status == "complete":  # not all that is measured may be there
         outcome.status = "partial"

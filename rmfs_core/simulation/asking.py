@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import pluggy
 
 from rmfs_core.clock import to_seconds
-from rmfs_core.errors import InputError, RuleError
+from rmfs_core.errors import InputError, RuleError, is_interrupt
 from rmfs_core.events import Event
 from rmfs_core.info import Question
 from rmfs_core.rules import BoundRule, RuleSet
@@ -84,7 +84,7 @@ class Observers:
 
         Not where it has no name, nor for a sentence for a person: of a file that cannot be written, say.
         """
-        if name is not None and not isinstance(error, (InputError, KeyboardInterrupt)):
+        if name is not None and not isinstance(error, InputError) and not is_interrupt(error):
             raise fault(self._warehouse, name, hook, f"raised {_raised(error)}") from error
 
     def end(self, status: str) -> tuple[dict[str, float | None], list[BaseException]]:
@@ -154,6 +154,8 @@ class Asker:
         try:
             answer = called(**arguments)
         except (Exception, SystemExit, GeneratorExit) as error:  # whatever a rule does, the run ends in order
+            if is_interrupt(error):
+                raise
             raise self.error(rule, f"raised {_raised(error)}", hook) from error
         seconds = time.perf_counter() - start
         self.seconds[name] += seconds

@@ -176,6 +176,8 @@ told = Told("told")
 def tool(context, how):
     if how == "raise":
         raise LookupError("no\\npods")
+    if how == "interrupt":
+        raise SystemError("a result with an exception set") from KeyboardInterrupt()
     if how == "return":
         return 5
     if how == "exit":
@@ -204,6 +206,14 @@ def test_a_command_that_raises_is_named(capsys: pytest.CaptureFixture[str], monk
     with pytest.raises(SystemExit):
         main(["acme-tool", "raise"])
     assert "in tool\n" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("tool")
+def test_an_interrupt_within_compiled_code_is_one(capsys: pytest.CaptureFixture[str]) -> None:
+    """Whatever Python makes of it, a command that was interrupted ends as such."""
+    with pytest.raises(SystemExit) as stop:
+        main(["acme-tool", "interrupt"])
+    assert (stop.value.code, capsys.readouterr().err.strip()) == (130, "Interrupted.")
 
 
 @pytest.mark.usefixtures("tool")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rmfs_core.cli import main
-from rmfs_core.errors import InputError, RmfsError, RuleError, RunError, StandstillError
+from rmfs_core.errors import InputError, RmfsError, RuleError, RunError, StandstillError, is_interrupt
 
 
 def test_an_input_error_is_a_place_and_a_problem() -> None:
@@ -40,3 +40,13 @@ def test_a_command_ends_with_the_sentence_and_the_code(capsys: pytest.CaptureFix
 def test_a_run_error_can_carry_what_was_measured() -> None:
     """Nothing unless a run puts its result there."""
     assert RuleError("a").result is None
+
+
+def test_an_interrupt_is_known_in_what_python_makes_of_it() -> None:
+    """One within compiled code is a SystemError, with the interrupt as its cause; any other SystemError is none."""
+    within = SystemError("returned a result with an exception set")
+    assert not is_interrupt(within)
+    within.__cause__ = KeyboardInterrupt()
+    assert is_interrupt(within)
+    assert is_interrupt(KeyboardInterrupt())
+    assert not is_interrupt(None)

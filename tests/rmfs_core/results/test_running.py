@@ -106,6 +106,37 @@ def interrupt() -> None:
     raise KeyboardInterrupt
 
 
+def interrupt_compiled() -> None:
+    """As Ctrl-C would within compiled code, whose result Python then refuses."""
+    raise SystemError("<function> returned a result with an exception set") from KeyboardInterrupt()
+
+
+@define
+class InCompiledCode:
+    """POA rule that is interrupted there when it is asked for the third time."""
+
+    calls: int = 0
+
+    @rmfs_core.hookimpl
+    def assign_orders(self, warehouse: WarehouseView) -> list[OrderAssignment]:
+        """Assign the oldest order, twice."""
+        self.calls += 1
+        if self.calls == 3:
+            interrupt_compiled()
+        return [OrderAssignment(warehouse.backlog[0].id, warehouse.stations[0].id)]
+
+
+def test_an_interrupt_within_compiled_code_is_one(tmp_path: Path) -> None:
+    """Whoever was called then: the run is partial, and nobody is blamed for it."""
+    result = rmfs_core.run("examples/small", out=tmp_path, rules={"poa": InCompiledCode()})
+    assert (result.interrupted, result.status, result.error) == (True, "partial", None)
+    assert load_result(tmp_path).metrics["orders_total"] > 2
+    result = rmfs_core.run(
+        "examples/small", overrides=["instance.orders=3"], observers=[Observing("measured", interrupt_compiled)]
+    )
+    assert (result.interrupted, result.status, result.error) == (True, "partial", None)
+
+
 @pytest.mark.parametrize("hook", ["run_ended", "measured"])
 def test_an_interrupt_at_the_end_of_a_run_loses_nothing(hook: str, tmp_path: Path) -> None:
     """The other observers are told all the same, and what was measured is saved; the run counts as interrupted."""
