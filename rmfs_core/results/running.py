@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import os
+import signal
 import time
-from collections.abc import Mapping, Sequence
-from contextlib import ExitStack, suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from os.path import realpath  # which ends where links lead round
 from pathlib import Path
+from threading import current_thread, main_thread
 from typing import Any
 
 from attrs import define, evolve, frozen
@@ -201,14 +203,33 @@ def _simulate(simulation: Simulation) -> _Outcome:
     started = time.perf_counter()
     outcome = _Outcome("partial", 0.0)
     try:
-        simulation.run()
-        outcome.status = simulation.status
+        with _interrupts_between_events(simulation):
+            simulation.run()
+        outcome.status, outcome.interrupted = simulation.status, simulation.interrupted
     except BaseException as error:  # not only a rule's fault, a RunError: what was measured is kept all the same
         outcome.interrupted = is_interrupt(error)
         if not outcome.interrupted:
             outcome.status, outcome.error = "failed", error
     outcome.wall_s = time.perf_counter() - started
     return outcome
+
+
+@contextmanager
+def _interrupts_between_events(simulation: Simulation) -> Iterator[None]:
+    """Let Ctrl-C end a run when all are told of an event, not in the middle of it; pressed again, at once."""
+
+    def interrupt(_signal: int, _frame: object) -> None:
+        simulation.interrupted = True
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    ours = current_thread() is main_thread() and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if ours:
+        signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield
+    finally:
+        if ours:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _conclude(measured: _Measured, outcome: _Outcome) -> Result:

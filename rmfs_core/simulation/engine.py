@@ -96,7 +96,7 @@ class Simulation:
         self._visits = self._completed = 0
         self._coming = [*reversed(self.warehouse.orders)] if scenario.instance.arrivals.backlog is not None else []
         self._supply = Supply(scenario, instance) if instance.restocked else None
-        self.status = "partial"
+        self.status, self.interrupted = "partial", False
 
     @property
     def now(self) -> int:
@@ -117,7 +117,7 @@ class Simulation:
             self.env.process(self._visit_stations(robot, pod))
 
     def run(self) -> None:
-        """Simulate until every order is complete or ``run.until_s`` is reached.
+        """Simulate until every order is complete, ``run.until_s`` is reached, or somebody sets ``interrupted``.
 
         Raises
         ------
@@ -128,7 +128,7 @@ class Simulation:
         until = self.scenario.run.until_s
         end = None if until is None else to_ticks(until)
         orders, warehouse, peek, step = len(self.warehouse.orders), self.warehouse, self.env.peek, self.env.step
-        while self._completed < orders:
+        while self._completed < orders and not self.interrupted:
             upcoming = peek()
             if upcoming > warehouse.now:
                 if upcoming == math.inf or self.decisions.alarms_in_a_row > MOST_ALARMS:

@@ -3,6 +3,7 @@
 import gzip
 import json
 import re
+import signal
 import sys
 from collections.abc import Callable
 from importlib import import_module
@@ -15,6 +16,7 @@ from attrs import define, field
 import rmfs_core
 from rmfs_core import OrderAssignment
 from rmfs_core.cli import main
+from rmfs_core.events import Event
 from rmfs_core.results import load_result
 from rmfs_core.warehouse import WarehouseView
 
@@ -104,6 +106,37 @@ class Observing:
 def interrupt() -> None:
     """As Ctrl-C would."""
     raise KeyboardInterrupt
+
+
+class Pressing:
+    """Observer that presses Ctrl-C while it is told of an event, some times, and counts the events that it hears."""
+
+    def __init__(self, times: int) -> None:
+        self.times, self.heard = times, [0, 0]
+
+    @rmfs_core.hookimpl
+    def on_event(self, event: Event) -> None:
+        """Press when there have been fifty."""
+        self.heard[0] += 1
+        if self.heard[0] == 50:
+            for _ in range(self.times):
+                signal.raise_signal(signal.SIGINT)
+        self.heard[1] += 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no POSIX signals")
+@pytest.mark.parametrize(("times", "heard"), [(1, 0), (2, 1)])
+def test_a_run_is_interrupted_between_events(times: int, heard: int) -> None:
+    """So that nobody has heard half of one; at the second Ctrl-C at once. Afterwards all is as before."""
+    observer = Pressing(times)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # tests in the background ignore it
+    try:
+        result = rmfs_core.run("examples/small", observers=[observer])
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert (result.interrupted, result.status) == (True, "partial")
+    assert observer.heard[0] - observer.heard[1] == heard
 
 
 def interrupt_compiled() -> None:
