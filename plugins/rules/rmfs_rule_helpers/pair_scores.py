@@ -70,7 +70,7 @@ class PairScores:
         self._begin(1, 1, math.inf)
         self._take_in(np.array([[0], [0], [1]]), [], None)
         self._work.note(0, np.ones((1, 1), np.int64), self._now, self._changes, self._recent)
-        self._work.lift(np.zeros(1, np.int64), self._blocks, self._orders, self._scores, self._best_values)
+        self._work.lift(np.zeros(1, np.int64), self._orders, self._scores, self._changes, self._recent)
         self.completed(np.ones(1, np.int64))
         self._best(np.ones((5, 1), np.int64), np.zeros(1), np.zeros((2, 0), np.int64), 0)
         self._score(0, 0)
@@ -96,7 +96,7 @@ class PairScores:
         for table, now in enumerate(available):
             self._work.note(table, now, self._now, self._changes, self._recent)
         if self._late_first and len(late := self._due.before(warehouse.now_s)):
-            self._late += self._work.lift(late, self._blocks, self._orders, self._scores, self._best_values)
+            self._late += self._work.lift(late, self._orders, self._scores, self._changes, self._recent)
 
     def lines_of(self, place: int) -> Iterable[tuple[int, int]]:
         """Yield SKU and number of items of each line of the order at a place."""

@@ -256,15 +256,18 @@ def promise(station, size, blocks, orders, scores, best):  # type: ignore[no-unt
 
 
 @njit(cache=True)
-def lift(late, blocks, orders, scores, best):  # type: ignore[no-untyped-def]
-    """Let orders be late, which goes before whatever is available; return how many of them are in the backlog."""
+def lift(late, orders, scores, changes, recent):  # type: ignore[no-untyped-def]
+    """Let orders be late, which goes before whatever is available; return how many of them are in the backlog.
+
+    What their blocks promise follows when it matters: of one SKU it is noted that it may have changed.
+    """
     late = late[orders[OPEN][late] > 0]
     slots = orders[SLOT][late]
     for station in range(scores.shape[1]):
         for slot in slots:
             scores[0, station, slot] += LATE
-        for size in range(SIZES):
-            promise(station, size, blocks, orders, scores, best)
+        recent[station, changes[station] % RECENT] = 0
+        changes[station] += 1
     return len(late)
 
 
