@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
@@ -132,33 +132,6 @@ class PairScores:
         """Return the places of the orders of which a pod has all that is open, if it has so many free items by SKU."""
         places: Ints = self._work.completed(items, self._shelves, self._pool, self._orders, self._enough)
         return places
-
-    def completed_by(
-        self, number: int, pod: Ints, sku: Ints, items: Ints, shown: Collection[int] | None = None
-    ) -> Ints:
-        """Return how many orders pods complete one after another, the oldest first: no item counts for two.
-
-        Parameters
-        ----------
-        number
-            How many pods there are: 0, 1, ...
-        pod, sku, items
-            How many items of a SKU a pod has, sorted by pod, each SKU of a pod once.
-        shown
-            Ids of the orders that count. Left out: all of the backlog.
-        """
-        from rmfs_rule_helpers import completing  # compiled, as above
-
-        shelves = self._shelves, self._pool, self._orders
-        found = completing.completed_by(pod, sku, items, *shelves, self._enough)
-        by_age = np.lexsort(found[::-1])
-        pods, places = found[0][by_age], found[1][by_age]
-        if shown is not None:
-            there = np.array([self.order_at(place) in shown for place in places.tolist()], np.bool_)
-            pods, places = pods[there], places[there]
-        kept = completing.while_stock_lasts(pods, places, pod, sku, items, self._starts, self._lines, *shelves)
-        numbers: Ints = np.bincount(pods[kept], minlength=number)
-        return numbers
 
     def completed_at(self, station: int, pod: int, items: Ints) -> Ints:
         """Return what `completed` does, and perhaps orders that have left, for the pod that stands at a station.
