@@ -247,7 +247,7 @@ class PairScores:
         self._enough = np.zeros(256, np.int32)
         self._ranks = np.zeros(256)
         blocks = sizes + 256 // pair_search.BLOCK  # of each size one may be begun
-        self._scores = np.full((self._tables, stations, blocks * pair_search.BLOCK), -1, np.int32)
+        self._scores = np.full((self._tables, stations + 1, blocks * pair_search.BLOCK), -1, np.int32)
         self._best_values = np.full((2, stations, blocks), -1.0)
         self._blocks: Any = pair_search.Blocks(
             np.full(blocks * pair_search.BLOCK, -1, np.int32),
