@@ -130,8 +130,19 @@ class PairScores:
 
     def completed(self, items: Ints) -> Ints:
         """Return the places of the orders of which a pod has all that is open, if it has so many free items by SKU."""
-        places: Ints = self._work.completed(items, self._shelves, self._pool, self._orders, self._enough)
+        held = np.flatnonzero(items)
+        places: Ints = self.completed_by(np.zeros_like(held), held, items[held])[1]
         return places
+
+    def completed_by(self, pod: Ints, sku: Ints, items: Ints) -> Ints:
+        """Return pairs of pod and place, shape (2, n), of the orders of which pods have all that is open.
+
+        Entries say how many items of a SKU a pod has, sorted by pod, each SKU of a pod once.
+        """
+        from rmfs_rule_helpers import completing  # compiled, as above
+
+        pairs: Ints = completing.completed_by(pod, sku, items, self._shelves, self._pool, self._orders, self._enough)
+        return pairs
 
     def completed_at(self, station: int, pod: int, items: Ints) -> Ints:
         """Return what `completed` does, and perhaps orders that have left, for the pod that stands at a station.

@@ -273,27 +273,6 @@ def lift(late, orders, scores, changes, recent):  # type: ignore[no-untyped-def]
     return number
 
 
-@njit(cache=True)
-def completed(items, shelves, pool, orders, enough):  # type: ignore[no-untyped-def]
-    """Places of the orders that a pod completes which has so many free items of each SKU; ``enough`` is all zeros."""
-    held = np.flatnonzero(items)
-    places = [np.int64(0) for _ in range(0)]
-    for size in range(SIZES):
-        for sku in held:
-            start = shelves[sku, size, START]
-            for at in range(start, start + shelves[sku, size, LENGTH]):
-                if pool[at, WANTED] <= items[sku]:
-                    order = pool[at, PLACE]
-                    enough[order] += 1
-                    if enough[order] == orders[OPEN, order]:
-                        places.append(np.int64(order))
-        for sku in held:
-            start = shelves[sku, size, START]
-            for at in range(start, start + shelves[sku, size, LENGTH]):
-                enough[pool[at, PLACE]] = 0
-    return np.array(places, np.int64)
-
-
 @inlined
 def lot(key, order):  # type: ignore[no-untyped-def]
     """Number from 0 to 1 that an order draws, by its id: SplitMix64, begun with a key."""
@@ -363,27 +342,9 @@ def look_through(  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def best_pair(  # type: ignore[no-untyped-def]
-    at,
-    extra,
-    limits,
-    lanes,
-    key,
-    ids,
-    taken,
-    blocks,
-    shelves,
-    most,
-    pool,
-    orders,
-    scores,
-    ranks,
-    best,
-    known,
-    now,
-    changes,
-    seen,
-    recent,
-):
+    at, extra, limits, lanes, key, ids, taken, blocks,
+    shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen, recent,
+):  # fmt: skip
     """Place of the order and id of the station that go first of those that fit; (-1, -1) when none fits.
 
     The highest value, then the lowest rank, the oldest order, the station with the lowest load, the lowest id. ``best``

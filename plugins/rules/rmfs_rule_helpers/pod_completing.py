@@ -64,7 +64,7 @@ class KeptCompleted:
             some = np.unique(free.pod[changed])
             entries, rank = pods.entries_of(some)
             self._numbers[some] = np.bincount(
-                self._completed(rank, free.sku[entries], free.number[entries])[0], minlength=len(some)
+                orders.completed_by(rank, free.sku[entries], free.number[entries])[0], minlength=len(some)
             )
         return self._numbers
 
@@ -84,7 +84,7 @@ class KeptCompleted:
         """
         from rmfs_rule_helpers import completing  # as above
 
-        found = self._completed(pod, sku, items)
+        found = self._orders.completed_by(pod, sku, items)
         by_age = np.lexsort(found[::-1])
         pods, places = found[0][by_age], found[1][by_age]
         if shown is not None:
@@ -93,16 +93,6 @@ class KeptCompleted:
         kept = completing.while_stock_lasts(pods, places, pod, sku, items, *self._arrays())
         numbers: Ints = np.bincount(pods[kept], minlength=number)
         return numbers
-
-    def _completed(self, pod: Ints, sku: Ints, items: Ints) -> Ints:
-        """Return pairs of pod and place of the orders that pods complete alone, shape (2, n)."""
-        from rmfs_rule_helpers import completing  # as above
-
-        orders = self._orders
-        found: Ints = completing.completed_by(
-            pod, sku, items, orders._shelves, orders._pool, orders._orders, orders._enough
-        )
-        return found
 
     def _arrays(self) -> tuple[Any, ...]:
         orders = self._orders
