@@ -72,8 +72,17 @@ def test_a_period_of_a_large_backlog(
 
 
 LARGE = {
-    Role.POA: [f"rules.poa={rule} rules.poa.tie_break=random" for rule in ("first-come", "near-best-pod", "workload")],
-    Role.PPS: [f"rules.pps=work-amount rules.pps.value={value}" for value in ("age", "lateness")],
+    Role.POA: [
+        *(f"rules.poa={rule} rules.poa.tie_break=random" for rule in ("first-come", "near-best-pod", "workload")),
+        *("rules.poa=random", "rules.poa=random rules.poa.max_wait_s=200"),
+        "rules.poa=pod-match rules.poa.late_first=true",
+        "rules.poa=common-lines run.until_s=800",  # its orders have many lines, so that few calls are needed
+    ],
+    Role.PPS: [
+        *(f"rules.pps=work-amount rules.pps.value={value}" for value in ("age", "lateness")),
+        *(f"rules.pps={rule} rules.pps.count_backlog=true" for rule in ("completes", "lexicographic")),
+        "rules.pps=completes rules.pps.count_backlog=true instance.items_per_sku=400",
+    ],
 }
 
 

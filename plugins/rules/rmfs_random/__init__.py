@@ -10,21 +10,17 @@ from attrs import define, field
 from numpy.typing import NDArray
 
 from rmfs_core import BundleAssignment, OrderAssignment, PodTrip, StoreBundle, TaskAssignment, hookimpl
-from rmfs_random.pairs import LOTS, assign_by_lots, draw
-from rmfs_rule_helpers import (
-    KeptSpace,
-    StoragePods,
-    assign_best_pairs,
-    largest_capacity,
-    store_bundles,
-    waiting_limit,
-)
+from rmfs_random.pairs import Drawing
+from rmfs_rule_helpers import KeptSpace, StoragePods, assign_best_pairs, store_bundles, waiting_limit
 from rmfs_rule_helpers.open_orders import OpenOrders
 from rmfs_rule_helpers.pod_sending import Ids, KeptPods
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Bundle, Station, WarehouseView
+
+LOTS = 1 << 62
+"""Lots are whole numbers below this: two are hardly ever the same."""
 
 
 @define
@@ -50,16 +46,17 @@ class Random:
 
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
-        """Draw pairs of order and station: a lot for each, the highest that fits goes first."""
-        if self.max_wait_s is None and not warehouse.filtered:
-            self._orders.update(warehouse)
-            if self._orders.whole and self._orders.items.max(initial=0) <= largest_capacity(warehouse):
-                return assign_by_lots(warehouse, self._orders, rng)
+        """Draw pairs of order and station."""
+        if warehouse.split_orders_open:  # these may have places: not all orders of a size fit the same stations
 
-        def lots(_station: Station) -> NDArray[np.int64]:
-            return draw(rng, len(warehouse.backlog))
+            def lots(_station: Station) -> NDArray[np.int64]:
+                return rng.integers(LOTS, size=len(warehouse.backlog))
 
-        return assign_best_pairs(warehouse, lots, max_wait_s=self.max_wait_s)
+            return assign_best_pairs(warehouse, lots, max_wait_s=self.max_wait_s)
+        if warehouse.filtered:
+            return Drawing(warehouse, OpenOrders(warehouse.backlog), rng).done(self.max_wait_s)
+        self._orders.update(warehouse)
+        return Drawing(warehouse, self._orders, rng).done(self.max_wait_s)
 
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:

@@ -1,71 +1,100 @@
-"""Pairs of order and station by lot."""
+"""Pairs of order and station that are drawn one after another."""
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right, insort
+from collections import defaultdict
+from collections.abc import Iterable
+from itertools import accumulate, chain, takewhile
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
 from rmfs_core import OrderAssignment
-from rmfs_rule_helpers import DOES_NOT_FIT
+from rmfs_rule_helpers import OVERSIZE_WAIT_S, largest_capacity, station_to_keep
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from rmfs_core.warehouse import WarehouseView
     from rmfs_rule_helpers.open_orders import OpenOrders
 
-LOTS = 1 << 62
-"""Lots are whole numbers below this: two are hardly ever the same."""
 
+class Drawing:
+    """One decision: whole orders, again and again one of the pairs of order and station that fit.
 
-def draw(rng: np.random.Generator, number: int) -> NDArray[np.int64]:
-    """Draw lots."""
-    if isinstance(rng.bit_generator, np.random.PCG64):  # the same numbers, in less than half the time
-        return (rng.bit_generator.random_raw(number) >> np.uint64(2)).astype(np.int64)
-    return rng.integers(LOTS, size=number)
+    Orders with as many items fit the same stations. So the number of pairs is known without a look at each, and one
+    number says which of them is drawn.
 
-
-def skip(rng: np.random.Generator, number: int) -> None:
-    """Leave out lots that nobody looks at."""
-    if isinstance(rng.bit_generator, np.random.PCG64):
-        kept = rng.bit_generator.state  # half a number that a small draw has left over, which the others go past
-        rng.bit_generator.advance(number)
-        rng.bit_generator.state = {**kept, "state": rng.bit_generator.state["state"]}
-    else:
-        draw(rng, number)
-
-
-def assign_by_lots(warehouse: WarehouseView, orders: OpenOrders, rng: np.random.Generator) -> list[OrderAssignment]:
-    """Assign whole orders, again and again the pair of order and station with the highest lot that fits.
-
-    That is what `assign_best_pairs` does with lots as scores, where no order is larger than any station.
+    Parameters
+    ----------
+    warehouse
+        The warehouse now; where stations count orders, none of the backlog has a place already.
+    orders
+        The orders of the backlog.
+    rng
+        Draws lots.
     """
-    number, chosen = len(orders.ids), []
-    smallest = orders.items.min(initial=LOTS)
-    free, load = [station.free_capacity for station in warehouse.stations], [s.load for s in warehouse.stations]
-    lots: dict[int, NDArray[np.int64]] = {}
-    for station in warehouse.stations:
-        room = free[station.id]
-        if room >= (1 if station.counts_orders else smallest):
-            lots[station.id] = draw(rng, number)
-            if not station.counts_orders:
-                lots[station.id][orders.items > room] = DOES_NOT_FIT
-        elif room > 0 or station.counts_orders:
-            skip(rng, number)
-    while lots and number:
-        highest = {at: int(column.argmax()) for at, column in lots.items()}
-        at = min(lots, key=lambda at: (-lots[at][highest[at]], highest[at], load[at], at))
-        position = highest[at]
-        if lots[at][position] == DOES_NOT_FIT:
-            break
-        chosen.append(OrderAssignment(int(orders.ids[position]), at))
-        size = 1 if warehouse.stations[at].counts_orders else int(orders.items[position])
-        free[at] -= size
-        load[at] += size
-        for column in lots.values():
-            column[position] = DOES_NOT_FIT
-        if free[at] == 0:
-            del lots[at]
-        elif not warehouse.stations[at].counts_orders:
-            lots[at][orders.items > free[at]] = DOES_NOT_FIT
-    return chosen
+
+    def __init__(self, warehouse: WarehouseView, orders: OpenOrders, rng: np.random.Generator) -> None:
+        self._warehouse, self._orders, self._rng = warehouse, orders, rng
+        self._largest = largest_capacity(warehouse)
+        self._free = [station.free_capacity for station in warehouse.stations]
+        self._taken: dict[int, list[int]] = defaultdict(list)  # by size: which of these orders are assigned, ascending
+        self._chosen: list[OrderAssignment] = []
+
+    def done(self, max_wait_s: float | None = None) -> list[OrderAssignment]:
+        """Decide; orders that have waited too long go first, as `assign_best_pairs` has them."""
+        self._assign_waiting(max_wait_s)
+        sizes = sorted(self._orders.of_size)
+        while True:
+            left = [(size, len(self._orders.of_size[size]) - len(self._taken[size])) for size in sizes]
+            pairs = [(at, size, number) for at in self._with_room() for size, number in left if self._fits(size, at)]
+            up_to = list(accumulate(number for _, _, number in pairs))
+            if not pairs or not up_to[-1]:
+                return self._chosen
+            lot = int(self._rng.integers(up_to[-1]))
+            at, size, number = pairs[among := bisect_right(up_to, lot)]
+            which = lot - (up_to[among] - number)
+            for taken in self._taken[size]:
+                which += taken <= which
+            self._assign(size, which, at)
+
+    def _with_room(self) -> list[int]:
+        """Return the ids of the stations that are not full."""
+        return [at for at, free in enumerate(self._free) if free > 0]
+
+    def _fits(self, size: int, at: int) -> bool:
+        """Whether an order of so many items fits a station that is not full; one larger than any fits an empty one."""
+        station = self._warehouse.stations[at]
+        return station.counts_orders or self._free[at] >= (station.capacity if size > self._largest else size)
+
+    def _assign(self, size: int, which: int, at: int) -> None:
+        """Assign one of the orders of a size."""
+        station = self._warehouse.stations[at]
+        self._chosen.append(OrderAssignment(self._orders.of_size[size][which], at))
+        self._free[at] -= 1 if station.counts_orders else min(size, station.capacity)
+        insort(self._taken[size], which)
+
+    def _assign_waiting(self, max_wait_s: float | None) -> None:
+        """Assign the orders that have waited too long; for those that fit nowhere stations are kept."""
+        kept: dict[int, bool] = {}  # stations kept for an order that waits, and whether that is larger than any station
+        for order in self._waiting(max_wait_s):
+            size = self._orders.items[order]
+            if fitting := [at for at in self._with_room() if self._fits(size, at)]:
+                at = fitting[int(self._rng.integers(len(fitting)))]
+                self._assign(size, bisect_left(self._orders.of_size[size], order), at)
+            elif max_wait_s is not None or not any(kept.values()):
+                free = dict(enumerate(self._free))
+                keep = station_to_keep(self._warehouse, self._warehouse.order(order), free, kept)
+                if keep is not None:
+                    kept[keep], self._free[keep] = size > self._largest, 0
+            if len(kept) == len(self._free):
+                break
+
+    def _waiting(self, max_wait_s: float | None) -> Iterable[int]:
+        """Return the ids of the orders that have waited too long, oldest first."""
+        warehouse, limit_s = self._warehouse, OVERSIZE_WAIT_S if max_wait_s is None else max_wait_s
+        oldest: Iterable[int] = self._orders.items
+        if max_wait_s is None:
+            large = [self._orders.of_size[size] for size in self._orders.of_size if size > self._largest]
+            oldest = sorted(chain(*large), key=lambda order: (warehouse.order(order).arrival_s, order))
+        return takewhile(lambda order: warehouse.now_s - warehouse.order(order).arrival_s >= limit_s, oldest)

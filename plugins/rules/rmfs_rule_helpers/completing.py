@@ -85,3 +85,52 @@ def while_stock_lasts(pods, places, pod, sku, items, starts, lines, shelves, poo
                 kept[pair] = enough
                 pair += 1
     return kept
+
+
+@njit(cache=True)
+def count(order, sign, left, starts, lines, shelves, pool, orders, by_sku, first, pod, number, counts):  # type: ignore[no-untyped-def]
+    """Count an order for the pods that have enough for all its lines, those that are open or have just left."""
+    wanted, turn = [0 for _ in range(0)], 0
+    for line in range(starts[order], starts[order + 1]):
+        just = turn < len(left) and left[turn] == line
+        if just:
+            turn += 1
+        if just or (orders[OPEN, order] and is_open(line, orders, lines, shelves, pool)):
+            wanted.append(line)
+    if not wanted:
+        return
+    for place in range(first[lines[SKU, wanted[0]]], first[lines[SKU, wanted[0]] + 1]):
+        one, enough = pod[by_sku[place]], True
+        for line in wanted:
+            sku = lines[SKU, line]
+            at, end = first[sku], first[sku + 1]
+            beyond = end
+            while at < beyond:
+                middle = (at + beyond) // 2
+                if pod[by_sku[middle]] < one:
+                    at = middle + 1
+                else:
+                    beyond = middle
+            if at == end or pod[by_sku[at]] != one or number[by_sku[at]] < lines[QUANTITY, line]:
+                enough = False
+                break
+        if enough:
+            counts[one] += sign
+
+
+@njit(cache=True)
+def recount(before, end, left, starts, lines, shelves, pool, orders, by_sku, first, pod, number, counts):  # type: ignore[no-untyped-def]
+    """Take lines that left (ascending), and the orders from ``before`` to the end, into what pods complete alone.
+
+    Entries of pods and SKUs are in ``by_sku`` by SKU and pod, from ``first`` on.
+    """
+    at = 0
+    while at < len(left):  # orders of which lines left: they counted as they were before
+        order, begin = lines[ORDER, left[at]], at
+        while at < len(left) and lines[ORDER, left[at]] == order:
+            at += 1
+        if order < before:
+            count(order, -1, left[begin:at], starts, lines, shelves, pool, orders, by_sku, first, pod, number, counts)
+            count(order, 1, left[:0], starts, lines, shelves, pool, orders, by_sku, first, pod, number, counts)
+    for order in range(before, end):
+        count(order, 1, left[:0], starts, lines, shelves, pool, orders, by_sku, first, pod, number, counts)

@@ -33,7 +33,8 @@ def first_drawn(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """Place of the first drawn order that is as good as the best one, and its station; (-1, -1) if none is.
 
-    ``than`` has the best order and its station; the others are as `pair_search.best_pair` has them.
+    Where late orders go first, none that is not late is as good as one that is. ``than`` has the best
+    order and its station; the others are as `pair_search.best_pair` has them.
     """
     room, free, capacity, counts, load = at
     value = value_of(than[1], orders[SLOT, than[0]], than[0], orders, scores) + extra[than[1]]

@@ -1,88 +1,68 @@
-"""The orders of the backlog as arrays that are kept from call to call."""
+"""The orders of the backlog by how many items they have open, kept from call to call."""
 
 from __future__ import annotations
 
-from itertools import groupby
-from operator import itemgetter
+from bisect import bisect_left, insort
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import WarehouseView
-
-Ints = NDArray[np.int64]
-ID, ITEMS, WHICH = range(3)
-"""Rows of the orders: id, open items, and which of all that joined it is."""
+    from rmfs_core.warehouse import Order, WarehouseView
 
 
 class OpenOrders:
-    """Ids and open items of all orders of the backlog, in its order: by position in ``WarehouseView.backlog``.
+    """Ids of the orders that have so many items open, for rules to which orders of a size are alike.
 
-    For rules that look at every order at each call, whatever filters leave of them.
+    What is here does not depend on how it came about: ids are in ascending order.
+
+    Parameters
+    ----------
+    orders
+        Orders that are there at first.
+
+    Attributes
+    ----------
+    of_size
+        Ids by number of open items.
+    items
+        Open items by id, the order that joined first is first.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, orders: Iterable[Order] = ()) -> None:
         self._log: object = None
         self._begin()
-
-    @property
-    def ids(self) -> Ints:
-        """Ids of the orders."""
-        ids: Ints = self._rows[ID, : self._number]
-        return ids
-
-    @property
-    def items(self) -> Ints:
-        """Open items of the orders."""
-        items: Ints = self._rows[ITEMS, : self._number]
-        return items
-
-    @property
-    def whole(self) -> bool:
-        """Whether no order of the backlog was assigned in part."""
-        return not self._in_part
+        for order in orders:
+            self._put(order)
 
     def update(self, warehouse: WarehouseView) -> None:
-        """Take in what joined and left the backlog."""
+        """Take in what joined and left the backlog, whatever filters leave of it."""
         log = warehouse.backlog_log()
         if log is not self._log:
             self._begin()
             self._log = log
-        self._join(log.joined(len(self._lines)))
-        left = log.left(self._left)
+        joined, left = log.joined(len(self._lines))[0].tolist(), log.left(self._left)
+        self._lines += joined
         self._left += len(left)
-        for line in left:
-            self._leave(*self._lines[line])
+        for order in dict.fromkeys([*joined, *(self._lines[line] for line in left)]):
+            self._put(warehouse.order(order))
 
     def _begin(self) -> None:
         """Start anew with an empty backlog."""
-        self._left = self._number = 0  # lines that left, orders that are there
-        self._rows = np.zeros((3, 256), np.int64)
-        self._lines: list[tuple[int, int]] = []  # of all that joined: which order, counted from 0, and items
-        self._open: list[int] = []  # of all orders that joined: lines in the backlog
-        self._in_part: set[int] = set()
+        self.of_size: dict[int, list[int]] = {}
+        self.items: dict[int, int] = {}
+        self._lines: list[int] = []  # of all lines that joined, their order's id
+        self._left = 0  # how many of them have left
 
-    def _join(self, joined: Ints) -> None:
-        """Take in lines that joined; those of an order join together."""
-        for _, lines in groupby(joined.T.tolist(), itemgetter(0)):
-            of_order = list(lines)
-            if self._number == self._rows.shape[1]:
-                self._rows = np.concatenate([self._rows, np.zeros_like(self._rows)], axis=1)
-            self._rows[:, self._number] = of_order[0][0], sum(line[2] for line in of_order), len(self._open)
-            self._lines += [(len(self._open), line[2]) for line in of_order]
-            self._open.append(len(of_order))
-            self._number += 1
-
-    def _leave(self, order: int, items: int) -> None:
-        """Take out a line."""
-        at = int(self._rows[WHICH, : self._number].searchsorted(order))
-        self._rows[ITEMS, at] -= items
-        self._open[order] -= 1
-        if self._open[order]:
-            self._in_part.add(order)
-            return
-        self._in_part.discard(order)
-        self._number -= 1
-        self._rows[:, at : self._number] = self._rows[:, at + 1 : self._number + 1]
+    def _put(self, order: Order) -> None:
+        """Put an order where it belongs now."""
+        before, items = self.items.get(order.id, 0), order.open_items
+        if before:
+            there = self.of_size[before]
+            del there[bisect_left(there, order.id)]
+            if not there:
+                del self.of_size[before]
+        if items:
+            insort(self.of_size.setdefault(items, []), order.id)
+            self.items[order.id] = items
+        elif before:
+            del self.items[order.id]

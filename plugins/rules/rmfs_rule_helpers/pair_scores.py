@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
@@ -70,7 +70,7 @@ class PairScores:
         self._begin(1, 1, math.inf)
         self._take_in(np.array([[0], [0], [1]]), [], None)
         self._work.note(0, np.ones((1, 1), np.int64), self._now, self._changes, self._recent)
-        self._work.lift(np.zeros(1, np.int64), self._blocks, self._orders, self._scores, self._best_values)
+        self._work.lift(np.zeros(1, np.int64), self._orders, self._scores, self._changes, self._recent)
         self.completed(np.ones(1, np.int64))
         self._best(np.ones((5, 1), np.int64), np.zeros(1), np.zeros((2, 0), np.int64), 0)
         self._score(0, 0)
@@ -96,7 +96,7 @@ class PairScores:
         for table, now in enumerate(available):
             self._work.note(table, now, self._now, self._changes, self._recent)
         if self._late_first and len(late := self._due.before(warehouse.now_s)):
-            self._late += self._work.lift(late, self._blocks, self._orders, self._scores, self._best_values)
+            self._late += self._work.lift(late, self._orders, self._scores, self._changes, self._recent)
 
     def lines_of(self, place: int) -> Iterable[tuple[int, int]]:
         """Yield SKU and number of items of each line of the order at a place."""
@@ -130,35 +130,19 @@ class PairScores:
 
     def completed(self, items: Ints) -> Ints:
         """Return the places of the orders of which a pod has all that is open, if it has so many free items by SKU."""
-        places: Ints = self._work.completed(items, self._shelves, self._pool, self._orders, self._enough)
+        held = np.flatnonzero(items)
+        places: Ints = self.completed_by(np.zeros_like(held), held, items[held])[1]
         return places
 
-    def completed_by(
-        self, number: int, pod: Ints, sku: Ints, items: Ints, shown: Collection[int] | None = None
-    ) -> Ints:
-        """Return how many orders pods complete one after another, the oldest first: no item counts for two.
+    def completed_by(self, pod: Ints, sku: Ints, items: Ints) -> Ints:
+        """Return pairs of pod and place, shape (2, n), of the orders of which pods have all that is open.
 
-        Parameters
-        ----------
-        number
-            How many pods there are: 0, 1, ...
-        pod, sku, items
-            How many items of a SKU a pod has, sorted by pod, each SKU of a pod once.
-        shown
-            Ids of the orders that count. Left out: all of the backlog.
+        Entries say how many items of a SKU a pod has, sorted by pod, each SKU of a pod once.
         """
         from rmfs_rule_helpers import completing  # compiled, as above
 
-        shelves = self._shelves, self._pool, self._orders
-        found = completing.completed_by(pod, sku, items, *shelves, self._enough)
-        by_age = np.lexsort(found[::-1])
-        pods, places = found[0][by_age], found[1][by_age]
-        if shown is not None:
-            there = np.array([self.order_at(place) in shown for place in places.tolist()], np.bool_)
-            pods, places = pods[there], places[there]
-        kept = completing.while_stock_lasts(pods, places, pod, sku, items, self._starts, self._lines, *shelves)
-        numbers: Ints = np.bincount(pods[kept], minlength=number)
-        return numbers
+        pairs: Ints = completing.completed_by(pod, sku, items, self._shelves, self._pool, self._orders, self._enough)
+        return pairs
 
     def completed_at(self, station: int, pod: int, items: Ints) -> Ints:
         """Return what `completed` does, and perhaps orders that have left, for the pod that stands at a station.
@@ -274,7 +258,7 @@ class PairScores:
         self._enough = np.zeros(256, np.int32)
         self._ranks = np.zeros(256)
         blocks = sizes + 256 // pair_search.BLOCK  # of each size one may be begun
-        self._scores = np.full((self._tables, stations, blocks * pair_search.BLOCK), -1, np.int32)
+        self._scores = np.full((self._tables, stations + 1, blocks * pair_search.BLOCK), -1, np.int32)
         self._best_values = np.full((2, stations, blocks), -1.0)
         self._blocks: Any = pair_search.Blocks(
             np.full(blocks * pair_search.BLOCK, -1, np.int32),

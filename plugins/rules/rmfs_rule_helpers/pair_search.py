@@ -28,6 +28,8 @@ FIRST, NUMBER = range(2)
 """Rows of the counts by size: blocks that all orders have left, oldest first, and orders that ever joined."""
 LATE = 1 << 30
 """What an order scores besides once it is late, where such orders go first."""
+LATE_TO_ALL = -1
+"""Of the scores by station, the last: what an order scores besides at each of the others."""
 EXACT = 2.0**-53
 """What 53 bits of a lot are multiplied by, to lie between 0 and 1."""
 
@@ -57,9 +59,8 @@ class Blocks(NamedTuple):
 @inlined
 def value_of(station, slot, order, orders, scores):  # type: ignore[no-untyped-def]
     """What a pair counts: its score, and by less than one the share of the order's lines that the second table has."""
-    if len(scores) == 1:
-        return np.float64(scores[0, station, slot])
-    return scores[0, station, slot] + 0.5 * (scores[1, station, slot] / orders[OPEN, order])
+    score = np.float64(scores[0, station, slot] + scores[0, LATE_TO_ALL, slot])
+    return score if len(scores) == 1 else score + 0.5 * (scores[1, station, slot] / orders[OPEN, order])
 
 
 @inlined
@@ -177,7 +178,7 @@ def _leave(left, starts, lines, blocks, shelves, pool, orders, scores, ranks, be
         orders[ITEMS, order] -= quantity
         parts += 0 < orders[OPEN, order] < starts[order + 1] - starts[order]
         if not orders[OPEN, order]:
-            late += scores[0, 0, slot] >= LATE
+            late += scores[0, LATE_TO_ALL, slot] == LATE
             blocks.places[slot] = scores[:, :, slot] = -1
             continue
         for station in range(known.shape[1]):
@@ -244,9 +245,9 @@ def promise(station, size, blocks, orders, scores, best):  # type: ignore[no-unt
         begin, end = block * BLOCK, (block + 1) * BLOCK
         value = np.float64(-1)
         if len(scores) == 1:  # a loop that the compiler makes take many at once
-            highest = scores[0, station, begin]
+            highest = scores[0, station, begin] + scores[0, LATE_TO_ALL, begin]
             for slot in range(begin, end):
-                highest = max(highest, scores[0, station, slot])
+                highest = max(highest, scores[0, station, slot] + scores[0, LATE_TO_ALL, slot])
             value = np.float64(highest)
         else:
             for slot in range(begin, end):
@@ -256,37 +257,20 @@ def promise(station, size, blocks, orders, scores, best):  # type: ignore[no-unt
 
 
 @njit(cache=True)
-def lift(late, blocks, orders, scores, best):  # type: ignore[no-untyped-def]
-    """Let orders be late, which goes before whatever is available; return how many of them are in the backlog."""
-    late = late[orders[OPEN][late] > 0]
-    slots = orders[SLOT][late]
-    for station in range(scores.shape[1]):
-        for slot in slots:
-            scores[0, station, slot] += LATE
-        for size in range(SIZES):
-            promise(station, size, blocks, orders, scores, best)
-    return len(late)
+def lift(late, orders, scores, changes, recent):  # type: ignore[no-untyped-def]
+    """Let orders be late, which goes before whatever is available; return how many of them are in the backlog.
 
-
-@njit(cache=True)
-def completed(items, shelves, pool, orders, enough):  # type: ignore[no-untyped-def]
-    """Places of the orders that a pod completes which has so many free items of each SKU; ``enough`` is all zeros."""
-    held = np.flatnonzero(items)
-    places = [np.int64(0) for _ in range(0)]
-    for size in range(SIZES):
-        for sku in held:
-            start = shelves[sku, size, START]
-            for at in range(start, start + shelves[sku, size, LENGTH]):
-                if pool[at, WANTED] <= items[sku]:
-                    order = pool[at, PLACE]
-                    enough[order] += 1
-                    if enough[order] == orders[OPEN, order]:
-                        places.append(np.int64(order))
-        for sku in held:
-            start = shelves[sku, size, START]
-            for at in range(start, start + shelves[sku, size, LENGTH]):
-                enough[pool[at, PLACE]] = 0
-    return np.array(places, np.int64)
+    What their blocks promise follows when it matters: of one SKU it is noted that it may have changed.
+    """
+    number = 0
+    for order in late:
+        if orders[OPEN, order]:
+            scores[0, LATE_TO_ALL, orders[SLOT, order]] = LATE
+            number += 1
+    for station in range(len(changes)):
+        recent[station, changes[station] % RECENT] = 0
+        changes[station] += 1
+    return number
 
 
 @inlined
@@ -358,27 +342,9 @@ def look_through(  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def best_pair(  # type: ignore[no-untyped-def]
-    at,
-    extra,
-    limits,
-    lanes,
-    key,
-    ids,
-    taken,
-    blocks,
-    shelves,
-    most,
-    pool,
-    orders,
-    scores,
-    ranks,
-    best,
-    known,
-    now,
-    changes,
-    seen,
-    recent,
-):
+    at, extra, limits, lanes, key, ids, taken, blocks,
+    shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen, recent,
+):  # fmt: skip
     """Place of the order and id of the station that go first of those that fit; (-1, -1) when none fits.
 
     The highest value, then the lowest rank, the oldest order, the station with the lowest load, the lowest id. ``best``

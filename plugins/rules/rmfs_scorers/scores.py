@@ -14,7 +14,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from rmfs_core.clock import TICKS_PER_S
-from rmfs_rule_helpers.pair_scores import PairScores
+from rmfs_rule_helpers.pod_completing import KeptCompleted
 from rmfs_rule_helpers.pod_sending import KeptPods, KeptSums
 from rmfs_scorers.wanted import Backlog, Held, Ids, Requests, Since, Values
 
@@ -58,13 +58,13 @@ class Kept:
     demanded, waited
         Sums of min(items free, items wanted), wanted in the whole system or in the backlog.
     orders
-        The lines of the backlog.
+        Which orders of the backlog pods complete.
     by_age
         The same, by SKU and age; made when it is first needed.
     """
 
     def __init__(self) -> None:
-        self.pods, self.demanded, self.waited, self.orders = KeptPods(), KeptSums(), KeptSums(), PairScores()
+        self.pods, self.demanded, self.waited, self.orders = KeptPods(), KeptSums(), KeptSums(), KeptCompleted()
         self.by_age: Backlog | None = None
 
     def load(self, *, orders: bool, by_age: bool = False) -> None:
@@ -75,7 +75,6 @@ class Kept:
             Backlog.load()
         if orders:
             self.orders.load()
-            self.orders.completed_by(1, *np.zeros((3, 1), np.int64))
 
 
 class PodScores:
@@ -121,15 +120,25 @@ class PodScores:
     # Scores
 
     def completes(self, station: Station, pods: Ids) -> Values:
-        """Orders of which the pod fulfils all requests at the station that are uncovered."""
-        completed: Values = self._completed(station, pods).sum(axis=0).astype(np.float64)
-        if self._weights.count_backlog:
-            rest, shown = self._rest(station, pods), None
-            if self._warehouse.filtered:
-                shown = {order.id for order in self._warehouse.backlog}
-            self._kept.orders.update(self._warehouse)
-            completed += self._kept.orders.completed_by(len(pods), rest.pod, rest.sku, rest.items, shown)
-        return completed
+        """Orders of which the pod fulfils all requests at the station that are uncovered.
+
+        Of the backlog those count that what is left on the pod completes one after another; pods that are not among
+        the best may have those that it completes alone with all it has, which are more.
+        """
+        here: Values = self._completed(station, pods).sum(axis=0).astype(np.float64)
+        if not self._weights.count_backlog:
+            return here
+        total = here + self._kept.orders.alone(self._warehouse, self._kept.pods)[pods]
+        if self._warehouse.unlimited_stock and not self._warehouse.filtered:
+            return total
+        shown = {order.id for order in self._warehouse.backlog} if self._warehouse.filtered else None
+        exact = np.zeros(len(pods), np.bool_)
+        while not exact[best := np.flatnonzero(total == total.max())].all():
+            some = best[~exact[best]]
+            rest = self._rest(station, pods[some])
+            completed = self._kept.orders.one_after_another(len(some), rest.pod, rest.sku, rest.items, shown)
+            total[some], exact[some] = here[some] + completed, True
+        return total
 
     def picks(self, station: Station, pods: Ids) -> Values:
         """Uncovered requests of the station that the pod fulfils."""

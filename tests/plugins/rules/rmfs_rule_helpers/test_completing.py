@@ -5,20 +5,22 @@ from __future__ import annotations
 import numpy as np
 
 from rmfs_core.warehouse import WarehouseView
-from rmfs_rule_helpers.pair_scores import PairScores
+from rmfs_rule_helpers.pod_completing import KeptCompleted
+from rmfs_rule_helpers.pod_sending import KeptPods
 from rmfs_testing import small_world
 
 
 def test_orders_take_items_from_each_other() -> None:
     """Of three `a` the oldest order takes two, so that the second is not complete; the third needs `b` alone by now."""
     world = small_world({"1": {"a": 2}, "2": {"a": 2, "b": 1}, "3": {"a": 9, "b": 1}}, {"p": {"a": 9, "b": 9}})
-    orders, view = PairScores(), WarehouseView(world)
+    orders, held, view = KeptCompleted(), KeptPods(), WarehouseView(world)
     world.assign(world.orders[2], world.stations[0], [0])
-    orders.update(view)
+    held.update(view)
+    orders.alone(view, held)
     pods, skus = np.array([0, 0, 1, 1, 2]), np.array([0, 1, 0, 1, 1])
 
     def completed(items: list[int], shown: set[int] | None = None) -> list[int]:
-        return orders.completed_by(4, pods, skus, np.array(items), shown).tolist()
+        return orders.one_after_another(4, pods, skus, np.array(items), shown).tolist()
 
     assert completed([3, 9, 4, 9, 1]) == [2, 3, 1, 0]
     assert completed([3, 9, 4, 1, 0]) == [2, 2, 0, 0]

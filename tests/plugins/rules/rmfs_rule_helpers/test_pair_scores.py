@@ -43,6 +43,7 @@ OPTIONS: tuple[dict[str, Any], ...] = (
     {"tie_break": "due"},
     {"tie_break": "random"},
     {"late_first": True},
+    {"late_first": True, "tie_break": "random"},
     {"max_wait_s": 500, "fast_lane": 2, "tie_break": "due", "late_first": True},
 )
 WORLDS: tuple[tuple[str, ...], ...] = (

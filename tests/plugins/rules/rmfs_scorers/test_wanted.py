@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from rmfs_core.warehouse import WarehouseView
-from rmfs_rule_helpers.pair_scores import PairScores
+from rmfs_rule_helpers.pod_completing import KeptCompleted
+from rmfs_rule_helpers.pod_sending import KeptPods
 from rmfs_scorers.wanted import Backlog, Held, Requests
 from rmfs_testing import small_world
 
@@ -44,8 +45,9 @@ def test_the_backlog_is_served_as_one_by_one(seed: int, finite: bool) -> None:
     held = {str(i): some(7, 5) for i in range(6)} | {"all": dict.fromkeys(skus, 99)}
     pods = held if finite else {name: list(items) for name, items in held.items()}
     world = small_world(orders, pods)  # type: ignore[arg-type]
-    view, account = WarehouseView(world), PairScores()
-    account.update(view)
+    view, account, pods_now = WarehouseView(world), KeptCompleted(), KeptPods()
+    pods_now.update(view)
+    account.alone(view, pods_now)
     kept, read = Backlog(lambda order: -order.id), Backlog(lambda order: -order.id)
     kept.update(view)
     for order in world.orders[::3]:  # of which the last lines are left
@@ -65,11 +67,12 @@ def test_the_backlog_is_served_as_one_by_one(seed: int, finite: bool) -> None:
                 served = min(at_work.get(line.sku, 0), line.quantity)
                 at_work[line.sku] = at_work.get(line.sku, 0) - served
                 work[rank] += served * (1 + order.id / order.unpicked_items)
-    account.update(view)
-    assert account.completed_by(4, items.pod, items.sku, items.items).tolist() == completed.tolist()
+    pods_now.update(view)
+    account.alone(view, pods_now)
+    assert account.one_after_another(4, items.pod, items.sku, items.items).tolist() == completed.tolist()
     shown = {order.id for order in view.backlog}
-    assert account.completed_by(4, items.pod, items.sku, items.items, shown).tolist() == completed.tolist()
-    assert not account.completed_by(4, items.pod, items.sku, items.items, set()).any()
+    assert account.one_after_another(4, items.pod, items.sku, items.items, shown).tolist() == completed.tolist()
+    assert not account.one_after_another(4, items.pod, items.sku, items.items, set()).any()
     kept.update(view)
     read.read(view)
     assert kept.work(items, 0.0, 1.0) == pytest.approx(work)
