@@ -106,7 +106,7 @@ class Period:
 
         self._work: Any = choosing_search
         self.warehouse, self.orders, self.pods, self.max_wait_s = warehouse, orders, pods, max_wait_s
-        self.largest = largest_capacity(warehouse)
+        self.largest = float(largest_capacity(warehouse))
         of_stations = [(s.free_capacity, s.capacity, s.counts_orders, s.load) for s in warehouse.stations]
         self.empty: Ints = np.array(of_stations, np.int64).T.copy()
         self.placed = NO_PAIRS if placed is None else placed

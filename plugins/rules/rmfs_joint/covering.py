@@ -44,7 +44,9 @@ class Covering:
         arrays = covering_search.PodArrays(
             shown, shown, one, np.array([0, 1]), one, by_pod, np.zeros(1, np.bool_), by_pod, one, one
         )
-        covering_search.few(np.zeros((0, 2), np.int64), one, by_pod, arrays)
+        nowhere = np.zeros((0, 2), np.int64)
+        covering_search.few(nowhere, one, by_pod, arrays)
+        covering_search.serve(nowhere, -1, one, by_pod, arrays)
 
     def update(self, warehouse: WarehouseView) -> None:
         """Take in what pods have become."""
@@ -60,6 +62,7 @@ class Covering:
             self._ticks: Ints = np.zeros((len(warehouse.stations), 0), np.int64)
             self._gains = np.zeros((len(warehouse.stations), len(warehouse.pods)), np.int64)
             self._busy, self._used = np.zeros(len(warehouse.pods), np.bool_), self._known
+            self._no_worth = np.zeros(len(warehouse.pods), np.int64)
         if (more := len(by_sku) - len(self._known)) > 0:
             self._known = np.concatenate([self._known, np.zeros(more, np.int64)])
             self._used = np.zeros(len(by_sku), np.int64)
@@ -124,7 +127,7 @@ class Covering:
         items = self._pods.items
         return self._work.PodArrays(
             items.pod, items.number, self._pods.by_sku, self._pods.first, self._used, self._gains, self._busy,
-            self._ticks, self._cells, np.zeros(len(self._cells), np.int64) if worth is None else worth,
+            self._ticks, self._cells, self._no_worth if worth is None else worth,
         )  # fmt: skip
 
     def _needed(self, orders: Lacking, chosen: Chosen) -> tuple[Ints, Ints]:
