@@ -74,13 +74,13 @@ class LargeNeighborhoodSearch:
         """Improve the choice of ``alternating``."""
         weight, period = self.unused_capacity_weight, self._kept.period(warehouse, self.max_wait_s)
         *_, (_, chosen, sent) = improving(period, MOST_ROUNDS, weight)
-        places, waiting = {place for place, _ in chosen}, list(period.late())
-        if not chosen or set(waiting) - places:
+        places = {place for place, _ in chosen}
+        if not chosen or any(place not in places for place in period.late()):
             return period.decision(chosen, sent, weight)
         few, shown = period.foremost(MOST_ORDERS, chosen, sent)
         renumbered = {place: number for number, place in enumerate(shown)}
         chosen = [(renumbered[place], station) for place, station in chosen]
-        stay = {renumbered[place] for place in waiting}
+        stay = {renumbered[place] for place in period.late()}  # all of them are chosen
         best = _value(few, chosen, sent, weight)
         for _ in range(self.iterations):
             taken_back = self._taken_back(few, chosen, sent, rng) - stay
