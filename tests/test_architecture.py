@@ -45,6 +45,7 @@ TESTS_OF_SEVERAL = {
     "tests/plugins/commands/rmfs_testing/test_shipped_rules.py": "every shipped rule against what all promise",
     "tests/plugins/commands/rmfs_validation/test_mutations.py": "traces corrupted in every way, in all checks",
     "tests/plugins/commands/rmfs_validation/test_release.py": "places kept and backlogs refilled, in picks and orders",
+    "tests/plugins/rules/rmfs_joint/test_same_decisions.py": "joint rules that keep accounts against those that do not",
     "tests/plugins/rules/rmfs_mip/test_examples.py": "the paper's worked examples, in all models",
     "tests/plugins/rules/rmfs_mip/test_finite_stock.py": "finite stock in all folders of the package",
     "tests/plugins/rules/rmfs_mip/test_folders.py": "which folder of the package imports which",

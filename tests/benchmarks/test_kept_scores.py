@@ -48,8 +48,12 @@ def times_us(monkeypatch: pytest.MonkeyPatch, overrides: list[str], roles: tuple
     return float(np.sum(least)) / 1e3
 
 
+JOINT = ("alternating", "two-stage", "lns")
+"""Rules that assign orders and send pods at once."""
+
+
 @pytest.mark.parametrize("counts", [[], ["stations.order_capacity=6"]], ids=["items", "orders"])
-@pytest.mark.parametrize("rule", ["pod-match", "station-queue"])
+@pytest.mark.parametrize("rule", ["pod-match", "station-queue", *JOINT])
 def test_a_period_of_a_large_backlog(
     benchmark: Any, monkeypatch: pytest.MonkeyPatch, rule: str, counts: list[str]
 ) -> None:
@@ -61,17 +65,23 @@ def test_a_period_of_a_large_backlog(
         "robots.count=16",
         "run.until_s=600",
     ]
-    rules = [f"rules.poa={rule}", "rules.pps=demand", "rules.pp=free-flow"]
+    joint = rule in JOINT
+    rules = [f"rules.poa_pps={rule}"] if joint else [f"rules.poa={rule}", "rules.pps=demand"]
+    roles = (Role.POA_PPS,) if joint else (Role.POA, Role.PPS)
 
     def run(backlog: int) -> float:
         orders = [f"instance.orders={backlog + 2000}", f"instance.arrivals.backlog={backlog}"]
-        told = [*world, *rules, *counts, "instance.arrivals.process=refill", *orders]
-        return times_us(monkeypatch, told, (Role.POA, Role.PPS))
+        told = [*world, *rules, "rules.pp=free-flow", *counts, "instance.arrivals.process=refill", *orders]
+        return times_us(monkeypatch, told, roles)
 
     hold_to_twice(benchmark, run, 250, 50_000, 500)
 
 
 LARGE = {
+    Role.POA_PPS: [
+        *(f"rules.poa_pps.rule={rule} rules.poa_pps.max_wait_s=200" for rule in JOINT),
+        "rules.poa_pps.rule=two-stage rules.poa_pps.first_orders=oldest",
+    ],
     Role.POA: [
         *(f"rules.poa={rule} rules.poa.tie_break=random" for rule in ("first-come", "near-best-pod", "workload")),
         *("rules.poa=random", "rules.poa=random rules.poa.max_wait_s=200"),
@@ -110,6 +120,7 @@ def test_a_call_of_a_large_backlog(benchmark: Any, monkeypatch: pytest.MonkeyPat
 MANY_PODS = {
     Role.PPS: ("demand", "random", "completes", "work-amount", "lexicographic", "nearest-pod"),
     Role.POA: ("near-best-pod",),
+    Role.POA_PPS: JOINT,
     Role.PR: ("nearest", "station-based", "turnover-classes", "cache", "utility"),
 }
 
@@ -127,9 +138,8 @@ def test_a_period_of_many_pods(benchmark: Any, monkeypatch: pytest.MonkeyPatch, 
         "layout.block_columns=22",
         "robots.count=16",
         "run.until_s=300",
-        "rules.poa=pod-match",
-        "rules.pps=demand",
         "rules.pp=free-flow",
+        *([] if role is Role.POA_PPS else ["rules.poa=pod-match", "rules.pps=demand"]),
         f"rules.{role.value}={rule}",
     ]
 

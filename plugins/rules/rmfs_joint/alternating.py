@@ -9,12 +9,16 @@ from typing import TYPE_CHECKING, ClassVar
 from attrs import define, field, validators
 
 from rmfs_core import JointDecision, hookimpl
-from rmfs_joint.choosing import Chosen, Left, Sent, placed
-from rmfs_joint.covering import cost, decision, pods_for, unused_capacity_weight
-from rmfs_rule_helpers import assign_best_pairs, waiting_limit
+from rmfs_joint.choosing import Kept, Period, unused_capacity_weight
+from rmfs_joint.covering import Chosen, Sent
+from rmfs_rule_helpers import waiting_limit
 
 if TYPE_CHECKING:
+    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import WarehouseView
+
+MOST_ROUNDS = 10
+"""Times that orders and pods are chosen at most, by default."""
 
 
 @define(kw_only=True)
@@ -48,35 +52,35 @@ class Alternating:
     whole_orders: ClassVar[bool] = True
 
     rounds: int = field(
-        default=10,
+        default=MOST_ROUNDS,
         validator=validators.ge(1),
         metadata={"doc": "Times that orders and pods are chosen at most"},
     )
     unused_capacity_weight: float = unused_capacity_weight()
     max_wait_s: float | None = waiting_limit()
+    _kept: Kept = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
         """Choose orders and pods in turn."""
-        chosen, sent = self.best(warehouse)
-        return decision(warehouse, chosen, sent, self.unused_capacity_weight)
+        period = self._kept.period(warehouse, self.max_wait_s)
+        *_, (_, chosen, sent) = improving(period, self.rounds, self.unused_capacity_weight)
+        return period.decision(chosen, sent, self.unused_capacity_weight)
 
-    def best(self, warehouse: WarehouseView) -> tuple[Chosen, Sent]:
-        """Return the orders and the pods with the lowest cost."""
-        *_, (_, chosen, sent) = self.improving(warehouse)
-        return chosen, sent
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self._kept.load()
 
-    def improving(self, warehouse: WarehouseView) -> Iterator[tuple[float, Chosen, Sent]]:
-        """Yield the choices one after another, with their cost: each costs less than the one before."""
-        before = math.inf
-        sent: Sent = ()
-        for _ in range(self.rounds):
-            left = Left(warehouse, sent)
-            pairs = assign_best_pairs(warehouse, left.score, left.take, max_wait_s=self.max_wait_s)
-            chosen = placed(warehouse, pairs)
-            sent = pods_for(warehouse, chosen)
-            costs = cost(warehouse, chosen, sent, self.unused_capacity_weight)
-            if costs >= before:
-                return
-            yield costs, chosen, sent
-            before = costs
+
+def improving(period: Period, rounds: int, weight: float) -> Iterator[tuple[float, Chosen, Sent]]:
+    """Yield the choices one after another, with their cost: each costs less than the one before."""
+    before = math.inf
+    sent: Sent = ()
+    for _ in range(rounds):
+        chosen = period.filled(sent)
+        sent = period.pods_for(chosen)
+        costs = period.cost(chosen, sent, weight)
+        if costs >= before:
+            return
+        yield costs, chosen, sent
+        before = costs

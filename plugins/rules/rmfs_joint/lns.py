@@ -8,13 +8,17 @@ import numpy as np
 from attrs import define, field, validators
 
 from rmfs_core import JointDecision, hookimpl
-from rmfs_joint.alternating import Alternating
-from rmfs_joint.choosing import NOT_NOW, SCALE, Chosen, Integers, Left, Sent, waiting_too_long
-from rmfs_joint.covering import cost, decision, pods_for, unused_capacity_weight
-from rmfs_rule_helpers import lines_at, waiting_limit
+from rmfs_joint.alternating import MOST_ROUNDS, improving
+from rmfs_joint.choosing import Kept, Period, unused_capacity_weight
+from rmfs_joint.covering import Chosen, Sent
+from rmfs_rule_helpers import waiting_limit
 
 if TYPE_CHECKING:
+    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import WarehouseView
+
+MOST_ORDERS = 500
+"""Orders of the backlog that a search looks at, besides those that are chosen already."""
 
 
 @define(kw_only=True)
@@ -32,6 +36,9 @@ class LargeNeighborhoodSearch:
     pods that the others need, by scores from which up to half a missing line is taken at random, and pods are chosen
     for all of them. The outcome is kept if it costs less, or as much and its orders are older: of the orders by which
     two such outcomes differ, it has the oldest.
+
+    Where more than 500 orders wait, it looks at those that are chosen and at no more than 500 others: as many for each
+    station with free places, those that ``alternating`` would take there first, given the pods that it sends.
 
     Orders that have waited too long are not taken back; while one is left in the backlog, it stays with the choice of
     ``alternating``.
@@ -60,75 +67,51 @@ class LargeNeighborhoodSearch:
     )
     unused_capacity_weight: float = unused_capacity_weight()
     max_wait_s: float | None = waiting_limit()
+    _kept: Kept = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView, rng: np.random.Generator) -> JointDecision:
         """Improve the choice of ``alternating``."""
-        weight = self.unused_capacity_weight
-        start = Alternating(unused_capacity_weight=weight, max_wait_s=self.max_wait_s)
-        chosen, sent = start.best(warehouse)
-        waiting = waiting_too_long(warehouse, self.max_wait_s)
-        if not chosen or waiting - {position for position, _ in chosen}:
-            return decision(warehouse, chosen, sent, weight)
-        best = _value(warehouse, chosen, sent, weight)
-        sizes = _sizes(warehouse)
+        weight, period = self.unused_capacity_weight, self._kept.period(warehouse, self.max_wait_s)
+        *_, (_, chosen, sent) = improving(period, MOST_ROUNDS, weight)
+        places = {place for place, _ in chosen}
+        if not chosen or any(place not in places for place in period.late()):
+            return period.decision(chosen, sent, weight)
+        few, shown = period.foremost(MOST_ORDERS, chosen, sent)
+        renumbered = {place: number for number, place in enumerate(shown)}
+        chosen = [(renumbered[place], station) for place, station in chosen]
+        stay = {renumbered[place] for place in period.late()}  # all of them are chosen
+        best = _value(few, chosen, sent, weight)
         for _ in range(self.iterations):
-            taken_back = self._taken_back(warehouse, chosen, sent, rng) - waiting
+            taken_back = self._taken_back(few, chosen, sent, rng) - stay
             kept = [pair for pair in chosen if pair[0] not in taken_back]
-            other = _filled(warehouse, kept, sizes, rng)
-            pods = pods_for(warehouse, other)
-            value = _value(warehouse, other, pods, weight)
+            noise = rng.integers(0, few.orders.missing_line // 2, (len(shown), len(warehouse.stations)))
+            other = few.refilled(kept, few.pods_for(kept), noise)
+            pods = few.pods_for(other)
+            value = _value(few, other, pods, weight)
             if value < best:
                 best, chosen, sent = value, other, pods
-        return decision(warehouse, chosen, sent, weight)
+        return few.decision(chosen, sent, weight)
 
-    def _taken_back(self, warehouse: WarehouseView, chosen: Chosen, sent: Sent, rng: np.random.Generator) -> set[int]:
-        """Return the orders to take back, by position in the backlog."""
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self._kept.load()
+
+    def _taken_back(self, period: Period, chosen: Chosen, sent: Sent, rng: np.random.Generator) -> set[int]:
+        """Return the orders to take back, by place."""
         way = int(rng.integers(3))
         if way == 0 or (way == 1 and not sent):
             drawn = rng.random(len(chosen)) < self.share
-            return {position for (position, _), taken in zip(chosen, drawn.tolist(), strict=True) if taken}
+            return {place for (place, _), taken in zip(chosen, drawn.tolist(), strict=True) if taken}
         if way == 1:
             pod, at = sent[int(rng.integers(len(sent)))]
-            skus, there = warehouse.backlog_lines.sku, [position for position, station in chosen if station == at]
-            held = warehouse.pods[pod].contents.keys()
-            return {position for position in there if held & set(skus[lines_at(warehouse, position)].tolist())}
+            there = [place for place, station in chosen if station == at]
+            held = period.warehouse.pods[pod].contents
+            return {there[which] for which, sku, _ in period.orders.lines_of(there) if sku in held}
         at = chosen[int(rng.integers(len(chosen)))][1]
-        return {position for position, station in chosen if station == at}
+        return {place for place, station in chosen if station == at}
 
 
-def _value(warehouse: WarehouseView, chosen: Chosen, sent: Sent, weight: float) -> tuple[float, list[int]]:
+def _value(period: Period, chosen: Chosen, sent: Sent, weight: float) -> tuple[float, list[int]]:
     """Return what is compared: the cost, and then the orders, oldest first."""
-    return cost(warehouse, chosen, sent, weight), sorted(position for position, _ in chosen)
-
-
-def _sizes(warehouse: WarehouseView) -> Integers:
-    """Return what each order of the backlog takes up at each station."""
-    return np.array([[warehouse.size_at(order, at) for at in warehouse.stations] for order in warehouse.backlog])
-
-
-def _filled(warehouse: WarehouseView, kept: Chosen, sizes: Integers, rng: np.random.Generator) -> Chosen:
-    """Return the orders that are kept, and more as long as any fits."""
-    stations = warehouse.stations
-    left = Left(warehouse, pods_for(warehouse, kept))
-    free = np.array([station.free_capacity for station in stations])
-    open_ = np.ones(len(sizes), np.bool_)
-    for position, station in kept:
-        left.take(stations[station], position)
-        free[station] -= sizes[position, station]
-        open_[position] = False
-    noise = rng.integers(0, SCALE // 2, sizes.shape)
-    chosen, changed = list(kept), [station.id for station in stations]
-    scores = np.empty_like(sizes)
-    while True:
-        for station in changed:
-            score = left.score(stations[station])
-            scores[:, station] = np.where(score == NOT_NOW, NOT_NOW, score - noise[:, station])
-        able = np.where((sizes <= free) & open_[:, None], scores, NOT_NOW)
-        position, station = (int(at) for at in np.unravel_index(able.argmax(), able.shape))
-        if able[position, station] == NOT_NOW:
-            return chosen
-        chosen.append((position, station))
-        free[station] -= sizes[position, station]
-        open_[position] = False
-        changed = list(left.take(stations[station], position))
+    return period.cost(chosen, sent, weight), sorted(place for place, _ in chosen)

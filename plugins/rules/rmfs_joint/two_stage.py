@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from attrs import define, field, validators
 
 from rmfs_core import JointDecision, hookimpl
-from rmfs_joint.choosing import NOT_NOW, Chosen, Integers, Left, Sent, placed, waiting_too_long
-from rmfs_joint.covering import decision, pods_for, serve
-from rmfs_rule_helpers import assign_best_pairs, waiting_limit
+from rmfs_joint.choosing import Kept
+from rmfs_rule_helpers import waiting_limit
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Station, WarehouseView
+    from rmfs_core.traffic import Roads
+    from rmfs_core.warehouse import WarehouseView
 
 
 @define(kw_only=True)
@@ -60,61 +59,20 @@ class TwoStage:
         },
     )
     max_wait_s: float | None = waiting_limit()
+    _kept: Kept = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
         """Choose orders, pods for them, and more orders for the pods."""
-        first = self.first(warehouse)
-        sent = pods_for(warehouse, first, _wanted_on(warehouse))
-        return decision(warehouse, [*first, *self.second(warehouse, first, sent)], sent)
+        period = self._kept.period(warehouse, self.max_wait_s)
+        until = np.array([self.first_share * station.capacity for station in warehouse.stations])
+        first = period.filled((), oldest=self.first_orders == "oldest", until=until)
+        wanted_on = period.pods.wanted_on(period.orders.kept.wanted)
+        sent = period.pods_for(first, wanted_on)
+        chosen = {place for place, _ in first}
+        second = () if any(place not in chosen for place in period.late()) else period.completed(first, sent)
+        return period.decision([*first, *second], sent)
 
-    def first(self, warehouse: WarehouseView) -> Chosen:
-        """Return the orders of the first stage."""
-        left, load = Left(warehouse), {station.id: station.load for station in warehouse.stations}
-        youngest_last = np.arange(len(warehouse.backlog))[::-1] * (left.most_lines + 1)
-
-        def score(station: Station) -> Integers:
-            if load[station.id] >= self.first_share * station.capacity:
-                return np.full(len(youngest_last), NOT_NOW)
-            if self.first_orders == "cheapest":
-                return left.score(station)
-            return np.where(left.in_stock(), youngest_last + left.most_lines - left.missing(station), NOT_NOW)
-
-        def take(station: Station, position: int) -> Iterable[int]:
-            load[station.id] += warehouse.size_at(warehouse.backlog[position], station)
-            return left.take(station, position)
-
-        pairs = assign_best_pairs(warehouse, score, take, max_wait_s=self.max_wait_s)
-        return placed(warehouse, pairs)
-
-    def second(self, warehouse: WarehouseView, first: Chosen, sent: Sent) -> Chosen:
-        """Return the orders of the second stage."""
-        chosen, taken = list(first), {position for position, _ in first}
-        if waiting_too_long(warehouse, self.max_wait_s) - taken:
-            return []
-        free = {station.id: station.free_capacity for station in warehouse.stations}
-        for position, at in first:
-            free[at] -= warehouse.size_at(warehouse.backlog[position], warehouse.stations[at])
-        left = Left(warehouse, sent)
-        complete = np.column_stack([left.missing(station) == 0 for station in warehouse.stations])
-        for position in np.flatnonzero(complete.any(axis=1)).tolist():
-            if position in taken:
-                continue
-            for station in sorted(warehouse.stations, key=lambda at: (at.capacity - free[at.id], at.id)):
-                size = warehouse.size_at(warehouse.backlog[position], station)
-                further = [*chosen, (position, station.id)]
-                if complete[position, station.id] and size <= free[station.id] and serve(warehouse, further, sent):
-                    free[station.id] -= size
-                    chosen = further
-                    break
-            if not any(free.values()):
-                break
-        return chosen[len(first) :]
-
-
-def _wanted_on(warehouse: WarehouseView) -> Integers:
-    """Return how many items on each pod the backlog wants."""
-    lines, free = warehouse.backlog_lines, warehouse.free_items
-    demand = np.bincount(lines.sku, weights=lines.quantity, minlength=warehouse.n_skus)
-    wanted = np.minimum(free.number, demand[free.sku])
-    return np.bincount(free.pod, weights=wanted, minlength=len(warehouse.pods)).astype(np.int64)
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self._kept.load()

@@ -11,7 +11,7 @@ import pytest
 
 from rmfs_core import JointDecision
 from rmfs_core.warehouse import Warehouse, WarehouseView
-from rmfs_joint import Alternating, LargeNeighborhoodSearch
+from rmfs_joint import Alternating, LargeNeighborhoodSearch, lns
 from rmfs_testing import check_rule, small_world
 
 Hold = Callable[[Callable[[WarehouseView, int], JointDecision]], list[float]]
@@ -76,6 +76,16 @@ def test_the_cost_falls_with_the_iterations_and_is_never_below_the_optimum(held_
         assert sum(more) < sum(fewer)
     assert min(missed[-1]) == 0
     assert missed[-1].count(0) >= 54
+
+
+def test_few_of_many_orders(monkeypatch: pytest.MonkeyPatch, held_against_the_optimum: Hold) -> None:
+    """Where it looks at two orders besides those that are chosen, it is no worse than alternating, sometimes better."""
+    start = held_against_the_optimum(lambda view, seed: Alternating().assign_orders_and_pods(view))
+    monkeypatch.setattr(lns, "MOST_ORDERS", 2)
+    rule = LargeNeighborhoodSearch()
+    few = held_against_the_optimum(lambda view, seed: rule.assign_orders_and_pods(view, np.random.default_rng(seed)))
+    assert all(later <= earlier for earlier, later in zip(start, few, strict=True))
+    assert sum(few) < sum(start)
 
 
 def test_the_same_seed_gives_the_same_decision() -> None:
