@@ -13,6 +13,7 @@ from rmfs_core.decisions import (
     BundleAssignment,
     Leg,
     OrderAssignment,
+    Path,
     PodMove,
     PodTrip,
     RobotMove,
@@ -20,7 +21,8 @@ from rmfs_core.decisions import (
     TaskAssignment,
 )
 from rmfs_core.simulation.asking import ImpossibleError
-from rmfs_core.traffic import ReservedError
+from rmfs_core.traffic import ReservedError, roads_on
+from rmfs_core.traffic.paths import Rows, ends_of
 from rmfs_core.warehouse import Bundle, Order, Pod, Request, Robot, Station, Warehouse
 from rmfs_core.wording import shown_short
 from rmfs_core.world import Layout
@@ -244,15 +246,19 @@ def wake_tick(now: int, given: object) -> int | None:
     raise ImpossibleError(f"wants to wake at {shown_short(given)}; expected seconds after now, below 1e12, or None")
 
 
-def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, legs: Sequence[Leg]) -> list[Leg]:
-    """Check that a robot can drive a path from a cell, and that the path gets anywhere; return its legs."""
-    travel = warehouse.travel
-    cells = travel.layout.width * travel.layout.height
-    if not legs and start != goal:
+def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, given: Path) -> Rows:
+    """Check that a robot can drive a path from a cell, and that it gets anywhere; return end and wait of each leg."""
+    travel, ends, loaded = warehouse.travel, given.given, robot.pod is not None
+    if not len(ends) and start != goal:
         raise ImpossibleError(f"gave robot {robot.label} an empty path to {travel.layout.where(goal)}")
+    if not isinstance(ends, tuple):
+        grid = travel.layout.width, travel.layout.moves, travel.passable(start, loaded), travel.passable(goal, loaded)
+        if roads_on(travel).work.wrong_leg(start, goal, ends, LONGEST_WAIT_TICKS, *grid) < 0:
+            return ends  # type: ignore[no-any-return]
+    cells = travel.layout.width * travel.layout.height
     checked: list[Leg] = []
     at = start
-    for leg in legs:
+    for leg in given.legs:
         if not isinstance(leg, Leg):
             raise ImpossibleError(f"returned a path with {type(leg).__name__} {leg!r:.80} in it; expected Leg only")
         to, wait = leg.to, leg.wait_ticks
@@ -267,12 +273,12 @@ def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, legs: Sequen
                 f"expected 0 to {LONGEST_WAIT_TICKS}, and at least 1 for a leg that only waits"
             )
         if to != at:
-            problem = travel.run_problem(start, at, to, goal, robot.pod is not None)
+            problem = travel.run_problem(start, at, to, goal, loaded)
             if problem is not None:
                 raise ImpossibleError(f"gave robot {robot.label} an impossible path: {problem}")
         checked.append(leg)
         at = to
-    return checked
+    return ends_of(checked)
 
 
 def hit(layout: Layout, robot: int, error: ReservedError) -> ImpossibleError:

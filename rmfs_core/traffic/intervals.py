@@ -29,6 +29,32 @@ def conflict(cells, begins, ends, me, first, count, since, until, owner):  # typ
 
 
 @njit(cache=True)
+def wrong_leg(cell, goal, legs, longest, width, moves, from_start, to_goal):  # type: ignore[no-untyped-def]
+    """Number of the first leg that a robot cannot drive on its way from a cell to a goal; -1 if it can drive all.
+
+    ``longest`` is the longest wait; ``from_start`` and ``to_goal`` say which cells may be crossed.
+    """
+    at = cell
+    for i in range(len(legs)):
+        to, wait = legs[i, 0], legs[i, 1]
+        if not (0 <= to < len(moves) and 0 <= wait <= longest) or (to == at and wait == 0):
+            return i
+        if at // width == to // width:
+            towards, step = (0, 1) if to > at else (2, -1)
+        elif at % width == to % width:
+            towards, step = (1, -width) if to < at else (3, width)
+        else:
+            return i
+        while at != to:
+            if not moves[at] >> towards & 1:
+                return i
+            at += step
+            if not (from_start[at] or to_goal[at] or at == goal):
+                return i
+    return -1
+
+
+@njit(cache=True)
 def drive(cell, heading, tick, since, legs, width, kinematics, passing):  # type: ignore[no-untyped-def]
     """Rows of cells that legs occupy, from when, until when; and cell, heading and tick of the end.
 

@@ -96,8 +96,8 @@ class HookPlanner:
             return None
 
         def check() -> TimedPath:
-            legs = checks.path(warehouse, robot, query.cell, query.goal, instance_of(answer, Path).legs)
-            path = timed_path(roads, query, tuple(legs))
+            legs = checks.path(warehouse, robot, query.cell, query.goal, instance_of(answer, Path))
+            path = timed_path(roads, query, Path(legs).legs)
             if traffic is not None:
                 try:
                     table.check(query.robot, occupancy(roads, path))
