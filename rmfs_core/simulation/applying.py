@@ -214,14 +214,5 @@ def _assign(
 ) -> None:
     order, station, skus = checks.assignment(warehouse, given, shown)
     items = warehouse.assign(order, station, skus, period)
-    keep(
-        OrderAssigned(
-            tick=warehouse.now,
-            order=order.id,
-            station=station.id,
-            skus=tuple(skus),
-            items=items,
-            period=period,
-            complete=not order.open_lines,
-        )
-    )
+    complete = not order.open_lines
+    keep(OrderAssigned(warehouse.now, order.id, station.id, tuple(skus), items, period, complete))

@@ -125,19 +125,18 @@ class Simulation:
             When a rule misbehaves, or orders are left and nothing will ever happen again.
         """
         self.start()
-        until = self.scenario.run.until_s
-        end = None if until is None else to_ticks(until)
+        until, decisions = self.scenario.run.until_s, self.decisions
+        end = math.inf if until is None else to_ticks(until) + 1
         orders, warehouse, peek, step = len(self.warehouse.orders), self.warehouse, self.env.peek, self.env.step
         while self._completed < orders:
-            upcoming = peek()
-            if upcoming > warehouse.now:
-                if upcoming == math.inf or self.decisions.alarms_in_a_row > MOST_ALARMS:
-                    raise StandstillError(self._standstill())
-                if end is not None and upcoming > end:
-                    warehouse.advance(end)
+            if (upcoming := peek()) > warehouse.now:
+                if upcoming >= end or decisions.alarms_in_a_row > MOST_ALARMS:
+                    if upcoming == math.inf or decisions.alarms_in_a_row > MOST_ALARMS:
+                        raise StandstillError(self._standstill())
+                    warehouse.advance(int(end) - 1)
                     self.driving.cut_off()
                     break
-                warehouse.advance(int(upcoming))
+                warehouse.advance(upcoming)  # type: ignore[arg-type]  # a whole number of ticks
             step()
         self.status = "complete" if self._completed == orders else "partial"
 
@@ -225,7 +224,7 @@ class Simulation:
                 self.warehouse.promises.secure(request, pod)
             elif bundle is None:
                 break
-            if (free := to_ticks(station.picker_free_s)) > self.now:
+            if (free := self.warehouse.picker_free(station)) > self.now:
                 yield self._until(free)
             if request is not None:
                 yield from self._pick(request, pod, station, visit)
@@ -233,16 +232,8 @@ class Simulation:
             elif bundle is not None:
                 yield from self._store_bundle(bundle, pod, station, visit)
         following = self._leave(robot, pod, station)
-        self._tell(
-            VisitEnded(
-                tick=self.now,
-                visit=visit,
-                pod=pod.id,
-                station=station.id,
-                picks=picks,
-                next_station=None if following is None else following.id,
-            )
-        )
+        next_station = None if following is None else following.id
+        self._tell(VisitEnded(self.now, visit, pod.id, station.id, picks, next_station))
         return following
 
     def _pick(self, request: Request, pod: Pod, station: Station, visit: int) -> Process:
@@ -263,7 +254,7 @@ class Simulation:
     def _store_bundle(self, bundle: Bundle, pod: Pod, station: Station, visit: int) -> Process:
         start = self.now
         self.warehouse.occupy_picker(station, start + to_ticks(self.scenario.stations.store_s or 10.0))
-        yield self._until(to_ticks(station.picker_free_s))
+        yield self._until(self.warehouse.picker_free(station))
         self.warehouse.store_bundle(bundle, pod)
         self._tell(BundleStored(self.now, start, visit, station.id, pod.id, bundle.id, bundle.sku, bundle.items))
         self.decisions.round()

@@ -73,8 +73,10 @@ class BacklogLog:
         while end > len(self._open):
             self._rows = np.concatenate([self._rows, np.empty_like(self._rows)], axis=1)
             self._open = np.concatenate([self._open, np.empty_like(self._open)])
-        for row, line in enumerate(order.lines, begin):
-            self._rows[:, row] = order.id, line.sku, line.quantity
+        orders, skus, quantities = self._rows
+        orders[begin:end] = order.id
+        for row, (sku, quantity) in enumerate(order.lines, begin):  # quicker than columns of three
+            skus[row], quantities[row] = sku, quantity
         self._open[begin:end] = True
         self._first[order.id], self._joined = begin, end
 

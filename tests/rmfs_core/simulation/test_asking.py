@@ -80,8 +80,8 @@ def test_an_answer_comes_with_the_time_it_took(tmp_path: Path) -> None:
     run, rule = run_of(small_world({"1": ["a"]}, {"p": ["a"]}), tmp_path)
     rule.answers["plan_path"] = ["one", lambda _: time.sleep(0.02)]
     asker, arguments = run.asker, {"warehouse": run.view, "rng": None, "robot": 1, "goal": 2, "traffic": None}
-    assert asker.ask(run.rules.pp, **arguments)[0] == "one"
-    answer, seconds = asker.ask(run.rules.pp, **arguments)
+    assert asker.ask(run.rules.pp, arguments)[0] == "one"
+    answer, seconds = asker.ask(run.rules.pp, arguments)
     assert answer is None
     assert 0.02 <= seconds <= asker.seconds["plan_path"]
     assert asker.calls == {"plan_path": 2}
