@@ -169,8 +169,7 @@ class Path:
     Parameters
     ----------
     legs
-        The legs; or an array of int64, shape (legs, 2), that has end and wait of each and is not changed any more, for
-        who has one: then nobody makes a `Leg` until somebody looks at ``legs``.
+        The legs; or end and wait of each as an array of int64, shape (legs, 2), which is not changed any more.
     """
 
     given: Any = field(default=(), converter=_as_ends, alias="legs", eq=_legs_of)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.warehouse.battery import Battery
@@ -53,7 +53,6 @@ class Order(ReadOnly):
     __slots__ = (
         "_now",
         "_open",
-        "_open_size",
         "_parts",
         "arrival_s",
         "arrival_tick",
@@ -78,7 +77,6 @@ class Order(ReadOnly):
         self.lines = tuple(OrderLine(sku, quantity) for sku, quantity in data.lines)
         self.items = data.items
         self._open: dict[int, OrderLine] = {line.sku: line for line in self.lines}
-        self._open_size = self.items
         self._parts: list[Part] = []
 
     @property
@@ -94,12 +92,12 @@ class Order(ReadOnly):
     @property
     def open_items(self) -> int:
         """Number of items of the open lines."""
-        return self._open_size
+        return sum([line.quantity for line in self._open.values()])
 
     @property
     def unpicked_items(self) -> int:
         """Number of items not yet picked, assigned or not."""
-        return self._open_size + sum([part.unpicked_items for part in self._parts])
+        return self.open_items + sum([part.unpicked_items for part in self._parts])
 
     @property
     def complete(self) -> bool:
@@ -238,7 +236,6 @@ class Pod(ReadOnly):
         "_arrival",
         "_bundles",
         "_carrier",
-        "_cell",
         "_changes",
         "_contents",
         "_itinerary",
@@ -265,7 +262,6 @@ class Pod(ReadOnly):
         self._changes = 0
         self._promised: dict[int, dict[int, int]] = {}  # SKU -> station -> items promised to requests there
         self._touched: set[tuple[Pod, int]] = set()  # SKUs whose free items may have changed since the warehouse looked
-        self._cell = cell
         self._location: int | None = cell
         self._itinerary: list[int] = []
         self._carrier: Robot | None = None
@@ -283,7 +279,7 @@ class Pod(ReadOnly):
     @property
     def cell(self) -> int:
         """Cell index where the pod is, or was when its robot last stood still."""
-        return self._cell if self._carrier is None else self._carrier.cell
+        return self._carrier.cell if self._carrier is not None else cast("int", self._location)
 
     @property
     def location(self) -> int | None:

@@ -335,7 +335,7 @@ class Warehouse:
         self._lifted(robot)
         self.reserved.discard(robot._cell)
         self.changed_pods.append(pod.id)
-        pod._cell = pod._location = robot._cell
+        pod._location = robot._cell
         pod._carrier = None
         robot._pod = robot._task = None
         if pod._itinerary:
