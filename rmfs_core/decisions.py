@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import starmap
 from typing import Any
 
 from attrs import field, frozen, validators
@@ -11,6 +12,11 @@ from attrs import field, frozen, validators
 def _as_tuple(values: Iterable[Any]) -> tuple[Any, ...]:
     """Accept any sequence; what is none is found and named by the kernel's checks."""
     return tuple(values) if isinstance(values, (list, tuple, Iterable)) else (values,)
+
+
+def _as_ends(values: Any) -> Any:
+    """Accept an array of ends and waits as it is."""
+    return values if getattr(values, "shape", ())[1:] == (2,) and values.dtype == "int64" else _as_tuple(values)
 
 
 def _a_number(_instance: object, attribute: Any, value: object) -> None:
@@ -151,8 +157,27 @@ class Leg:
     wait_ticks: int = 0
 
 
-@frozen
-class Path:
-    """PP: the legs a robot drives, at least one. A path may end before the goal: PP is asked again there."""
+def _legs_of(given: Any) -> tuple[Leg, ...]:
+    """Return the legs of a path, however they were given."""
+    return given if isinstance(given, tuple) else tuple(starmap(Leg, given.tolist()))
 
-    legs: tuple[Leg, ...] = field(default=(), converter=_as_tuple)
+
+@frozen(repr=False)
+class Path:
+    """PP: the legs a robot drives, at least one. A path may end before the goal: PP is asked again there.
+
+    Parameters
+    ----------
+    legs
+        The legs; or end and wait of each as an array of int64, shape (legs, 2), which is not changed any more.
+    """
+
+    given: Any = field(default=(), converter=_as_ends, alias="legs", eq=_legs_of)
+
+    @property
+    def legs(self) -> tuple[Leg, ...]:
+        """The legs."""
+        return _legs_of(self.given)
+
+    def __repr__(self) -> str:
+        return f"Path(legs={self.legs!r})"

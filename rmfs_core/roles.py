@@ -18,18 +18,22 @@ class Role(StrEnum):
         Its key in the section ``rules`` of a scenario.
     many
         Whether any number of rules may play it: the key holds a list, ``"filters"`` or ``"observers"``.
+    assigns
+        Whether it assigns orders: each such decision is a period.
     """
 
     label: str
     hook: str
     key: str
     many: bool
+    assigns: bool
 
     def __new__(cls, value: str, label: str = "", hook: str = "", key: str = "") -> Role:
         """Make a member."""
         role = str.__new__(cls, value)
         role._value_ = value
         role.label, role.hook, role.key, role.many = label, hook, key or value, bool(key)
+        role.assigns = hook.startswith("assign_orders")
         return role
 
     POA = "poa", "POA", "assign_orders"
@@ -59,11 +63,6 @@ class Role(StrEnum):
             if self is joint or self in parts:
                 return parts if self is joint else (joint,)
         return ()
-
-    @property
-    def assigns(self) -> bool:
-        """Whether it assigns orders: each such decision is a period."""
-        return self in (Role.POA, Role.POA_PPS)
 
     @classmethod
     def labelled(cls, label: str) -> Role:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container
 
+from rmfs_core import events
 from rmfs_core.decisions import (
     BundleAssignment,
     BundleDecision,
@@ -16,24 +17,12 @@ from rmfs_core.decisions import (
     StoreBundle,
     TaskAssignment,
 )
-from rmfs_core.events import (
-    BundleAssigned,
-    BundleBound,
-    Event,
-    OrderAssigned,
-    PodMoveDecided,
-    RobotSent,
-    StationClosed,
-    StationOpened,
-    TaskAssigned,
-    TripDecided,
-)
 from rmfs_core.roles import Role
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError, instance_of, sequence_of
 from rmfs_core.warehouse import Pod, Robot, Station, Warehouse
 
-Keep = Callable[[Event], None]
+Keep = Callable[[events.Event], None]
 
 
 def apply_assignments(
@@ -122,7 +111,7 @@ def apply_replenishment(
     for assigned in sequence_of(decision.assignments, BundleAssignment):
         bundle, at = checks.bundle_assignment(warehouse, assigned)
         warehouse.assign_bundle(bundle, at)
-        keep(BundleAssigned(tick=warehouse.now, bundle=bundle.id, station=at.id))
+        keep(events.BundleAssigned(tick=warehouse.now, bundle=bundle.id, station=at.id))
     fetches = 0
     for chosen in sequence_of(decision.stores, StoreBundle):
         bundle, pod = checks.store(warehouse, chosen)
@@ -130,9 +119,9 @@ def apply_replenishment(
         if fetches > max_fetches:
             raise _too_many(fetches, max_fetches)
         station = warehouse.bind_bundle(bundle, pod)
-        keep(BundleBound(tick=warehouse.now, bundle=bundle.id, pod=pod.id))
+        keep(events.BundleBound(tick=warehouse.now, bundle=bundle.id, pod=pod.id))
         if station is not None:
-            keep(TripDecided(tick=warehouse.now, pod=pod.id, station=station.id))
+            keep(events.TripDecided(tick=warehouse.now, pod=pod.id, station=station.id))
     return decision
 
 
@@ -145,7 +134,7 @@ def apply_tasks(warehouse: Warehouse, answer: object, keep: Keep, start: Callabl
     for given in sequence_of(answer, TaskAssignment):
         robot, pod = checks.task(warehouse, given)
         warehouse.take_task(robot, pod)
-        keep(TaskAssigned(tick=warehouse.now, robot=robot.id, pod=pod.id))
+        keep(events.TaskAssigned(tick=warehouse.now, robot=robot.id, pod=pod.id))
         start(robot, pod)
 
 
@@ -161,7 +150,7 @@ def apply_activation(warehouse: Warehouse, answer: object, keep: Keep) -> None:
 def tell_open(warehouse: Warehouse, station: Station, was_open: bool, tell: Keep) -> None:
     """Tell that a station has opened or closed, if it has."""
     if station.open is not was_open:
-        tell((StationOpened if station.open else StationClosed)(tick=warehouse.now, station=station.id))
+        tell((events.StationOpened if station.open else events.StationClosed)(tick=warehouse.now, station=station.id))
 
 
 def apply_moves(
@@ -178,7 +167,7 @@ def apply_moves(
         warehouse.waiting[pod.id] = pod
         warehouse.take_task(robot, pod)
         warehouse.reserve(cell)
-        keep(PodMoveDecided(tick=warehouse.now, robot=robot.id, pod=pod.id, cell=cell))
+        keep(events.PodMoveDecided(tick=warehouse.now, robot=robot.id, pod=pod.id, cell=cell))
         start(robot, pod, cell)
 
 
@@ -187,7 +176,7 @@ def apply_rests(warehouse: Warehouse, answer: object, keep: Keep, start: Callabl
     for given in sequence_of(answer, RobotMove):
         robot, cell, share = checks.rest(warehouse, given)
         warehouse.send(robot, cell)
-        keep(RobotSent(tick=warehouse.now, robot=robot.id, cell=cell))
+        keep(events.RobotSent(tick=warehouse.now, robot=robot.id, cell=cell))
         start(robot, cell, share)
 
 
@@ -206,7 +195,7 @@ def _nearer_first(warehouse: Warehouse, trips: list[tuple[Pod, Station]]) -> lis
 
 def _bind(warehouse: Warehouse, pod: Pod, station: Station, keep: Keep, *, promise: bool = True) -> None:
     warehouse.bind(pod, station, promise=promise)
-    keep(TripDecided(tick=warehouse.now, pod=pod.id, station=station.id))
+    keep(events.TripDecided(tick=warehouse.now, pod=pod.id, station=station.id))
 
 
 def _assign(
@@ -214,14 +203,5 @@ def _assign(
 ) -> None:
     order, station, skus = checks.assignment(warehouse, given, shown)
     items = warehouse.assign(order, station, skus, period)
-    keep(
-        OrderAssigned(
-            tick=warehouse.now,
-            order=order.id,
-            station=station.id,
-            skus=tuple(skus),
-            items=items,
-            period=period,
-            complete=not order.open_lines,
-        )
-    )
+    complete = not order.open_lines
+    keep(events.OrderAssigned(warehouse.now, order.id, station.id, tuple(skus), items, period, complete))

@@ -137,7 +137,9 @@ class Asker:
         self.seconds: dict[str, float] = defaultdict(float)
         self.tables_in: dict[str, float] = defaultdict(float)
 
-    def ask(self, rule: BoundRule, hook: pluggy.HookCaller | None = None, **arguments: Any) -> tuple[Any, float]:
+    def ask(
+        self, rule: BoundRule, arguments: dict[str, Any], hook: pluggy.HookCaller | None = None
+    ) -> tuple[Any, float]:
         """Call the rule's hook, or one of which observers are not told; return its answer and the seconds it took.
 
         Raises

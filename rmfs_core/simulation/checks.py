@@ -8,19 +8,11 @@ from typing import TypeVar
 
 import numpy as np
 
+from rmfs_core import decisions
 from rmfs_core.clock import to_seconds, to_ticks
-from rmfs_core.decisions import (
-    BundleAssignment,
-    Leg,
-    OrderAssignment,
-    PodMove,
-    PodTrip,
-    RobotMove,
-    StoreBundle,
-    TaskAssignment,
-)
 from rmfs_core.simulation.asking import ImpossibleError
-from rmfs_core.traffic import ReservedError
+from rmfs_core.traffic import ReservedError, roads_on
+from rmfs_core.traffic.paths import Rows, ends_of
 from rmfs_core.warehouse import Bundle, Order, Pod, Request, Robot, Station, Warehouse
 from rmfs_core.wording import shown_short
 from rmfs_core.world import Layout
@@ -51,7 +43,7 @@ def known(kind: str, identifier: object, among: Sequence[T]) -> T:
 
 
 def assignment(
-    warehouse: Warehouse, given: OrderAssignment, seen: Container[int] | None
+    warehouse: Warehouse, given: decisions.OrderAssignment, seen: Container[int] | None
 ) -> tuple[Order, Station, list[int]]:
     """Check an order assignment; return order, station and the SKUs of the lines to assign.
 
@@ -91,7 +83,7 @@ def _skus(order: Order, given: object, open_skus: Container[int]) -> list[int]:
     return skus
 
 
-def trip(warehouse: Warehouse, given: PodTrip) -> tuple[Pod, Station]:
+def trip(warehouse: Warehouse, given: decisions.PodTrip) -> tuple[Pod, Station]:
     """Check that a pod can be bound for a station."""
     pod = known("pod", given.pod, warehouse.pods)
     station = known("station", given.station, warehouse.picking)
@@ -101,7 +93,7 @@ def trip(warehouse: Warehouse, given: PodTrip) -> tuple[Pod, Station]:
 
 
 def selected_trip(
-    warehouse: Warehouse, given: PodTrip, leaving: set[int], uncovered: dict[int, set[int]]
+    warehouse: Warehouse, given: decisions.PodTrip, leaving: set[int], uncovered: dict[int, set[int]]
 ) -> tuple[Pod, Station]:
     """Check a trip that PPS decided: the pod is free or leaving, and serves a request that was uncovered when asked.
 
@@ -150,7 +142,7 @@ def packing(warehouse: Warehouse, capacity: int | None, before: int) -> None:
         )
 
 
-def bundle_assignment(warehouse: Warehouse, given: BundleAssignment) -> tuple[Bundle, Station]:
+def bundle_assignment(warehouse: Warehouse, given: decisions.BundleAssignment) -> tuple[Bundle, Station]:
     """Check that a bundle waits, and that a station has a place for it."""
     number = whole("bundle", given.bundle)
     station = known("station", given.station, warehouse.stations)
@@ -162,7 +154,7 @@ def bundle_assignment(warehouse: Warehouse, given: BundleAssignment) -> tuple[Bu
     return bundle, station
 
 
-def store(warehouse: Warehouse, given: StoreBundle) -> tuple[Bundle, Pod]:
+def store(warehouse: Warehouse, given: decisions.StoreBundle) -> tuple[Bundle, Pod]:
     """Check that a bundle at a station needs a pod, and that a pod has room for it and can come."""
     number, pod = whole("bundle", given.bundle), known("pod", given.pod, warehouse.pods)
     at_stations = (bundle for station in warehouse.storing for bundle in station.bundles)
@@ -178,7 +170,7 @@ def store(warehouse: Warehouse, given: StoreBundle) -> tuple[Bundle, Pod]:
     return bundle, pod
 
 
-def task(warehouse: Warehouse, given: TaskAssignment) -> tuple[Robot, Pod]:
+def task(warehouse: Warehouse, given: decisions.TaskAssignment) -> tuple[Robot, Pod]:
     """Check that a robot can fetch a pod."""
     robot = known("robot", given.robot, warehouse.robots)
     pod = known("pod", given.pod, warehouse.pods)
@@ -190,7 +182,7 @@ def task(warehouse: Warehouse, given: TaskAssignment) -> tuple[Robot, Pod]:
     return robot, pod
 
 
-def rest(warehouse: Warehouse, given: RobotMove) -> tuple[Robot, int, float]:
+def rest(warehouse: Warehouse, given: decisions.RobotMove) -> tuple[Robot, int, float]:
     """Check that a robot can be sent to rest in a cell; return how full its battery shall be, too."""
     layout, share = warehouse.travel.layout, given.charge or 0.0
     robot, cell = known("robot", given.robot, warehouse.robots), whole("cell", given.cell)
@@ -210,7 +202,7 @@ def rest(warehouse: Warehouse, given: RobotMove) -> tuple[Robot, int, float]:
     return robot, cell, share
 
 
-def move(warehouse: Warehouse, given: PodMove) -> tuple[Pod, int]:
+def move(warehouse: Warehouse, given: decisions.PodMove) -> tuple[Pod, int]:
     """Check that a pod can be carried to another storage location without a visit."""
     pod = known("pod", given.pod, warehouse.pods)
     if pod.location is None or pod.bound_for or pod.robot is not None:
@@ -244,21 +236,24 @@ def wake_tick(now: int, given: object) -> int | None:
     raise ImpossibleError(f"wants to wake at {shown_short(given)}; expected seconds after now, below 1e12, or None")
 
 
-def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, legs: Sequence[Leg]) -> list[Leg]:
-    """Check that a robot can drive a path from a cell, and that the path gets anywhere; return its legs."""
-    travel = warehouse.travel
-    cells = travel.layout.width * travel.layout.height
-    if not legs and start != goal:
+def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, given: decisions.Path) -> Rows:
+    """Check that a robot can drive a path from a cell, and that it gets anywhere; return end and wait of each leg."""
+    travel, ends, loaded = warehouse.travel, given.given, robot.pod is not None
+    if not len(ends) and start != goal:
         raise ImpossibleError(f"gave robot {robot.label} an empty path to {travel.layout.where(goal)}")
-    checked: list[Leg] = []
-    at = start
-    for leg in legs:
-        if not isinstance(leg, Leg):
+    if not isinstance(ends, tuple):
+        grid = travel.layout.width, travel.layout.moves, travel.passable(start, loaded), travel.passable(goal, loaded)
+        if roads_on(travel).work.wrong_leg(start, goal, ends, LONGEST_WAIT_TICKS, *grid) < 0:
+            return ends  # type: ignore[no-any-return]
+    cells, at = travel.layout.width * travel.layout.height, start
+    checked: list[decisions.Leg] = []
+    for leg in given.legs:
+        if not isinstance(leg, decisions.Leg):
             raise ImpossibleError(f"returned a path with {type(leg).__name__} {leg!r:.80} in it; expected Leg only")
         to, wait = leg.to, leg.wait_ticks
         if type(to) is not int or type(wait) is not int:
             to, wait = whole("cell", to), whole("wait_ticks", wait)
-            leg = Leg(to, wait)  # noqa: PLW2901
+            leg = decisions.Leg(to, wait)  # noqa: PLW2901
         if not 0 <= to < cells:
             raise ImpossibleError(f"sent robot {robot.label} to cell {to}, which is not on the grid")
         if not 0 <= wait <= LONGEST_WAIT_TICKS or (to == at and wait == 0):
@@ -267,12 +262,12 @@ def path(warehouse: Warehouse, robot: Robot, start: int, goal: int, legs: Sequen
                 f"expected 0 to {LONGEST_WAIT_TICKS}, and at least 1 for a leg that only waits"
             )
         if to != at:
-            problem = travel.run_problem(start, at, to, goal, robot.pod is not None)
+            problem = travel.run_problem(start, at, to, goal, loaded)
             if problem is not None:
                 raise ImpossibleError(f"gave robot {robot.label} an impossible path: {problem}")
         checked.append(leg)
         at = to
-    return checked
+    return ends_of(checked)
 
 
 def hit(layout: Layout, robot: int, error: ReservedError) -> ImpossibleError:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import pluggy
 import simpy
 
 from rmfs_core.randomness import rule_stream
@@ -55,10 +56,17 @@ class RunContext:
         self._streams: dict[int, np.random.Generator] = {}
         self._tables_before_s = warehouse.travel.seconds
 
-    def ask(self, rule: BoundRule, view: WarehouseView | None = None, **arguments: Any) -> tuple[Any, float]:
+    def ask(
+        self,
+        rule: BoundRule,
+        view: WarehouseView | None = None,
+        hook: pluggy.HookCaller | None = None,
+        **arguments: Any,
+    ) -> tuple[Any, float]:
         """Ask a rule, with the whole view unless another is given; return its answer and the seconds it took."""
-        rng = self._streams.get(id(rule)) or self._stream(rule)
-        return self.asker.ask(rule, warehouse=view or self.view, rng=rng, **arguments)
+        arguments["warehouse"] = view or self.view
+        arguments["rng"] = self._streams.get(id(rule)) or self._stream(rule)
+        return self.asker.ask(rule, arguments, hook)
 
     @property
     def profile(self) -> dict[str, float]:

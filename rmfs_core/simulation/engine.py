@@ -11,21 +11,9 @@ from typing import Any
 
 import simpy
 
+from rmfs_core import events
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.errors import InputError, StandstillError
-from rmfs_core.events import (
-    BundleArrived,
-    BundleStored,
-    ItemPicked,
-    OrderArrived,
-    OrderCompleted,
-    PodLifted,
-    PodStored,
-    RobotRested,
-    RobotsOnDuty,
-    VisitEnded,
-    VisitStarted,
-)
 from rmfs_core.info import RunInfo
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, located
@@ -125,19 +113,18 @@ class Simulation:
             When a rule misbehaves, or orders are left and nothing will ever happen again.
         """
         self.start()
-        until = self.scenario.run.until_s
-        end = None if until is None else to_ticks(until)
+        until, decisions = self.scenario.run.until_s, self.decisions
+        end = math.inf if until is None else to_ticks(until) + 1
         orders, warehouse, peek, step = len(self.warehouse.orders), self.warehouse, self.env.peek, self.env.step
         while self._completed < orders and not self.interrupted:
-            upcoming = peek()
-            if upcoming > warehouse.now:
-                if upcoming == math.inf or self.decisions.alarms_in_a_row > MOST_ALARMS:
-                    raise StandstillError(self._standstill())
-                if end is not None and upcoming > end:
-                    warehouse.advance(end)
+            if (upcoming := peek()) > warehouse.now:
+                if upcoming >= end or decisions.alarms_in_a_row > MOST_ALARMS:
+                    if upcoming == math.inf or decisions.alarms_in_a_row > MOST_ALARMS:
+                        raise StandstillError(self._standstill())
+                    warehouse.advance(int(end) - 1)
                     self.driving.cut_off()
                     break
-                warehouse.advance(int(upcoming))
+                warehouse.advance(upcoming)  # type: ignore[arg-type]  # a whole number of ticks
             step()
         self.status = "complete" if self._completed == orders else "partial"
 
@@ -186,7 +173,7 @@ class Simulation:
                 tell_open(self.warehouse, station, was_open, self._tell)
             elif number != sum(robot.on_duty for robot in self.warehouse.robots):
                 self.warehouse.put_on_duty(number)
-                self._tell(RobotsOnDuty(tick=self.now, number=number))
+                self._tell(events.RobotsOnDuty(tick=self.now, number=number))
 
     def _transport(self, robot: Robot, pod: Pod) -> Process:
         """A robot's task: fetch a pod, carry it along its stations, and store it."""
@@ -204,7 +191,7 @@ class Simulation:
         yield self.context.after(self.motion.lift_ticks)
         cell = robot.cell
         self.warehouse.lift(robot, pod)
-        self._tell(PodLifted(tick=self.now, start_tick=start, robot=robot.id, pod=pod.id, cell=cell))
+        self._tell(events.PodLifted(tick=self.now, start_tick=start, robot=robot.id, pod=pod.id, cell=cell))
 
     def _visit_stations(self, robot: Robot, pod: Pod) -> Process:
         station: Station | None = self.warehouse.stations[pod.bound_for[0]]
@@ -217,7 +204,7 @@ class Simulation:
         """Stand at the station while the pod serves requests there; return where the robot carries it on to."""
         self._visits += 1
         visit, picks = self._visits, 0
-        self._tell(VisitStarted(tick=self.now, visit=visit, robot=robot.id, pod=pod.id, station=station.id))
+        self._tell(events.VisitStarted(tick=self.now, visit=visit, robot=robot.id, pod=pod.id, station=station.id))
         while True:
             request = next_request(station, pod)
             bundle = self.warehouse.next_bundle(station, pod) if request is None else None
@@ -225,7 +212,7 @@ class Simulation:
                 self.warehouse.promises.secure(request, pod)
             elif bundle is None:
                 break
-            if (free := to_ticks(station.picker_free_s)) > self.now:
+            if (free := self.warehouse.picker_free(station)) > self.now:
                 yield self._until(free)
             if request is not None:
                 yield from self._pick(request, pod, station, visit)
@@ -233,16 +220,8 @@ class Simulation:
             elif bundle is not None:
                 yield from self._store_bundle(bundle, pod, station, visit)
         following = self._leave(robot, pod, station)
-        self._tell(
-            VisitEnded(
-                tick=self.now,
-                visit=visit,
-                pod=pod.id,
-                station=station.id,
-                picks=picks,
-                next_station=None if following is None else following.id,
-            )
-        )
+        next_station = None if following is None else following.id
+        self._tell(events.VisitEnded(self.now, visit, pod.id, station.id, picks, next_station))
         return following
 
     def _pick(self, request: Request, pod: Pod, station: Station, visit: int) -> Process:
@@ -250,7 +229,8 @@ class Simulation:
         self.warehouse.occupy_picker(station, picker_free)
         yield self.context.after(self._pick_ticks)
         self.warehouse.fulfil(request, pod, handled=False)
-        self._tell(ItemPicked(self.now, start, picker_free, visit, station.id, pod.id, request.order.id, request.sku))
+        picked = request.order.id, request.sku
+        self._tell(events.ItemPicked(self.now, start, picker_free, visit, station.id, pod.id, *picked))
         if self._supply is not None:
             self._supply.picked(request.sku)
             self._order_bundles(self._supply, request.sku)
@@ -263,9 +243,9 @@ class Simulation:
     def _store_bundle(self, bundle: Bundle, pod: Pod, station: Station, visit: int) -> Process:
         start = self.now
         self.warehouse.occupy_picker(station, start + to_ticks(self.scenario.stations.store_s or 10.0))
-        yield self._until(to_ticks(station.picker_free_s))
+        yield self._until(self.warehouse.picker_free(station))
         self.warehouse.store_bundle(bundle, pod)
-        self._tell(BundleStored(self.now, start, visit, station.id, pod.id, bundle.id, bundle.sku, bundle.items))
+        self._tell(events.BundleStored(self.now, start, visit, station.id, pod.id, bundle.id, bundle.sku, bundle.items))
         self.decisions.round()
 
     def _release(self, request: Request) -> None:
@@ -273,7 +253,7 @@ class Simulation:
         self.warehouse.release(request)
         if request.order.complete:
             self._completed += 1
-            self._tell(OrderCompleted(tick=self.now, order=request.order.id))
+            self._tell(events.OrderCompleted(tick=self.now, order=request.order.id))
         self.decisions.round()
 
     def _store(self, robot: Robot, pod: Pod) -> Process:
@@ -285,7 +265,7 @@ class Simulation:
         start = self.now
         yield self.context.after(self.motion.lift_ticks)
         self.warehouse.store(robot, pod)
-        self._tell(PodStored(tick=self.now, start_tick=start, robot=robot.id, pod=pod.id, cell=robot.cell))
+        self._tell(events.PodStored(tick=self.now, start_tick=start, robot=robot.id, pod=pod.id, cell=robot.cell))
 
     def _move(self, robot: Robot, pod: Pod, cell: int) -> Process:
         """Carry a stored pod elsewhere, without a visit. Whatever was decided for it in the meantime comes next."""
@@ -299,7 +279,7 @@ class Simulation:
         """Drive to where the robot rests; at a charger it stays until its battery is as full as it shall be."""
         if cell not in self.warehouse.reserved:  # else PR has chosen it at the same moment, and the robot stays
             yield from self.driving.to_location(robot, cell)
-        self._tell(RobotRested(tick=self.now, robot=robot.id, cell=robot.cell))
+        self._tell(events.RobotRested(tick=self.now, robot=robot.id, cell=robot.cell))
         if ticks := self.warehouse.ticks_to_charge(robot, share):
             yield self.context.after(ticks)
         self.warehouse.send(robot, None)
@@ -309,7 +289,7 @@ class Simulation:
 
     def _arrive(self, order: Order) -> None:
         self.warehouse.order_arrives(order, self.now)
-        self._tell(OrderArrived(tick=self.now, order=order.id))
+        self._tell(events.OrderArrived(tick=self.now, order=order.id))
 
     def _order_bundles(self, supply: Supply, sku: int) -> None:
         """Let what is ordered of a SKU arrive after the lead time."""
@@ -319,7 +299,7 @@ class Simulation:
 
     def _bundle_arrives(self, sku: int, items: int, name: str, _: object = None) -> None:
         bundle = self.warehouse.bundle_arrives(sku, items, name)
-        self._tell(BundleArrived(tick=self.now, bundle=bundle.id, name=bundle.name, sku=sku, items=items))
+        self._tell(events.BundleArrived(tick=self.now, bundle=bundle.id, name=bundle.name, sku=sku, items=items))
         self.decisions.round(by_clock=True)
 
     def _refill(self) -> None:

@@ -100,15 +100,9 @@ class Decisions:
         rule = self.assigning
         self.asker.period += 1
         answer, seconds = self._run.ask(rule, view)
-        decision = self._apply(
-            rule,
-            apply_assignments,
-            answer,
-            joint=rule.role is Role.POA_PPS,
-            shown=shown,
-            period=self.asker.period,
-            packing_capacity=rule.traits.packing_capacity,
-        )
+        joint, packing, period = rule is self.rules.poa_pps, rule.traits.packing_capacity, self.asker.period
+        asked = {"joint": joint, "shown": shown, "period": period, "packing_capacity": packing}
+        decision = self._apply(rule, apply_assignments, answer, **asked)
         self._tell_decision(rule, seen, decision, filtering_s + seconds)
         return bool(decision.assignments or decision.trips)
 
@@ -149,7 +143,7 @@ class Decisions:
             if not (assigns if rule.role is Role.ROA else selects or (rule.role is Role.ROA_RPS and assigns)):
                 continue
             waiting, most = len(warehouse.bundles), self._max_fetches()
-            arguments = {} if rule.role is Role.ROA else {"max_fetches": most}
+            arguments: dict[str, Any] = {} if rule.role is Role.ROA else {"max_fetches": most}
             answer, seconds = self._run.ask(rule, self._run.view, **arguments)
             decision = self._apply(rule, apply_replenishment, answer, role=rule.role, max_fetches=most)
             self._tell_decision(rule, waiting, decision, seconds)
@@ -205,24 +199,15 @@ class Decisions:
     def _tell_decision(
         self, rule: BoundRule, backlog: int, decision: JointDecision | BundleDecision, seconds: float
     ) -> None:
-        report = decision.report
         trips = decision.trips if isinstance(decision, JointDecision) else decision.stores
-        self._run.tell(
-            DecisionMade(
-                tick=self.warehouse.now,
-                period=self.asker.period,
-                decides=rule.role,
-                rule=rule.name,
-                backlog=backlog,
-                assignments=len(decision.assignments),
-                trips=len(trips),
-                status="decided" if report is None else report.status,
-                objective=None if report is None else report.objective,
-                bound=None if report is None else report.bound,
-                stopped_early=report is not None and report.stopped_early,
-                wall_s=seconds,
-            )
+        now, period, assigned, sent = self.warehouse.now, self.asker.period, len(decision.assignments), len(trips)
+        status, objective, bound, early = "decided", None, None, False
+        if (report := decision.report) is not None:
+            status, objective, bound, early = report.status, report.objective, report.bound, report.stopped_early
+        event = DecisionMade(
+            now, period, rule.role, rule.name, backlog, assigned, sent, status, objective, bound, early, seconds
         )
+        self._run.tell(event)
 
 
 def _kept(answer: object, before: Sequence[Order]) -> tuple[Order, ...]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rmfs_core.decisions import Leg, Path
 from rmfs_core.traffic.roads import Roads
 
+Rows = NDArray[np.int64]
 FOREVER = 1 << 50
 """End, in ticks, of what has no end."""
 
@@ -97,7 +98,7 @@ def timed_path(roads: Roads, query: Query, legs: tuple[Leg, ...]) -> TimedPath:
     return TimedPath(query.cell, query.heading, query.start_tick, legs, *drive(roads, query, legs)[1])
 
 
-def ends_of(legs: Iterable[Leg]) -> NDArray[np.int64]:
+def ends_of(legs: Iterable[Leg]) -> Rows:
     """Return cell and wait of each leg. Shape (legs, 2)."""
     flat: list[int] = []
     for leg in legs:
@@ -105,12 +106,14 @@ def ends_of(legs: Iterable[Leg]) -> NDArray[np.int64]:
     return np.array(flat, np.int64).reshape(-1, 2)
 
 
-def drive(roads: Roads, start: Query | Stop, legs: Sequence[Leg], since: int | None = None) -> tuple[Occupancy, Stop]:
-    """Return the cells that legs occupy, as `occupancy` does, and where and when they end."""
-    begin = start.start_tick if since is None else since
-    rows, *end = roads.work.drive(start.cell, start.heading, start.start_tick, begin, ends_of(legs), *roads.grid)
+def drive(
+    roads: Roads, start: Query | Stop, legs: Sequence[Leg] | Rows, since: int | None = None
+) -> tuple[Occupancy, Stop]:
+    """Return the cells that legs, or their `ends_of`, occupy, as `occupancy` does, and where and when they end."""
+    begin, ends = start.start_tick if since is None else since, legs if isinstance(legs, np.ndarray) else ends_of(legs)
+    rows, *end = roads.work.drive(start.cell, start.heading, start.start_tick, begin, ends, *roads.grid)
     if not rows.size:
-        run_between(roads, end[0], legs[end[1]].to)
+        run_between(roads, end[0], int(ends[end[1], 0]))
     return Occupancy(*rows), Stop(*end)
 
 

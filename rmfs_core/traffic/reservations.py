@@ -10,12 +10,11 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
-from rmfs_core.traffic.paths import FOREVER, Occupancy, Query, Stop, run_between
+from rmfs_core.traffic.paths import FOREVER, Occupancy, Query, Rows, Stop, run_between
 from rmfs_core.traffic.roads import Roads
 
 ROOM = 4
 """Entries set aside for each cell at first."""
-Rows = NDArray[np.int64]
 Columns = tuple[Rows, Rows, Rows]
 NOTHING = np.zeros(0, dtype=np.int64)
 

@@ -73,8 +73,7 @@ class BacklogLog:
         while end > len(self._open):
             self._rows = np.concatenate([self._rows, np.empty_like(self._rows)], axis=1)
             self._open = np.concatenate([self._open, np.empty_like(self._open)])
-        for row, line in enumerate(order.lines, begin):
-            self._rows[:, row] = order.id, line.sku, line.quantity
+        self._rows.T[begin:end] = [(order.id, *line) for line in order.lines]
         self._open[begin:end] = True
         self._first[order.id], self._joined = begin, end
 
@@ -141,14 +140,13 @@ class Backlog(Sequence[Order]):
 
     def close(self, order: Order, skus: Sequence[int]) -> list[OrderLine]:
         """Assign open lines of an order, which leaves with the last one; return them."""
+        _drop(self.sizes, order.open_items)
         lines = [order._open.pop(sku) for sku in skus]
-        _drop(self.sizes, order._open_size)
-        order._open_size -= sum(line.quantity for line in lines)
         for line in lines:
             _drop(self.line_sizes, line.quantity)
             self.log._close(order, line)
         if order._open:
-            self.sizes[order._open_size] += 1
+            self.sizes[order.open_items] += 1
         else:
             del self._orders[order.id]
         self._tuple = self._lines = None

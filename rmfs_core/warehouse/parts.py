@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.warehouse.battery import Battery
@@ -51,12 +51,9 @@ class Order(ReadOnly):
     """A pick order in the backlog or at stations."""
 
     __slots__ = (
-        "_left",
         "_now",
         "_open",
-        "_open_size",
         "_parts",
-        "_unpicked",
         "arrival_s",
         "arrival_tick",
         "due_s",
@@ -80,8 +77,6 @@ class Order(ReadOnly):
         self.lines = tuple(OrderLine(sku, quantity) for sku, quantity in data.lines)
         self.items = data.items
         self._open: dict[int, OrderLine] = {line.sku: line for line in self.lines}
-        self._open_size = self.items
-        self._unpicked = self._left = self.items
         self._parts: list[Part] = []
 
     @property
@@ -97,17 +92,17 @@ class Order(ReadOnly):
     @property
     def open_items(self) -> int:
         """Number of items of the open lines."""
-        return self._open_size
+        return sum([line.quantity for line in self._open.values()])
 
     @property
     def unpicked_items(self) -> int:
         """Number of items not yet picked, assigned or not."""
-        return self._unpicked
+        return self.open_items + sum([part.unpicked_items for part in self._parts])
 
     @property
     def complete(self) -> bool:
         """Whether its last item is done: picked, or handled, as ``stations.release`` says."""
-        return not self._left
+        return not self._open and all(part._done == part._items for part in self._parts)
 
     @property
     def split(self) -> bool:
@@ -125,7 +120,7 @@ class Order(ReadOnly):
 
     def has_place_at(self, station: int) -> bool:
         """Whether a part of it takes up capacity at a station."""
-        return bool(self._parts) and any(part.station == station and part._left for part in self._parts)
+        return bool(self._parts) and any(part.station == station and part._done < part._items for part in self._parts)
 
     @property
     def stations(self) -> tuple[int, ...]:
@@ -139,15 +134,18 @@ class Order(ReadOnly):
 class Part(ReadOnly):
     """What one period assigned of an order to a station: it has a place there until its last item is done."""
 
-    __slots__ = ("_items", "_left", "_skus", "_unpicked", "order", "period", "station")
+    __slots__ = ("_done", "_items", "_picked", "_skus", "order", "period", "station")
+
+    order: Order
+    station: int
+    period: int
 
     def __init__(self, order: Order, station: int, period: int) -> None:
-        self.order = order
-        self.station = station
-        self.period = period
+        put(self, "order", order)
+        put(self, "station", station)
+        put(self, "period", period)
         self._skus: list[int] = []
-        self._items = 0
-        self._unpicked = self._left = 0
+        self._items = self._picked = self._done = 0
 
     @property
     def skus(self) -> tuple[int, ...]:
@@ -162,7 +160,7 @@ class Part(ReadOnly):
     @property
     def unpicked_items(self) -> int:
         """Number of its items not yet picked."""
-        return self._unpicked
+        return self._items - self._picked
 
 
 class Request(ReadOnly):
@@ -174,6 +172,7 @@ class Request(ReadOnly):
     order: Order
     station: int
     sku: int
+    _pod: Pod | None
 
     def __init__(self, request_id: int, part: Part, sku: int) -> None:
         put(self, "id", request_id)
@@ -181,7 +180,7 @@ class Request(ReadOnly):
         put(self, "order", part.order)
         put(self, "station", part.station)
         put(self, "sku", sku)
-        self._pod: Pod | None = None
+        put(self, "_pod", None)
 
     @property
     def covered(self) -> bool:
@@ -237,7 +236,6 @@ class Pod(ReadOnly):
         "_arrival",
         "_bundles",
         "_carrier",
-        "_cell",
         "_changes",
         "_contents",
         "_itinerary",
@@ -264,7 +262,6 @@ class Pod(ReadOnly):
         self._changes = 0
         self._promised: dict[int, dict[int, int]] = {}  # SKU -> station -> items promised to requests there
         self._touched: set[tuple[Pod, int]] = set()  # SKUs whose free items may have changed since the warehouse looked
-        self._cell = cell
         self._location: int | None = cell
         self._itinerary: list[int] = []
         self._carrier: Robot | None = None
@@ -282,7 +279,7 @@ class Pod(ReadOnly):
     @property
     def cell(self) -> int:
         """Cell index where the pod is, or was when its robot last stood still."""
-        return self._cell if self._carrier is None else self._carrier.cell
+        return self._carrier.cell if self._carrier is not None else cast("int", self._location)
 
     @property
     def location(self) -> int | None:

@@ -71,6 +71,8 @@ class Promises:
         by_station[request.station] -= 1
         if not by_station[request.station]:
             del by_station[request.station]
+            if not by_station:
+                del pod._promised[request.sku]
         if not picked:
             self.change(pod, request.sku, 1)
 

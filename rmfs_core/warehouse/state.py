@@ -141,7 +141,7 @@ class Warehouse:
             pod = self.pod_at(at) if at._line else None
             if pod and len(pod._itinerary) == 1 and not pod._bundles and serves_none(at, pod):
                 leaving.append(pod)
-        return tuple(sorted(leaving, key=lambda pod: pod.id))
+        return tuple(sorted(leaving, key=lambda pod: pod.id) if len(leaving) > 1 else leaving)
 
     def _arrival(self, pod: Pod) -> int | None:
         """Return the tick at which a pod is expected at the station it is bound for next, where that is known."""
@@ -163,6 +163,10 @@ class Warehouse:
             return None
         robot = station._line[0]
         return self.pods[robot._pod] if robot._pod is not None and robot._cell == station.cells.station else None
+
+    def picker_free(self, station: Station) -> int:
+        """Tick at which the picker will have handled the item in hand: now, where there is none."""
+        return max(station._picker_free, self.now)
 
     def next_bundle(self, station: Station, pod: Pod) -> Bundle | None:
         """First bundle that is to be stored on a pod at a station."""
@@ -205,10 +209,8 @@ class Warehouse:
             part = Part(order, station.id, period)
             order._parts.append(part)
         station._load += int(not had_place) if station.counts_orders else items
-        part._skus += skus
+        part._skus.extend(skus)
         part._items += items
-        part._unpicked += items
-        part._left += items
         self.split_orders_open += order.split - was_split
         for line in lines:
             for _ in range(line.quantity):
@@ -333,7 +335,7 @@ class Warehouse:
         self._lifted(robot)
         self.reserved.discard(robot._cell)
         self.changed_pods.append(pod.id)
-        pod._cell = pod._location = robot._cell
+        pod._location = robot._cell
         pod._carrier = None
         robot._pod = robot._task = None
         if pod._itinerary:
@@ -410,20 +412,18 @@ class Warehouse:
         if not station._by_sku[request.sku]:
             del station._by_sku[request.sku]
         self.open_demand[request.sku] -= 1
-        request.order._unpicked -= 1
-        request.part._unpicked -= 1
+        request.part._picked += 1
         station._in_hand = request
 
     def release(self, request: Request) -> None:
         """Give back the place of a picked item; its part shares one until the last of its items is done."""
         station, order, part = self.stations[request.station], request.order, request.part
         station._in_hand = None
-        order._left -= 1
-        part._left -= 1
-        if part._left == 0:
+        part._done += 1
+        if part._done == part._items:
             self._note(station)
             station._load -= int(not order.has_place_at(station.id)) if station.counts_orders else part._items
-        if order.complete and order.split:
+        if order.split and order.complete:
             self.split_orders_open -= 1
 
     # What makes one anew that is under way

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from rmfs_core.decisions import JointDecision, Leg, OrderAssignment, Path, PodTrip, SolveReport
@@ -17,6 +18,18 @@ def test_any_sequence_of_parts_will_do() -> None:
     assignments.append(OrderAssignment(5, 5))
     assert decision.assignments == (OrderAssignment(0, 1),)
     assert Path([Leg(3), Leg(4, 10)]).legs == (Leg(3, 0), Leg(4, 10))  # type: ignore[arg-type]
+
+
+def test_a_path_may_be_given_as_an_array() -> None:
+    """Of ends and waits: it is the same path as its legs make, and an array of anything else is no path."""
+    legs = (Leg(3), Leg(4, 10))
+    path = Path(np.array([(3, 0), (4, 10)]))
+    assert (path.legs, repr(path)) == (legs, repr(Path(legs)))
+    assert path == Path(legs) == Path(list(legs)) != Path(legs[:1])
+    assert hash(path) == hash(Path(legs))
+    assert all(type(number) is int for leg in path.legs for number in (leg.to, leg.wait_ticks))
+    for values in (np.array([3, 0]), np.array([(3.0, 0.0)]), np.array([(3, 0, 0)])):
+        assert not any(isinstance(leg, Leg) for leg in Path(values).legs)
 
 
 def test_what_is_no_sequence_is_kept_for_the_check_that_names_it() -> None:

@@ -89,15 +89,15 @@ class HookPlanner:
         asked: dict[str, Any] = {"robot": robot, "goal": query.goal, "traffic": traffic}
         if self.rule.traits.reserves == "fleet":
             asked = {"queries": (query,), "traffic": FleetTraffic(roads, table, {}, {}, {})}
-        answer, _ = asker.ask(self.rule, warehouse=WarehouseView(warehouse), rng=self._rng, **asked)
+        answer, _ = asker.ask(self.rule, asked | {"warehouse": WarehouseView(warehouse), "rng": self._rng})
         if isinstance(answer, dict) and "queries" in asked:
             answer = answer.get(query.robot)
         if answer is None and traffic is not None:
             return None
 
         def check() -> TimedPath:
-            legs = checks.path(warehouse, robot, query.cell, query.goal, instance_of(answer, Path).legs)
-            path = timed_path(roads, query, tuple(legs))
+            legs = checks.path(warehouse, robot, query.cell, query.goal, instance_of(answer, Path))
+            path = timed_path(roads, query, Path(legs).legs)
             if traffic is not None:
                 try:
                     table.check(query.robot, occupancy(roads, path))

@@ -124,7 +124,7 @@ def ask(opened: OpenState, rule: BoundRule) -> Answer:
     arguments = _arguments(opened, rule)
     asker = Asker(warehouse)
     try:
-        answer, _ = asker.ask(rule, warehouse=opened.view, rng=_generator(opened.state, rule), **arguments)
+        answer, _ = asker.ask(rule, arguments | {"warehouse": opened.view, "rng": _generator(opened.state, rule)})
     except RuleError as error:
         if isinstance(error.__cause__, LacksError):
             lacks = f"asks for {error.__cause__}, but the state has no layout; expected one (`layout`)"

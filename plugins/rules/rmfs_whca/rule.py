@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from itertools import starmap
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from attrs import define, field, validators
 
-from rmfs_core import Leg, Path, hookimpl
+from rmfs_core import Path, hookimpl
 from rmfs_core.clock import to_ticks
 from rmfs_core.traffic import FOREVER, timed_path
 from rmfs_rule_helpers.searching import search_once
@@ -87,18 +86,18 @@ class WhcaN:
     @hookimpl
     def plan_path(self, traffic: Traffic) -> Path | None:
         """Return a path to the goal or to the end of the window; None where none leads anywhere."""
-        legs = self._legs(traffic.roads, traffic.table, traffic.query)
-        return Path(legs) if legs else None
+        ends = self._ends(traffic.roads, traffic.table, traffic.query)
+        return None if ends is None or not len(ends) else Path(ends)
 
     def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
         """Return a path to the goal or to the end of the window, where the robot may stay; None when there is none."""
-        legs = self._legs(roads, table, query)
-        return None if legs is None else timed_path(roads, query, legs)
+        ends = self._ends(roads, table, query)
+        return None if ends is None else timed_path(roads, query, Path(ends).legs)
 
-    def _legs(self, roads: Roads, table: Reservations, query: Query) -> tuple[Leg, ...] | None:
+    def _ends(self, roads: Roads, table: Reservations, query: Query) -> Any:
+        """End and wait of each leg, as an array; None when there is no path."""
         end = FOREVER if self.window_s == math.inf else query.start_tick + to_ticks(self.window_s)
-        rows: Any = _compiled().search(
+        return _compiled().search(
             query.cell, query.heading, query.start_tick, query.goal, query.robot, end, to_ticks(self.wait_s),
             self.max_nodes, *roads.tracks(query.goal, query.loaded), *table.arrays,
         )  # fmt: skip
-        return None if rows is None else tuple(starmap(Leg, rows.tolist()))

@@ -10,18 +10,18 @@ import simpy
 from attrs import define, field
 
 from rmfs_core.clock import to_seconds, to_ticks
-from rmfs_core.decisions import Leg, Path
+from rmfs_core.decisions import Path
 from rmfs_core.errors import StandstillError
 from rmfs_core.events import RobotMoved
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import instance_of
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.traffic import Traffic
-from rmfs_core.traffic.paths import Stop
-from rmfs_core.traffic.reservations import Rows
+from rmfs_core.traffic.paths import Rows, Stop, ends_of
 from rmfs_core.warehouse import Robot, Station
 
 Process = Generator[simpy.Event, Any, None]
+NO_LEGS = ends_of(())
 
 
 @define(eq=False)
@@ -41,7 +41,7 @@ class Course:
     station
         Station whose line it is in or on its way to.
     legs
-        What is reserved and not yet begun.
+        What is reserved and not yet begun: end and wait of each leg.
     under_way
         The leg that it drives: where and when that began, and where and when it ends.
     since
@@ -59,7 +59,7 @@ class Course:
     arrived: simpy.Event
     goal: int
     station: Station | None = None
-    legs: deque[Leg] = field(factory=deque)
+    legs: deque[list[int]] = field(factory=deque)
     under_way: tuple[Stop, Stop] | None = None
     since: int = 0
     joined: bool = False
@@ -112,27 +112,30 @@ class Driving:
 
     # What they share
 
-    def path(self, robot: Robot, goal: int, traffic: Traffic | None = None, *, needed: bool = True) -> list[Leg]:
-        """Ask the PP rule for a path, and check that the robot can drive it; no legs where it need not know any."""
+    def path(self, robot: Robot, goal: int, traffic: Traffic | None = None, *, needed: bool = True) -> Rows:
+        """Ask the PP rule for a path, and check that the robot can drive it; no legs where it need not know any.
+
+        A path is an array with end and wait of each leg, as `rmfs_core.traffic.paths.ends_of` makes it.
+        """
         answer, _ = self.run.ask(self.rule, robot=robot, goal=goal, traffic=traffic)
         if answer is None and not needed:
-            return []
+            return NO_LEGS
         start = robot.cell if traffic is None else traffic.query.cell
 
-        def check() -> list[Leg]:
-            return checks.path(self.run.warehouse, robot, start, goal, instance_of(answer, Path).legs)
+        def check() -> Rows:
+            return checks.path(self.run.warehouse, robot, start, goal, instance_of(answer, Path))
 
         return self.run.asker.apply(self.rule, check)
 
-    def turn_and_run(self, robot: Robot, leg: Leg) -> tuple[int, int, int]:
+    def turn_and_run(self, robot: Robot, to: int) -> tuple[int, int, int]:
         """Heading after a leg from where the robot stands, and the ticks of turn and run."""
-        if leg.to == robot.cell:
+        if to == robot.cell:
             return robot.heading, 0, 0
         travel = self.run.warehouse.travel
-        towards = travel.heading(robot.cell, leg.to)
+        towards = travel.heading(robot.cell, to)
         assert towards is not None
         turn = self._turns[(towards - robot.heading) % 4]
-        return towards, turn, self._runs[travel.layout.distance(robot.cell, leg.to)]
+        return towards, turn, self._runs[travel.layout.distance(robot.cell, to)]
 
     def set_off(
         self, robot: Robot, to: int, wait: int, heading: int, start: int, turn_ticks: int, arrival: int

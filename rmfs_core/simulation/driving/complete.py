@@ -35,16 +35,14 @@ S. Koenig, Lifelong multi-agent path finding for online pickup and delivery task
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from attrs import evolve
 
 from rmfs_core.clock import TICKS_PER_S
-from rmfs_core.decisions import Leg
 from rmfs_core.simulation.asking import ImpossibleError
-from rmfs_core.simulation.driving.base import Course, Process
+from rmfs_core.simulation.driving.base import NO_LEGS, Course, Process
 from rmfs_core.simulation.driving.reserved import ReservedDriving
 from rmfs_core.traffic import Occupancy, Query
+from rmfs_core.traffic.paths import Rows
 from rmfs_core.warehouse import Robot, Station
 
 
@@ -105,7 +103,7 @@ class CompleteDriving(ReservedDriving):
         ahead.overtaken += 1
         return True
 
-    def both(self, course: Course, first: Query, ahead: Course, second: Query) -> tuple[list[Leg], list[Leg]] | None:
+    def both(self, course: Course, first: Query, ahead: Course, second: Query) -> tuple[Rows, Rows] | None:
         """Return paths with which a robot comes to the place of the one ahead before that would, and that one behind.
 
         None when there are none. The table has what the two need only for the legs under way if there are, and what
@@ -115,10 +113,10 @@ class CompleteDriving(ReservedDriving):
         for each in (course, ahead):
             self._give_up(each)
         legs = self._legs(course, evolve(first, latest=ahead.arrives))
-        if legs:
-            self.table.commit(course.robot.id, self._drive(course, first, legs)[0])
+        if len(legs):
+            self.table.commit(course.robot.id, self._drive(course, legs)[0])
             others = self._legs(ahead, second)
-            if others:
+            if len(others):
                 self.table.release(ahead.robot.id)
                 return legs, others
         for robot, _ in before:
@@ -138,16 +136,16 @@ class CompleteDriving(ReservedDriving):
         """What a robot occupies until the end of its leg under way."""
         if course.under_way is None:
             return None
-        occupied = self._drive(course, course.under_way[1], ())[0]
+        occupied = self._drive(course)[0]
         occupied.until[-1] = course.under_way[1].start_tick
         return occupied
 
-    def _legs(self, course: Course, query: Query) -> list[Leg]:
+    def _legs(self, course: Course, query: Query) -> Rows:
         """Ask for a path that the table has room for and that is at its goal early enough; no legs without one."""
         legs = self._ask(query, needed=False)
-        occupied, end = self._drive(course, query, legs)
+        occupied, end = self._drive(course, legs)
         fits = self.table.is_free(course.robot.id, occupied)
-        return legs if fits and end.cell == query.goal and end.start_tick < query.latest else []
+        return legs if fits and end.cell == query.goal and end.start_tick < query.latest else NO_LEGS
 
     def _send(self, course: Course, goal: int) -> None:
         if goal == course.goal:
@@ -156,7 +154,7 @@ class CompleteDriving(ReservedDriving):
         self.run.asker.apply(self.rule, lambda: self._reach(course, goal, legs))
         self.own(course, goal)
 
-    def _reach(self, course: Course, goal: int, legs: Sequence[Leg]) -> None:
+    def _reach(self, course: Course, goal: int, legs: Rows) -> None:
         """Reserve a path that has to end at a goal."""
         end = int(self._commit(course, legs)[0, -1])
         if end != goal:

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rmfs_core.decisions import Leg, Path
+from rmfs_core.decisions import Path
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError, instance_of
 from rmfs_core.simulation.context import RunContext
-from rmfs_core.simulation.driving.base import Course, Process
+from rmfs_core.simulation.driving.base import NO_LEGS, Course, Process
 from rmfs_core.simulation.driving.complete import CompleteDriving
 from rmfs_core.traffic import FleetTraffic, Occupancy, Query
+from rmfs_core.traffic.paths import Rows
 from rmfs_core.warehouse import Station
 
 
@@ -70,7 +71,7 @@ class FleetDriving(CompleteDriving):
 
         self.run.asker.apply(self.rule, commit)
 
-    def _paths(self, queries: Sequence[Query], others: Sequence[Course]) -> dict[int, list[Leg]]:
+    def _paths(self, queries: Sequence[Query], others: Sequence[Course]) -> dict[int, Rows]:
         """Ask the rule, and check that the robots can drive what it answers."""
         under_way = {query.robot: held for query in queries if (held := self._held(self.courses[query.robot]))}
         reserved = {one.robot.id: Occupancy(*one.reserved) for one in others if one.reserved is not None}
@@ -79,14 +80,14 @@ class FleetDriving(CompleteDriving):
         answer, _ = self.run.ask(self.rule, queries=tuple(queries), traffic=traffic)
         asked = {query.robot: query for query in queries}
 
-        def check() -> dict[int, list[Leg]]:
+        def check() -> dict[int, Rows]:
             found = {}
             for robot, path in instance_of(answer, dict).items():
                 if robot not in asked:
                     raise ImpossibleError(f"answered for {robot!r}, a robot that it was not asked for")
                 start, goal = asked[robot].cell, asked[robot].goal
-                legs = instance_of(path, Path).legs
-                found[robot] = checks.path(self.run.warehouse, self.courses[robot].robot, start, goal, legs)
+                given, whose = instance_of(path, Path), self.courses[robot].robot
+                found[robot] = checks.path(self.run.warehouse, whose, start, goal, given)
             return found
 
         return self.run.asker.apply(self.rule, check)
@@ -97,5 +98,5 @@ class FleetDriving(CompleteDriving):
         self._plan()
         return super()._overtake(course, station)
 
-    def _ask(self, query: Query, *, needed: bool = True) -> list[Leg]:  # noqa: ARG002
-        return self._paths([query], ()).get(query.robot, [])
+    def _ask(self, query: Query, *, needed: bool = True) -> Rows:  # noqa: ARG002
+        return self._paths([query], ()).get(query.robot, NO_LEGS)

@@ -62,9 +62,8 @@ class FreeDriving(Driving):
                 under_way_s = to_seconds(run.warehouse.now - started)
                 problem = f"robot {robot.name} has been on its way to {where} for {under_way_s:.0f} s"
                 raise run.asker.error(self.rule, f"{problem} without arriving (run.standstill_s)")
-            for leg in self.path(robot, goal):
+            for to, wait in self.path(robot, goal).tolist():
                 start = run.warehouse.now
-                heading, turn, ticks = self.turn_and_run(robot, leg)
-                wait = leg.wait_ticks
-                yield self.set_off(robot, leg.to, wait, heading, start, turn, start + wait + turn + ticks)
+                heading, turn, ticks = self.turn_and_run(robot, to)
+                yield self.set_off(robot, to, wait, heading, start, turn, start + wait + turn + ticks)
                 self.arrive(*self.under_way.pop(robot.id))

@@ -7,20 +7,17 @@ may be replaced at any time by others that begin where the leg under way ends, o
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
 
 import numpy as np
 import simpy
 
-from rmfs_core.decisions import Leg
 from rmfs_core.errors import InputError
 from rmfs_core.events import QueueJoined
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.context import RunContext
-from rmfs_core.simulation.driving.base import Course, Driving, Process
+from rmfs_core.simulation.driving.base import NO_LEGS, Course, Driving, Process
 from rmfs_core.traffic import Occupancy, Query, Reservations, ReservedError, Traffic, drive, roads_on
-from rmfs_core.traffic.paths import Stop, ends_of
-from rmfs_core.traffic.reservations import Rows
+from rmfs_core.traffic.paths import Rows, Stop
 from rmfs_core.warehouse import Robot, Station
 
 FORGET_TICKS = 10_000
@@ -98,10 +95,10 @@ class ReservedDriving(Driving):
         """Send a robot to a storage location that nobody else owns."""
         raise NotImplementedError
 
-    def register(self, course: Course, leg: Leg) -> tuple[Stop, Stop] | None:
+    def register(self, course: Course, to: int) -> tuple[Stop, Stop] | None:
         """Take note that a robot begins a leg, after its wait; return its start and end, None if it may not."""
-        start, (heading, turn, ticks) = self.next_stop(course), self.turn_and_run(course.robot, leg)
-        return start, Stop(leg.to, heading, start.start_tick + turn + ticks)
+        start, (heading, turn, ticks) = self.next_stop(course), self.turn_and_run(course.robot, to)
+        return start, Stop(to, heading, start.start_tick + turn + ticks)
 
     # Paths
 
@@ -114,19 +111,15 @@ class ReservedDriving(Driving):
     def _departure(self, course: Course, goal: int) -> Query:
         return Query(course.robot.id, *self.next_stop(course), goal, course.robot.pod is not None)
 
-    def _ask(self, query: Query, *, needed: bool = True) -> list[Leg]:
+    def _ask(self, query: Query, *, needed: bool = True) -> Rows:
         """Ask the PP rule for a path among what is reserved."""
         robot, traffic = self.run.warehouse.robots[query.robot], Traffic(self.roads, self.table, query)
         return self.path(robot, query.goal, traffic, needed=needed)
 
-    def _commit(self, course: Course, legs: Sequence[Leg]) -> Rows:
+    def _commit(self, course: Course, legs: Rows) -> Rows:
         """Reserve a path in place of what the robot has not begun; return what it occupies."""
-        if course.under_way is None:
-            start, ends = self.next_stop(course), ends_of(legs)
-        else:
-            start, ends = course.under_way[0], ends_of((Leg(course.under_way[1].cell), *legs))
         try:
-            rows, end = self.table.settle(course.robot.id, self.roads, start, ends)
+            rows, end = self.table.settle(course.robot.id, self.roads, *self._begun(course, legs))
         except ReservedError as error:
             raise checks.hit(self.roads.layout, course.robot.id, error) from None
         course.reserved, course.arrives, now = rows, end.start_tick, self.run.warehouse.now
@@ -138,19 +131,23 @@ class ReservedDriving(Driving):
             self.table.forget_before(now)
         return rows
 
-    def _replace(self, course: Course, legs: Sequence[Leg]) -> None:
+    def _replace(self, course: Course, legs: Rows) -> None:
         """Give a robot other legs to drive than those that it has not begun."""
-        course.legs = deque(legs)
+        course.legs = deque(legs.tolist())
         if course.changed.callbacks:  # somebody waits for it
             changed, course.changed = course.changed, self.env.event()
             changed.succeed()
 
-    def _drive(self, course: Course, start: Query | Stop, legs: Sequence[Leg]) -> tuple[Occupancy, Stop]:
-        """Return what legs occupy and where they end, after the leg under way if there is one."""
+    def _begun(self, course: Course, legs: Rows) -> tuple[Stop, Rows]:
+        """Return legs after the leg under way, if there is one, and from where and when all of them are driven."""
         if course.under_way is None:
-            return drive(self.roads, start, legs)
+            return self.next_stop(course), legs
         start, end = course.under_way
-        return drive(self.roads, start, (Leg(end.cell), *legs))
+        return start, np.concatenate([[[end.cell, 0]], legs])
+
+    def _drive(self, course: Course, legs: Rows = NO_LEGS) -> tuple[Occupancy, Stop]:
+        """Return what legs occupy and where they end, after the leg under way if there is one."""
+        return drive(self.roads, *self._begun(course, legs))
 
     def _follow(self, course: Course) -> Process:
         """Drive what is reserved, leg by leg, for ever."""
@@ -161,17 +158,17 @@ class ReservedDriving(Driving):
                 if not course.legs:
                     yield course.changed
                 continue
-            if wait := course.legs[0].wait_ticks:
+            if wait := course.legs[0][1]:
                 changed = course.changed
                 yield _either(run.after(wait), changed)
                 if changed.triggered:
                     continue
-            leg = course.legs.popleft()
-            if leg.to == robot.cell or (registered := self.register(course, leg)) is None:
+            to, _ = course.legs.popleft()
+            if to == robot.cell or (registered := self.register(course, to)) is None:
                 continue
             (_, before, now), (_, heading, arrival) = course.under_way = registered
             since, turn = course.since, self._turns[(heading - before) % 4]
-            yield self.set_off(robot, leg.to, now - since, heading, since, turn, arrival)
+            yield self.set_off(robot, to, now - since, heading, since, turn, arrival)
             self.arrive(*self.under_way.pop(robot.id))
             course.under_way, course.since = None, arrival
             if course.station is not None and not course.joined:

@@ -38,14 +38,13 @@ import numpy as np
 from attrs import define, evolve
 
 from rmfs_core.clock import to_seconds
-from rmfs_core.decisions import Leg
 from rmfs_core.errors import StandstillError
 from rmfs_core.randomness import stream
 from rmfs_core.simulation.context import RunContext
-from rmfs_core.simulation.driving.base import Course, Process
+from rmfs_core.simulation.driving.base import NO_LEGS, Course, Process
 from rmfs_core.simulation.driving.reserved import ReservedDriving
 from rmfs_core.traffic import FOREVER, Query, Reservations, ReservedError, drive
-from rmfs_core.traffic.paths import Stop
+from rmfs_core.traffic.paths import Rows, Stop
 from rmfs_core.warehouse import Robot, Station
 from rmfs_core.world.travel import UNREACHABLE
 
@@ -195,25 +194,25 @@ class WindowedDriving(ReservedDriving):
             elif course.legs:  # it passes its goal, and could go on
                 self.stop(course)
             return
-        legs = [] if self._is_shut_in(query) else self._ask(query, needed=False)
-        if legs and course.station is not None:
-            ends = [query.cell, *[leg.to for leg in legs]]
+        legs = NO_LEGS if self._is_shut_in(query) else self._ask(query, needed=False)
+        if len(legs) and course.station is not None:
+            ends = [query.cell, *legs[:, 0].tolist()]
             ways = [cell for start, end in pairwise(ends) for cell in self._ways_past(course.station, start, end)]
             if ways and self.gets_ahead(course, ways, planned=True) is not None:
                 legs = self._ask(evolve(query, goal=course.station.cells.queue[-1]), needed=False)
-        if legs and legs[0].to == query.cell and all(leg.to == query.cell for leg in legs):
-            legs = []
+        if len(legs) and legs[0, 0] == query.cell and (legs[:, 0] == query.cell).all():
+            legs = NO_LEGS
         progress = self._progress_of[course.robot.id]
-        if not legs or (progress.refused is not None and self._has_stood_long(course)):
+        if not len(legs) or (progress.refused is not None and self._has_stood_long(course)):
             if self.run.warehouse.now - progress.set_out > self.standstill_ticks:
                 raise StandstillError(self.who_waits_for_whom(course))
-            legs = self._step_aside(course, query) or legs
-        if legs:
+            legs = self._step_aside(course, query, legs)
+        if len(legs):
             self._go(course, legs)
         elif self.rests(course):  # where a path goes on it asks again at its end
             self.run.after(RETRY_TICKS).callbacks.append(lambda _: self._ask_again(course))
 
-    def _go(self, course: Course, legs: list[Leg]) -> None:
+    def _go(self, course: Course, legs: Rows) -> None:
         """Reserve a path, and see whether it leads into a line."""
         progress = self._progress_of[course.robot.id]
         rows, station = self.run.asker.apply(self.rule, lambda: self._commit(course, legs)), course.station
@@ -234,12 +233,12 @@ class WindowedDriving(ReservedDriving):
 
     # Runs that are registered or refused
 
-    def register(self, course: Course, leg: Leg) -> tuple[Stop, Stop] | None:
+    def register(self, course: Course, to: int) -> tuple[Stop, Stop] | None:
         """Register a run, and return its start and end; when another is in its way, stop the robot instead."""
         start, robot = self.next_stop(course), course.robot.id
-        progress, ways = self._progress_of[robot], self._ways_past(course.station, start.cell, leg.to)
+        progress, ways = self._progress_of[robot], self._ways_past(course.station, start.cell, to)
         progress.refused = self.gets_ahead(course, ways, planned=False) if ways else None
-        self._run[0, 0] = leg.to
+        self._run[0, 0] = to
         try:
             if progress.refused is None:
                 _, end = self.registered.settle(robot, self.roads, start, self._run)
@@ -262,7 +261,7 @@ class WindowedDriving(ReservedDriving):
         """
 
         def end(other: Course) -> int:
-            return other.legs[-1].to if planned and other.legs else self.next_stop(other).cell
+            return other.legs[-1][0] if planned and other.legs else self.next_stop(other).cell
 
         for cell in ways:
             assert course.station is not None
@@ -288,9 +287,9 @@ class WindowedDriving(ReservedDriving):
         """
         stopping = [course]
         for each in stopping:
-            occupied = self._drive(each, self.next_stop(each), ())[0]
+            occupied = self._drive(each)[0]
             losers = self.table.seize(each.robot.id, occupied)
-            self._replace(each, ())
+            self._replace(each, NO_LEGS)
             self._lose_place(each)
             self._request(each)
             stopping += [self.courses[loser] for loser in sorted(losers) if self.courses[loser] not in stopping]
@@ -310,24 +309,24 @@ class WindowedDriving(ReservedDriving):
         now = self.run.warehouse.now
         return self.rests(course) and now - self._progress_of[course.robot.id].moved >= PATIENCE_TICKS
 
-    def _step_aside(self, course: Course, query: Query) -> list[Leg]:
-        """Legs into a free cell beside a robot that has stood for long; none before, or where there is no such cell.
+    def _step_aside(self, course: Course, query: Query, legs: Rows) -> Rows:
+        """Return a leg into a free cell beside a robot that has stood for long; else the legs that it has.
 
         Who stands in a line never leaves it so.
         """
         if self._has_stood_long(course) and not course.joined:
-            for leg in self._steps(query, self._rng.permutation(4).tolist()):
-                step = drive(self.roads, query, (leg,))[0]
-                if self.table.is_free(query.robot, step):
-                    return [leg]
-        return []
+            for cell in self._steps(query, self._rng.permutation(4).tolist()):
+                step = np.array([[cell, 0]])
+                if self.table.is_free(query.robot, drive(self.roads, query, step)[0]):
+                    return step
+        return legs
 
     def _is_shut_in(self, query: Query) -> bool:
         """Whether a robot has stood for a while and others keep all cells beside it: no path leads anywhere then."""
         if query.start_tick - self._progress_of[query.robot].moved < RETRY_TICKS:
             return False
-        for leg in self._steps(query, range(4)):
-            last = self.table.reserved(leg.to)[-1:]
+        for cell in self._steps(query, range(4)):
+            last = self.table.reserved(cell)[-1:]
             if not any(who != query.robot and begin <= query.start_tick for who, begin, end in last if end >= FOREVER):
                 return False
         return True
@@ -336,8 +335,8 @@ class WindowedDriving(ReservedDriving):
         if self.rests(course):
             self._request(course)
 
-    def _steps(self, query: Query, headings: Iterable[int]) -> Iterator[Leg]:
-        """Steps into cells beside a robot that it may enter and get on from."""
+    def _steps(self, query: Query, headings: Iterable[int]) -> Iterator[int]:
+        """Cells beside a robot that it may enter and get on from."""
         tracks = self.roads.tracks(query.goal, query.loaded)
         for heading in headings:
             beside = self.roads.layout.neighbour(query.cell, heading)
@@ -347,7 +346,7 @@ class WindowedDriving(ReservedDriving):
                 and (tracks.passable[beside] or beside == query.goal)
                 and tracks.times[beside, heading] < UNREACHABLE
             ):
-                yield Leg(beside)
+                yield beside
 
     def who_waits_for_whom(self, course: Course) -> str:
         """Return the message of a run that ends because a robot got no farther."""

@@ -80,8 +80,8 @@ def test_an_answer_comes_with_the_time_it_took(tmp_path: Path) -> None:
     run, rule = run_of(small_world({"1": ["a"]}, {"p": ["a"]}), tmp_path)
     rule.answers["plan_path"] = ["one", lambda _: time.sleep(0.02)]
     asker, arguments = run.asker, {"warehouse": run.view, "rng": None, "robot": 1, "goal": 2, "traffic": None}
-    assert asker.ask(run.rules.pp, **arguments)[0] == "one"
-    answer, seconds = asker.ask(run.rules.pp, **arguments)
+    assert asker.ask(run.rules.pp, arguments)[0] == "one"
+    answer, seconds = asker.ask(run.rules.pp, arguments)
     assert answer is None
     assert 0.02 <= seconds <= asker.seconds["plan_path"]
     assert asker.calls == {"plan_path": 2}
@@ -117,7 +117,7 @@ def test_observers_hear_questions_and_answers(tmp_path: Path) -> None:
     asker.period = 3
     rule.answers["plan_path"] = ["over there", lambda _: 1 / 0]
     arguments = {"warehouse": first.view, "rng": np.random.default_rng(1), "robot": 7, "goal": 5, "traffic": None}
-    asker.ask(first.rules.pp, **arguments)
+    asker.ask(first.rules.pp, arguments)
     question, (same, answer) = listener.heard
     assert (question is same, answer) == (True, "over there")
     assert (question.decides, question.hook, question.period) == (Role.PP, "plan_path", 3)
@@ -125,7 +125,7 @@ def test_observers_hear_questions_and_answers(tmp_path: Path) -> None:
     assert (question.warehouse, question.rng) == (first.view, arguments["rng"])
     assert question.arguments == {"robot": 7, "goal": 5, "traffic": None}
     with pytest.raises(RuleError):
-        asker.ask(first.rules.pp, **arguments)
+        asker.ask(first.rules.pp, arguments)
     assert len(listener.heard) == 3
 
 

@@ -8,13 +8,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from bad_rules import prepare_bad, what_ends
 from rmfs_core.decisions import Leg, OrderAssignment, PodMove, PodTrip, RobotMove, TaskAssignment
+from rmfs_core.decisions import Path as Way
 from rmfs_core.events import OrderAssigned
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.traffic import ReservedError
+from rmfs_core.traffic.paths import ends_of
 from rmfs_core.warehouse import Warehouse
 from rmfs_testing import small_world
 
@@ -217,25 +221,53 @@ def test_a_pod_in_use_is_not_selected(world: Warehouse) -> None:
 
 
 def test_a_path_is_checked_leg_by_leg() -> None:
-    """From where the one before ends; numpy's cells become whole numbers, and waiting on the spot is a leg."""
+    """From where the one before ends; numpy's cells are whole numbers, too, and waiting on the spot is a leg."""
     world = small_world({"1": ["a"]}, {"p": ["a"]})
     robot, travel = world.robots[0], world.travel
     start, goal = robot.cell, world.pods[0].cell
     fastest = travel.fastest_path(start, robot.heading, goal, loaded=False)
     legs = [Leg(start, 70), *(Leg(np.int64(leg.to)) for leg in fastest)]  # type: ignore[arg-type]
-    found = checks.path(world, robot, start, goal, legs)
-    assert found == [Leg(start, 70), *fastest]
-    assert all(type(leg.to) is int for leg in found)
-    assert checks.path(world, robot, goal, goal, []) == []
-    assert impossible(checks.path, world, robot, start, goal, legs[::-1]).startswith(
+    found = checks.path(world, robot, start, goal, Way(legs))
+    assert Way(found) == Way([Leg(start, 70), *fastest])
+    assert checks.path(world, robot, goal, goal, Way()).tolist() == []
+    assert impossible(checks.path, world, robot, start, goal, Way(legs[::-1])).startswith(
         "gave robot 1 (id 0) an impossible "
     )
     most = checks.LONGEST_WAIT_TICKS
-    assert checks.path(world, robot, start, goal, [Leg(start, most)]) == [Leg(start, most)]
-    assert impossible(checks.path, world, robot, start, goal, [Leg(start, -1)]) == (
+    assert checks.path(world, robot, start, goal, Way([Leg(start, most)])).tolist() == [[start, most]]
+    assert impossible(checks.path, world, robot, start, goal, Way([Leg(start, -1)])) == (
         f"gave robot 1 (id 0) a leg that waits -1 ticks and goes nowhere; expected 0 to {most}, "
         "and at least 1 for a leg that only waits"
     )
+
+
+@given(
+    steps=st.lists(st.tuples(st.integers(-5, 5), st.integers(-3, 3), st.integers(-1, 2)), max_size=4),
+    data=st.data(),
+    loaded=st.booleans(),
+)
+def test_a_path_given_as_an_array_is_checked_alike(steps: list[tuple[int, int, int]], data: Any, loaded: bool) -> None:
+    """As the same legs one by one: what is possible comes back, and what is not is named in the same sentence."""
+    world = small_world({"1": ["a"]}, {"p": ["a"]})
+    robot, layout = world.robots[0], world.travel.layout
+    start, goal = (data.draw(st.integers(0, len(layout.kind) - 1)) for _ in range(2))
+    at = start
+    if loaded:
+        pod = world.pods[0]
+        world.bind(pod, world.stations[0])
+        world.take_task(robot, pod)
+        world.lift(robot, pod)
+    legs = [
+        Leg(at := at + (right if i % 2 else layout.width * down), wait) for i, (right, down, wait) in enumerate(steps)
+    ]
+
+    def said(path: Way) -> object:
+        try:
+            return checks.path(world, robot, start, goal, path).tolist()
+        except ImpossibleError as problem:
+            return str(problem)
+
+    assert said(Way(ends_of(legs))) == said(Way(legs))
 
 
 def test_a_hit_names_who_was_there_first() -> None:
