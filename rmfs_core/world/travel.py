@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from rmfs_core.world.travel_search import Work
 
 UNREACHABLE = 1 << 40
-SPARE_TICKS = 5_000
-"""How much longer than the fastest way the times of `Travel.times_near` are, at most."""
+SPARE_TICKS = 3_000
+"""How much longer than the fastest way those are that `Travel.times_near` has the times of, at most."""
 TABLES_BYTES = 640 << 20
 """Memory that the tables of one layout may take, besides those of stations; the least recently used go first."""
 
@@ -120,8 +120,9 @@ class Travel:
     def times_near(self, stops: Sequence[tuple[int, int]], goal: int, loaded: bool) -> tuple[NDArray[np.int64], int]:
         """As `times_to`, for whom few of its times are enough, and up to how many ticks it has them.
 
-        They are those that are little longer than the way from the nearest of some stops (cell, heading); any other has
-        the number of ticks that is returned, `UNREACHABLE` if all are right. Valid until the next call.
+        They are those along all ways from some stops (cell, heading) that take no more than the ticks returned, little
+        longer than the fastest; `UNREACHABLE` if all are right. Any other time is too low, but with the way there from
+        the nearest stop no less than these ticks. Valid until the next call.
         """
         if self._lanes[goal] >= 0 or (goal, -1, loaded) in self._tables:
             return self.times_to(goal, loaded), UNREACHABLE

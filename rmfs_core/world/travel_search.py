@@ -17,11 +17,13 @@ from numba import njit
 from numba.core import caching
 from numpy.typing import NDArray
 
+from rmfs_core.world.grid import SOUTH
+
 FAR = 1 << 40
 FAR_32 = 1 << 30
 """The same in four bytes."""
-NEXT, BEFORE, BUCKET = range(3)
-"""Columns of a waiting state: its neighbours in the list of its bucket, -1 at the ends; bucket -1: it does not wait."""
+LAST, IDLE = -1, -2
+"""In place of the state that waits behind another in its bucket: none does, and that one does not wait itself."""
 MOST_BUCKETS = 4096
 _OPTIONS: dict[str, Any] = {"cache": True, "forceinline": True, "_nrt": False}
 inlined = njit(**_OPTIONS)
@@ -60,9 +62,9 @@ class Work(NamedTuple):
     times, driven
         Ticks by state, and the length of the run that it was reached by, 0 for a turn.
     links, buckets, shift
-        The states that wait: neighbours in the lists, their first states, and log2 of the ticks of a bucket. Buckets
-        are used in a circle that is longer than any move. A state that is reached earlier than when it was taken out
-        waits again, so any span is right; one no longer than the shortest move never lets that happen.
+        The states that wait: who is behind each, who is the first of each bucket, and log2 of the ticks of a bucket.
+        Buckets are used in a circle that is longer than any two moves. A state that is reached earlier once more stays
+        where it waits, as few are, and one that was taken out waits again: times are right in any order.
     losses
         Ticks that a stop after a run of so many cells costs at most, and some to spare. A run that comes to a cell
         later than another robot does that stops there, by more than that, is the fastest to no cell ahead. Three of the
@@ -90,12 +92,12 @@ def work_on(cells: int, runs: NDArray[np.int64], turns: NDArray[np.int64]) -> Wo
     more = (longest - length) // 2
     gains = runs[length + more] - runs - (runs[-1] - runs[longest - more]) + 4
     move, shift = int(runs[-1] + turns.max()), 0
-    while 2 << shift <= runs[1] or move >> shift > MOST_BUCKETS:
+    while 2 << shift <= runs[1] or 2 * move >> shift > MOST_BUCKETS:
         shift += 1
-    buckets = np.full(1 << ((move >> shift) + 2).bit_length(), -1, np.int32)  # a power of two
+    buckets = np.full(1 << ((2 * move >> shift) + 2).bit_length(), LAST, np.int32)  # a power of two
     slowest = cells * int(runs[1] + 2 * turns.max())  # no way visits a cell twice with one heading
     times: Any = np.empty(4 * cells, np.int32 if 4 * slowest + move < 1 << 31 else np.int64)
-    links, losses = np.full((4 * cells, 3), -1, np.int32), runs + runs[::-1] - runs[-1] + 4
+    links, losses = np.full(4 * cells, IDLE, np.int32), runs + runs[::-1] - runs[-1] + 4
     onwards = bool(2 * runs[1] - runs[min(2, longest)] < 3)  # the closest call; each is rounded by half a tick
     return Work(times, np.empty(4 * cells, np.int32), links, buckets, shift, losses, gains, onwards)
 
@@ -103,45 +105,75 @@ def work_on(cells: int, runs: NDArray[np.int64], turns: NDArray[np.int64]) -> Wo
 @njit(cache=True)
 def times_to(goal, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
     """Ticks from each (cell, heading) to rest at ``goal``: a search backwards from it."""
-    _spread(goal, np.empty(0, np.int64), 0, moves, passable, offsets, runs, turns, work)
+    _spread(goal, None, None, 0, 0, moves, passable, offsets, runs, turns, work)
     return _table(work.times).reshape((-1, 4))
 
 
 @njit(cache=True)
 def times_near(goal, wanted, spare, table, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
-    """Write to ``table`` what `times_to` returns, up to ``spare`` ticks more than the least of the ``wanted`` states.
+    """Write to ``table`` the times of `times_to` on ways that are at most ``spare`` ticks longer than the fastest.
 
-    Returns how much that is; all other states get that. `FAR` if the table is whole.
+    Ways are from the rectangle around the ``wanted`` states, and the fastest is that from one of these. Returns how
+    long ways may be: that, or `FAR` if none of the states is reached. What is no part of such a way gets what would be
+    left of it: no more than its time.
     """
-    within = _spread(goal, wanted, spare, moves, passable, offsets, runs, turns, work)
+    beyond = np.empty(len(moves), np.int64)
+    stop = _look(wanted, offsets[SOUTH], runs, beyond)
+    within = _spread(goal, wanted, beyond, stop, spare, moves, passable, offsets, runs, turns, work)
     times = work.times
-    for i in range(len(times)):
-        if times[i] <= within:
-            table[i] = times[i] if times[i] < FAR_32 or times.itemsize == 8 else FAR
-        else:
-            table[i] = within
+    for cell in range(len(moves)):
+        left = max(within - beyond[cell], 0)
+        for state in range(4 * cell, 4 * cell + 4):
+            table[state] = min(times[state], left) if times[state] < _far(times) or within < FAR else FAR
     return within
 
 
 @inlined
-def _spread(goal, wanted, spare, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
-    """Search backwards from a goal, only as far as `times_near` says if states are ``wanted``."""
+def _look(wanted, width, runs, beyond):  # type: ignore[no-untyped-def]
+    """Write to ``beyond`` ticks that a way takes at least from the rectangle around some states to each cell.
+
+    That is top speed all the way, and a stop for a row to drive along and one for a column; returns those of a stop. No
+    move takes less than these ticks change by, and along a run a way through its end gets no shorter, but for one stop.
+    """
+    west, east, north, south = width, np.int64(0), len(beyond), np.int64(0)
+    for state in wanted:
+        row, column = state // 4 // width, state // 4 % width
+        west, east, north, south = min(west, column), max(east, column), min(north, row), max(south, row)
+    step = stop = runs[1]
+    for length in range(1, len(runs)):
+        step = min(step, runs[length] - runs[length - 1])
+    for length in range(1, len(runs)):
+        stop = min(stop, runs[length] - step * length)
+    for row in range(len(beyond) // width):
+        down = max(north - row, row - south, 0)
+        for column in range(width):
+            across = max(west - column, column - east, 0)
+            beyond[row * width + column] = step * (down + across) + stop * (min(down, 1) + min(across, 1))
+    return stop
+
+
+@inlined
+def _spread(goal, wanted, beyond, stop, spare, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
+    """Search backwards from a goal, only as far as `times_near` says if states are ``wanted``.
+
+    Then a state waits by the least that a way through it takes, and one too long for the fastest way so far is none.
+    """
     times, driven, links, buckets, shift, losses, gains, onwards = work
     _begin(times)
     waiting = bucket = 0
-    within, looked, span = np.int64(FAR), np.int64(0), np.int64(1) << shift
+    within = np.int64(FAR)
     for heading in range(4):
-        waiting += _reach(4 * goal + heading, 0, 0, times, driven, links, buckets, shift)
+        way = 0 if beyond is None else beyond[goal]
+        waiting += _reach(4 * goal + heading, 0, way, 0, times, driven, links, buckets, shift)
     while waiting:
         while buckets[bucket] < 0:
-            bucket = (bucket + 1) & (len(buckets) - 1)
+            bucket, within = (bucket + 1) & (len(buckets) - 1), _within(wanted, spare, times)
         state = buckets[bucket]
-        waiting -= _take(state, links, buckets)
+        buckets[bucket], links[state] = links[state], IDLE
+        waiting -= 1
         time, cell = times[state], state >> 2
-        if within == FAR and time >= looked:
-            within, looked = _within(wanted, time - span, spare, times), time + span
-        if time > within + span or (time and not driven[state]):
-            continue  # all that is near has been taken, and the others wait no longer; or turned to while it waited
+        if time and not driven[state]:
+            continue  # turned to while it waited
         for difference in range(1 if time and not onwards else 0, 4):
             heading, turned = (state - difference) & 3, time + turns[difference]
             if turned < times[4 * cell + heading]:
@@ -151,24 +183,29 @@ def _spread(goal, wanted, spare, moves, passable, offsets, runs, turns, work):  
             before, length = cell - offsets[heading] if passable[cell] or cell == goal else -1, 1
             while 0 <= before < len(moves) and moves[before] >> heading & 1:
                 into, arrival = 4 * before + heading, turned + runs[length]
+                way = arrival if beyond is None else arrival + beyond[before]
+                if way > within + stop:
+                    break  # and so is every longer run, even with a stop less
                 if arrival < times[into]:
-                    waiting += _reach(into, arrival, length, times, driven, links, buckets, shift)
+                    new = way <= within and _reach(into, arrival, way, length, times, driven, links, buckets, shift)
+                    waiting += new
                 elif arrival - times[into] > min(losses[length], gains[driven[into]]):
                     break
                 if not passable[before]:
                     break
                 before -= offsets[heading]
                 length += 1
-    return within
+    return _within(wanted, spare, times)
 
 
 @inlined
-def _within(wanted, by, spare, times):  # type: ignore[no-untyped-def]
-    """Ticks to spare after the nearest wanted state, or `FAR` if none is reached by a tick."""
+def _within(wanted, spare, times):  # type: ignore[no-untyped-def]
+    """Ticks to spare after the nearest wanted state so far, or `FAR` if none is reached."""
     nearest = np.int64(FAR)
-    for state in wanted:
-        if times[state] <= by:
-            nearest = min(nearest, times[state] + spare)
+    if wanted is not None:
+        for state in wanted:
+            if times[state] < _far(times):
+                nearest = min(nearest, times[state] + spare)
     return nearest
 
 
@@ -177,12 +214,13 @@ def times_from(start, start_heading, lane, moves, passable, offsets, runs, turns
     """Ticks from standing at ``start`` to rest in each cell, whatever the heading there."""
     times, driven, links, buckets, shift, losses, gains, onwards = work
     _begin(times)
-    waiting, bucket = _reach(4 * start + start_heading, 0, 0, times, driven, links, buckets, shift), 0
+    waiting, bucket = _reach(4 * start + start_heading, 0, 0, 0, times, driven, links, buckets, shift), 0
     while waiting:
         while buckets[bucket] < 0:
             bucket = (bucket + 1) & (len(buckets) - 1)
         state = buckets[bucket]
-        waiting -= _take(state, links, buckets)
+        buckets[bucket], links[state] = links[state], IDLE
+        waiting -= 1
         time, cell = times[state], state >> 2
         if (time and not driven[state]) or not (passable[cell] or cell == start):
             continue
@@ -200,7 +238,7 @@ def times_from(start, start_heading, lane, moves, passable, offsets, runs, turns
                     break
                 into, arrival = 4 * after + heading, turned + runs[length]
                 if arrival < times[into]:
-                    waiting += _reach(into, arrival, length, times, driven, links, buckets, shift)
+                    waiting += _reach(into, arrival, arrival, length, times, driven, links, buckets, shift)
                 elif arrival - times[into] > min(losses[length], gains[driven[into]]):
                     break
                 if not passable[after]:
@@ -215,7 +253,13 @@ def times_from(start, start_heading, lane, moves, passable, offsets, runs, turns
 @inlined
 def _begin(times):  # type: ignore[no-untyped-def]
     """Forget the search before, of which nothing waits any more."""
-    times.fill(FAR if times.itemsize == 8 else FAR_32)
+    times.fill(_far(times))
+
+
+@inlined
+def _far(times):  # type: ignore[no-untyped-def]
+    """What stands for a state that is not reached."""
+    return FAR if times.itemsize == 8 else FAR_32
 
 
 @njit(cache=True)
@@ -223,39 +267,18 @@ def _table(times):  # type: ignore[no-untyped-def]
     """Return times as a table that stays."""
     table = np.empty(len(times), np.int64)
     for i in range(len(times)):
-        table[i] = times[i] if times[i] < FAR_32 or times.itemsize == 8 else FAR
+        table[i] = times[i] if times[i] < _far(times) else FAR
     return table
 
 
 @inlined
-def _reach(state, time, length, times, driven, links, buckets, shift):  # type: ignore[no-untyped-def]
-    """Note that a state is reached earlier than before, and let it wait; returns 1 if it did not yet."""
+def _reach(state, time, way, length, times, driven, links, buckets, shift):  # type: ignore[no-untyped-def]
+    """Note that a state is reached earlier than before, and let it wait by its ``way``; returns 1 if it did not yet."""
     times[state], driven[state] = time, length
-    bucket = (time >> shift) & (len(buckets) - 1)
-    if links[state, BUCKET] == bucket:
+    if links[state] != IDLE:
         return 0
-    new = 1
-    if links[state, BUCKET] >= 0:
-        new -= _take(state, links, buckets)
-    behind = buckets[bucket]
-    links[state, NEXT], links[state, BEFORE], links[state, BUCKET] = behind, -1, bucket
-    if behind >= 0:
-        links[behind, BEFORE] = state
-    buckets[bucket] = state
-    return new
-
-
-@inlined
-def _take(state, links, buckets):  # type: ignore[no-untyped-def]
-    """Let a state wait no longer; returns 1."""
-    behind, before = links[state, NEXT], links[state, BEFORE]
-    if before >= 0:
-        links[before, NEXT] = behind
-    else:
-        buckets[links[state, BUCKET]] = behind
-    if behind >= 0:
-        links[behind, BEFORE] = before
-    links[state, BUCKET] = -1
+    bucket = (way >> shift) & (len(buckets) - 1)
+    links[state], buckets[bucket] = buckets[bucket], state
     return 1
 
 

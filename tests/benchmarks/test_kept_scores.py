@@ -32,9 +32,9 @@ def times_us(monkeypatch: pytest.MonkeyPatch, overrides: list[str], roles: tuple
     """Return the mean CPU time of a call in a run, summed over roles: of each call the shortest of two runs."""
     asked, runs = Asker.ask, []
 
-    def ask(asker: Asker, rule: BoundRule, hook: pluggy.HookCaller | None = None, **arguments: Any) -> Any:
+    def ask(asker: Asker, rule: BoundRule, arguments: dict[str, Any], hook: pluggy.HookCaller | None = None) -> Any:
         begin = time.thread_time_ns()
-        answer = asked(asker, rule, hook, **arguments)
+        answer = asked(asker, rule, arguments, hook)
         if hook is None and rule.role in runs[-1]:
             runs[-1][rule.role].append(time.thread_time_ns() - begin)
         return answer
@@ -154,9 +154,9 @@ def times_of_new_us(monkeypatch: pytest.MonkeyPatch, overrides: list[str]) -> fl
     asked, entries = Asker.ask, [0]
     times: list[int] = []
 
-    def ask(asker: Asker, rule: BoundRule, hook: pluggy.HookCaller | None = None, **arguments: Any) -> Any:
+    def ask(asker: Asker, rule: BoundRule, arguments: dict[str, Any], hook: pluggy.HookCaller | None = None) -> Any:
         begin = time.thread_time_ns()
-        answer = asked(asker, rule, hook, **arguments)
+        answer = asked(asker, rule, arguments, hook)
         took = time.thread_time_ns() - begin
         if hook is None and rule.role is Role.PPS:
             entries.append(len(arguments["warehouse"].free_items_log().items.sku))

@@ -59,12 +59,12 @@ def test_one_call(benchmark: Any, monkeypatch: pytest.MonkeyPatch, name: str, ro
 
     benchmark.group = world
 
-    def ask(asker: Asker, rule: BoundRule, hook: pluggy.HookCaller | None = None, **arguments: Any) -> Any:
+    def ask(asker: Asker, rule: BoundRule, arguments: dict[str, Any], hook: pluggy.HookCaller | None = None) -> Any:
         if hook is None and rule.role is role and arguments["warehouse"].now_tick >= MIDDLE_S * 1000:
             benchmark.extra_info["backlog"] = len(arguments["warehouse"].backlog)
             benchmark(rule.hook, **arguments)
             raise _MeasuredError
-        return asked(asker, rule, hook, **arguments)
+        return asked(asker, rule, arguments, hook)
 
     monkeypatch.setattr(Asker, "ask", ask)
     with pytest.raises(_MeasuredError):

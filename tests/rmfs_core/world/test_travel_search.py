@@ -70,13 +70,19 @@ def test_a_cell_that_is_not_passable_is_an_end_only() -> None:
 
 
 def test_a_search_for_who_is_near_ends_early() -> None:
-    """What is farther than the nearest state wanted and some ticks to spare is as far as that."""
+    """Ways are as long as that from the nearest state wanted and some ticks; what is on none has what is left there."""
     arrays, table = grid(floor_of(LAYOUT, 9, 10)), np.zeros(48, dtype=np.int64)
     right = times_to(11, *arrays, WORK)
     wanted = np.array([4 * 3 + SOUTH, 4 * 8 + NORTH])
     assert times_near(11, wanted, 4, table, *arrays, WORK) == right[3, SOUTH] + 4
-    assert (table.reshape(-1, 4) == right.clip(max=right[3, SOUTH] + 4)).all()
-    assert times_near(11, wanted[1:], 50, table, *arrays, WORK) in {FAR, right[8, NORTH] + 50}
+    assert (table.reshape(-1, 4) == right.clip(max=14 + 4)).all()  # all cells are in the rectangle around the states
+    assert times_near(11, wanted[:1], 4, table, *arrays, WORK) == 14 + 4
+    assert table.reshape(-1, 4)[[3, 11], SOUTH].tolist() == [14, 0]
+    assert table.reshape(-1, 4)[7].tolist() == [18 - 10] * 4  # a cell of 2 ticks, and 8 for a stop
+    assert table.reshape(-1, 4)[0].tolist() == [18 - 14] * 4
+    assert times_near(11, wanted[1:], 50, table, *arrays, WORK) == right[8, NORTH] + 50
+    assert times_near(8, np.array([4 * 5]), 50, table, *arrays, WORK) == FAR
+    assert (table.reshape(-1, 4) == times_to(8, *arrays, WORK)).all()
 
 
 def test_what_cannot_be_reached_is_far() -> None:
@@ -196,13 +202,20 @@ def test_against_a_search_that_leaves_nothing_out(seed: int, runs: NDArray[np.in
     crossed = layout.kind == layout.kind[rows[0].index(".") if "." in rows[0] else 0]
     crossed.setflags(write=False)
     arrays = layout.moves, crossed, column(1, -6, -1, 6), runs, TURNS
-    work, lane = work_on(36, runs, TURNS), column(*[-1] * 36)
+    work, lane, table = work_on(36, runs, TURNS), column(*[-1] * 36), np.zeros(144, dtype=np.int64)
     for goal in np.flatnonzero(layout.kind).tolist():
         times = times_to(goal, *arrays, work)
         assert (times == plain_times_to(goal, *arrays)).all()
         for start, heading in np.ndindex(36, 4):
             if crossed[start] and crossed[goal]:
                 assert times_from(start, heading, lane, *arrays, work)[goal] == times[start, heading]
+        start = int(rng.choice(np.flatnonzero(crossed)))
+        there = times_from(start, EAST, lane, *arrays, work)
+        within = times_near(goal, np.array([4 * start + EAST]), 7, table, *arrays, work)
+        near = table.reshape(-1, 4)
+        assert within == (times[start, EAST] + 7 if times[start, EAST] < FAR else FAR)
+        assert (near <= times).all()
+        assert ((near == times) | (near + there[:, None] >= within)).all()
 
 
 def plain_times_to(goal: int, moves: Any, passable: Any, offsets: Any, runs: Any, turns: Any) -> NDArray[np.int64]:
