@@ -9,7 +9,8 @@ cell has a number of its own, below the pool's size.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from rmfs_core.jit import njit
 
 FOREVER = 1 << 50
 """End, in ticks, of what has no end."""

@@ -13,10 +13,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
-from numba.core import caching
 from numpy.typing import NDArray
 
+from rmfs_core.jit import inlined, njit
 from rmfs_core.world.grid import SOUTH
 
 FAR = 1 << 40
@@ -25,33 +24,6 @@ FAR_32 = 1 << 30
 LAST, IDLE = -1, -2
 """In place of the state that waits behind another in its bucket: none does, and that one does not wait itself."""
 MOST_BUCKETS = 4096
-_OPTIONS: dict[str, Any] = {"cache": True, "forceinline": True, "_nrt": False}
-inlined = njit(**_OPTIONS)
-"""Compile a helper into the searches that call it, without counting who refers to its arrays: half of the time."""
-
-
-def _load_or_nothing(cache: caching.Cache, *arguments: Any, _load: Any = caching.Cache.load_overload) -> Any:
-    """Let numba compile anew where it fails to load what it has cached, of code that was moved or replaced since."""
-    try:
-        return _load(cache, *arguments)
-    except Exception:  # whatever an old cache leads to: modules and names that are gone, files cut short
-        return None
-
-
-def _save_anew(file: Any, *arguments: Any, _save: Any = caching.IndexDataCacheFile.save) -> None:
-    """Let numba begin a new index where it fails to read the one of what it has cached, for the same reasons."""
-    try:
-        _save(file, *arguments)
-    except OSError:
-        raise
-    except Exception:
-        file.flush()
-        _save(file, *arguments)
-
-
-# Here are the first searches that a run loads
-caching.Cache.load_overload = _load_or_nothing  # type: ignore[method-assign]
-caching.IndexDataCacheFile.save = _save_anew  # type: ignore[method-assign]
 
 
 class Work(NamedTuple):

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from rmfs_core.jit import inlined, njit
 from rmfs_joint.covering_search import ENDLESS
 from rmfs_joint.lacking_search import (
     BLOCK,
@@ -20,7 +20,6 @@ from rmfs_joint.lacking_search import (
     look_through,
     value_of,
 )
-from rmfs_rule_helpers.searching import inlined
 
 FREE, CAPACITY, COUNTS, LOAD = range(4)
 """Rows of the stations."""

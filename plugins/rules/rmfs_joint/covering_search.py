@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from rmfs_rule_helpers.searching import inlined
+from rmfs_core.jit import inlined, njit
 
 ENDLESS = 1 << 40
 """Items of a SKU on all pods together where the stock is unlimited."""

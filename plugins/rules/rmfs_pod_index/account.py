@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from rmfs_core.jit import njit
 from rmfs_pod_index.period import NONE, WANTED, period_of
 from rmfs_pod_index.urging import find_front
 

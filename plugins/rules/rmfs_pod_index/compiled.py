@@ -5,9 +5,9 @@ from __future__ import annotations
 from math import exp
 
 import numpy as np
-from numba import njit
 
 from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.jit import njit
 from rmfs_pod_index.period import CLOSE, FOUND, GAINING, LOOKED, NONE, NOW, PACKING_ROOM, WANTED, WITHIN
 
 TINY = 1e-12

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from hashlib import sha256
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numba.core import cgutils
 from numba.extending import intrinsic
 from numpy.typing import NDArray
+
+from rmfs_core.jit import njit
 
 Bools = NDArray[np.bool_]
 Floats = NDArray[np.float64]
@@ -24,16 +23,7 @@ CLOSE = 1e-9
 MOST_SECONDS = 4096
 """Of how many seconds the power is kept in a table."""
 
-
-_FILES = sorted(Path(__file__).parent.glob("*.py"))
-VERSION = "version_" + sha256(b"".join(file.read_bytes() for file in _FILES)).hexdigest()[:16]
-"""Of all that is compiled here together.
-
-numba keeps compiled code by the types of its arguments, and compiles anew where the file changes that it is in, but not
-where another one does: that with the layout of records, or with a function that is called. So types name the version.
-"""
-
-WORDS = np.dtype([(VERSION, np.int64)], align=True)
+WORDS = np.dtype([("word", np.int64)], align=True)
 
 
 def _record(whole: str = "", real: str = "", flags: str = "") -> np.dtype[Any]:
@@ -43,7 +33,7 @@ def _record(whole: str = "", real: str = "", flags: str = "") -> np.dtype[Any]:
 
 
 WEIGHTS = _record(
-    f"most_pods urge_ticks base_ticks {VERSION}",
+    "most_pods urge_ticks base_ticks",
     "handle_s cost_s finish visit_s stay elsewhere full near due_factor due_s",
     "packing",
 )
@@ -79,7 +69,7 @@ class Period(NamedTuple):
     Parameters
     ----------
     weights
-        The parameters of the rule, as its class explains them: one record. (And a word that is for its name alone.)
+        The parameters of the rule, as its class explains them: one record.
     entries
         The SKUs of the pods, sorted by pod and SKU: ids of both, ``free`` items, and where in ``holders`` it is.
     holders

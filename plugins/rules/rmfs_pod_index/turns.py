@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from rmfs_core.jit import njit
 from rmfs_core.warehouse import UNLIMITED
 from rmfs_pod_index.account import bring, bring_all
 from rmfs_pod_index.compiled import best_covered, best_pods, better_line, find_within, fits, look_at, share_visits

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from rmfs_core.jit import njit
 from rmfs_rule_helpers.pair_search import (
     AT,
     LENGTH,

@@ -7,8 +7,8 @@ orders: of any that are equally good, each is as likely as any other to go first
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from rmfs_core.jit import njit
 from rmfs_rule_helpers.pair_search import ITEMS, OPEN, SIZE, SLOT, fits, lot, refresh_size, value_of
 
 DRAWS = 256

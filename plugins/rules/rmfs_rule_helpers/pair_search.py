@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from rmfs_rule_helpers.searching import inlined
+from rmfs_core.jit import inlined, njit
 
 BLOCK = 128
 """Orders of a size whose scores lie side by side, and whose best is kept."""

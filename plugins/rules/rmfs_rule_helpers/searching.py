@@ -6,21 +6,11 @@ A table is what `rmfs_core.traffic.intervals` describes.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-from numba import njit
 
+from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER, Query, Reservations, Roads
-
-_OPTIONS: dict[str, Any] = {"cache": True, "forceinline": True, "_nrt": False}
-
-inlined = njit(**_OPTIONS)
-"""Compile a helper into the searches that call it.
-
-A search hands a dozen arrays from helper to helper. Calls with so many arguments, and numba's counting of references to
-each array (``_nrt``), would take longer than most helpers do. A helper compiled so creates no arrays.
-"""
 
 
 @njit(cache=True)

@@ -8,10 +8,10 @@ leads over this or a later one; and every path does until the gap of the start i
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER
-from rmfs_rule_helpers.searching import inlined, narrow
+from rmfs_rule_helpers.searching import narrow
 from rmfs_sipp.states import ARRIVAL, CELL, DONE, DUE, PLACE, REST, STAMP, put, take
 
 AMPLE = 10_000

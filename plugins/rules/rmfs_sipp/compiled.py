@@ -8,11 +8,11 @@ out. Arrivals are the same.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER, Intervals, Tracks
 from rmfs_core.world.travel import UNREACHABLE
-from rmfs_rule_helpers.searching import free_for_good, gap_at, inlined, narrow
+from rmfs_rule_helpers.searching import free_for_good, gap_at, narrow
 from rmfs_sipp.backwards import earliest
 from rmfs_sipp.states import AHEAD, ARRIVAL, CELL, DONE, DUE, GAP_END, PARENT, REST, known, put, reach, take, turned
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_rule_helpers.searching import inlined
+from rmfs_core.jit import inlined
 
 STAMP, ARRIVAL, PARENT, CELL, GAP_END, REST, DUE, DONE, PLACE, AHEAD = range(10)
 """Columns of a state.

@@ -12,11 +12,11 @@ from __future__ import annotations
 from heapq import heappop, heappush
 
 import numpy as np
-from numba import njit
 
+from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER, Intervals, Tracks
 from rmfs_core.world.travel import UNREACHABLE
-from rmfs_rule_helpers.searching import free_for_good, gap_at, inlined, last_end
+from rmfs_rule_helpers.searching import free_for_good, gap_at, last_end
 
 FAR = UNREACHABLE
 CELL, HEADING, TIME, GAP_END, PARENT, GAP = range(6)

@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -153,43 +148,6 @@ def test_runs_that_are_left_out_are_the_fastest_nowhere(acceleration_m_per_s2: f
             assert times[cell, heading] <= runs[length] + times[at, heading]
         assert all(times[cell, heading] <= turns[(h - heading) % 4] + times[cell, h] for h in range(4))
     assert (times_from(87, EAST, column(*[-1] * 240), *arrays) > 0).sum() == 239
-
-
-OLD = """
-import typing, numba, rmfs_core.world.travel_search
-class Pair(typing.NamedTuple):
-    x: int
-@numba.njit(cache=True)
-def twice(pair): return 2 * pair.x
-print(twice(Pair(3)))
-"""
-
-
-@pytest.fixture
-def run_cached(tmp_path: Path) -> Callable[[str], str]:
-    """Run a program in a fresh Python that finds numba's cache in ``tmp_path / "cache"``, and return what it prints."""
-    variables = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
-
-    def run(code: str) -> str:
-        (tmp_path / "before.py").write_text(code, encoding="utf-8")
-        command = [sys.executable, "-c", "import before"]
-        return subprocess.run(command, env=variables, capture_output=True, text=True, check=True).stdout
-
-    return run
-
-
-def test_an_old_cache_is_compiled_anew(tmp_path: Path, run_cached: Callable[[str], str]) -> None:
-    """A cache of code that named a module which is gone: numba compiles, and no run fails."""
-    assert run_cached(OLD) == "6\n"
-    for file in (tmp_path / "cache").rglob("*.nbc"):
-        file.write_bytes(file.read_bytes().replace(b"before", b"beside"))
-    assert run_cached(OLD) == "6\n"
-
-
-def test_a_cache_of_names_that_are_gone_is_compiled_anew(run_cached: Callable[[str], str]) -> None:
-    """As after an upgrade, when the old version's compiled code is still there: numba would fail at its index."""
-    assert run_cached(OLD) == "6\n"
-    assert run_cached(OLD.replace("Pair", "Couple")) == "6\n"
 
 
 @pytest.mark.parametrize("runs", [RUNS, column(0, 10, 20, 29, 39, 49)], ids=["curved", "straight, rounded"])

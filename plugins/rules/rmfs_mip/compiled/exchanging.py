@@ -8,8 +8,8 @@ whole, those drawn included, so the sets are the same on every machine.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from rmfs_core.jit import njit
 from rmfs_mip.compiled.pod_sets import copied
 
 THRESHOLD = 2

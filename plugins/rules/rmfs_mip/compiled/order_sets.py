@@ -13,9 +13,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from rmfs_core.jit import njit
 from rmfs_mip.compiled.pod_sets import ones
 
 MOST_BITS = 62

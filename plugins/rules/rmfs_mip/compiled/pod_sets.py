@@ -18,8 +18,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from rmfs_core.jit import njit
 
 MOST_BITS = 62
 """Bits of a number that stand for SKUs of an order."""

@@ -13,8 +13,8 @@ still enough to try one sequence of interchangeable stations, and pods that no o
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from rmfs_core.jit import njit
 from rmfs_mip.compiled.pod_sets import copied, next_set, ones, sets_of
 from rmfs_mip.compiled.stacking import fill, fill_with_few_splits, newly_split
 

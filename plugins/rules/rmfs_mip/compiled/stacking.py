@@ -9,7 +9,8 @@ leave less room for others. Whether an order is split can be told from the place
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from rmfs_core.jit import njit
 
 STEPS_PER_WORK = 100
 """Places of an order added to a vector of places, that count as one step of the search."""

@@ -1,0 +1,72 @@
+"""Compiling with numba, whose cache on disk outlives upgrades, edits and moves of the code that it is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from hashlib import sha256
+from types import CodeType, FunctionType
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numba.core import caching
+
+__all__ = ["inlined", "njit"]
+
+_OPTIONS: dict[str, Any] = {"cache": True, "forceinline": True, "_nrt": False}
+inlined = njit(**_OPTIONS)
+"""Compile a helper into the searches that call it.
+
+A search hands a dozen arrays from helper to helper. Calls with so many arguments, and numba's counting of references to
+each array (``_nrt``), would take longer than most helpers do. A helper compiled so creates no arrays.
+"""
+
+
+def _parts(function: FunctionType, known: set[FunctionType]) -> Iterator[object]:
+    """Yield what machine code of a function is made of: what it and those that it calls do, and their constants."""
+    if function in known:
+        return
+    known.add(function)
+    code = function.__code__
+    yield code.co_code, [constant for constant in code.co_consts if not isinstance(constant, CodeType)], code.co_names
+    for name in code.co_names:
+        value = function.__globals__.get(name)
+        value = getattr(value, "py_func", getattr(value, "_defn", value))  # of what is compiled, or an intrinsic
+        if isinstance(value, FunctionType):
+            yield from _parts(value, known)
+        elif isinstance(value, type):
+            yield name, getattr(value, "_fields", None)
+        elif isinstance(value, bool | int | float | str | tuple | np.number | np.dtype):
+            yield name, value
+        elif isinstance(value, np.ndarray):
+            yield name, value.tolist()
+
+
+def _key_of_all(cache: Any, *arguments: Any, _key: Any = caching.Cache._index_key) -> tuple[Any, ...]:
+    """Let numba compile anew when a function or constant of another file has changed: it looks at a function's own."""
+    made_of = repr(list(_parts(cache._py_func, set()))).encode()
+    return (*_key(cache, *arguments), sha256(made_of).hexdigest())
+
+
+def _load_or_nothing(cache: caching.Cache, *arguments: Any, _load: Any = caching.Cache.load_overload) -> Any:
+    """Let numba compile anew where it fails to load what it has cached, of code that was moved or replaced since."""
+    try:
+        return _load(cache, *arguments)
+    except Exception:  # whatever an old cache leads to: modules and names that are gone, files cut short
+        return None
+
+
+def _save_anew(file: Any, *arguments: Any, _save: Any = caching.IndexDataCacheFile.save) -> None:
+    """Let numba begin a new index where it fails to read the one of what it has cached, for the same reasons."""
+    try:
+        _save(file, *arguments)
+    except OSError:
+        raise
+    except Exception:
+        file.flush()
+        _save(file, *arguments)
+
+
+caching.Cache._index_key = _key_of_all  # type: ignore[method-assign]
+caching.Cache.load_overload = _load_or_nothing  # type: ignore[method-assign]
+caching.IndexDataCacheFile.save = _save_anew  # type: ignore[method-assign]

@@ -1,0 +1,84 @@
+"""Compiled code that numba keeps on disk, and when it compiles anew."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+OLD = """
+import typing
+from rmfs_core.jit import njit
+class Pair(typing.NamedTuple):
+    x: int
+@njit(cache=True)
+def twice(pair): return 2 * pair.x
+print(twice(Pair(3)))
+"""
+
+
+@pytest.fixture
+def run_cached(tmp_path: Path) -> Callable[[str], str]:
+    """Run a program in a fresh Python that finds numba's cache in ``tmp_path / "cache"``, and return what it prints."""
+    variables = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
+
+    def run(code: str) -> str:
+        (tmp_path / "before.py").write_text(code, encoding="utf-8")
+        command = [sys.executable, "-c", "import before"]
+        return subprocess.run(command, env=variables, capture_output=True, text=True, check=True).stdout
+
+    return run
+
+
+def test_an_old_cache_is_compiled_anew(tmp_path: Path, run_cached: Callable[[str], str]) -> None:
+    """A cache of code that named a module which is gone: numba compiles, and no run fails."""
+    assert run_cached(OLD) == "6\n"
+    for file in (tmp_path / "cache").rglob("*.nbc"):
+        file.write_bytes(file.read_bytes().replace(b"before", b"beside"))
+    assert run_cached(OLD) == "6\n"
+
+
+def test_a_cache_of_names_that_are_gone_is_compiled_anew(run_cached: Callable[[str], str]) -> None:
+    """As after an upgrade, when the old version's compiled code is still there: numba would fail at its index."""
+    assert run_cached(OLD) == "6\n"
+    assert run_cached(OLD.replace("Pair", "Couple")) == "6\n"
+
+
+CALLING = """
+from helping import helped
+from rmfs_core.jit import njit
+@njit(cache=True)
+def called(): return helped()
+found = called()
+print(found, sum(called.stats.cache_hits.values()))
+"""
+HELPING = """
+from rmfs_core.jit import njit
+FACTOR = 2
+def again(number): return 1
+@njit(cache=True)
+def helped(): return 10 * FACTOR
+"""
+
+
+@pytest.mark.parametrize(
+    ("edit", "told"),
+    [
+        (("10", "20"), "40 0\n"),
+        (("FACTOR = 2", "FACTOR = 3"), "30 0\n"),
+        (("def again(number): return 1", "def again(number): return 2"), "20 1\n"),
+    ],
+    ids=["what it calls", "a constant", "nothing of it"],
+)
+def test_what_another_file_brings_is_part_of_the_code(
+    edit: tuple[str, str], told: str, tmp_path: Path, run_cached: Callable[[str], str]
+) -> None:
+    """An edit or upgrade of a helper elsewhere compiles its callers anew, and only these."""
+    (tmp_path / "helping.py").write_text(HELPING, encoding="utf-8")
+    assert (run_cached(CALLING), run_cached(CALLING)) == ("20 0\n", "20 1\n")
+    (tmp_path / "helping.py").write_text(HELPING.replace(*edit), encoding="utf-8")
+    assert run_cached(CALLING) == told
