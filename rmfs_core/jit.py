@@ -31,29 +31,38 @@ def _parts(function: FunctionType, known: set[FunctionType]) -> Iterator[object]
     yield code.co_code, [constant for constant in code.co_consts if not isinstance(constant, CodeType)], code.co_names
     for name in code.co_names:
         value = function.__globals__.get(name)
-        value = getattr(value, "py_func", getattr(value, "_defn", value))  # of what is compiled, or an intrinsic
+        value = getattr(value, "py_func", getattr(value, "__wrapped__", value))  # of what is compiled, or an intrinsic
         if isinstance(value, FunctionType):
             yield from _parts(value, known)
         elif isinstance(value, type):
-            yield name, getattr(value, "_fields", None)
+            yield name, getattr(value, "__match_args__", None)
         elif isinstance(value, bool | int | float | str | tuple | np.number | np.dtype):
             yield name, value
         elif isinstance(value, np.ndarray):
             yield name, value.tolist()
 
 
-def _key_of_all(cache: Any, *arguments: Any, _key: Any = caching.Cache._index_key) -> tuple[Any, ...]:
-    """Let numba compile anew when a function or constant of another file has changed: it looks at a function's own."""
-    made_of = repr(list(_parts(cache._py_func, set()))).encode()
-    return (*_key(cache, *arguments), sha256(made_of).hexdigest())
+def _begin(cache: Any, function: Any, _begin: Any = caching.Cache.__init__) -> None:
+    _begin(cache, function)
+    cache.function = function
 
 
-def _load_or_nothing(cache: caching.Cache, *arguments: Any, _load: Any = caching.Cache.load_overload) -> Any:
+def _of_all(cache: Any, signature: Any) -> Any:
+    """Return a signature that changes with a function or constant of another file: numba looks at a function's own."""
+    made_of = repr(list(_parts(cache.function, set())))
+    return signature, sha256(made_of.encode()).hexdigest()
+
+
+def _load(cache: Any, signature: Any, *target: Any, _load: Any = caching.Cache.load_overload) -> Any:
     """Let numba compile anew where it fails to load what it has cached, of code that was moved or replaced since."""
     try:
-        return _load(cache, *arguments)
+        return _load(cache, _of_all(cache, signature), *target)
     except Exception:  # whatever an old cache leads to: modules and names that are gone, files cut short
         return None
+
+
+def _save(cache: Any, signature: Any, *data: Any, _save: Any = caching.Cache.save_overload) -> None:
+    _save(cache, _of_all(cache, signature), *data)
 
 
 def _save_anew(file: Any, *arguments: Any, _save: Any = caching.IndexDataCacheFile.save) -> None:
@@ -67,6 +76,7 @@ def _save_anew(file: Any, *arguments: Any, _save: Any = caching.IndexDataCacheFi
         _save(file, *arguments)
 
 
-caching.Cache._index_key = _key_of_all  # type: ignore[method-assign]
-caching.Cache.load_overload = _load_or_nothing  # type: ignore[method-assign]
+caching.Cache.__init__ = _begin  # type: ignore[method-assign]
+caching.Cache.load_overload = _load  # type: ignore[method-assign]
+caching.Cache.save_overload = _save  # type: ignore[method-assign]
 caching.IndexDataCacheFile.save = _save_anew  # type: ignore[method-assign]
