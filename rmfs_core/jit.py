@@ -49,6 +49,8 @@ def _begin(cache: Any, function: Any, _begin: Any = caching.Cache.__init__) -> N
 
 def _of_all(cache: Any, signature: Any) -> Any:
     """Return a signature that changes with a function or constant of another file: numba looks at a function's own."""
+    if not hasattr(cache, "function"):  # compiled by others, before this module was there
+        return signature
     made_of = repr(list(_parts(cache.function, set())))
     return signature, sha256(made_of.encode()).hexdigest()
 
