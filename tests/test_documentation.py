@@ -21,9 +21,9 @@ from attrs import define, evolve, field
 from click.testing import CliRunner
 
 from rmfs_cli.description import Parameter, RuleDescription, installed_rules
+from rmfs_cli.main import rmfs
 from rmfs_cli.summary import GAPS, PROFILE
 from rmfs_core import hookspecs, run
-from rmfs_core.cli import rmfs
 from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks, TimeHooks
 from rmfs_core.results.catalogue import METRICS, TIMING
 from rmfs_core.rules.hooks import marked_methods

@@ -13,7 +13,7 @@ import rmfs_core
 
 ROOT = Path(__file__).resolve().parent.parent
 KEPT = "rmfs_cli"
-RMFS = ("python", "-c", "from rmfs_core.cli import main; main()")
+RMFS = ("python", "-c", "from rmfs_cli.main import main; main()")
 
 pytestmark = pytest.mark.slow
 

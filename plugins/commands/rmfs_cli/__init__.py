@@ -1,1 +1,1 @@
-"""The commands that run and describe: ``run``, ``rules``, ``scenario``, ``generate``; and what commands share."""
+"""The command itself, `rmfs run` and its neighbours ``rules``, ``scenario`` and ``generate``; and what commands share."""

@@ -13,8 +13,8 @@ import pytest
 from attrs import define, field
 
 import rmfs_core
+from rmfs_cli.main import main
 from rmfs_core import OrderAssignment
-from rmfs_core.cli import main
 from rmfs_core.results import load_result
 from rmfs_core.warehouse import WarehouseView
 
