@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Protocol
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
-from rmfs_core.results.result import RESULT_FILE, TABLE_FILES
+from rmfs_core.results.tables import RESULT_FILE, TABLE_FILES
 from rmfs_core.wording import listed, nearest, one_line, shown_short
 
 _FILES_OF_RESULTS = frozenset({RESULT_FILE, *(file for file, _ in TABLE_FILES.values())})

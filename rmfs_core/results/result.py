@@ -12,17 +12,11 @@ from typing import Any
 from attrs import define, field
 
 from rmfs_core.errors import InputError
-from rmfs_core.results.catalogue import METRICS, Metric, show
+from rmfs_core.results.catalogue import Metric, by_heading, described_by, show
 from rmfs_core.results.files import json_ready, output_folder, staged, to_csv, to_json, write_text
-from rmfs_core.results.tables import DUE_COLUMNS, ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Row
+from rmfs_core.results.recorders import make_observers
+from rmfs_core.results.tables import DUE_COLUMNS, ORDER_COLUMNS, RESULT_FILE, TABLE_FILES, Row
 from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
-
-RESULT_FILE = "result.json"
-TABLE_FILES = {
-    "orders": ("orders.csv", ORDER_COLUMNS),
-    "visits": ("visits.csv", VISIT_COLUMNS),
-    "periods": ("periods.csv", PERIOD_COLUMNS),
-}
 
 
 @define(eq=False)
@@ -42,7 +36,7 @@ class Result:
         ``"failed"`` when an error ended the run.
     metrics
         Every metric by name; the same on every run of the same scenario, seed and versions. None: not defined (a
-        mean over no orders). `rmfs_core.results.catalogue` has meanings and units.
+        mean over no orders). ``described`` has meanings and units.
     timing
         Wall-clock figures by name, ``hook_s`` with the seconds of each hook.
     orders, visits, periods
@@ -84,16 +78,11 @@ class Result:
         return content | {"metrics": self.metrics, "timing": self.timing}
 
     def _repr_html_(self) -> str:
-        """Return status and metrics as tables for a notebook: a group each, those of observers by their headings."""
-        groups = {group: list(metrics) for group, metrics in METRICS.items()}
-        known = {metric.name for metrics in METRICS.values() for metric in metrics}
-        for other in (self.described.get(name) or Metric(name) for name in self.metrics if name not in known):
-            groups.setdefault(other.group or "", []).append(other)
+        """Return status and metrics as tables for a notebook: one for each heading."""
         tables = ""
-        for group, metrics in groups.items():
-            rows = "".join(self._row(metric) for metric in metrics if group and metric.name in self.metrics)
-            head = f'<tr><th colspan="3" style="text-align:left">{escape(group)}</th></tr>'
-            tables += f"<table>{head}{rows}</table>" if rows else ""
+        for heading, metrics in by_heading(self.metrics, self.described).items():
+            head = f'<tr><th colspan="3" style="text-align:left">{escape(heading)}</th></tr>'
+            tables += f"<table>{head}{''.join(map(self._row, metrics))}</table>"
         head = f"<b>{escape(self.status)}</b>, seed {escape(str(self.seed))}"
         head += f": {escape(self.error)}" if self.error else ""
         return f'<div>{head}<div style="display:flex;flex-wrap:wrap;align-items:start;gap:0 2em">{tables}</div></div>'
@@ -152,6 +141,7 @@ def load_result(folder: str | Path) -> Result:
         status=content["status"],
         metrics=content["metrics"],
         timing=content["timing"],
+        described=described_by(observer for observer, _ in make_observers(quiet=True)),
         error=content.get("error"),
         orders=tables["orders"],
         visits=tables["visits"],

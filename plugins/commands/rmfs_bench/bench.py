@@ -21,7 +21,7 @@ QUALITY = {
     "distance_per_order_m": "Metres\n/order",
     "turnover_s": "Turn-over\n(s)",
 }
-"""The metrics by which rules are compared, from `rmfs_core.results.catalogue`, and their headings."""
+"""The metrics by which rules are compared, from `rmfs_details.catalogue`, and their headings."""
 
 WARM_UP_ORDERS = 8
 

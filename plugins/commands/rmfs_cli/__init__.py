@@ -1,1 +1,1 @@
-"""The command itself, `rmfs run` and its neighbours ``rules``, ``scenario`` and ``generate``; and what commands share."""
+"""The command line; ``run``, ``rules``, ``scenario``, ``generate``, which run and describe; and what commands share."""

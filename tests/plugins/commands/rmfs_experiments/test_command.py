@@ -13,7 +13,7 @@ import psutil
 import pytest
 
 from rmfs_cli.main import main
-from rmfs_core.results import Metrics
+from rmfs_details.metrics import Metrics
 from rmfs_experiments import shipped_experiments
 from tiny import TINY
 
