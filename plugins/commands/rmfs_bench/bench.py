@@ -8,10 +8,10 @@ from typing import Any
 from attrs import evolve, frozen
 
 from rmfs_bench.worlds import keys_of, world_with
+from rmfs_cli.single_rule import load_rule
 from rmfs_core import run
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.roles import Role
-from rmfs_core.rules import load_rule
 from rmfs_core.scenario import RuleChoice, Scenario
 
 ROLES = tuple(role for role in Role if role is not Role.OBSERVER)
