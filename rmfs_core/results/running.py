@@ -12,6 +12,7 @@ from pathlib import Path
 
 from attrs import define, evolve
 
+from rmfs_core import entrypoints
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError, RmfsError, RunError
 from rmfs_core.results.catalogue import Metric, described_by
@@ -32,6 +33,7 @@ from rmfs_core.scenario.overrides import data_files
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.wording import one_line
 from rmfs_core.world import make_instance, make_layout
+from rmfs_core.world.instance_making import generator_of
 
 
 def run(
@@ -241,15 +243,17 @@ def prepare(
     described = described_by(reversed(rules.instances))
     folder = folder_for(files_of(observer for observer, name in told if name is not None))
     simulation = Simulation(scenario, instance, layout, rules, folder)
-    return Measured(simulation, tables, versions_of(rules, scenario.folder), described, folder)
+    return Measured(simulation, tables, versions_of(rules, scenario), described, folder)
 
 
-def versions_of(rules: RuleSet, folder: str) -> dict[str, str]:
+def versions_of(rules: RuleSet, scenario: Scenario) -> dict[str, str]:
     """Return the versions of everything that takes part in a run: of a rule's file its digest, it has no other.
 
-    A file in the scenario's ``folder`` is named as seen from there, any other by its absolute path.
+    A file in the scenario's folder is named as seen from there, any other by its absolute path.
     """
-    found = versions_of_observers() | dict(rules.distributions)
+    found, folder = versions_of_observers() | dict(rules.distributions), scenario.folder
+    if scenario.instance.orders_file is None:
+        found |= dict([entrypoints.origin(generator_of(scenario.instance)[0])])
     for file in map(Path, rules.inline_files):
         name = file.relative_to(folder) if file.is_relative_to(folder) else file
         found[name.as_posix()] = f"sha256:{hashlib.sha256(file.read_bytes()).hexdigest()}"

@@ -6,16 +6,19 @@ import math
 import os
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from importlib.metadata import EntryPoint
 from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 from attrs import evolve
 
+from rmfs_core import entrypoints
 from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_PODS, InstanceSection, Replenishment, Scenario
 from rmfs_core.scenario.reading import located
-from rmfs_core.wording import did_you_mean, first_few
+from rmfs_core.wording import did_you_mean, first_few, nearest, one_line, shown_short
 from rmfs_core.world.csv_files import (
     Calendar,
     Wrong,
@@ -26,7 +29,6 @@ from rmfs_core.world.csv_files import (
     read_skus,
     refuse,
 )
-from rmfs_core.world.generator import generate_instance
 from rmfs_core.world.instance import BundleData, Instance
 
 
@@ -56,12 +58,35 @@ def unchecked_instance(scenario: Scenario, wrong: Wrong = refuse) -> Instance:
     if section.orders_file is None or section.pods_file is None:
         if isinstance(profile := section.arrivals.profile, str):
             section = evolve(section, arrivals=evolve(section.arrivals, profile=read_profile(folder / profile)))
-        return _restocked(generate_instance(section, scenario.seed), scenario, wrong)
+        return _restocked(_generated(section, scenario.seed), scenario, wrong)
     orders, pods = folder / section.orders_file, folder / section.pods_file
     for key, file in (("orders_file", orders), ("pods_file", pods)):
         if not os.path.exists(file):  # noqa: PTH110 (False for a name that is too long, too)
             raise InputError(f"instance.{key}", f"there is no file {file}")
     return _restocked(read_instance(orders, pods, section.start, wrong), scenario, wrong)
+
+
+def generator_of(section: InstanceSection) -> tuple[EntryPoint, ...]:
+    """Return the entry points of an instance's generator, a function of its section and a seed; one, or they clash."""
+    known, name = entrypoints.offers(entrypoints.INSTANCES), section.generator or "paper"
+    if name not in known:
+        raise InputError("instance.generator", f'there is no generator "{name}"{nearest(name, known)}')
+    return known[name]
+
+
+def _generated(section: InstanceSection, seed: int) -> Instance:
+    entries, place = generator_of(section), "instance.generator"
+    described = entrypoints.describe("generator", entries[0].name, *entrypoints.origin(entries[0]))
+    generate: Any = entrypoints.load(entries, place, "generator")
+    try:
+        instance = generate(section, seed)
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(place, f"{described} raised {one_line(error)}") from error
+    if not isinstance(instance, Instance):
+        raise InputError(place, f"{described} returned {shown_short(instance)}; expected an Instance")
+    return instance
 
 
 def _restocked(instance: Instance, scenario: Scenario, wrong: Wrong) -> Instance:
