@@ -1,22 +1,17 @@
-"""The result of a run: in memory, and as files."""
+"""The result of a run: in memory, and written to files."""
 
 from __future__ import annotations
 
-import csv
-import json
-from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 from typing import Any
 
 from attrs import define, field
 
-from rmfs_core.errors import InputError
-from rmfs_core.results.catalogue import Metric, by_heading, described_by, show
+from rmfs_core.results.catalogue import Metric, by_heading, show
 from rmfs_core.results.files import json_ready, output_folder, staged, to_csv, to_json, write_text
-from rmfs_core.results.recorders import make_observers
-from rmfs_core.results.tables import DUE_COLUMNS, ORDER_COLUMNS, RESULT_FILE, TABLE_FILES, Row
-from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
+from rmfs_core.results.tables import DUE_COLUMNS, RESULT_FILE, TABLE_FILES, Row
+from rmfs_core.scenario import Scenario, scenario_to_dict
 
 
 @define(eq=False)
@@ -113,64 +108,3 @@ class Result:
                 due = (column for column in DUE_COLUMNS if rows and column in rows[0])
                 write_text(path / name, to_csv([*columns, *due], rows))
             write_text(path / RESULT_FILE, to_json(self.to_dict(), indent=2) + "\n")
-
-
-def load_result(folder: str | Path) -> Result:
-    """Read a saved result back.
-
-    Raises
-    ------
-    InputError
-        When a file is missing or is not what `Result.save` writes; file and line are named.
-    """
-    path = Path(folder)
-    file = path / RESULT_FILE
-    try:
-        content = json.loads(_read(file))
-    except json.JSONDecodeError as error:
-        raise InputError(f"{file}, line {error.lineno}", f"this is no valid JSON: {error.msg}") from error
-    expected = ("scenario", "seed", "versions", "status", "metrics", "timing")
-    missing = [key for key in expected if not isinstance(content, Mapping) or key not in content]
-    if missing:
-        raise InputError(str(file), f"the key `{missing[0]}` is missing; expected a result that rmfs has written")
-    tables = {table: _read_table(path / name, columns) for table, (name, columns) in TABLE_FILES.items()}
-    return Result(
-        scenario=scenario_from_dict(content["scenario"], name=f"{file}, scenario"),
-        seed=content["seed"],
-        versions=content["versions"],
-        status=content["status"],
-        metrics=content["metrics"],
-        timing=content["timing"],
-        described=described_by(observer for observer, _ in make_observers(quiet=True)),
-        error=content.get("error"),
-        orders=tables["orders"],
-        visits=tables["visits"],
-        periods=tables["periods"],
-    )
-
-
-def _read(file: Path) -> str:
-    try:
-        return file.read_text(encoding="utf-8")
-    except OSError as error:
-        raise InputError(str(file), f"cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(str(file), f"expected UTF-8 text: {error}") from error
-
-
-def _read_table(file: Path, columns: Mapping[str, type]) -> list[Row]:
-    reader = csv.DictReader(_read(file).splitlines(keepends=True), strict=True)
-    if reader.fieldnames is not None and columns is ORDER_COLUMNS and "due_s" in reader.fieldnames:
-        columns = {**columns, **DUE_COLUMNS}
-    if reader.fieldnames is None or list(reader.fieldnames) != list(columns):
-        raise InputError(f"{file}, line 1", f"expected the columns {', '.join(columns)}")
-    try:
-        return [{name: _value(row[name], kind) for name, kind in columns.items()} for row in reader]
-    except (ValueError, TypeError, KeyError, csv.Error) as error:
-        raise InputError(f"{file}, line {reader.line_num}", f"the row is not as expected: {error}") from error
-
-
-def _value(text: str, kind: type) -> Any:
-    if text == "" and kind is not str:
-        return None
-    return {"true": True, "false": False}[text] if kind is bool else kind(text)

@@ -383,8 +383,8 @@ class RunSection:
 
 
 GENERATED = frozenset(
-    ("orders", "skus", "pods", "skus_per_pod", "max_lines", "items_per_sku", "arrivals", "lines", "demand", "due")
-) | {"generator"}
+    ("generator", "orders", "skus", "pods", "skus_per_pod", "max_lines", "items_per_sku", "arrivals", "lines", "demand")
+) | {"due"}
 DRAWN = frozenset(
     ("block_rows", "block_columns", "block_length", "hall_width", "stations_east", "stations_west", "queue")
 ) | {"replenishment_east", "replenishment_west", "chargers"}

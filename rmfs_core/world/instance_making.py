@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
 from importlib.metadata import EntryPoint
 from operator import itemgetter
@@ -155,28 +155,25 @@ def _place(scenario: Scenario, order: str, sku: str | None = None) -> str:
 
 
 def _short_skus(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
-    stock: dict[int, int | None] = {}
+    stock = defaultdict[int, float](int)  # infinite where a pod has enough
     for pod in instance.pods:
         for sku, items in pod.contents:
-            held = stock.get(sku, 0)
-            stock[sku] = None if items is None or held is None else held + items
+            stock[sku] += math.inf if items is None else items
     for bundle in instance.bundles:
-        held = stock.get(bundle.sku, 0)
-        stock[bundle.sku] = None if held is None else held + bundle.items
+        stock[bundle.sku] += bundle.items
     wanted: Counter[int] = Counter()
     short: dict[int, str] = {}
     for order in instance.orders:
         for sku, quantity in order.lines:
             wanted[sku] += quantity
-            held = stock.get(sku, 0)
-            if held is not None and wanted[sku] > held:
+            if wanted[sku] > stock[sku]:
                 short.setdefault(sku, order.name)
     if short:
         sku, order_name = next(iter(short.items()))
         name = instance.skus[sku]
         problem = f"order {order_name} wants SKU {name}, which is on no pod"
-        if len(short) > 1 or stock.get(sku):
-            named = first_few([_shortage(instance.skus[one], wanted[one], stock.get(one)) for one in short])
+        if len(short) > 1 or stock[sku]:
+            named = first_few([_shortage(instance.skus[one], wanted[one], stock[one]) for one in short])
             all_there = "pods and bundles" if instance.bundles else "pods"
             problem = f"from order {order_name} on, the orders want more than all {all_there} hold: {named}"
         yield InputError(_place(scenario, order_name, name), problem)
@@ -208,7 +205,7 @@ def _too_many_bundles(instance: Instance, section: InstanceSection) -> Iterator[
         yield InputError("instance.replenishment", f"found levels of about {ordered:,.0f} bundles in all; {expected}")
 
 
-def _shortage(sku: str, wanted: int, held: int | None) -> str:
+def _shortage(sku: str, wanted: int, held: float) -> str:
     return f"SKU {sku} ({f'{wanted} wanted, {held} there' if held else 'on no pod'})"
 
 

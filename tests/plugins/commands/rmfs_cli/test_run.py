@@ -12,7 +12,7 @@ import pytest
 
 from rmfs_cli.main import main
 from rmfs_cli.run import default_folder
-from rmfs_core.results import load_result
+from rmfs_details.loading import load_result
 
 SCENARIO = """
 [instance]
