@@ -15,11 +15,11 @@ import attrs
 
 from rmfs_cli.description import Parameter, RuleDescription, installed_rules
 from rmfs_core import entrypoints
-from rmfs_core.results.catalogue import METRICS, TIMING, Metric
+from rmfs_core.results.catalogue import TIMING, Metric
 from rmfs_core.roles import Role
 from rmfs_core.rules.traits import NEEDS
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario
-from rmfs_details.catalogue import DETAILS, LATENESS, OPENING, REPLENISHMENT, UNBUSY, on_time
+from rmfs_details.catalogue import DETAILS, LATENESS, METRICS, OPENING, REPLENISHMENT, UNBUSY, on_time
 from rmfs_gym import FEATURES
 
 
@@ -114,7 +114,7 @@ def metrics() -> str:
 
 def _unit(metric: Metric) -> str:
     # Shares are shown in percent, and stored as shares.
-    return "share" if metric.name == "picker_utilisation" else metric.unit
+    return metric.unit if metric.scale == 1 else "share"
 
 
 def needs() -> str:

@@ -1,4 +1,4 @@
-"""What installed distributions offer through entry points: rules, commands, recorders, observers of every run."""
+"""What installed distributions offer through entry points: rules, commands, recorders, observers, generators."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ RULES = "rmfs"
 COMMANDS = "rmfs.commands"
 RECORDERS = "rmfs.recorders"
 OBSERVERS = "rmfs.observers"
+INSTANCES = "rmfs.instances"
 
 
 def origin(entry: EntryPoint) -> tuple[str, str]:

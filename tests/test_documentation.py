@@ -21,15 +21,15 @@ from attrs import define, evolve, field
 from click.testing import CliRunner
 
 from rmfs_cli.description import Parameter, RuleDescription, installed_rules
+from rmfs_cli.main import rmfs
 from rmfs_cli.summary import GAPS, PROFILE
 from rmfs_core import hookspecs, run
-from rmfs_core.cli import rmfs
 from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks, TimeHooks
-from rmfs_core.results.catalogue import METRICS, TIMING
+from rmfs_core.results.catalogue import TIMING
 from rmfs_core.rules.hooks import marked_methods
 from rmfs_core.rules.traits import NEEDS
 from rmfs_core.scenario.model import RuleChoice, Scenario
-from rmfs_details.catalogue import DETAILS, LATENESS, OPENING, UNBUSY
+from rmfs_details.catalogue import DETAILS, LATENESS, METRICS, OPENING, UNBUSY
 from rmfs_testing import ConformanceReport, check_rule
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
@@ -355,7 +355,7 @@ def test_every_finding_is_documented() -> None:
 
 def test_every_column_is_documented() -> None:
     """Each column of each table that is read or written has its row in the page on files."""
-    from rmfs_core.results.result import TABLE_FILES
+    from rmfs_core.results.tables import TABLE_FILES
     from rmfs_core.world.csv_files import ORDER_COLUMNS, POD_COLUMNS
     from rmfs_experiments.report.tables import SUMMARY_COLUMNS
 

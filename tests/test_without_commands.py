@@ -1,4 +1,6 @@
-"""The kernel needs no tools: where every command but `rmfs run` and its neighbours is gone, a run is the same."""
+"""The kernel needs no tools: where every command but `rmfs run` and its neighbours is gone, a run is the same.
+
+What makes its instance is needed: here the paper's generator."""
 
 from __future__ import annotations
 
@@ -12,8 +14,8 @@ import pytest
 import rmfs_core
 
 ROOT = Path(__file__).resolve().parent.parent
-KEPT = "rmfs_cli"
-RMFS = ("python", "-c", "from rmfs_core.cli import main; main()")
+KEPT = ("rmfs_cli", "rmfs_instances")
+RMFS = ("python", "-c", "from rmfs_cli.main import main; main()")
 
 pytestmark = pytest.mark.slow
 
@@ -31,7 +33,7 @@ def place(
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, copy)
     for folder in (copy / "plugins" / "commands").iterdir():
-        if folder.name != KEPT:
+        if folder.name not in KEPT:
             shutil.rmtree(folder)
     place = environment(borrowed=True, without=[ROOT, ROOT / "plugins" / "rules", ROOT / "plugins" / "commands"])
     place.install(built(copy)[1])

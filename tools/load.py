@@ -32,7 +32,7 @@ PACED_S = 20
 MOST_P99_S = 0.02
 MOST_MB = 5.0
 """Growth that is allowed from a tenth of the requests to all of them."""
-START = "from rmfs_core.cli import main; main()"
+START = "from rmfs_cli.main import main; main()"
 
 
 @frozen

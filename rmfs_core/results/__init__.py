@@ -1,7 +1,6 @@
-"""What a run leaves behind: metrics and tables made from its events, and the files they are written to."""
+"""What a run leaves behind: tables made from its events, what observers measured, and the files of both."""
 
-from rmfs_core.results.metrics import Metrics
-from rmfs_core.results.result import RESULT_FILE, TABLE_FILES, Result, load_result
-from rmfs_core.results.tables import Tables
+from rmfs_core.results.result import Result
+from rmfs_core.results.tables import RESULT_FILE, TABLE_FILES, Tables
 
-__all__ = ["RESULT_FILE", "TABLE_FILES", "Metrics", "Result", "Tables", "load_result"]
+__all__ = ["RESULT_FILE", "TABLE_FILES", "Result", "Tables"]

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Protocol
 
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
-from rmfs_core.results.result import RESULT_FILE, TABLE_FILES
+from rmfs_core.results.tables import RESULT_FILE, TABLE_FILES
 from rmfs_core.wording import listed, nearest, one_line, shown_short
 
 _FILES_OF_RESULTS = frozenset({RESULT_FILE, *(file for file, _ in TABLE_FILES.values())})
@@ -51,7 +51,11 @@ def load_recorder(name: str) -> type[Recorder]:
 
 def make_recorders(names: Iterable[str]) -> list[tuple[Recorder, str]]:
     """Return recorders, and what messages call them; raise `InputError` when two write one file, or one is none."""
-    made = {name: _make_recorder(name) for name in names}
+    made: dict[str, tuple[Recorder, str]] = {}
+    for name in names:
+        kind, (entry,) = load_recorder(name), entrypoints.offers(entrypoints.RECORDERS)[name]
+        described = entrypoints.describe("recorder", name, *entrypoints.origin(entry))
+        made[name] = _make(kind, f"record {name}", described), described
     for name, (recorder, _) in made.items():
         same = [described for other, described in made.values() if other.file == recorder.file]
         if len(same) > 1:
@@ -59,12 +63,6 @@ def make_recorders(names: Iterable[str]) -> list[tuple[Recorder, str]]:
                 f"record {name}", f"{listed(same)} write the same file, {recorder.file}; expected one of them"
             )
     return list(made.values())
-
-
-def _make_recorder(name: str) -> tuple[Recorder, str]:
-    kind = load_recorder(name)
-    (entry,) = entrypoints.offers(entrypoints.RECORDERS)[name]
-    return _make(kind, f"record {name}", entrypoints.describe("recorder", name, *entrypoints.origin(entry)))
 
 
 def make_observers(*, quiet: bool = False) -> list[tuple[Any, str]]:
@@ -78,20 +76,20 @@ def make_observers(*, quiet: bool = False) -> list[tuple[Any, str]]:
         place, described = f"observer {name}", entrypoints.describe("observer", name, *entrypoints.origin(entries[0]))
         try:
             if len(entries) == 1:  # where distributions clash, each is there by a name of its own, too
-                made.append(_make_observer(entries, place, described))
+                made.append((_make_observer(entries, place, described), described))
         except InputError as error:
             if not quiet:
                 print(f"Left out: {error}", file=sys.stderr)
     return made
 
 
-def _make_observer(entries: tuple[EntryPoint, ...], place: str, described: str) -> tuple[Any, str]:
-    observer, _ = _make(entrypoints.load(entries, place, "observer"), place, described)
+def _make_observer(entries: tuple[EntryPoint, ...], place: str, described: str) -> Any:
+    observer = _make(entrypoints.load(entries, place, "observer"), place, described)
     files = getattr(observer, "files", ())
     if not isinstance(files, tuple | list) or not all(map(_is_plain, files)):
         expected = "a tuple of plain names, none that of a file of results"
         raise InputError(place, f"{described}: expected `files` to be {expected}; found {shown_short(files)}")
-    return observer, described
+    return observer
 
 
 def versions_of_observers() -> dict[str, str]:
@@ -99,9 +97,9 @@ def versions_of_observers() -> dict[str, str]:
     return dict(entrypoints.origin(entry) for entry, *_ in entrypoints.offers(entrypoints.OBSERVERS).values())
 
 
-def _make(kind: Any, place: str, described: str) -> tuple[Any, str]:
+def _make(kind: Any, place: str, described: str) -> Any:
     try:
-        return kind(), described
+        return kind()
     except Exception as error:
         raise InputError(place, f"{described} cannot be made: {one_line(error)}") from error
 

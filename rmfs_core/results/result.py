@@ -1,28 +1,17 @@
-"""The result of a run: in memory, and as files."""
+"""The result of a run: in memory, and written to files."""
 
 from __future__ import annotations
 
-import csv
-import json
-from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 from typing import Any
 
 from attrs import define, field
 
-from rmfs_core.errors import InputError
-from rmfs_core.results.catalogue import METRICS, Metric, show
+from rmfs_core.results.catalogue import Metric, by_heading, show
 from rmfs_core.results.files import json_ready, output_folder, staged, to_csv, to_json, write_text
-from rmfs_core.results.tables import DUE_COLUMNS, ORDER_COLUMNS, PERIOD_COLUMNS, VISIT_COLUMNS, Row
-from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
-
-RESULT_FILE = "result.json"
-TABLE_FILES = {
-    "orders": ("orders.csv", ORDER_COLUMNS),
-    "visits": ("visits.csv", VISIT_COLUMNS),
-    "periods": ("periods.csv", PERIOD_COLUMNS),
-}
+from rmfs_core.results.tables import DUE_COLUMNS, RESULT_FILE, TABLE_FILES, Row
+from rmfs_core.scenario import Scenario, scenario_to_dict
 
 
 @define(eq=False)
@@ -42,7 +31,7 @@ class Result:
         ``"failed"`` when an error ended the run.
     metrics
         Every metric by name; the same on every run of the same scenario, seed and versions. None: not defined (a
-        mean over no orders). `rmfs_core.results.catalogue` has meanings and units.
+        mean over no orders). ``described`` has meanings and units.
     timing
         Wall-clock figures by name, ``hook_s`` with the seconds of each hook.
     orders, visits, periods
@@ -84,16 +73,11 @@ class Result:
         return content | {"metrics": self.metrics, "timing": self.timing}
 
     def _repr_html_(self) -> str:
-        """Return status and metrics as tables for a notebook: a group each, those of observers by their headings."""
-        groups = {group: list(metrics) for group, metrics in METRICS.items()}
-        known = {metric.name for metrics in METRICS.values() for metric in metrics}
-        for other in (self.described.get(name) or Metric(name) for name in self.metrics if name not in known):
-            groups.setdefault(other.group or "", []).append(other)
+        """Return status and metrics as tables for a notebook: one for each heading."""
         tables = ""
-        for group, metrics in groups.items():
-            rows = "".join(self._row(metric) for metric in metrics if group and metric.name in self.metrics)
-            head = f'<tr><th colspan="3" style="text-align:left">{escape(group)}</th></tr>'
-            tables += f"<table>{head}{rows}</table>" if rows else ""
+        for heading, metrics in by_heading(self.metrics, self.described).items():
+            head = f'<tr><th colspan="3" style="text-align:left">{escape(heading)}</th></tr>'
+            tables += f"<table>{head}{''.join(map(self._row, metrics))}</table>"
         head = f"<b>{escape(self.status)}</b>, seed {escape(str(self.seed))}"
         head += f": {escape(self.error)}" if self.error else ""
         return f'<div>{head}<div style="display:flex;flex-wrap:wrap;align-items:start;gap:0 2em">{tables}</div></div>'
@@ -124,63 +108,3 @@ class Result:
                 due = (column for column in DUE_COLUMNS if rows and column in rows[0])
                 write_text(path / name, to_csv([*columns, *due], rows))
             write_text(path / RESULT_FILE, to_json(self.to_dict(), indent=2) + "\n")
-
-
-def load_result(folder: str | Path) -> Result:
-    """Read a saved result back.
-
-    Raises
-    ------
-    InputError
-        When a file is missing or is not what `Result.save` writes; file and line are named.
-    """
-    path = Path(folder)
-    file = path / RESULT_FILE
-    try:
-        content = json.loads(_read(file))
-    except json.JSONDecodeError as error:
-        raise InputError(f"{file}, line {error.lineno}", f"this is no valid JSON: {error.msg}") from error
-    expected = ("scenario", "seed", "versions", "status", "metrics", "timing")
-    missing = [key for key in expected if not isinstance(content, Mapping) or key not in content]
-    if missing:
-        raise InputError(str(file), f"the key `{missing[0]}` is missing; expected a result that rmfs has written")
-    tables = {table: _read_table(path / name, columns) for table, (name, columns) in TABLE_FILES.items()}
-    return Result(
-        scenario=scenario_from_dict(content["scenario"], name=f"{file}, scenario"),
-        seed=content["seed"],
-        versions=content["versions"],
-        status=content["status"],
-        metrics=content["metrics"],
-        timing=content["timing"],
-        error=content.get("error"),
-        orders=tables["orders"],
-        visits=tables["visits"],
-        periods=tables["periods"],
-    )
-
-
-def _read(file: Path) -> str:
-    try:
-        return file.read_text(encoding="utf-8")
-    except OSError as error:
-        raise InputError(str(file), f"cannot be read: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(str(file), f"expected UTF-8 text: {error}") from error
-
-
-def _read_table(file: Path, columns: Mapping[str, type]) -> list[Row]:
-    reader = csv.DictReader(_read(file).splitlines(keepends=True), strict=True)
-    if reader.fieldnames is not None and columns is ORDER_COLUMNS and "due_s" in reader.fieldnames:
-        columns = {**columns, **DUE_COLUMNS}
-    if reader.fieldnames is None or list(reader.fieldnames) != list(columns):
-        raise InputError(f"{file}, line 1", f"expected the columns {', '.join(columns)}")
-    try:
-        return [{name: _value(row[name], kind) for name, kind in columns.items()} for row in reader]
-    except (ValueError, TypeError, KeyError, csv.Error) as error:
-        raise InputError(f"{file}, line {reader.line_num}", f"the row is not as expected: {error}") from error
-
-
-def _value(text: str, kind: type) -> Any:
-    if text == "" and kind is not str:
-        return None
-    return {"true": True, "false": False}[text] if kind is bool else kind(text)

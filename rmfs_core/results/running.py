@@ -6,19 +6,19 @@ import hashlib
 import os
 import signal
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from os.path import realpath  # which ends where links lead round
 from pathlib import Path
 from threading import current_thread, main_thread
-from typing import Any
 
-from attrs import define, evolve, frozen
+from attrs import define, evolve
 
+from rmfs_core import entrypoints
+from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError, RmfsError, RunError, is_interrupt
 from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.files import output_folder, staged
-from rmfs_core.results.metrics import Metrics
 from rmfs_core.results.recorders import (
     delete_left_over,
     files_of,
@@ -26,14 +26,16 @@ from rmfs_core.results.recorders import (
     make_recorders,
     versions_of_observers,
 )
-from rmfs_core.results.result import RESULT_FILE, TABLE_FILES, Result
-from rmfs_core.results.tables import Tables
+from rmfs_core.results.result import Result
+from rmfs_core.results.tables import RESULT_FILE, TABLE_FILES, Tables
+from rmfs_core.results.timing import timing
 from rmfs_core.rules import RuleSet, with_objects
 from rmfs_core.scenario import Scenario, load_scenario, located
 from rmfs_core.scenario.overrides import data_files
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.wording import one_line
 from rmfs_core.world import make_instance, make_layout
+from rmfs_core.world.instance_making import generator_of
 
 
 def run(
@@ -97,17 +99,21 @@ def run(
     with ExitStack() as stack:
         if out is not None and not os.path.exists(out):  # noqa: PTH110 (also of a name too long)
             stack.callback(_remove_empty, Path(out))
-        measured = _prepare(resolved, rules, told, allow_inline_rules, out, stack)
-        outcome = _simulate(measured.simulation)
-        result = _conclude(measured, outcome)
+
+        def folder_for(files: Sequence[str]) -> Path | None:
+            return None if out is None else stack.enter_context(staged(_folder_for_results(out, resolved, files)))
+
+        measured = prepare(resolved, rules or {}, told, allow_inline_rules, folder_for)
+        measured.simulate()
+        result = measured.conclude()
         if measured.folder is not None:
             result.save(measured.folder)
     if out is not None and again:
         delete_left_over(Path(out), files_of(observer for observer, _ in (*recorders, *standing)))
-    if isinstance(outcome.error, RunError):
-        outcome.error.result = result
-    if outcome.error is not None:
-        raise outcome.error
+    if isinstance(measured.error, RunError):
+        measured.error.result = result
+    if measured.error is not None:
+        raise measured.error
     return result
 
 
@@ -117,101 +123,74 @@ def _remove_empty(folder: Path) -> None:
         folder.rmdir()
 
 
-@frozen(eq=False)
-class _Measured:
-    """A simulation and what measures it."""
+@define(eq=False)
+class Measured:
+    """A simulation, what measures it, and how it ended.
+
+    Parameters
+    ----------
+    simulation, tables, versions, described
+        The run, and what its `Result` has of it.
+    folder
+        Where observers write; None where no results are kept.
+    status, wall_s, error, interrupted
+        As the result has them.
+    """
 
     simulation: Simulation
-    metrics: Metrics
     tables: Tables
     versions: dict[str, str]
     described: dict[str, Metric]
     folder: Path | None
-
-
-def _folder_for_results(out: str | Path, scenario: Scenario, files: Sequence[str]) -> Path:
-    """Return the output folder, unless results, or the files of recorders, would replace what is no result."""
-    folder = output_folder(out)
-    names = [*(name for name, _ in TABLE_FILES.values()), *files]
-    for path, given in data_files(scenario).items():
-        if realpath(Path(scenario.folder) / given) in [realpath(folder / name) for name in names]:
-            key = ".".join(path)
-            raise InputError(str(folder), f"results would replace `{key}`, {given}; expected another folder")
-    for name in names:
-        if (folder / name).is_dir():
-            raise InputError(str(folder / name), "cannot be written: a folder has that name")
-    foreign = [name for name in names if (folder / name).exists()]
-    if foreign and not (folder / RESULT_FILE).exists():
-        found = f"found a file {foreign[0]} that no run of rmfs has written"
-        raise InputError(str(folder), f"{found}; expected a folder for results alone")
-    return folder
-
-
-@define
-class _Outcome:
-    """How a simulation ended."""
-
-    status: str
-    wall_s: float
+    status: str = "partial"
+    wall_s: float = 0.0
     error: BaseException | None = None
     interrupted: bool = False
 
+    def simulate(self) -> None:
+        """Let the simulation run, and take note of how it ended."""
+        started = time.perf_counter()
+        try:
+            with _interrupts_between_events(self.simulation):
+                self.simulation.run()
+            self.status, self.interrupted = self.simulation.status, self.simulation.interrupted
+        except BaseException as error:  # not only a rule's fault, a RunError: what was measured is kept all the same
+            self.interrupted = is_interrupt(error)
+            if not self.interrupted:
+                self.status, self.error = "failed", error
+        self.wall_s = time.perf_counter() - started
 
-def _resolve(scenario: Scenario | str | Path, seed: int | None, overrides: Sequence[str]) -> Scenario:
-    if not isinstance(scenario, Scenario):
-        return load_scenario(scenario, overrides, seed)
-    if overrides:
-        raise InputError("overrides", "expected a scenario file with them; change a Scenario with attrs.evolve")
-    return scenario if seed is None else scenario.with_seed(seed)
-
-
-def _prepare(
-    scenario: Scenario,
-    objects: Mapping[str, object] | None,
-    told: Sequence[tuple[Any, str | None]],
-    allow_inline_rules: bool,
-    out: str | Path | None,
-    stack: ExitStack,
-) -> _Measured:
-    with located(scenario):
-        rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules, objects=objects)
-        instance, layout = make_instance(scenario), make_layout(scenario)
-    metrics, tables = Metrics(), Tables()
-    # Who is registered last is told first: whatever another observer does wrong, metrics and tables have it already.
-    for observer, name in (*told, (tables, None), (metrics, None)):
-        rules.register_observer(observer, name)
-    described = described_by(rules.instances)
-    files = files_of(observer for observer, described in told if described is not None)
-    folder = None if out is None else stack.enter_context(staged(_folder_for_results(out, scenario, files)))
-    simulation = Simulation(scenario, instance, layout, rules, folder)
-    return _Measured(simulation, metrics, tables, versions_of(rules, scenario.folder), described, folder)
-
-
-def versions_of(rules: RuleSet, folder: str) -> dict[str, str]:
-    """Return the versions of everything that takes part in a run: of a rule's file its digest, it has no other.
-
-    A file in the scenario's ``folder`` is named as seen from there, any other by its absolute path.
-    """
-    found = versions_of_observers() | dict(rules.distributions)
-    for file in map(Path, rules.inline_files):
-        name = file.relative_to(folder) if file.is_relative_to(folder) else file
-        found[name.as_posix()] = f"sha256:{hashlib.sha256(file.read_bytes()).hexdigest()}"
-    return found
-
-
-def _simulate(simulation: Simulation) -> _Outcome:
-    started = time.perf_counter()
-    outcome = _Outcome("partial", 0.0)
-    try:
-        with _interrupts_between_events(simulation):
-            simulation.run()
-        outcome.status, outcome.interrupted = simulation.status, simulation.interrupted
-    except BaseException as error:  # not only a rule's fault, a RunError: what was measured is kept all the same
-        outcome.interrupted = is_interrupt(error)
-        if not outcome.interrupted:
-            outcome.status, outcome.error = "failed", error
-    outcome.wall_s = time.perf_counter() - started
-    return outcome
+    def conclude(self) -> Result:
+        """Tell observers that the run is over; one that fails at that makes it a failed run, and takes nothing away."""
+        scenario, context = self.simulation.scenario, self.simulation.context
+        found, errors = context.observers.end(self.status)
+        self.interrupted |= any(map(is_interrupt, errors))
+        raised = (error for error in (self.error, *errors) if error is not None and not is_interrupt(error))
+        self.error = error = next(raised, None)
+        self.status = "failed" if error else self.status
+        if self.interrupted and self.status == "complete":  # not all that is measured may be there
+            self.status = "partial"
+        orders, periods = self.tables.orders, self.tables.periods
+        end_s, warmup_s = to_seconds(context.warehouse.now), scenario.run.warmup_s or 0
+        return Result(
+            scenario=scenario,
+            seed=scenario.seed,
+            versions=self.versions,
+            status=self.status,
+            metrics=found,
+            described=self.described,
+            timing={
+                **timing(self.wall_s, end_s, warmup_s, orders, periods),
+                "hook_s": dict(context.asker.seconds),
+                "profile_s": {**context.profile, "events": max(self.wall_s - sum(context.profile.values()), 0.0)},
+            },
+            orders=orders,
+            visits=self.tables.visits,
+            periods=periods,
+            error=str(error) if isinstance(error, RmfsError) else None if error is None else one_line(error),
+            interrupted=self.interrupted,
+            hook_calls=dict(context.asker.calls),
+        )
 
 
 @contextmanager
@@ -232,32 +211,71 @@ def _interrupts_between_events(simulation: Simulation) -> Iterator[None]:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _conclude(measured: _Measured, outcome: _Outcome) -> Result:
-    """Tell the observers that the run is over; one that fails at that makes it a failed run, and takes nothing away."""
-    simulation, metrics, tables = measured.simulation, measured.metrics, measured.tables
-    found, errors = simulation.context.observers.end(outcome.status)
-    outcome.interrupted |= any(map(is_interrupt, errors))
-    error = next((error for error in (outcome.error, *errors) if error is not None and not is_interrupt(error)), None)
-    outcome.error, outcome.status = error, "failed" if error else outcome.status
-    if outcome.interrupted and outcome.status == "complete":  # not all that is measured may be there
-        outcome.status = "partial"
-    asker, profile = simulation.context.asker, simulation.context.profile
-    return Result(
-        scenario=simulation.scenario,
-        seed=simulation.scenario.seed,
-        versions=measured.versions,
-        status=outcome.status,
-        metrics=found,
-        described=measured.described,
-        timing={
-            **metrics.timing(outcome.wall_s),
-            "hook_s": dict(asker.seconds),
-            "profile_s": {**profile, "events": max(outcome.wall_s - sum(profile.values()), 0.0)},
-        },
-        orders=tables.orders,
-        visits=tables.visits,
-        periods=tables.periods,
-        error=str(error) if isinstance(error, RmfsError) else None if error is None else one_line(error),
-        interrupted=outcome.interrupted,
-        hook_calls=dict(asker.calls),
-    )
+def _folder_for_results(out: str | Path, scenario: Scenario, files: Sequence[str]) -> Path:
+    """Return the output folder, unless results, or the files of recorders, would replace what is no result."""
+    folder = output_folder(out)
+    names = [*(name for name, _ in TABLE_FILES.values()), *files]
+    for path, given in data_files(scenario).items():
+        if realpath(Path(scenario.folder) / given) in [realpath(folder / name) for name in names]:
+            key = ".".join(path)
+            raise InputError(str(folder), f"results would replace `{key}`, {given}; expected another folder")
+    for name in names:
+        if (folder / name).is_dir():
+            raise InputError(str(folder / name), "cannot be written: a folder has that name")
+    foreign = [name for name in names if (folder / name).exists()]
+    if foreign and not (folder / RESULT_FILE).exists():
+        found = f"found a file {foreign[0]} that no run of rmfs has written"
+        raise InputError(str(folder), f"{found}; expected a folder for results alone")
+    return folder
+
+
+def _resolve(scenario: Scenario | str | Path, seed: int | None, overrides: Sequence[str]) -> Scenario:
+    if not isinstance(scenario, Scenario):
+        return load_scenario(scenario, overrides, seed)
+    if overrides:
+        raise InputError("overrides", "expected a scenario file with them; change a Scenario with attrs.evolve")
+    return scenario if seed is None else scenario.with_seed(seed)
+
+
+def prepare(
+    scenario: Scenario,
+    objects: Mapping[str, object],
+    told: Sequence[tuple[object, str | None]],
+    allow_inline_rules: bool = True,
+    folder_for: Callable[[Sequence[str]], Path | None] = lambda _: None,
+) -> Measured:
+    """Return a run that has not begun.
+
+    Parameters
+    ----------
+    scenario, objects, allow_inline_rules
+        As `RuleSet.load` has them.
+    told
+        Observers, and what messages call them; None: what one raises is raised as it is. The last is told first.
+    folder_for
+        Returns the folder for results, given the files that recorders and observers of every run write there.
+    """
+    with located(scenario):
+        rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules, objects=objects)
+        instance, layout = make_instance(scenario), make_layout(scenario)
+    tables = Tables()
+    for observer, name in (*told, (tables, None)):  # whatever another observer does wrong, the tables have it already
+        rules.register_observer(observer, name)
+    described = described_by(reversed(rules.instances))
+    folder = folder_for(files_of(observer for observer, name in told if name is not None))
+    simulation = Simulation(scenario, instance, layout, rules, folder)
+    return Measured(simulation, tables, versions_of(rules, scenario), described, folder)
+
+
+def versions_of(rules: RuleSet, scenario: Scenario) -> dict[str, str]:
+    """Return the versions of everything that takes part in a run: of a rule's file its digest, it has no other.
+
+    A file in the scenario's folder is named as seen from there, any other by its absolute path.
+    """
+    found, folder = versions_of_observers() | dict(rules.distributions), scenario.folder
+    if scenario.instance.orders_file is None:
+        found |= dict([entrypoints.origin(generator_of(scenario.instance)[0])])
+    for file in map(Path, rules.inline_files):
+        name = file.relative_to(folder) if file.is_relative_to(folder) else file
+        found[name.as_posix()] = f"sha256:{hashlib.sha256(file.read_bytes()).hexdigest()}"
+    return found

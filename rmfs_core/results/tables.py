@@ -75,6 +75,14 @@ PERIOD_COLUMNS: dict[str, type] = {
 wall-clock time and the only column that differs from run to run."""
 
 
+RESULT_FILE = "result.json"
+TABLE_FILES = {
+    "orders": ("orders.csv", ORDER_COLUMNS),
+    "visits": ("visits.csv", VISIT_COLUMNS),
+    "periods": ("periods.csv", PERIOD_COLUMNS),
+}
+
+
 class _Rows:
     """Rows kept as columns, numbers as bare ones (NaN where there is none): a run of days has very many."""
 

@@ -22,7 +22,6 @@ from rmfs_core.rules.hooks import (
     marked_methods,
     new_manager,
     require_attrs_class,
-    roles_of,
 )
 from rmfs_core.rules.parameters import build, values_of
 from rmfs_core.rules.sources import INLINE, OBJECT, RuleSource, RuleSources, source_of
@@ -30,7 +29,7 @@ from rmfs_core.rules.traits import RuleTraits, installed_version
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.scenario.rulenames import rule_choices
 from rmfs_core.scenario.source import KeyPath, dotted
-from rmfs_core.wording import listed, nearest, one_line, shown_short
+from rmfs_core.wording import nearest, one_line, shown_short
 
 LIBRARIES = ("attrs", "numba", "numpy", "pluggy", "rmfs", "simpy")
 """Distributions that take part in every run."""
@@ -166,7 +165,7 @@ class RuleSet:
         there = {dotted(("rules", *path)): rule for path, rule, _ in _given(objects or {})}
         keyed = {role.key: role for role in Role}
         chosen = [(keyed[str(path[0])], choice, dotted(("rules", *path))) for path, choice in rule_choices(rules)]
-        manager, bound = _bind(RuleSources(folder, allow_inline), chosen, there)
+        manager, bound = bind(RuleSources(folder, allow_inline), chosen, there)
         playing = {role: [rule for rule in bound if rule.role is role] for role in Role}
         filters, observers = playing.pop(Role.FILTER), playing.pop(Role.OBSERVER)
         return cls(
@@ -279,55 +278,6 @@ def _argument(path: KeyPath) -> str:
     return f"argument {dotted(('rules', *path))}"
 
 
-def load_rule(
-    choice: RuleChoice,
-    roles: Collection[Role],
-    *,
-    folder: str = ".",
-    allow_inline: bool = True,
-    place: str = "rule",
-    preferred: Role | None = None,
-    sources: RuleSources | None = None,
-) -> BoundRule:
-    """Import, create, check and register one rule on its own, to be asked outside a run.
-
-    Parameters
-    ----------
-    choice
-        The rule's name and its parameters.
-    roles
-        The roles that it may play; the one of them that its class can play is the rule's.
-    folder
-        Where the file of an inline rule is.
-    allow_inline
-        Whether such a file may be loaded at all.
-    place
-        What a message calls the choice.
-    preferred
-        The role to take where the class can play several.
-    sources
-        Where to find it, in place of ``folder`` and ``allow_inline``: then a file is loaded once for several calls.
-
-    Raises
-    ------
-    InputError
-        When there is no such rule, a parameter is wrong, or it can play none of the roles, or several and none is
-        preferred.
-    """
-    sources = sources or RuleSources(folder, allow_inline)
-    source = sources.find(choice.rule, place)
-    able = roles_of(require_attrs_class(place, source.target, source.describe()))
-    playable = [preferred] if preferred in roles and preferred in able else [role for role in able if role in roles]
-    if not playable:
-        wanted = listed((role.label for role in roles), "or")
-        raise InputError(place, f"{source.describe()} decides {decided(able)}; expected a rule for {wanted}")
-    if len(playable) > 1:
-        raise InputError(
-            place, f"{source.describe()} decides {decided(playable)}; say which of them is asked (`decides`)"
-        )
-    return _bind(sources, [(playable[0], choice, place)], {})[1][0]
-
-
 @define(eq=False)
 class _Created:
     """An instance of a rule's class, and the hooks that it was chosen to answer."""
@@ -339,17 +289,24 @@ class _Created:
     registered: _Registered | None = None
 
 
-def _bind(
-    sources: RuleSources, chosen: Sequence[tuple[Role, RuleChoice, str]], there: Mapping[str, Any]
+def bind(
+    sources: RuleSources, chosen: Sequence[tuple[Role, RuleChoice, str]], there: Mapping[str, Any] | None = None
 ) -> tuple[pluggy.PluginManager, list[BoundRule]]:
-    """Import, create, check and register rules, each with its role and place; one choice for two roles is one rule.
+    """Import, create, check and register rules; one choice for two roles is one rule.
 
-    What is ``there`` by the place of its choice is neither imported nor created.
+    Parameters
+    ----------
+    sources
+        Where to find them.
+    chosen
+        Of each its role, its name with parameters, and what a message calls the choice.
+    there
+        Rules that are neither imported nor created, by what messages call their choices.
     """
     created: dict[tuple[str, str], _Created] = {}
     ones = []
     for role, choice, chosen_at in chosen:
-        given = there.get(chosen_at)
+        given = (there or {}).get(chosen_at)
         place = chosen_at if given is None else f"argument {chosen_at}"
         key = (choice.rule, json.dumps(dict(choice.parameters), sort_keys=True, default=repr))
         if given is not None:

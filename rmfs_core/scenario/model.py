@@ -128,8 +128,11 @@ class Replenishment:
 
 @frozen
 class InstanceSection:
-    """Orders, SKUs and pods: the paper's generator (Section 4.1.1) or CSV files."""
+    """Orders, SKUs and pods: a generator, by default the paper's (Section 4.1.1), or CSV files."""
 
+    generator: str | None = key(
+        "Who makes what follows: an entry point of the group `rmfs.instances`; left out: `paper`", None
+    )
     orders: int = key("Number of orders |O| to generate", 250, check=at_least(0, MOST_ORDERS))
     skus: int = key("Number of SKUs |I|", 100, check=at_least(1, MOST_ORDERS))
     pods: int = key("Number of pods with contents |P|", 100, check=at_least(1, MOST_PODS))
@@ -380,8 +383,8 @@ class RunSection:
 
 
 GENERATED = frozenset(
-    ("orders", "skus", "pods", "skus_per_pod", "max_lines", "items_per_sku", "arrivals", "lines", "demand", "due")
-)
+    ("generator", "orders", "skus", "pods", "skus_per_pod", "max_lines", "items_per_sku", "arrivals", "lines", "demand")
+) | {"due"}
 DRAWN = frozenset(
     ("block_rows", "block_columns", "block_length", "hall_width", "stations_east", "stations_west", "queue")
 ) | {"replenishment_east", "replenishment_west", "chargers"}

@@ -1,8 +1,7 @@
 """What is there when a run begins: the grid, its travel times, and the instance of orders, pods and SKUs."""
 
 from rmfs_core.world.block import block_map
-from rmfs_core.world.csv_files import read_instance
-from rmfs_core.world.generator import generate_instance
+from rmfs_core.world.csv_files import Calendar, read_instance
 from rmfs_core.world.grid import EAST, NORTH, SOUTH, STEPS, WEST, CellKind, Layout, StationCells
 from rmfs_core.world.instance import BundleData, Instance, OrderData, PodData
 from rmfs_core.world.instance_making import make_instance
@@ -16,6 +15,7 @@ __all__ = [
     "STEPS",
     "WEST",
     "BundleData",
+    "Calendar",
     "CellKind",
     "Instance",
     "Layout",
@@ -24,7 +24,6 @@ __all__ = [
     "StationCells",
     "block_map",
     "check_layout",
-    "generate_instance",
     "make_instance",
     "make_layout",
     "parse_map",

@@ -15,6 +15,7 @@ from attrs import evolve
 
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.errors import InputError
+from rmfs_core.timetable import DAY
 from rmfs_core.wording import did_you_mean, listed
 from rmfs_core.world.instance import Instance, OrderData, PodData
 
@@ -32,8 +33,7 @@ _NAMES = ("bundle", "order", "pod", "robot", "sku")
 _SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}  # that are taken for commas elsewhere
 _WARNED, _MOST_OF_A_LINE = {""}, 1_000_000  # signs: a device may have no line's end
 _MOST_ITEMS = 1_000_000
-_DAY = 86_400 * TICKS_PER_S
-_TEN_YEARS = 3_653 * _DAY  # what comes later has a wrong year, or counts from 1970
+_TEN_YEARS = 3_653 * DAY  # what comes later has a wrong year, or counts from 1970
 
 Place = tuple[int, int, str]  # as in PodData
 Wrong = Callable[[InputError], None]
@@ -327,4 +327,4 @@ class Calendar:
 
     def zero(self, earliest: int) -> int:
         """Return time 0 in ticks since 1970: the start, or else midnight before the earliest time."""
-        return earliest - earliest % _DAY if self._start is None else self.tick(self._start, "instance.start")
+        return earliest - earliest % DAY if self._start is None else self.tick(self._start, "instance.start")

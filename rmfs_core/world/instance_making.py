@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 import os
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
+from importlib.metadata import EntryPoint
 from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 from attrs import evolve
 
+from rmfs_core import entrypoints
 from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_PODS, InstanceSection, Replenishment, Scenario
 from rmfs_core.scenario.reading import located
-from rmfs_core.wording import did_you_mean, first_few
+from rmfs_core.wording import did_you_mean, first_few, nearest, one_line, shown_short
 from rmfs_core.world.csv_files import (
     Calendar,
     Wrong,
@@ -26,7 +29,6 @@ from rmfs_core.world.csv_files import (
     read_skus,
     refuse,
 )
-from rmfs_core.world.generator import generate_instance
 from rmfs_core.world.instance import BundleData, Instance
 
 
@@ -56,12 +58,35 @@ def unchecked_instance(scenario: Scenario, wrong: Wrong = refuse) -> Instance:
     if section.orders_file is None or section.pods_file is None:
         if isinstance(profile := section.arrivals.profile, str):
             section = evolve(section, arrivals=evolve(section.arrivals, profile=read_profile(folder / profile)))
-        return _restocked(generate_instance(section, scenario.seed), scenario, wrong)
+        return _restocked(_generated(section, scenario.seed), scenario, wrong)
     orders, pods = folder / section.orders_file, folder / section.pods_file
     for key, file in (("orders_file", orders), ("pods_file", pods)):
         if not os.path.exists(file):  # noqa: PTH110 (False for a name that is too long, too)
             raise InputError(f"instance.{key}", f"there is no file {file}")
     return _restocked(read_instance(orders, pods, section.start, wrong), scenario, wrong)
+
+
+def generator_of(section: InstanceSection) -> tuple[EntryPoint, ...]:
+    """Return the entry points of an instance's generator, a function of its section and a seed; one, or they clash."""
+    known, name = entrypoints.offers(entrypoints.INSTANCES), section.generator or "paper"
+    if name not in known:
+        raise InputError("instance.generator", f'there is no generator "{name}"{nearest(name, known)}')
+    return known[name]
+
+
+def _generated(section: InstanceSection, seed: int) -> Instance:
+    entries, place = generator_of(section), "instance.generator"
+    described = entrypoints.describe("generator", entries[0].name, *entrypoints.origin(entries[0]))
+    generate: Any = entrypoints.load(entries, place, "generator")
+    try:
+        instance = generate(section, seed)
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(place, f"{described} raised {one_line(error)}") from error
+    if not isinstance(instance, Instance):
+        raise InputError(place, f"{described} returned {shown_short(instance)}; expected an Instance")
+    return instance
 
 
 def _restocked(instance: Instance, scenario: Scenario, wrong: Wrong) -> Instance:
@@ -130,28 +155,25 @@ def _place(scenario: Scenario, order: str, sku: str | None = None) -> str:
 
 
 def _short_skus(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
-    stock: dict[int, int | None] = {}
+    stock = defaultdict[int, float](int)  # infinite where a pod has enough
     for pod in instance.pods:
         for sku, items in pod.contents:
-            held = stock.get(sku, 0)
-            stock[sku] = None if items is None or held is None else held + items
+            stock[sku] += math.inf if items is None else items
     for bundle in instance.bundles:
-        held = stock.get(bundle.sku, 0)
-        stock[bundle.sku] = None if held is None else held + bundle.items
+        stock[bundle.sku] += bundle.items
     wanted: Counter[int] = Counter()
     short: dict[int, str] = {}
     for order in instance.orders:
         for sku, quantity in order.lines:
             wanted[sku] += quantity
-            held = stock.get(sku, 0)
-            if held is not None and wanted[sku] > held:
+            if wanted[sku] > stock[sku]:
                 short.setdefault(sku, order.name)
     if short:
         sku, order_name = next(iter(short.items()))
         name = instance.skus[sku]
         problem = f"order {order_name} wants SKU {name}, which is on no pod"
-        if len(short) > 1 or stock.get(sku):
-            named = first_few([_shortage(instance.skus[one], wanted[one], stock.get(one)) for one in short])
+        if len(short) > 1 or stock[sku]:
+            named = first_few([_shortage(instance.skus[one], wanted[one], stock[one]) for one in short])
             all_there = "pods and bundles" if instance.bundles else "pods"
             problem = f"from order {order_name} on, the orders want more than all {all_there} hold: {named}"
         yield InputError(_place(scenario, order_name, name), problem)
@@ -183,7 +205,7 @@ def _too_many_bundles(instance: Instance, section: InstanceSection) -> Iterator[
         yield InputError("instance.replenishment", f"found levels of about {ordered:,.0f} bundles in all; {expected}")
 
 
-def _shortage(sku: str, wanted: int, held: int | None) -> str:
+def _shortage(sku: str, wanted: int, held: float) -> str:
     return f"SKU {sku} ({f'{wanted} wanted, {held} there' if held else 'on no pod'})"
 
 

@@ -54,6 +54,9 @@ QUEUE_SIGN = {moves: sign for sign, moves in QUEUE_MOVES.items()}
 CLEAR_MOVES = {"⇒": _E, "⇑": _N, "⇐": _W, "⇓": _S}
 CLEAR_SIGN = {moves: sign for sign, moves in CLEAR_MOVES.items()}
 QUEUE_MOVES |= CLEAR_MOVES
+KINDS = {"#": CellKind.STORAGE, "C": CellKind.CHARGER, " ": CellKind.WALL, "@": CellKind.WALL}
+KINDS |= dict.fromkeys("OI", CellKind.STATION) | dict.fromkeys(FLOOR_MOVES, CellKind.FLOOR)
+KINDS |= dict.fromkeys(("q", *QUEUE_MOVES), CellKind.QUEUE)
 
 
 def parse_map(text: str, place: str) -> Layout:
@@ -110,22 +113,10 @@ class _MapReader:
         return Layout(self.width, self.height, kind, moves, stations, self.signs.count("I"))
 
     def _kind(self, cell: int, sign: str) -> CellKind:
-        if sign in FLOOR_MOVES:
-            return CellKind.FLOOR
-        if sign == "q" or sign in QUEUE_MOVES:
-            return CellKind.QUEUE
-        kinds = {
-            "#": CellKind.STORAGE,
-            "C": CellKind.CHARGER,
-            "O": CellKind.STATION,
-            "I": CellKind.STATION,
-            " ": CellKind.WALL,
-            "@": CellKind.WALL,
-        }
-        if sign not in kinds:
+        if sign not in KINDS:
             known = "# O I q C " + " ".join((*FLOOR_MOVES, *QUEUE_MOVES)) + " @ and blank"
             raise self._wrong(cell, f"unknown sign {sign!r}; expected one of {known}")
-        return kinds[sign]
+        return KINDS[sign]
 
     def _station(self, layout: Layout, station: int) -> StationCells:
         queue: list[int] = []

@@ -8,10 +8,10 @@ from typing import Any
 from attrs import evolve, frozen
 
 from rmfs_bench.worlds import keys_of, world_with
+from rmfs_cli.single_rule import load_rule
 from rmfs_core import run
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.roles import Role
-from rmfs_core.rules import load_rule
 from rmfs_core.scenario import RuleChoice, Scenario
 
 ROLES = tuple(role for role in Role if role is not Role.OBSERVER)
@@ -21,7 +21,7 @@ QUALITY = {
     "distance_per_order_m": "Metres\n/order",
     "turnover_s": "Turn-over\n(s)",
 }
-"""The metrics by which rules are compared, from `rmfs_core.results.catalogue`, and their headings."""
+"""The metrics by which rules are compared, from `rmfs_details.catalogue`, and their headings."""
 
 WARM_UP_ORDERS = 8
 

@@ -186,7 +186,8 @@ def _times(runs: Sequence[Measured]) -> tuple[str, str, str]:
 def _quality(runs: Sequence[Measured]) -> list[str]:
     """Return the means of the metrics; how the runs ended instead, where not all of them were completed."""
     from rmfs_bench.bench import QUALITY
-    from rmfs_core.results.catalogue import METRICS, show
+    from rmfs_core.results.catalogue import show
+    from rmfs_details.catalogue import METRICS
 
     ended = [run.status for run in runs if run.status != "complete"]
     if ended:

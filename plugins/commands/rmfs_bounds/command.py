@@ -26,8 +26,8 @@ def bound(scenario: str, overrides: tuple[str, ...], seed: int | None, as_json: 
     from rmfs_cli.checking import load_checked
     from rmfs_cli.compiling import compiling_announced
     from rmfs_cli.notes import notes_console
-    from rmfs_core.results.catalogue import METRICS, show
-    from rmfs_details.catalogue import DETAILS
+    from rmfs_core.results.catalogue import show
+    from rmfs_details.catalogue import DETAILS, METRICS
 
     loaded = load_checked(scenario, overrides, seed)
     notes = notes_console()

@@ -1,1 +1,1 @@
-"""The commands that run and describe: ``run``, ``rules``, ``scenario``, ``generate``; and what commands share."""
+"""The command line; ``run``, ``rules``, ``scenario``, ``generate``, which run and describe; and what commands share."""

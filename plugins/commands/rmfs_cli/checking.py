@@ -14,10 +14,11 @@ from typing import Any
 import click
 from attrs import define, evolve, field
 
+from rmfs_cli.single_rule import load_rule
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
-from rmfs_core.rules import BoundRule, RuleSet, load_rule
+from rmfs_core.rules import BoundRule, RuleSet
 from rmfs_core.scenario import Scenario, load_scenario
 from rmfs_core.scenario.model import RuleChoice
 from rmfs_core.scenario.reading import Given, read_tables

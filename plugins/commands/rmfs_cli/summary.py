@@ -13,10 +13,9 @@ from rich.text import Text
 from rmfs_cli.screen import new_table
 from rmfs_core.decisions import gap_of
 from rmfs_core.results import Result
-from rmfs_core.results.catalogue import METRICS, TIMING, Metric, show
+from rmfs_core.results.catalogue import TIMING, Metric, by_heading, show
 
 LEFT = ("Orders", "Robots", "Decisions")
-RIGHT = ("Pods", "Throughput")
 NARROW = 76
 STATUS_STYLE = {"complete": "bold green", "partial": "bold yellow", "failed": "bold red"}
 
@@ -46,18 +45,12 @@ def print_summary(console: Console, name: str, result: Result) -> None:
     """Print every metric with its unit: in two columns, or in one where the console is narrow."""
     title = Text.assemble((name, "bold"), f", seed {result.seed}: ", (result.status, STATUS_STYLE[result.status]))
     # One of the two: a run with orders left has no makespan, and one without was simulated for that long.
-    unsaid = "makespan_s" if result.metrics["makespan_s"] is None else "simulated_s"
-    metrics = {name: tuple(one for one in group if one.name != unsaid) for name, group in METRICS.items()}
+    unsaid = "makespan_s" if result.metrics.get("makespan_s") is None else "simulated_s"
     gaps = gaps_of(result.periods)
-    metrics["Decisions"] += tuple(one for one in GAPS if one.name in gaps)
-    left = [_group(group, metrics[group], {**result.metrics, **gaps}) for group in LEFT]
-    right = [_group(group, metrics[group], result.metrics) for group in RIGHT]
-    catalogue = {metric.name for group in METRICS.values() for metric in group}
-    others = [result.described.get(name) or Metric(name) for name in result.metrics if name not in catalogue]
-    for heading in dict.fromkeys(metric.group for metric in others):
-        if heading is not None:
-            of_group = [metric for metric in others if metric.group == heading]
-            right.append(_group(heading, of_group, result.metrics))
+    groups = by_heading([name for name in result.metrics if name != unsaid], result.described)
+    groups.setdefault("Decisions", []).extend(one for one in GAPS if one.name in gaps)
+    left = [_group(heading, groups.pop(heading, []), {**result.metrics, **gaps}) for heading in LEFT]
+    right = [_group(heading, metrics, result.metrics) for heading, metrics in groups.items()]
     right.append(_group("Wall clock", TIMING, result.timing))
     console.print()
     console.print(Rule(title, align="left", style="dim"))

@@ -1,1 +1,1 @@
-"""What happens hour by hour, at each station, to each robot and to each order, and metrics made of it."""
+"""The metrics of a run; what happens hour by hour, at each station, to each robot and order, and metrics of that."""

@@ -1,4 +1,4 @@
-"""The metrics that `rmfs_details.observer.Details` adds: names, units, meanings.
+"""The metrics of `rmfs_details.metrics.Metrics`, and those that `rmfs_details.observer.Details` adds.
 
 Medians and 95th percentiles are as numpy has them: between the two nearest values they are interpolated. Orders that
 arrive before ``run.warmup_s`` are left out of what is said of orders' times; other events before it are not counted.
@@ -9,6 +9,48 @@ from __future__ import annotations
 from attrs import evolve
 
 from rmfs_core.results.catalogue import Metric
+
+_GROUPS: dict[str, tuple[Metric, ...]] = {
+    "Orders": (
+        Metric("orders_completed", "Orders completed", "", 0, "Orders whose last item was picked (or handled)."),
+        Metric("orders_total", "Orders in all", "", 0, "Orders of the instance."),
+        Metric("turnover_s", "Turn-over time", "s", 1, "Arrival to completion, mean over completed orders."),
+        Metric(
+            "turnover_backlog_s", "  in the backlog", "s", 1, "Arrival until all parts are assigned, mean of those."
+        ),
+        Metric("turnover_station_s", "  at stations", "s", 1, "The rest of the turn-over time, mean of those."),
+        Metric("split_orders_open_max", "Most split orders open", "", 0, "Most split orders open at the same time."),
+    ),
+    "Pods": (
+        Metric("picks", "Picks", "", 0, "Items picked."),
+        Metric("pod_station_visits", "Pod-station visits", "", 0, "Times a pod came to stand at a picking station."),
+        Metric("psv_per_order", "Visits per order", "", 2, "Pod-station visits per completed order."),
+        Metric("pile_on", "Pile-on", "", 2, "Picks per pod-station visit."),
+    ),
+    "Robots": (
+        Metric("distance_m", "Distance", "m", 0, "Distance driven by all robots."),
+        Metric("loaded_distance_m", "  with a pod", "m", 0, "Part of the distance driven with a pod."),
+        Metric("empty_distance_m", "  empty", "m", 0, "Part of the distance driven without a pod."),
+        Metric("distance_per_order_m", "Distance per order", "m", 1, "Distance per completed order."),
+    ),
+    "Throughput": (
+        Metric("makespan_s", "Makespan", "s", 1, "Time of the last completed order; none when orders are left."),
+        Metric("simulated_s", "Simulated time", "s", 1, "The makespan; the end of the run when orders are left."),
+        Metric("orders_per_hour", "Orders per hour", "", 1, "Completed orders per hour of simulated time."),
+        Metric("picks_per_hour", "Picks per hour", "", 1, "Picks per hour of simulated time."),
+        Metric(
+            "picker_utilisation", "Picker utilisation", "%", 1, "Share of it in which pickers handle items.", scale=100
+        ),
+    ),
+    "Decisions": (
+        Metric("periods", "Periods", "", 0, "Times pick orders were assigned (POA or joint decisions)."),
+        Metric(
+            "solves_stopped_early", "Solves stopped early", "", 0, "Decisions that a limit ended before their proof."
+        ),
+    ),
+}
+METRICS = {heading: tuple(evolve(metric, group=heading) for metric in metrics) for heading, metrics in _GROUPS.items()}
+"""What `rmfs_details.metrics.Metrics` measures, by heading, in the order of a table."""
 
 DETAILS: tuple[Metric, ...] = (
     Metric("turnover_median_s", "Turn-over time, median", "s", 1, "Median of the turn-over times."),

@@ -19,13 +19,14 @@ from typing import Any, NamedTuple
 from attrs import evolve, field, frozen
 
 from rmfs_core.errors import InputError
-from rmfs_core.results.catalogue import METRICS, TIMING, Metric
+from rmfs_core.results.catalogue import TIMING, Metric
 from rmfs_core.wording import nearest
+from rmfs_details.catalogue import METRICS
 
 Rows = Sequence[Mapping[str, Any]]
 
 CATALOGUE = {metric.name: metric for group in (*METRICS.values(), TIMING) for metric in group}
-"""Every figure of the kernel; observers measure more."""
+"""The metrics that every run begins with, and wall-clock figures; observers measure more."""
 
 BOUND = "bound."
 """Before a metric's name: the column of what no rules can beat in it, see `rmfs_bounds`."""

@@ -264,7 +264,7 @@ class Experiment:
         standing = [observer for observer, _ in make_observers(quiet=True)]
         of_all = described_by(standing)
         self._check_columns(of_all)
-        loaded: dict[tuple[str, str], _Loaded] = {}  # most have the same rules
+        loaded: dict[tuple[str, ...], _Loaded] = {}  # most have the same rules
         for instance, base, points in self._instances():
             values = {"scenario": base.name} | {a.name: p.value for a, p in zip(self.axes, points, strict=True)}
             for rule_set in self.rule_sets:
@@ -274,13 +274,14 @@ class Experiment:
                     changes |= point.changes
                 changes |= rule_set.changes
                 scenario = resolve(base.scenario, changes, self.folder, place)
-                chosen = (repr(scenario.rules), scenario.folder)
+                files, generator = scenario.instance.orders_file, scenario.instance.generator
+                chosen = (repr(scenario.rules), scenario.folder, repr((files is None, generator)))
                 with located_in(place):
                     if chosen not in loaded:
                         rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules)
                         observed = bool(rules.pm.hook.measured.get_hookimpls())
                         measures = of_all | described_by(rules.instances)
-                        versions = versions_of(rules, scenario.folder)
+                        versions = versions_of(rules, scenario)
                         loaded[chosen] = _Loaded(versions, measures, observed, sources_of(rules))
                     code = loaded[chosen]
                     key = run_key(scenario, code.versions, code.sources)

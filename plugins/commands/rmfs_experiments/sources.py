@@ -1,9 +1,9 @@
 """Which code a run is made by: digests of the sources of every import package that takes part.
 
 A version says too little: that of an editable install, or of a package that is found by its path, stays when its code
-changes. What takes part is the kernel, what rules share, the packages of the selected rules and of the observers of
-every run, and what these import of their own distributions, of this project, or from outside of the folders of
-installed packages. Other libraries are known by their versions.
+changes. What takes part is the kernel, what rules share, the packages of the selected rules, of the observers of every
+run and of the generators of instances, and what these import of their own distributions, of this project, or from
+outside of the folders of installed packages. Other libraries are known by their versions.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def sources_of(rules: RuleSet) -> dict[str, str]:
     bound = [*rules.deciding, *rules.observers]
     offered, told = entrypoints.offers(entrypoints.RULES), entrypoints.offers(entrypoints.OBSERVERS)
     entries = [offered[rule.name][0] for rule in bound if rule.name in offered]
-    entries += [same[0] for same in told.values()]
+    entries += [same[0] for same in (*told.values(), *entrypoints.offers(entrypoints.INSTANCES).values())]
     names = {*ALWAYS, *(entry.module for entry in entries)}
     names |= {kind.__module__ for rule in bound for kind in type(rule.instance).__mro__}
     own = {name for entry in entries for name in _packages_of(entrypoints.origin(entry)[0])}

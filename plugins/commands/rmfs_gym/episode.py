@@ -10,15 +10,11 @@ from greenlet import GreenletExit, getcurrent, greenlet
 
 from rmfs_core import InputError, Result, Scenario, hookimpl
 from rmfs_core.events import Event, OrderArrived, OrderCompleted
-from rmfs_core.results import Metrics, Tables
 from rmfs_core.results.recorders import make_observers
-from rmfs_core.results.running import versions_of
+from rmfs_core.results.running import prepare
 from rmfs_core.roles import Role
-from rmfs_core.rules import RuleSet, with_objects
-from rmfs_core.scenario import located
-from rmfs_core.simulation.engine import Simulation
+from rmfs_core.rules import with_objects
 from rmfs_core.warehouse import WarehouseView
-from rmfs_core.world import make_instance, make_layout
 from rmfs_gym.choices import Choice
 from rmfs_gym.policy import PolicyRule
 from rmfs_gym.rewards import Step
@@ -92,16 +88,12 @@ class Episode:
 
     def __init__(self, scenario: Scenario, decides: Role, orders_shown: int, allow_inline_rules: bool = True) -> None:
         asking = {decides.key: Caller(orders_shown=orders_shown)}
-        self._scenario = scenario = evolve(scenario, rules=with_objects(scenario.rules, asking))
-        with located(scenario):
-            self._rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules, objects=asking)
-            instance, layout = make_instance(scenario), make_layout(scenario)
-        self._metrics, self._tables, self._listening = Metrics(), Tables(), _Listening()
-        for observer, name in make_observers(quiet=True):
-            self._rules.register_observer(observer, name)
-        for observer in (self._tables, self._metrics, self._listening):  # who is registered last is told first
-            self._rules.register_observer(observer)
-        self.simulation = simulation = Simulation(scenario, instance, layout, self._rules)
+        scenario = evolve(scenario, rules=with_objects(scenario.rules, asking))
+        self._listening = _Listening()
+        self._measured = prepare(
+            scenario, asking, [*make_observers(quiet=True), (self._listening, None)], allow_inline_rules
+        )
+        self.simulation = simulation = self._measured.simulation
         # It does not know the episode: so it ends, if nobody closes it, when the episode is forgotten.
         self._stack = greenlet(lambda _: simulation.run())
         self._started, self._thread = time.perf_counter(), get_ident()
@@ -133,28 +125,12 @@ class Episode:
 
     def result(self) -> Result:
         """Return what `rmfs_core.run` would; once, when the run is over."""
-        status = self.simulation.status
-        found, errors = self.simulation.context.observers.end(status)
-        if errors:
-            raise errors[0]
-        asker, profile = self.simulation.context.asker, self.simulation.context.profile
-        wall_s = time.perf_counter() - self._started
-        return Result(
-            scenario=self._scenario,
-            seed=self._scenario.seed,
-            versions=versions_of(self._rules, self._scenario.folder),
-            status=status,
-            metrics=found,
-            timing={
-                **self._metrics.timing(wall_s),
-                "hook_s": dict(asker.seconds),
-                "profile_s": {**profile, "events": max(wall_s - sum(profile.values()), 0.0)},
-            },
-            orders=self._tables.orders,
-            visits=self._tables.visits,
-            periods=self._tables.periods,
-            hook_calls=dict(asker.calls),
-        )
+        measured = self._measured
+        measured.status, measured.wall_s = self.simulation.status, time.perf_counter() - self._started
+        result = measured.conclude()
+        if measured.error is not None:
+            raise measured.error
+        return result
 
     def close(self) -> None:
         """End the run wherever it is, and its stack with it; that of another thread ends when it is forgotten."""

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from rmfs_cli.single_rule import load_rule
 from rmfs_core.decisions import Path
 from rmfs_core.roles import Role
-from rmfs_core.rules import BoundRule, load_rule
+from rmfs_core.rules import BoundRule
 from rmfs_core.scenario import RuleChoice
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import Asker, instance_of

@@ -9,9 +9,10 @@ from itertools import chain, pairwise
 from typing import Any
 
 from rmfs_core import entrypoints
-from rmfs_core.results.catalogue import METRICS, show
+from rmfs_core.results.catalogue import show
 from rmfs_core.roles import Role
 from rmfs_core.world import Instance, Layout
+from rmfs_details.catalogue import METRICS
 from rmfs_replay.charges import Line
 from rmfs_replay.columns import COLUMNS_OF_LEGS, Columns
 from rmfs_replay.reading import Replay

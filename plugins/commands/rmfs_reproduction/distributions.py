@@ -16,7 +16,7 @@ SAMPLE_ORDERS = 2000
 def distribution_tables(seeds: Iterable[int], paper: Mapping[str, Exhibit]) -> list[Table]:
     """Return the tables of order lengths and SKU probabilities, from instances drawn with the given seeds."""
     from rmfs_core.scenario import InstanceSection
-    from rmfs_core.world import generate_instance
+    from rmfs_instances.generator import generate_instance
 
     lengths, skus = paper["order-lengths"], paper["sku-probabilities"]
     section = InstanceSection(orders=SAMPLE_ORDERS, skus=skus.values["skus"])

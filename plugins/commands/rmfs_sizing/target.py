@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from attrs import frozen
 
-from rmfs_core.results.catalogue import METRICS, Metric, show
-from rmfs_details.catalogue import MEASURES
+from rmfs_core.results.catalogue import Metric, show
+from rmfs_details.catalogue import MEASURES, METRICS
 
 KNOWN = {metric.name: metric for group in METRICS.values() for metric in group} | {one.name: one for one in MEASURES}
 """Metrics of every run, by name."""

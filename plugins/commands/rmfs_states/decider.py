@@ -9,9 +9,10 @@ from typing import Any, cast
 import pluggy
 from attrs import evolve, frozen
 
+from rmfs_cli.single_rule import load_rule
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
-from rmfs_core.rules import BoundRule, load_rule
+from rmfs_core.rules import BoundRule
 from rmfs_core.rules.hooks import marked_methods, require_attrs_class, roles_of
 from rmfs_core.rules.parameters import build
 from rmfs_core.rules.sources import RuleSources

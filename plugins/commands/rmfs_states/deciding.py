@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 from attrs import asdict, evolve, field, frozen
 
+from rmfs_cli.single_rule import load_rule
 from rmfs_core.errors import InputError, RuleError
 from rmfs_core.events import Event, TripDecided
 from rmfs_core.randomness import rule_stream
 from rmfs_core.roles import Role
-from rmfs_core.rules import BoundRule, load_rule
+from rmfs_core.rules import BoundRule
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario, StationsSection
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.applying import (

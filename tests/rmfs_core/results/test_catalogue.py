@@ -8,9 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from rmfs_core.errors import InputError
-from rmfs_core.results.catalogue import METRICS, TIMING, Metric, described_by, show
-
-EVERY = [*(metric for group in METRICS.values() for metric in group), *TIMING]
+from rmfs_core.results.catalogue import TIMING, Metric, by_heading, described_by, show
 
 
 @pytest.mark.parametrize(
@@ -21,8 +19,8 @@ EVERY = [*(metric for group in METRICS.values() for metric in group), *TIMING]
         (Metric("walks", digits=0), 12345, "12,345"),
         (Metric("walks", digits=2), 7, "7"),  # a whole number is shown whole
         (Metric("walks"), None, "-"),
-        (Metric("picker_utilisation", unit="%", digits=1), 0.4567, "45.7"),  # a share, shown in percent
-        (Metric("picker_utilisation"), None, "-"),
+        (Metric("busy", unit="%", digits=1, scale=100), 0.4567, "45.7"),  # a share, shown in percent
+        (Metric("busy", scale=100), None, "-"),
     ],
 )
 def test_values_are_shown_for_people(metric: Metric, value: float | None, text: str) -> None:
@@ -30,11 +28,11 @@ def test_values_are_shown_for_people(metric: Metric, value: float | None, text: 
     assert show(metric, value) == text
 
 
-def test_every_metric_is_described_once() -> None:
+def test_every_figure_is_described_once() -> None:
     """Names are keys of result.json; each has a sentence."""
-    names = [metric.name for metric in EVERY]
+    names = [metric.name for metric in TIMING]
     assert len(names) == len(set(names))
-    for metric in EVERY:
+    for metric in TIMING:
         assert re.fullmatch(r"[a-z][a-z0-9_]*", metric.name)
         assert metric.meaning.endswith("."), metric.name
 
@@ -50,6 +48,24 @@ def test_observers_describe_what_they_measure() -> None:
     walks, runs = Metric("walks"), Metric("runs")
     found = described_by([object(), SimpleNamespace(measures=(walks,)), SimpleNamespace(measures=[runs])])
     assert found == {"walks": walks, "runs": runs}
+
+
+def test_the_first_description_counts() -> None:
+    """Who is asked first has told first, and has the name."""
+    walks = Metric("walks", "Walks")
+    assert described_by([SimpleNamespace(measures=(walks,)), SimpleNamespace(measures=(Metric("walks"),))]) == {
+        "walks": walks
+    }
+
+
+def test_metrics_stand_under_their_headings() -> None:
+    """Headings as they were measured, under each as described; what has none is left out, what nobody knows is bare."""
+    walks, runs = Metric("walks", group="Ways"), Metric("runs", group="Ways")
+    hidden, absent = Metric("hidden", group=None), Metric("absent", group="Nowhere")
+    described = {metric.name: metric for metric in (walks, runs, hidden, absent)}
+    found = by_heading(["bare", "runs", "hidden", "walks"], described)
+    assert found == {"Observers": [Metric("bare")], "Ways": [walks, runs]}
+    assert list(found) == ["Observers", "Ways"]
 
 
 @pytest.mark.parametrize("measures", ["walks", ("walks",), {"walks": 1}, Metric("walks")])

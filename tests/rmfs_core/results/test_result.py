@@ -10,9 +10,9 @@ from attrs import evolve
 
 import rmfs_core
 from rmfs_core import InputError, Result, RuleError, hookimpl, load_scenario
-from rmfs_core.results import load_result
 from rmfs_core.results.catalogue import Metric
 from rmfs_core.scenario.model import RunSection
+from rmfs_details.loading import load_result
 
 SCENARIO = """
 seed = 5
@@ -231,28 +231,6 @@ def test_a_file_where_the_folder_should_be(scenario_file: Path) -> None:
     """It is found before anything is simulated."""
     with pytest.raises(InputError, match="expected a folder"):
         rmfs_core.run(scenario_file, out=scenario_file)
-
-
-@pytest.mark.parametrize(
-    ("name", "content", "problem"),
-    [
-        ("result.json", "{", "result.json, line 1: this is no valid JSON"),
-        ("result.json", "[]", "the key `scenario` is missing"),
-        ("orders.csv", "order\n", "orders.csv, line 1: expected the columns"),
-        ("visits.csv", "visit,pod,station,robot,start_s,end_s,picks\n1,p,1,1,0.0,x,3\n", "visits.csv, line 2"),
-        ("visits.csv", "visit,pod,station,robot,start_s,end_s,picks\n1,p\n", "visits.csv, line 2"),
-        ("periods.csv", None, "periods.csv: cannot be read"),
-    ],
-)
-def test_a_broken_result(scenario_file: Path, tmp_path: Path, name: str, content: str | None, problem: str) -> None:
-    """The message names the file, the line where it is known, and what is wrong."""
-    rmfs_core.run(scenario_file, out=tmp_path / "out")
-    (tmp_path / "out" / name).unlink()
-    if content is not None:
-        (tmp_path / "out" / name).write_text(content)
-    with pytest.raises(InputError) as caught:
-        load_result(tmp_path / "out")
-    assert problem in str(caught.value)
 
 
 def shown_in_a_notebook(result: Result) -> list[str]:

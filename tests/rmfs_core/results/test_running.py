@@ -14,11 +14,11 @@ import pytest
 from attrs import define, field
 
 import rmfs_core
+from rmfs_cli.main import main
 from rmfs_core import OrderAssignment
-from rmfs_core.cli import main
 from rmfs_core.events import Event
-from rmfs_core.results import load_result
 from rmfs_core.warehouse import WarehouseView
+from rmfs_details.loading import load_result
 
 
 def test_results_never_replace_the_input(tmp_path: Path) -> None:

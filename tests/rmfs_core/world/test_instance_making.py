@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from rmfs_core import run
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import load_scenario
 from rmfs_core.world import make_instance
@@ -201,3 +203,58 @@ def test_what_no_pod_has_room_for_is_refused(tmp_path: Path, capacity: int, skus
     file = replenished(tmp_path, supply, skus, f"pod_capacity = {capacity}\n")
     with pytest.raises(InputError, match=problem):
         make_instance(load_scenario(file))
+
+
+SINGLES = """
+from rmfs_core.randomness import stream
+from rmfs_core.world import Instance, OrderData, PodData
+
+def singles(section, seed):
+    drawn = stream(seed, "singles").integers(section.skus, size=section.orders).tolist()
+    names = tuple(map(str, range(section.skus)))
+    orders = tuple(OrderData(str(i), 0, ((sku, 1),)) for i, sku in enumerate(drawn))
+    return Instance(names, orders, tuple(PodData(name, ((int(name), None),)) for name in names))
+
+def fails(section, seed):
+    return {}[section.orders]
+
+def nothing(section, seed):
+    return None
+"""
+GENERATORS = {name: f"acme_days:{name}" for name in ("singles", "fails", "nothing")}
+
+
+def test_a_scenario_names_the_generator_of_its_instance(install: Callable[..., None]) -> None:
+    """A distribution's own makes orders and pods, with the scenario's seed, and stands among the versions."""
+    install("acme", GENERATORS, group="rmfs.instances", acme_days=SINGLES)
+    scenario = load_scenario("examples/small", ["instance.generator=singles"])
+    first, second = make_instance(scenario), make_instance(scenario.with_seed(2))
+    assert {order.items for order in first.orders} == {1}
+    assert len(first.orders) == scenario.instance.orders
+    assert first != second
+    result = run(scenario)
+    assert (result.status, result.versions["acme"]) == ("complete", "1.0")
+    assert "acme" not in run("examples/small", overrides=["instance.orders=1"]).versions
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("single", 'there is no generator "single" (did you mean `singles`?)'),
+        ("fails", 'generator "fails" (acme 1.0) raised KeyError: 50'),
+        ("nothing", 'generator "nothing" (acme 1.0) returned None; expected an Instance'),
+    ],
+)
+def test_a_generator_that_cannot_be_had_is_one_sentence(install: Callable[..., None], name: str, problem: str) -> None:
+    """With what gave its name."""
+    install("acme", GENERATORS, group="rmfs.instances", acme_days=SINGLES)
+    scenario = load_scenario("examples/small", [f"instance.generator={name}"])
+    with pytest.raises(InputError) as caught:
+        make_instance(scenario)
+    assert str(caught.value) == f"--set instance.generator={name}: {problem}"
+
+
+def test_a_generator_has_no_meaning_beside_files() -> None:
+    """As the other keys that say how instances are made."""
+    with pytest.raises(InputError, match=r"has no meaning beside `instance.orders_file`"):
+        load_scenario("examples/from-csv", ["instance.generator=paper"])

@@ -9,9 +9,9 @@ import pytest
 import rmfs_core
 from rmfs_bench.bench import QUALITY, WARM_UP_ORDERS, bench, contestant
 from rmfs_core.errors import InputError
-from rmfs_core.results.catalogue import METRICS
 from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice
+from rmfs_details.catalogue import METRICS
 
 FEW = ["instance.orders=9"]
 COUNTING = """

@@ -11,7 +11,7 @@ import pytest
 import rmfs_core
 from rmfs_bench import worlds
 from rmfs_bench.command import ROLES, WORLDS
-from rmfs_core.cli import main
+from rmfs_cli.main import main
 
 FEW = ("--set", "instance.orders=10", "--world", "small")
 RULES = """

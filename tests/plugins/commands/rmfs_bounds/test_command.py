@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from rmfs_core.cli import main
+from rmfs_cli.main import main
 
 
 def code_of(*arguments: str) -> int:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rmfs_core.cli import main
+from rmfs_cli.main import main
 
 
 def test_bibtex(capsys: pytest.CaptureFixture[str]) -> None:

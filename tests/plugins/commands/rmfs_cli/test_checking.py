@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rmfs_cli.checking import check_scenario, load_checked
-from rmfs_core.cli import main
+from rmfs_cli.main import main
 from rmfs_core.errors import InputError
 
 RULE = """

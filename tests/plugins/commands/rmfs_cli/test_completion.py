@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from click.shell_completion import ShellComplete
 
+from rmfs_cli.main import rmfs
 from rmfs_core import entrypoints
-from rmfs_core.cli import rmfs
 from rmfs_core.scenario import shipped_scenarios
 from rmfs_experiments import shipped_experiments
 
@@ -88,7 +88,7 @@ def test_it_is_quick() -> None:
     """Completing imports no rule, no solver, no compiler and nothing that draws."""
     heavy = ("numpy", "numba", "rich", "simpy", "mip", "matplotlib", "scipy")
     code = (
-        "import sys\nfrom rmfs_core.cli import main\ntry:\n    main()\nexcept SystemExit:\n    pass\n"
+        "import sys\nfrom rmfs_cli.main import main\ntry:\n    main()\nexcept SystemExit:\n    pass\n"
         f"print([name for name in {heavy!r} if name in sys.modules], file=sys.stderr)\n"
     )
     asked = {"_RMFS_COMPLETE": "bash_complete", "COMP_WORDS": "rmfs run --set rules.pp", "COMP_CWORD": "3"}

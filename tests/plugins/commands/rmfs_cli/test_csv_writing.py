@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from rmfs_cli.csv_writing import orders_csv, pods_csv
 from rmfs_core.scenario import Arrivals, InstanceSection
-from rmfs_core.world import Instance, generate_instance, read_instance
+from rmfs_core.world import Instance, read_instance
+from rmfs_instances.generator import generate_instance
 
 
 def read_back(instance: Instance, folder: Path) -> Instance:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from attrs import evolve
 
-from rmfs_core.cli import main
+from rmfs_cli.main import main
 from rmfs_core.scenario import InstanceSection, load_scenario, shipped_scenarios
 from rmfs_core.world import block_map, make_instance, make_layout
 

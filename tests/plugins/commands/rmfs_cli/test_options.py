@@ -8,8 +8,8 @@ import click
 import pytest
 from click.testing import CliRunner
 
+from rmfs_cli.main import main
 from rmfs_cli.options import dask_option, jobs_option, json_option, scenario_argument, seed_option, set_option
-from rmfs_core.cli import main
 
 
 @click.command()

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 from click.testing import CliRunner, Result
 
+from rmfs_cli.main import main
 from rmfs_cli.rules import rules
 from rmfs_core import entrypoints
-from rmfs_core.cli import main
 from rmfs_core.errors import InputError
 from rmfs_core.rules.parameters import parameters_of
 from rmfs_core.rules.sources import load_entry

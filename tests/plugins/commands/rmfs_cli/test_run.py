@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from rmfs_cli.main import main
 from rmfs_cli.run import default_folder
-from rmfs_core.cli import main
-from rmfs_core.results import load_result
+from rmfs_details.loading import load_result
 
 SCENARIO = """
 [instance]
@@ -178,7 +178,7 @@ def test_ctrl_c_keeps_what_was_measured(folder: Path) -> None:
     """An interrupt during a long run gives exit code 130 and a result marked as partial."""
     # Whoever runs tests in the background lets them ignore interrupts.
     heed = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
-    command = [sys.executable, "-c", f"{heed}; from rmfs_core.cli import main; main()", "run", "small.toml"]
+    command = [sys.executable, "-c", f"{heed}; from rmfs_cli.main import main; main()", "run", "small.toml"]
     long = ["--set", "instance.orders=20000", "--out", "out"]
     with subprocess.Popen([*command, *long], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from rmfs_cli.main import main
 from rmfs_core import run as simulate
-from rmfs_core.cli import main
 from rmfs_core.scenario import load_scenario, shipped_scenarios
 from rmfs_core.scenario.reading import shipped_folder
 from rmfs_core.world import make_layout, parse_map

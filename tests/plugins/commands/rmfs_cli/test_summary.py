@@ -11,7 +11,8 @@ from rich.console import Console
 import rmfs_core
 from rmfs_cli.summary import PROFILE, gaps_of, print_profile, print_summary
 from rmfs_core.results import Result
-from rmfs_core.results.catalogue import METRICS, Metric
+from rmfs_core.results.catalogue import Metric
+from rmfs_details.catalogue import METRICS
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import pyarrow.parquet
 import pytest
 
 import rmfs_core
-from rmfs_core.cli import main
+from rmfs_cli.main import main
 
 LINES = """\
 Order No,Article,Qty,Created

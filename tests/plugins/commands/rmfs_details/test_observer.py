@@ -10,8 +10,8 @@ import pytest
 
 import rmfs_core
 from rmfs_core.errors import InputError
-from rmfs_core.results import load_result
 from rmfs_details.catalogue import DETAILS, LATENESS
+from rmfs_details.loading import load_result
 from rmfs_validation.checking import validate_trace
 
 SETTINGS = ("instance.orders=12", "rules.pp=free-flow", "instance.arrivals.process=poisson")

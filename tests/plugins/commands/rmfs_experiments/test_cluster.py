@@ -13,7 +13,7 @@ import pytest
 from attrs import define, field
 
 from rmfs_core.errors import InputError, RunError
-from rmfs_core.results import load_result
+from rmfs_details.loading import load_result
 from rmfs_experiments import Experiment, Job, Row, Watcher, run_experiment
 
 Write = Callable[..., Experiment]

@@ -12,8 +12,8 @@ import pandas
 import psutil
 import pytest
 
-from rmfs_core.cli import main
-from rmfs_core.results import Metrics
+from rmfs_cli.main import main
+from rmfs_details.metrics import Metrics
 from rmfs_experiments import shipped_experiments
 from tiny import TINY
 
@@ -43,7 +43,7 @@ class Failing:
 
 HEED = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
 """Whoever runs tests in the background lets them ignore interrupts."""
-COMMAND = [sys.executable, "-c", f"{HEED}; from rmfs_core.cli import main; main()", "compare"]
+COMMAND = [sys.executable, "-c", f"{HEED}; from rmfs_cli.main import main; main()", "compare"]
 
 
 @pytest.fixture

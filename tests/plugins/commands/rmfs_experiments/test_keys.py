@@ -37,7 +37,7 @@ def scenario(folder: Path) -> Scenario:
 def key_of(scenario: Scenario, seed: int = 1) -> str:
     """Return the key of a run of a scenario with the rules that are installed."""
     rules = RuleSet.load(scenario.rules, scenario.folder)
-    return run_key(scenario, versions_of(rules, scenario.folder), sources_of(rules))(seed)
+    return run_key(scenario, versions_of(rules, scenario), sources_of(rules))(seed)
 
 
 def test_seed_values_versions_and_code_count(scenario: Scenario) -> None:
@@ -98,7 +98,7 @@ def test_the_versions_are_those_of_the_result(folder: Path) -> None:
     with pytest.raises(RuleError) as caught:
         run(scenario)
     assert caught.value.result is not None
-    assert caught.value.result.versions == versions_of(rules, scenario.folder)
+    assert caught.value.result.versions == versions_of(rules, scenario)
 
 
 def test_a_missing_file_is_named(scenario: Scenario) -> None:

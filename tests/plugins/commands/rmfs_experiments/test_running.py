@@ -10,8 +10,8 @@ from attrs import evolve
 
 import rmfs_core
 from rmfs_core.errors import InputError
-from rmfs_core.results import Metrics
 from rmfs_core.results.catalogue import Metric
+from rmfs_details.metrics import Metrics
 from rmfs_experiments import Experiment, Job, Row, RuleSetChoice, Watcher, run_experiment
 from rmfs_experiments.running import open_workers
 

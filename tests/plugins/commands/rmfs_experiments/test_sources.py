@@ -54,7 +54,8 @@ def path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 def test_what_the_selected_rules_import_counts(path: Path, folder: Path) -> None:
     """The kernel, rules and observers of every run, and what they import from anywhere but installed libraries."""
     found = sources(load_scenario(folder / "tiny.toml", ["rules.pr=thing"]))
-    assert {"rmfs_core", "rmfs_rule_helpers", "rmfs_details", "rmfs_pod_match", "rmfs_demand"} <= found.keys()
+    assert {"rmfs_core", "rmfs_rule_helpers", "rmfs_details", "rmfs_instances"} <= found.keys()
+    assert {"rmfs_pod_match", "rmfs_demand"} <= found.keys()
     assert {"spaces.thing_rules", "thing_tools", "thing_single"} <= found.keys()
     assert found.keys().isdisjoint({"thing_other", "attrs", "json", "numpy", "rmfs_sipp", "rmfs_testing"})
     assert all(digest.startswith("sha256:") for digest in found.values())

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rawsimo_files import xgenc, xinst, xsett
-from rmfs_core.cli import main
+from rmfs_cli.main import main
 from rmfs_core.world import parse_map
 
 HALL = ".......\n.##.##.\n.......\n.##→→→O\n.......\n"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from rmfs_core.cli import main
+from rmfs_cli.main import main
 
 
 def test_it_writes_the_folder_and_says_what_comes_next(

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from rmfs_cli.main import main
 from rmfs_cli.map_drawing import draw_map
-from rmfs_core.cli import main
 from rmfs_testing import small_layout
 
 ROOM = "type octile\nheight 4\nwidth 8\nmap\n........\n.@@..@@.\n........\nTT....OO\n"

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from PIL import Image, ImageSequence
 
-from rmfs_core.cli import main
+from rmfs_cli.main import main
 
 
 def called(*arguments: str) -> int:

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from rmfs_cli.main import main
 from rmfs_core import InputError
-from rmfs_core.cli import main
 from rmfs_replay.reading import read_replay
 
 

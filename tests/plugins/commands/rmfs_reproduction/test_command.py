@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 from pyarrow import parquet
 
-from rmfs_core.cli import main, rmfs
+from rmfs_cli.main import main, rmfs
 from rmfs_experiments import ExperimentResult
 from rmfs_experiments.rows import row_without_result
 

@@ -74,4 +74,4 @@ def trouble(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 @pytest.fixture
 def rmfs() -> tuple[str, ...]:
     """Return the words that call `rmfs` in a process of its own."""
-    return (sys.executable, "-c", "from rmfs_core.cli import main; main()")
+    return (sys.executable, "-c", "from rmfs_cli.main import main; main()")

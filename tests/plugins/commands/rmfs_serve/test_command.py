@@ -21,13 +21,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rmfs_core.cli import main
+from rmfs_cli.main import main
 from rmfs_serve.command import DECIDING
 from rmfs_states import state
 
 Serve = Callable[..., tuple[subprocess.Popen[str], int]]
 EXTRA = ("starlette", "uvicorn", "prometheus_client", "swagger_ui_bundle")
-WITHOUT = f"import sys; sys.modules.update(dict.fromkeys({EXTRA})); from rmfs_core.cli import main; main()"
+WITHOUT = f"import sys; sys.modules.update(dict.fromkeys({EXTRA})); from rmfs_cli.main import main; main()"
 
 
 @pytest.fixture
@@ -143,7 +143,7 @@ def test_it_goes_on_after_a_decision_without_end(serve: Serve, trouble: str, sta
 @pytest.fixture(scope="module")
 def shared() -> Iterator[int]:
     """Return the port of a service for several tests."""
-    code = "from rmfs_core.cli import main; main()"
+    code = "from rmfs_cli.main import main; main()"
     command = (sys.executable, "-c", code, "serve", "--rule", "first-come", "--port", "0", "--max-mb", "0.1")
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None

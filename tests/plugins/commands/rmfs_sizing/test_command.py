@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rmfs_core.cli import main
+from rmfs_cli.main import main
 
 QUICK = ("--stations", "2", "--robots", "2", "--seeds", "2", "--jobs", "1")
 

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 import rmfs_core
+from rmfs_cli.main import main
 from rmfs_core import InputError
-from rmfs_core.cli import main
 from rmfs_core.scenario import RuleChoice
 from rmfs_states import decide, read_recording, state_from_dict
 from rmfs_states.stories import pod_story

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from rmfs_core.cli import main
+from rmfs_cli.main import main
 from rmfs_states import state
 from rmfs_states.decide_command import DECIDING
 

@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 import rmfs_core
-from rmfs_core.cli import main
+from rmfs_cli.main import main
 from rmfs_core.roles import Role
 from rmfs_states import Recorded
 

@@ -11,11 +11,12 @@ from typing import Any
 import pytest
 
 import rmfs_core
+from rmfs_cli.single_rule import load_rule
 from rmfs_core import hookimpl
 from rmfs_core.info import Question
 from rmfs_core.results.files import to_json
 from rmfs_core.roles import Role
-from rmfs_core.rules import BoundRule, load_rule
+from rmfs_core.rules import BoundRule
 from rmfs_core.warehouse import WarehouseView
 from rmfs_core.warehouse.parts import Part, ReadOnly
 from rmfs_states import decide, read_recording, state_from_dict, state_to_dict

@@ -9,8 +9,8 @@ import rmfs_core
 from rmfs_core.events import DecisionMade, Event, OrderArrived, OrderAssigned, RobotMoved
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.info import RunInfo
-from rmfs_core.results import Metrics
 from rmfs_core.roles import Role
+from rmfs_details.metrics import Metrics
 from rmfs_trace import TraceWriter, read_trace
 
 SCENARIO = """

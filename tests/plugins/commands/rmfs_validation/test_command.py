@@ -10,8 +10,8 @@ import pytest
 
 import rmfs_core
 from corruptions import Raw
+from rmfs_cli.main import main
 from rmfs_core import InputError
-from rmfs_core.cli import main
 from rmfs_testing import validate_trace
 
 

@@ -15,7 +15,6 @@ from crowds import paper_roads
 from rmfs_core.decisions import Leg
 from rmfs_core.errors import StandstillError
 from rmfs_core.events import Event, OrderCompleted, RobotMoved, TaskAssigned
-from rmfs_core.results import load_result
 from rmfs_core.scenario.model import RunSection
 from rmfs_core.simulation.driving.reserved import Course, ReservedDriving
 from rmfs_core.simulation.driving.windowed import WindowedDriving
@@ -23,6 +22,7 @@ from rmfs_core.simulation.engine import Simulation
 from rmfs_core.traffic import FOREVER, Occupancy, Query, Roads, Traffic, occupancy, timed_path
 from rmfs_core.warehouse import Robot
 from rmfs_core.world import NORTH, parse_map
+from rmfs_details.loading import load_result
 from rmfs_testing import small_instance
 
 

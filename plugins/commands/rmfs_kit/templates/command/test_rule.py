@@ -3,7 +3,7 @@
 import pytest
 
 import rmfs_core
-from rmfs_core.cli import main
+from rmfs_cli.main import main
 
 
 def test_rmfs_has_it(capsys: pytest.CaptureFixture[str]) -> None:

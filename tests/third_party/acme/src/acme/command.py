@@ -13,7 +13,7 @@ def first(folder: Path) -> None:
     """Print when each station had its first pick in the run in DIR."""
     from acme.observer import FILE
     from rmfs_core import InputError
-    from rmfs_core.results import load_result
+    from rmfs_details.loading import load_result
 
     result = load_result(folder)
     if not (folder / FILE).is_file():

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import Arrivals, InstanceSection
 from rmfs_core.scenario.model import Due, SkuDemand
-from rmfs_core.world import Instance, generate_instance
-from rmfs_core.world.generator import order_lengths, sku_demand
+from rmfs_core.world import Instance
+from rmfs_instances.generator import generate_instance, order_lengths, sku_demand
 
 PAPER = InstanceSection()
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 import pytest
 
-from rmfs_core.cli import main, rmfs
+from rmfs_cli.main import main, rmfs
 
 SLOW = (
     *("numpy", "numba", "simpy", "mip", "matplotlib", "pyarrow", "rich"),
@@ -37,7 +37,7 @@ def test_the_help_of_every_command_imports_nothing_slow() -> None:
     asked = calls(rmfs)
     assert ["scenario", "check"] in asked
     code = (
-        "import sys\nfrom rmfs_core.cli import main\n"
+        "import sys\nfrom rmfs_cli.main import main\n"
         f"for words in {asked}:\n    main([*words, '--help'])\n"
         f"print('slow:', [name for name in {SLOW} if name in sys.modules])"
     )
@@ -143,7 +143,7 @@ PRINTING = [
 @pytest.mark.parametrize("arguments", PRINTING, ids=" ".join)
 def test_a_reader_that_goes_away_ends_a_command_quietly(arguments: tuple[str, ...], tmp_path: Path) -> None:
     """As in `rmfs rules | head`: the exit code is a shell's for a closed pipe, and nothing is said of it."""
-    command = [sys.executable, "-c", "from rmfs_core.cli import main; main()", *arguments]
+    command = [sys.executable, "-c", "from rmfs_cli.main import main; main()", *arguments]
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, cwd=tmp_path) as process:
         assert process.stdout is not None
@@ -257,7 +257,7 @@ FULL = "Error: output: cannot be written: No space left on device\n"
 )
 def test_output_that_cannot_be_written_is_no_traceback(call: str, code: int, said: str) -> None:
     """A full disk is one sentence, and exit code 2; output that nobody wants is none."""
-    program = f"{sys.executable} -c 'from rmfs_core.cli import main; main()'"
+    program = f"{sys.executable} -c 'from rmfs_cli.main import main; main()'"
     done = subprocess.run(f"{program} {call}", shell=True, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (code, said)
 

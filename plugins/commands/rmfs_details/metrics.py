@@ -1,4 +1,4 @@
-"""The metrics of a run, from its events and nothing else.
+"""The metrics that every table of a run begins with, from its events and nothing else.
 
 Counts, distances and times are summed as integers and divided once at the end, so that the same events give the same
 bytes. A mean over nothing is None.
@@ -7,7 +7,7 @@ bytes. A mean over nothing is None.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from rmfs_core.clock import TICKS_PER_S, to_seconds, to_ticks
 from rmfs_core.events import (
@@ -22,21 +22,19 @@ from rmfs_core.events import (
 )
 from rmfs_core.hookspecs import hookimpl
 from rmfs_core.world import Instance
+from rmfs_details.catalogue import METRICS
+from rmfs_details.spans import Number, ratio
 
 if TYPE_CHECKING:
     from rmfs_core.info import RunInfo
 
-Number = int | float | None
 TICKS_PER_HOUR = 3600 * TICKS_PER_S
 
 
-def ratio(part: int | float, whole: int | float) -> float | None:
-    """``part / whole``, or None when there is no whole."""
-    return part / whole if whole else None
-
-
 class Metrics:
-    """Observer that computes every metric of a run, to be asked for when that is over."""
+    """Observer that computes these metrics, to be asked for when the run is over."""
+
+    measures: ClassVar = tuple(metric for group in METRICS.values() for metric in group)
 
     def __init__(self) -> None:
         self.hears: Mapping[type[Event], Sequence[Callable[[Any], None]]] = {
@@ -63,7 +61,6 @@ class Metrics:
         self.status: str | None = None
         self.picker_free = [0] * stations
         self.split_open: set[int] = set()
-        self.decision_s_first = self.decision_s_later = 0.0
         # What is counted from the end of the warm-up on
         self.completed = self.timed = self.picks = self.visits = self.periods = self.stopped_early = 0
         self.backlog_ticks = self.station_ticks = self.handling_ticks = self.split_open_max = 0
@@ -132,13 +129,9 @@ class Metrics:
         self.split_open.discard(event.order)
 
     def _decided(self, event: DecisionMade) -> None:
-        if event.period <= 1:
-            self.decision_s_first += event.wall_s
         if event.tick >= self.warmup:
             self.periods += event.decides.assigns
             self.stopped_early += event.stopped_early
-            if event.period > 1:
-                self.decision_s_later += event.wall_s
 
     @property
     def complete(self) -> bool:
@@ -158,10 +151,7 @@ class Metrics:
 
     @hookimpl
     def measured(self) -> dict[str, Number]:
-        """Every metric that is the same on every run of the same scenario and seed, by name.
-
-        `rmfs_core.results.catalogue` has their meanings and units.
-        """
+        """Every one of them by name; `rmfs_details.catalogue` has their meanings and units."""
         self._note_split_orders()
         simulated, done, timed = self.simulated_ticks, self.completed, self.timed * TICKS_PER_S
         counted = max(simulated - self.warmup, 0)
@@ -189,23 +179,4 @@ class Metrics:
             "split_orders_open_max": self.split_open_max,
             "periods": self.periods,
             "solves_stopped_early": self.stopped_early,
-        }
-
-    def timing(self, wall_s: float) -> dict[str, float | None]:
-        """Wall-clock figures, by name; they differ from run to run.
-
-        Parameters
-        ----------
-        wall_s
-            Wall-clock seconds of the simulation.
-        """
-        simulated_s = to_seconds(self.now)
-        share = ratio(self.decision_s_later, to_seconds(max(self.simulated_ticks - self.warmup, 0)))
-        return {
-            "wall_s": wall_s,
-            "simulated_s_per_wall_s": ratio(simulated_s, wall_s),
-            "decision_s_first": self.decision_s_first,
-            "decision_s_later": self.decision_s_later,
-            "decision_s_per_order": ratio(self.decision_s_later, self.completed),
-            "decision_percent_of_simulated": None if share is None else 100 * share,
         }

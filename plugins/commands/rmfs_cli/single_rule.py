@@ -1,0 +1,62 @@
+"""A rule that is asked outside a run."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from rmfs_core.errors import InputError
+from rmfs_core.roles import Role
+from rmfs_core.rules import BoundRule, bind
+from rmfs_core.rules.hooks import decided, require_attrs_class, roles_of
+from rmfs_core.rules.sources import RuleSources
+from rmfs_core.scenario import RuleChoice
+from rmfs_core.wording import listed
+
+
+def load_rule(
+    choice: RuleChoice,
+    roles: Collection[Role],
+    *,
+    folder: str = ".",
+    allow_inline: bool = True,
+    place: str = "rule",
+    preferred: Role | None = None,
+    sources: RuleSources | None = None,
+) -> BoundRule:
+    """Import, create and check one rule on its own.
+
+    Parameters
+    ----------
+    choice
+        The rule's name and its parameters.
+    roles
+        The roles that it may play; the one of them that its class can play is the rule's.
+    folder
+        Where the file of an inline rule is.
+    allow_inline
+        Whether such a file may be loaded at all.
+    place
+        What a message calls the choice.
+    preferred
+        The role to take where the class can play several.
+    sources
+        Where to find it, in place of ``folder`` and ``allow_inline``: then a file is loaded once for several calls.
+
+    Raises
+    ------
+    InputError
+        When there is no such rule, a parameter is wrong, or it can play none of the roles, or several and none is
+        preferred.
+    """
+    sources = sources or RuleSources(folder, allow_inline)
+    source = sources.find(choice.rule, place)
+    able = roles_of(require_attrs_class(place, source.target, source.describe()))
+    playable = [preferred] if preferred in roles and preferred in able else [role for role in able if role in roles]
+    if not playable:
+        wanted = listed((role.label for role in roles), "or")
+        raise InputError(place, f"{source.describe()} decides {decided(able)}; expected a rule for {wanted}")
+    if len(playable) > 1:
+        raise InputError(
+            place, f"{source.describe()} decides {decided(playable)}; say which of them is asked (`decides`)"
+        )
+    return bind(sources, [(playable[0], choice, place)])[1][0]

@@ -1,0 +1,37 @@
+"""Wall-clock figures of a run; they differ from run to run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rmfs_core.results.tables import Row
+
+
+def timing(
+    wall_s: float, end_s: float, warmup_s: float, orders: Sequence[Row], periods: Sequence[Row]
+) -> dict[str, float | None]:
+    """Return the figures by name; `rmfs_core.results.catalogue` has their meanings and units.
+
+    Parameters
+    ----------
+    wall_s
+        Wall-clock seconds of the simulation.
+    end_s, warmup_s
+        Simulated time at the end of the run, and from which on is counted.
+    orders, periods
+        Rows of the tables.
+    """
+    completed = [row["completed_s"] for row in orders]
+    counted = sum(second is not None and second >= warmup_s for second in completed)
+    simulated_s = end_s if None in completed else max(completed, default=0.0)
+    first = sum(row["seconds"] for row in periods if row["period"] <= 1)
+    later = sum(row["seconds"] for row in periods if row["period"] > 1 and row["time_s"] >= warmup_s)
+    since_warmup_s = max(simulated_s - warmup_s, 0)
+    return {
+        "wall_s": wall_s,
+        "simulated_s_per_wall_s": end_s / wall_s if wall_s else None,
+        "decision_s_first": first,
+        "decision_s_later": later,
+        "decision_s_per_order": later / counted if counted else None,
+        "decision_percent_of_simulated": 100 * later / since_warmup_s if since_warmup_s else None,
+    }
