@@ -10,7 +10,10 @@ from importlib import import_module
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
-NAMED_ALONE = ("numba.cpython.builtins", "numba.cpython.unicode", "numba.np.arraymath", "numba.np.arrayobj")
+NAMED_ALONE = (
+    *("numba.cpython.builtins", "numba.cpython.heapq", "numba.cpython.listobj", "numba.cpython.unicode"),
+    *("numba.np.arraymath", "numba.np.arrayobj", "numba.np.npyimpl"),
+)
 """Modules of which machine code that was compiled with them needs no more than the name."""
 
 

@@ -16,14 +16,16 @@ from rmfs_cli.loading import loading_alone
 def test_what_is_cached_loads_without_what_compiles(tmp_path: Path) -> None:
     """Machine code runs, and raises, without numba's library; code that needs more of it, or is new, gets it."""
     module = """
+        from heapq import heappop, heappush
         import numba, numpy as np
         @numba.njit(cache=True)
         def least(n):
             if n < 1:
                 raise ValueError("too few")
-            numbers = np.empty(n, np.int64)
+            numbers, queue = np.empty(n, np.int64), [(2, 0)]
             numbers.fill(n)
-            return numbers.min()
+            heappush(queue, (1, 0))
+            return (numbers * heappop(queue)[0]).min()
         @numba.njit(cache=True)
         def known(word):
             return hash(word) != -1
@@ -53,6 +55,19 @@ def test_what_is_cached_loads_without_what_compiles(tmp_path: Path) -> None:
     assert run() == "3 too few False True True"
     assert run() == "3 too few True True True"
     assert run("new") == "3 too few True True True\n3"
+
+
+def test_a_run_loads_no_library_that_compiles(tmp_path: Path) -> None:
+    """What searches of a small run were compiled with needs no more than its name; the first run may compile."""
+    program = """
+        import sys
+        from rmfs_cli.main import main
+        main(["run", "examples/small", "--quiet", "--out", sys.argv[1]])
+        print("numba.np.arraymath" in sys.modules)
+    """
+    command = [sys.executable, "-c", dedent(program), str(tmp_path / "out")]
+    printed = [subprocess.run(command, capture_output=True, text=True, check=True).stdout for _ in range(2)]
+    assert printed[1] == "False\n"
 
 
 def test_nothing_stays_changed() -> None:
