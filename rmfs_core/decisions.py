@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from itertools import starmap
 from typing import Any
 
+import numpy as np
 from attrs import field, frozen, validators
 
 
@@ -16,7 +17,8 @@ def _as_tuple(values: Iterable[Any]) -> tuple[Any, ...]:
 
 def _as_ends(values: Any) -> Any:
     """Accept an array of ends and waits as it is."""
-    return values if getattr(values, "shape", ())[1:] == (2,) and values.dtype == "int64" else _as_tuple(values)
+    ends = isinstance(values, np.ndarray) and values.shape[1:] == (2,) and values.dtype == np.int64
+    return values if ends else _as_tuple(values)
 
 
 def _a_number(_instance: object, attribute: Any, value: object) -> None:

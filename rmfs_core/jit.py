@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from hashlib import sha256
-from types import CodeType, FunctionType
+from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
@@ -27,11 +27,17 @@ def _parts(function: FunctionType, known: set[FunctionType]) -> Iterator[object]
     if function in known:
         return
     known.add(function)
-    code = function.__code__
-    yield code.co_code, [constant for constant in code.co_consts if not isinstance(constant, CodeType)], code.co_names
-    for name in code.co_names:
-        value = function.__globals__.get(name)
-        value = getattr(value, "py_func", getattr(value, "__wrapped__", value))  # of what is compiled, or an intrinsic
+    yield _done(function.__code__)
+    names = sorted(set(_names(function.__code__)))
+    values = [(name, function.__globals__.get(name)) for name in names]
+    values += zip(
+        function.__code__.co_freevars, (cell.cell_contents for cell in function.__closure__ or ()), strict=True
+    )
+    for module in [value for _, value in values if isinstance(value, ModuleType)]:
+        if module.__name__.partition(".")[0] not in ("math", "numba", "numpy"):  # whose versions numba asks for
+            values += [(name, vars(module).get(name)) for name in names]
+    for name, given in values:
+        value = getattr(given, "py_func", getattr(given, "__wrapped__", given))  # of what is compiled, or an intrinsic
         if isinstance(value, FunctionType):
             yield from _parts(value, known)
         elif isinstance(value, type):
@@ -39,7 +45,23 @@ def _parts(function: FunctionType, known: set[FunctionType]) -> Iterator[object]
         elif isinstance(value, bool | int | float | str | tuple | np.number | np.dtype):
             yield name, value
         elif isinstance(value, np.ndarray):
-            yield name, value.tolist()
+            yield name, str(value.dtype), value.shape, sha256(value.tobytes()).hexdigest()
+
+
+def _done(code: CodeType) -> tuple[object, ...]:
+    """Return what code does with which constants and names; sets in one order, whatever the process."""
+    constants: list[object] = []
+    for constant in code.co_consts:
+        within = sorted(map(repr, constant)) if isinstance(constant, frozenset) else constant
+        constants.append(_done(constant) if isinstance(constant, CodeType) else within)
+    return code.co_code, constants, code.co_names
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    yield from code.co_names
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _names(constant)
 
 
 def _begin(cache: Any, function: Any, _begin: Any = caching.Cache.__init__) -> None:
@@ -51,7 +73,10 @@ def _of_all(cache: Any, signature: Any) -> Any:
     """Return a signature that changes with a function or constant of another file: numba looks at a function's own."""
     if not hasattr(cache, "function"):  # compiled by others, before this module was there
         return signature
-    made_of = repr(list(_parts(cache.function, set())))
+    try:
+        made_of = repr(list(_parts(cache.function, set())))
+    except Exception:  # what others compile may name whatever there is
+        return signature
     return signature, sha256(made_of.encode()).hexdigest()
 
 

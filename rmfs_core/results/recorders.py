@@ -68,11 +68,15 @@ def make_recorders(names: Iterable[str]) -> list[tuple[Recorder, str]]:
 def make_observers(*, quiet: bool = False) -> list[tuple[Any, str]]:
     """Return the observers of every run, entry points of the group ``rmfs.observers``, and what messages call them.
 
-    They are told first of all, also where no results are kept. Their attribute ``files`` has the names of what they
-    write into ``RunInfo.out``. One that cannot be had is left out, and named on standard error unless ``quiet``.
+    In the order in which they are told: those of rmfs come first, whatever others do wrong. All are told before any
+    other, also where no results are kept. Their attribute ``files`` has the names of what they write into
+    ``RunInfo.out``. One that cannot be had is left out, and named on standard error unless ``quiet``.
     """
     made = []
-    for name, entries in entrypoints.offers(entrypoints.OBSERVERS).items():
+    offers = entrypoints.offers(entrypoints.OBSERVERS).items()
+    for name, entries in sorted(
+        offers, key=lambda one: (entrypoints.origin(one[1][0])[0] == "rmfs", one[0]), reverse=True
+    ):
         place, described = f"observer {name}", entrypoints.describe("observer", name, *entrypoints.origin(entries[0]))
         try:
             if len(entries) == 1:  # where distributions clash, each is there by a name of its own, too

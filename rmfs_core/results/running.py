@@ -94,7 +94,7 @@ def run(
     resolved = _resolve(scenario, seed, overrides)
     resolved = evolve(resolved, rules=with_objects(resolved.rules, rules or {}))
     recorders, standing = make_recorders(record), make_observers()
-    told = [*((observer, None) for observer in observers), *recorders, *standing]
+    told = [*((observer, None) for observer in observers), *recorders, *reversed(standing)]
     again = out is not None and os.path.exists(Path(out) / RESULT_FILE)  # noqa: PTH110 (also of a name too long)
     with ExitStack() as stack:
         if out is not None and not os.path.exists(out):  # noqa: PTH110 (also of a name too long)
@@ -153,10 +153,11 @@ class Measured:
         try:
             with _interrupts_between_events(self.simulation):
                 self.simulation.run()
-            self.status, self.interrupted = self.simulation.status, self.simulation.interrupted
+            self.status = self.simulation.status
+            self.interrupted = self.simulation.interrupted and self.status != "complete"
         except BaseException as error:  # not only a rule's fault, a RunError: what was measured is kept all the same
-            self.interrupted = is_interrupt(error)
-            if not self.interrupted:
+            self.interrupted = self.simulation.interrupted or is_interrupt(error)
+            if not is_interrupt(error):
                 self.status, self.error = "failed", error
         self.wall_s = time.perf_counter() - started
 

@@ -29,7 +29,7 @@ from rmfs_core.world.csv_files import (
     read_skus,
     refuse,
 )
-from rmfs_core.world.instance import BundleData, Instance
+from rmfs_core.world.instance import BundleData, Instance, OrderData, PodData
 
 
 def make_instance(scenario: Scenario) -> Instance:
@@ -68,7 +68,8 @@ def unchecked_instance(scenario: Scenario, wrong: Wrong = refuse) -> Instance:
 
 def generator_of(section: InstanceSection) -> tuple[EntryPoint, ...]:
     """Return the entry points of an instance's generator, a function of its section and a seed; one, or they clash."""
-    known, name = entrypoints.offers(entrypoints.INSTANCES), section.generator or "paper"
+    known, name = entrypoints.offers(entrypoints.INSTANCES), section.generator
+    name = "paper" if name is None else name
     if name not in known:
         raise InputError("instance.generator", f'there is no generator "{name}"{nearest(name, known)}')
     return known[name]
@@ -82,11 +83,56 @@ def _generated(section: InstanceSection, seed: int) -> Instance:
         instance = generate(section, seed)
     except InputError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise InputError(place, f"{described} raised {one_line(error)}") from error
     if not isinstance(instance, Instance):
         raise InputError(place, f"{described} returned {shown_short(instance)}; expected an Instance")
+    for problem in _malformed(instance):
+        raise InputError(place, f"{described} returned an Instance with {problem}")
     return instance
+
+
+def _malformed(instance: Instance) -> Iterator[str]:
+    """Yield what is not as `Instance` has it."""
+    for what, kind in (("skus", str), ("orders", OrderData), ("pods", PodData)):
+        many = getattr(instance, what)
+        if not isinstance(many, tuple) or not all(isinstance(one, kind) for one in many):
+            yield f"`{what}` {shown_short(many)}; expected a tuple of {kind.__name__}"
+            return
+    named = {"SKU": instance.skus, "order": [one.name for one in instance.orders]}
+    named["pod"] = [one.name for one in instance.pods]
+    for what, names in named.items():
+        if strange := [name for name in names if not isinstance(name, str)]:
+            yield f"{what} {shown_short(strange[0])}; expected a name, a str"
+        elif len(set(names)) < len(names):
+            yield f"two or more {what}s {Counter(names).most_common(1)[0][0]}; expected each name once"
+    latest = 0
+    for order in instance.orders:
+        if not _is_whole(order.arrival_tick, latest):
+            expected = f"an int of at least {latest}, as orders are in order of arrival"
+            yield f"`arrival_tick` {shown_short(order.arrival_tick)} of order {order.name}; expected {expected}"
+            return
+        latest = order.arrival_tick
+        if not order.lines or not _fit(order.lines, instance, 1):
+            expected = "(SKU id, quantity) of at least one SKU, each once, and quantities of at least 1"
+            yield f"`lines` {shown_short(order.lines)} of order {order.name}; expected {expected}"
+    for pod in instance.pods:
+        if not _fit([entry for entry in pod.contents if entry[1:] != (None,)], instance, 0):
+            expected = "(SKU id, items or None) of each SKU, each once"
+            yield f"`contents` {shown_short(pod.contents)} of pod {pod.name}; expected {expected}"
+
+
+def _is_whole(value: object, least: int) -> bool:
+    return isinstance(value, int) and value >= least
+
+
+def _fit(entries: Any, instance: Instance, least: int) -> bool:
+    """Whether entries are a SKU id and a number each, no SKU twice."""
+    try:
+        ids = [sku for sku, number in entries if _is_whole(number, least)]
+        return len(set(ids)) == len(entries) and all(_is_whole(sku, 0) and sku < len(instance.skus) for sku in ids)
+    except (TypeError, ValueError):
+        return False
 
 
 def _restocked(instance: Instance, scenario: Scenario, wrong: Wrong) -> Instance:

@@ -49,19 +49,25 @@ def test_a_cache_of_names_that_are_gone_is_compiled_anew(run_cached: Callable[[s
 
 
 CALLING = """
+import helping
 from helping import helped
 from rmfs_core.jit import njit
+near = helping.near_to(0)
 @njit(cache=True)
-def called(): return helped()
+def called(): return helped() + helping.MORE + near()
 found = called()
 print(found, sum(called.stats.cache_hits.values()))
 """
 HELPING = """
 from rmfs_core.jit import njit
-FACTOR = 2
+FACTOR, MORE = 2, 0
 def again(number): return 1
 @njit(cache=True)
 def helped(): return 10 * FACTOR
+def near_to(place):
+    @njit(cache=True)
+    def near(): return 0 if "west" in {"east", "west", "north"} else place
+    return near
 """
 
 
@@ -69,10 +75,12 @@ def helped(): return 10 * FACTOR
     ("edit", "told"),
     [
         (("10", "20"), "40 0\n"),
-        (("FACTOR = 2", "FACTOR = 3"), "30 0\n"),
+        (("2, 0", "3, 0"), "30 0\n"),
+        (("2, 0", "2, 7"), "27 0\n"),
+        (("return 0 if", "return 5 if"), "25 0\n"),
         (("def again(number): return 1", "def again(number): return 2"), "20 1\n"),
     ],
-    ids=["what it calls", "a constant", "nothing of it"],
+    ids=["what it calls", "a constant", "a constant of a module", "what is made by another function", "nothing of it"],
 )
 def test_what_another_file_brings_is_part_of_the_code(
     edit: tuple[str, str], told: str, tmp_path: Path, run_cached: Callable[[str], str]

@@ -8,7 +8,7 @@ import pytest
 
 import rmfs_core
 from rmfs_cli.main import main
-from rmfs_core.errors import InputError
+from rmfs_core.errors import InputError, RunError
 from rmfs_core.results.recorders import load_recorder
 
 RECORDER = """
@@ -166,3 +166,31 @@ def test_the_version_of_an_observer_of_every_run_is_kept(install: Callable[..., 
     result = rmfs_core.run("examples/small", overrides=["instance.orders=2"])
     assert result.metrics["acme_one"] == 1
     assert result.versions["acme"] == "1.0"
+
+
+CLASHING = """
+import rmfs_core
+from rmfs_core.results.catalogue import Metric
+class Watcher:
+    files = ()
+    measures = (Metric("picks", "My picks"),)
+    @rmfs_core.hookimpl
+    def run_started(self):
+        if HOOK == "run_started":
+            raise KeyError("no")
+    @rmfs_core.hookimpl
+    def measured(self): return {"picks": 1} if HOOK == "measured" else {}
+"""
+
+
+@pytest.mark.parametrize("hook", ["run_started", "measured"])
+def test_what_anothers_observer_does_wrong_takes_no_metric_away(hook: str, install: Callable[..., None]) -> None:
+    """Whatever its name: it is told after those of rmfs, and blamed; nor does it describe what they measure."""
+    source = CLASHING.replace("HOOK", repr(hook))
+    install("acme", {"zebra": "acme_watch:Watcher"}, group="rmfs.observers", acme_watch=source)
+    with pytest.raises(RunError, match=r'observer "zebra" \(acme 1.0\)') as caught:
+        rmfs_core.run("examples/small", overrides=["instance.orders=2"])
+    result = caught.value.result
+    assert result is not None
+    assert result.metrics["orders_total"] == 2
+    assert result.described["picks"].label != "My picks"

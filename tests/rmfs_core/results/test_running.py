@@ -109,16 +109,16 @@ def interrupt() -> None:
 
 
 class Pressing:
-    """Observer that presses Ctrl-C while it is told of an event, some times, and counts the events that it hears."""
+    """Observer that presses Ctrl-C at an event, the fiftieth or some other, and counts the events that it hears."""
 
-    def __init__(self, times: int) -> None:
-        self.times, self.heard = times, [0, 0]
+    def __init__(self, times: int, at: int = 50) -> None:
+        self.times, self.heard, self.at = times, [0, 0], at
 
     @rmfs_core.hookimpl
     def on_event(self, event: Event) -> None:
-        """Press when there have been fifty."""
+        """Press when there have been so many."""
         self.heard[0] += 1
-        if self.heard[0] == 50:
+        if self.heard[0] == self.at:
             for _ in range(self.times):
                 signal.raise_signal(signal.SIGINT)
         self.heard[1] += 1
@@ -137,6 +137,19 @@ def test_a_run_is_interrupted_between_events(times: int, heard: int) -> None:
         signal.signal(signal.SIGINT, before)
     assert (result.interrupted, result.status) == (True, "partial")
     assert observer.heard[0] - observer.heard[1] == heard
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no POSIX signals")
+def test_a_run_whose_last_event_is_interrupted_is_complete() -> None:
+    """All orders are, and observers were told so."""
+    counting = Pressing(0)
+    rmfs_core.run("examples/small", observers=[counting])
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        result = rmfs_core.run("examples/small", observers=[Pressing(1, at=counting.heard[0])])
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert (result.interrupted, result.status) == (False, "complete")
 
 
 def interrupt_compiled() -> None:

@@ -220,8 +220,35 @@ def fails(section, seed):
 
 def nothing(section, seed):
     return None
+
+def ends(section, seed):
+    raise SystemExit(3)
+
+def _made(orders=(OrderData("1", 0, ((0, 1),)),), pods=(PodData("p", ((0, None),)),), skus=("A",)):
+    return lambda section, seed: Instance(skus, orders, pods)
+
+no_tuple = _made(orders=None)
+early = _made((OrderData("1", -50, ((0, 1),)),))
+half = _made((OrderData("1", 0.5, ((0, 1),)),))
+unsorted = _made((OrderData("1", 9, ((0, 1),)), OrderData("2", 3, ((0, 1),))))
+no_sku = _made((OrderData("1", 0, ((5, 1),)),))
+no_items = _made((OrderData("1", 0, ((0, 0),)),))
+no_lines = _made((OrderData("1", 0, ()),))
+same_sku = _made((OrderData("1", 0, ((0, 1), (0, 2))),))
+same_name = _made((OrderData("1", 0, ((0, 1),)),) * 2)
+no_name = _made((OrderData(1, 0, ((0, 1),)),))
+bad_pod = _made(pods=(PodData("p", ((0, 1.5),)),))
 """
-GENERATORS = {name: f"acme_days:{name}" for name in ("singles", "fails", "nothing")}
+GENERATORS = {
+    name: f"acme_days:{name}"
+    for name in (
+        *("singles", "fails", "nothing", "ends", "no_tuple", "early", "half", "unsorted", "no_sku", "no_items"),
+        *("no_lines", "same_sku", "same_name", "no_name", "bad_pod"),
+    )
+}
+WITH = "returned an Instance with"
+LINES = "expected (SKU id, quantity) of at least one SKU, each once, and quantities of at least 1"
+ARRIVALS = "as orders are in order of arrival"
 
 
 def test_a_scenario_names_the_generator_of_its_instance(install: Callable[..., None]) -> None:
@@ -243,6 +270,18 @@ def test_a_scenario_names_the_generator_of_its_instance(install: Callable[..., N
         ("single", 'there is no generator "single" (did you mean `singles`?)'),
         ("fails", 'generator "fails" (acme 1.0) raised KeyError: 50'),
         ("nothing", 'generator "nothing" (acme 1.0) returned None; expected an Instance'),
+        ("ends", 'generator "ends" (acme 1.0) raised SystemExit: 3'),
+        ("no_tuple", f"{WITH} `orders` None; expected a tuple of OrderData"),
+        ("early", f"{WITH} `arrival_tick` -50 of order 1; expected an int of at least 0, {ARRIVALS}"),
+        ("half", f"{WITH} `arrival_tick` 0.5 of order 1; expected an int of at least 0, {ARRIVALS}"),
+        ("unsorted", f"{WITH} `arrival_tick` 3 of order 2; expected an int of at least 9, {ARRIVALS}"),
+        ("no_sku", f"{WITH} `lines` ((5, 1),) of order 1; {LINES}"),
+        ("no_items", f"{WITH} `lines` ((0, 0),) of order 1; {LINES}"),
+        ("no_lines", f"{WITH} `lines` () of order 1; {LINES}"),
+        ("same_sku", f"{WITH} `lines` ((0, 1), (0, 2)) of order 1; {LINES}"),
+        ("same_name", f"{WITH} two or more orders 1; expected each name once"),
+        ("no_name", f"{WITH} order 1; expected a name, a str"),
+        ("bad_pod", f"{WITH} `contents` ((0, 1.5),) of pod p; expected (SKU id, items or None) of each SKU, each once"),
     ],
 )
 def test_a_generator_that_cannot_be_had_is_one_sentence(install: Callable[..., None], name: str, problem: str) -> None:
@@ -251,6 +290,8 @@ def test_a_generator_that_cannot_be_had_is_one_sentence(install: Callable[..., N
     scenario = load_scenario("examples/small", [f"instance.generator={name}"])
     with pytest.raises(InputError) as caught:
         make_instance(scenario)
+    if problem.startswith(WITH):
+        problem = f'generator "{name}" (acme 1.0) {problem}'
     assert str(caught.value) == f"--set instance.generator={name}: {problem}"
 
 
