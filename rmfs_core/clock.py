@@ -6,7 +6,16 @@ robot moves 1.5 mm in a tick, far below anything the model resolves (a cell is 1
 
 from __future__ import annotations
 
+from typing import Any
+
 TICKS_PER_S = 1000
+UNREACHABLE = 1 << 40
+"""In place of the ticks of a way where there is none."""
+
+
+def far(table: Any) -> int:
+    """Return what is in a table of ticks in place of `UNREACHABLE`: of four bytes, that is too large a number."""
+    return UNREACHABLE if table.itemsize == 8 else 1 << 30
 
 
 def to_ticks(seconds: float) -> int:

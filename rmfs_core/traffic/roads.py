@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.traffic.passing import PassingTimes
-from rmfs_core.world.travel import Travel
+from rmfs_core.world.travel import Table, Travel
 
 Ints = NDArray[np.int64]
 
@@ -39,7 +39,7 @@ class Tracks(NamedTuple):
     enter: Ints
     leave: Ints
     common: Ints
-    times: Ints
+    times: Table
 
 
 @lru_cache(maxsize=8)
@@ -77,8 +77,8 @@ class Roads:
 
         return intervals
 
-    def tracks(self, goal: int, loaded: bool, times: Ints | None = None) -> Tracks:
-        """Return the arrays of a goal for a compiled search, with the times of `Travel.times_to` if not with others."""
+    def tracks(self, goal: int, loaded: bool, times: Table | None = None) -> Tracks:
+        """Return the arrays of a goal for a compiled search, with the times of `Travel.ways_to` if not with others."""
         if times is None:
-            times = self.travel.times_to(goal, loaded)
+            times = self.travel.ways_to(goal, loaded)
         return Tracks(self.layout.moves, self.travel.passable(goal, loaded), *self._anywhere, times)

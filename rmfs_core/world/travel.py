@@ -14,11 +14,12 @@ from collections import OrderedDict
 from collections.abc import Sequence
 from functools import cached_property, lru_cache
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rmfs_core.clock import UNREACHABLE, far
 from rmfs_core.decisions import Leg
 from rmfs_core.motion import Motion
 from rmfs_core.world.grid import RESTING, STEPS, CellKind, Layout
@@ -26,11 +27,14 @@ from rmfs_core.world.grid import RESTING, STEPS, CellKind, Layout
 if TYPE_CHECKING:
     from rmfs_core.world.travel_search import Work
 
-UNREACHABLE = 1 << 40
 SPARE_TICKS = 3_000
 """How much longer than the fastest way those are that `Travel.times_near` has the times of, at most."""
 TABLES_BYTES = 640 << 20
 """Memory that the tables of one layout may take, besides those of stations; the least recently used go first."""
+TO, WAYS_TO = -1, -2
+"""In place of the heading in a cell that a table is from: tables to it, as rules and as searches of paths read them."""
+
+Table: TypeAlias = NDArray[np.int32] | NDArray[np.int64]
 
 
 @lru_cache(maxsize=8)
@@ -75,8 +79,8 @@ class Travel:
         self._passable: dict[tuple[int, bool], NDArray[np.bool_]] = {}
         for array in (self.runs, self.turns, self.offsets, self._floor, self._under):
             array.setflags(write=False)
-        self._tables: OrderedDict[tuple[int, int, bool], NDArray[np.int64]] = OrderedDict()
-        self._of_stations: dict[tuple[int, int, bool], NDArray[np.int64]] = {}
+        self._tables: OrderedDict[tuple[int, int, bool], Table] = OrderedDict()
+        self._of_stations: dict[tuple[int, int, bool], Table] = {}
         self._bytes = 0
         self.seconds = 0.0
         """Wall-clock seconds that tables have taken so far."""
@@ -101,12 +105,39 @@ class Travel:
     @cached_property
     def _work(self) -> Work:
         """What the searches write on."""
-        return self._search.work_on(len(self._lane), self.runs, self.turns)  # type: ignore[no-any-return]
+        size = self._layout.height, self._layout.width
+        return self._search.work_on(*size, self.runs, self.turns)  # type: ignore[no-any-return]
+
+    @cached_property
+    def _times(self) -> Table:
+        """What searches write times on that do not stay."""
+        return self._room(1)[0]  # type: ignore[no-any-return]
+
+    @cached_property
+    def _near(self) -> Table:
+        """What `times_near` writes on."""
+        return self._room(1)[0]  # type: ignore[no-any-return]
+
+    @cached_property
+    def _near_table(self) -> Table:
+        """The same as others may read it."""
+        table = self._near.reshape(-1, 4)
+        table.setflags(write=False)
+        return table
+
+    @cached_property
+    def _rows(self) -> list[Table]:
+        """Memory for tables to cells of queues: that of many takes less time to get than piece by piece."""
+        return list(self._room(64))
+
+    def _room(self, tables: int) -> Any:
+        """Return memory for so many tables of ticks by (cell, heading)."""
+        return np.empty((tables, 4 * len(self._lane)), self._search.times_on(len(self._lane), self.runs, self.turns))
 
     def load_searches(self) -> None:
         """Load the compiled searches now (or compile them), not within the first decision that needs them."""
         station = self.layout.stations[0].station
-        self.times_near([(station, 0)], self.layout.storage_locations[0], loaded=True)
+        self.times_near(station, 0, self.layout.storage_locations[0], loaded=True)
         self.times_from(station, 0, loaded=True)
         self.fastest_path(station, 0, self.layout.storage_locations[0], loaded=True)
 
@@ -115,41 +146,59 @@ class Travel:
 
         `UNREACHABLE` where there is no way.
         """
-        return self._table((goal, -1, loaded))
+        return self._table((goal, TO, loaded))  # type: ignore[no-any-return]
 
-    def times_near(self, stops: Sequence[tuple[int, int]], goal: int, loaded: bool) -> tuple[NDArray[np.int64], int]:
-        """As `times_to`, for whom few of its times are enough, and up to how many ticks it has them.
+    def ways_to(self, goal: int, loaded: bool) -> Table:
+        """As `times_to`, as searches for paths read it: in four bytes each where these hold the ticks of all ways.
 
-        They are those along all ways from some stops (cell, heading) that take no more than the ticks returned, little
-        longer than the fastest; `UNREACHABLE` if all are right. Any other time is too low, but with the way there from
-        the nearest stop no less than these ticks. Valid until the next call.
+        Where there is no way, as many ticks as `far` says of the table, or more.
         """
-        if self._lanes[goal] >= 0 or (goal, -1, loaded) in self._tables:
-            return self.times_to(goal, loaded), UNREACHABLE
-        started = perf_counter()
-        wanted = np.array([4 * cell + heading for cell, heading in stops])
-        grid = self._grid(goal, loaded)
-        within = int(self._search.times_near(goal, wanted, SPARE_TICKS, self._near, *grid, self._work))
-        table = self._near.reshape(-1, 4)
-        table.setflags(write=False)
-        self.seconds += perf_counter() - started
-        return table, within
+        return self._table((goal, WAYS_TO, loaded))  # type: ignore[no-any-return]
 
-    @cached_property
-    def _near(self) -> NDArray[np.int64]:
-        """What `times_near` writes its table on."""
-        return np.zeros(4 * len(self._lane), dtype=np.int64)
+    def times_near(
+        self, cell: int, heading: int, goal: int, loaded: bool, spare_ticks: int = SPARE_TICKS
+    ) -> tuple[Table, int]:
+        """As `ways_to`, for whom few of its times are enough, and up to how many ticks it has them.
+
+        They are those along all ways from standing in ``cell`` with ``heading`` that take no more than the ticks
+        returned, as many as the fastest and ``spare_ticks``; `UNREACHABLE` if all are right. Any other time is too low,
+        but with the way there no less than these ticks. Valid until the next call.
+        """
+        if self._lanes[goal] >= 0 or (goal, WAYS_TO, loaded) in self._tables:
+            return self.ways_to(goal, loaded), UNREACHABLE
+        started, start, table = perf_counter(), 4 * cell + heading, self._near
+        within = self._search.times_near(goal, table, start, spare_ticks, *self._grid(goal, loaded), self._work)
+        self.seconds += perf_counter() - started
+        return self._near_table, within
+
+    def nearest(self, stops: Sequence[tuple[int, int]], goal: int, loaded: bool) -> int:
+        """Index of the stop (cell, heading) that is the fewest ticks from ``goal``, of several the first."""
+        width, work, (cells, headings) = self._layout.width, self._work, np.array(stops).T
+        rows, columns = goal // width - cells // width, goal % width - cells % width
+        least = work.least[np.sign(rows) + 1, np.sign(columns) + 1, headings].min(axis=1)
+        for cells in (abs(rows), abs(columns)):
+            least += work.step * cells + work.stop * (cells > 0)
+        ticks, nearest = UNREACHABLE + 1, 0
+        for i in least.argsort(kind="stable").tolist():
+            if least[i] > ticks:
+                break
+            cell, heading = stops[i]
+            times, _ = self.times_near(cell, heading, goal, loaded, 0)
+            ticks, nearest = min((ticks, nearest), (int(times[cell, heading]), i))
+        return nearest
 
     def times_from(self, cell: int, heading: int, loaded: bool) -> NDArray[np.int64]:
         """Ticks from standing in ``cell`` with ``heading`` to rest in each cell, whatever the heading there.
 
         Shape (cells,), read-only. Storage cells are goals here; `UNREACHABLE` where there is no way.
         """
-        return self._table((cell, heading, loaded))
+        return self._table((cell, heading, loaded))  # type: ignore[no-any-return]
 
     def ticks(self, cell: int, heading: int, goal: int, loaded: bool) -> int:
         """Ticks from standing in ``cell`` with ``heading`` to rest at ``goal``."""
-        return int(self.times_to(goal, loaded)[cell, heading])
+        table = self.ways_to(goal, loaded)
+        ticks = int(table[cell, heading])
+        return ticks if ticks < far(table) else UNREACHABLE
 
     def fastest_path(self, cell: int, heading: int, goal: int, loaded: bool) -> tuple[Leg, ...]:
         """Legs of a fastest path to ``goal``; of equally fast ones the one that turns last and stops first.
@@ -159,8 +208,8 @@ class Travel:
         ValueError
             When there is no way.
         """
-        table = self.times_to(goal, loaded)
-        if table[cell, heading] >= UNREACHABLE:
+        table = self.ways_to(goal, loaded)
+        if table[cell, heading] >= far(table):
             raise ValueError(f"no way from {self.layout.where(cell)} to {self.layout.where(goal)}")
         ends = self._search.descend(cell, heading, goal, table, *self._grid(goal, loaded))
         return tuple(Leg(int(end)) for end in ends)
@@ -213,29 +262,39 @@ class Travel:
         """Return moves, passable cells, offsets, run and turn times."""
         return self.layout.moves, self.passable(end, loaded), self.offsets, self.runs, self.turns
 
-    def _table(self, key: tuple[int, int, bool]) -> NDArray[np.int64]:
-        """Return a table as it was kept, or else search for it and keep it: one to the cell for heading -1."""
-        table: NDArray[np.int64] | None = self._of_stations.get(key)
+    def _table(self, key: tuple[int, int, bool]) -> Any:
+        """Return a table as it was kept, or else search for it and keep it: from a cell and heading, or to the cell."""
+        table: Table | None = self._of_stations.get(key)
         if table is not None:
             return table
         table = self._tables.get(key)
         if table is not None:
             self._tables.move_to_end(key)
             return table
-        started = perf_counter()
-        cell, heading, loaded = key
-        grid = self._grid(cell, loaded)
-        if heading < 0:
-            table = self._search.times_to(cell, *grid, self._work)
-        else:
-            table = self._search.times_from(cell, heading, self._lane, *grid, self._work)
+        table = self._search_for(*key)
         table.setflags(write=False)
-        if self._lanes[cell] >= 0:
+        if self._lanes[key[0]] >= 0:
             self._of_stations[key] = table  # needed for every trip
         else:
             self._tables[key] = table
             self._bytes += table.nbytes
         while self._bytes > TABLES_BYTES and len(self._tables) > 1:
             self._bytes -= self._tables.popitem(last=False)[1].nbytes
+        return table
+
+    def _search_for(self, cell: int, heading: int, loaded: bool) -> Any:
+        """Return a new table."""
+        grid, times, in_lane = self._grid(cell, loaded), self._times, self._lanes[cell] >= 0
+        if heading == TO and in_lane:
+            times = self.ways_to(cell, loaded).reshape(-1)  # which paths need anyway
+        elif heading == WAYS_TO:
+            times = self._rows.pop() if in_lane and self._rows else self._room(1)[0]
+        started = perf_counter()
+        if heading >= 0:
+            table = self._search.times_from(cell, heading, times, self._lane, *grid, self._work)
+        else:
+            if heading == WAYS_TO or not in_lane:
+                self._search.times_to(cell, times, *grid, self._work)
+            table = (times if heading == WAYS_TO else self._search.wide(times)).reshape(-1, 4)
         self.seconds += perf_counter() - started
         return table

@@ -10,17 +10,20 @@ one or two cells of most runs. States wait in lists, one for each short span of 
 
 from __future__ import annotations
 
+from itertools import pairwise, permutations
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rmfs_core import clock
 from rmfs_core.jit import inlined, njit
-from rmfs_core.world.grid import SOUTH
+from rmfs_core.world.grid import EAST, NORTH, SOUTH, STEPS, WEST
 
-FAR = 1 << 40
-FAR_32 = 1 << 30
-"""The same in four bytes."""
+FAR = clock.UNREACHABLE
+far: Any = inlined(clock.far)
+DETOURS = 4
+"""Stops with a turn more than there must be that a way may have before a search with more of them is begun."""
 LAST, IDLE = -1, -2
 """In place of the state that waits behind another in its bucket: none does, and that one does not wait itself."""
 MOST_BUCKETS = 4096
@@ -31,8 +34,8 @@ class Work(NamedTuple):
 
     Parameters
     ----------
-    times, driven
-        Ticks by state, and the length of the run that it was reached by, 0 for a turn.
+    driven
+        By state: the length of the run that it was reached by, 0 for a turn.
     links, buckets, shift
         The states that wait: who is behind each, who is the first of each bucket, and log2 of the ticks of a bucket.
         Buckets are used in a circle that is longer than any two moves. A state that is reached earlier once more stays
@@ -46,146 +49,202 @@ class Work(NamedTuple):
         only while that one speeds up yet, and nothing more once both have driven half of the way that is left.
     onwards
         Whether a run after a run may be as fast as one in place of both, but for rounding. If not, turns follow runs.
+    down, sides, across
+        Ticks from a state to each (cell, heading) at least: ``down`` by row, and ``across`` by column and heading, for
+        rows before, at and after its own, as ``sides`` says.
+    step, stop
+        Ticks that a run takes at least by cell, and besides.
+    least
+        Ticks of turns at least from one heading to another by way of those that lead to other rows and columns. Shape
+        (3, 3, 4, 4): rows before, at and after one's own, columns, from, to.
     """
 
-    times: NDArray[np.int32] | NDArray[np.int64]
-    driven: NDArray[np.int32]
+    driven: NDArray[np.int16]
     links: NDArray[np.int32]
     buckets: NDArray[np.int32]
     shift: int
     losses: NDArray[np.int64]
     gains: NDArray[np.int64]
     onwards: bool
+    down: NDArray[np.int64]
+    sides: NDArray[np.int64]
+    across: NDArray[np.int64]
+    step: int
+    stop: int
+    least: NDArray[np.int64]
 
 
-def work_on(cells: int, runs: NDArray[np.int64], turns: NDArray[np.int64]) -> Work:
-    """Return what searches on a grid of so many cells write on."""
-    longest, length = len(runs) - 1, np.arange(len(runs))
+def times_on(cells: int, runs: NDArray[np.int64], turns: NDArray[np.int64]) -> Any:
+    """Return what type of number holds the ticks of all ways on a grid of so many cells, and of a move more."""
+    slowest = cells * int(runs[1] + 2 * turns.max())  # no way visits a cell twice with one heading
+    return np.int32 if 4 * slowest + int(runs[-1] + turns.max()) < 1 << 31 else np.int64
+
+
+def work_on(height: int, width: int, runs: NDArray[np.int64], turns: NDArray[np.int64]) -> Work:
+    """Return what searches on a grid write on."""
+    cells, longest, length = height * width, len(runs) - 1, np.arange(len(runs))
     more = (longest - length) // 2
     gains = runs[length + more] - runs - (runs[-1] - runs[longest - more]) + 4
     move, shift = int(runs[-1] + turns.max()), 0
     while 2 << shift <= runs[1] or 2 * move >> shift > MOST_BUCKETS:
         shift += 1
     buckets = np.full(1 << ((2 * move >> shift) + 2).bit_length(), LAST, np.int32)  # a power of two
-    slowest = cells * int(runs[1] + 2 * turns.max())  # no way visits a cell twice with one heading
-    times: Any = np.empty(4 * cells, np.int32 if 4 * slowest + move < 1 << 31 else np.int64)
     links, losses = np.full(4 * cells, IDLE, np.int32), runs + runs[::-1] - runs[-1] + 4
     onwards = bool(2 * runs[1] - runs[min(2, longest)] < 3)  # the closest call; each is rounded by half a tick
-    return Work(times, np.empty(4 * cells, np.int32), links, buckets, shift, losses, gains, onwards)
+    driven, down, sides = np.empty(4 * cells, np.int16), np.empty(height, np.int64), np.empty(height, np.int64)
+    across: NDArray[np.int64] = np.empty((3, 4 * width), times_on(cells, runs, turns))
+    step = int(np.diff(runs).min())
+    stop = int((runs - step * length)[1:].min())
+    return Work(
+        driven, links, buckets, shift, losses, gains, onwards, down, sides, across, step, stop, _least(turns)
+    )  # fmt: skip
+
+
+def _least(turns: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the ticks of turns by way of others, as `Work` has them."""
+    quick = [min(int(turns[a]) + int(turns[d - a]) for a in range(4)) for d in range(4)]  # one turn or two
+    least = np.empty((3, 3, 4, 4), np.int64)
+    for row, column, start, end in np.ndindex(least.shape):
+        ways = permutations(((NORTH,), (), (SOUTH,))[row] + ((WEST,), (), (EAST,))[column])
+        least[row, column, start, end] = min(sum(quick[b - a] for a, b in pairwise((start, *way, end))) for way in ways)
+    return least
 
 
 @njit(cache=True)
-def times_to(goal, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
-    """Ticks from each (cell, heading) to rest at ``goal``: a search backwards from it."""
-    _spread(goal, None, None, 0, 0, moves, passable, offsets, runs, turns, work)
-    return _table(work.times).reshape((-1, 4))
+def times_to(goal, times, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
+    """Write to ``times`` ticks from each (cell, heading) to rest at ``goal``: a search backwards from it."""
+    _spread(goal, times, None, 0, FAR, moves, passable, offsets, runs, turns, work)
 
 
 @njit(cache=True)
-def times_near(goal, wanted, spare, table, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
-    """Write to ``table`` the times of `times_to` on ways that are at most ``spare`` ticks longer than the fastest.
+def times_near(goal, times, start, spare, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
+    """As `times_to` for ways from a state that are at most ``spare`` ticks longer than the fastest; too low elsewhere.
 
-    Ways are from the rectangle around the ``wanted`` states, and the fastest is that from one of these. Returns how
-    long ways may be: that, or `FAR` if none of the states is reached. What is no part of such a way gets what would be
+    Returns how long ways may be: that, or `FAR` if there is none. What is no part of such a way gets what would be
     left of it: no more than its time.
     """
-    beyond = np.empty(len(moves), np.int64)
-    stop = _look(wanted, offsets[SOUTH], runs, beyond)
-    within = _spread(goal, wanted, beyond, stop, spare, moves, passable, offsets, runs, turns, work)
-    times = work.times
-    for cell in range(len(moves)):
-        left = max(within - beyond[cell], 0)
-        for state in range(4 * cell, 4 * cell + 4):
-            table[state] = min(times[state], left) if times[state] < _far(times) or within < FAR else FAR
+    width = offsets[SOUTH]
+    _look(start, width, work)
+    there = _way(0, start, goal // width, goal % width, EAST, work)
+    limit = there + spare + DETOURS * (work.stop + turns[1])
+    while True:
+        within = _spread(goal, times, start, spare, limit, moves, passable, offsets, runs, turns, work)
+        if within <= limit:
+            break
+        limit = np.int64(FAR)
+    if within < FAR:
+        number = times.dtype.type  # arithmetic in that type is done on several at once
+        for row in range(len(work.down)):
+            here, beyond = times[4 * width * row : 4 * width * (row + 1)], work.across[work.sides[row]]
+            left = number(within - work.down[row])
+            for at in range(4 * width):
+                here[at] = max(min(here[at], number(left - beyond[at])), number(0))
     return within
 
 
 @inlined
-def _look(wanted, width, runs, beyond):  # type: ignore[no-untyped-def]
-    """Write to ``beyond`` ticks that a way takes at least from the rectangle around some states to each cell.
+def _look(start, width, work):  # type: ignore[no-untyped-def]
+    """Write to ``work`` ticks that a way takes at least from a state to each (cell, heading).
 
-    That is top speed all the way, and a stop for a row to drive along and one for a column; returns those of a stop. No
-    move takes less than these ticks change by, and along a run a way through its end gets no shorter, but for one stop.
+    That is top speed all the way, a stop for a row to drive along and one for a column, and the turns for them and to
+    the heading. No move takes less than these ticks change by, and along a run a way through its end gets no shorter,
+    but for one stop.
     """
-    west, east, north, south = width, np.int64(0), len(beyond), np.int64(0)
-    for state in wanted:
-        row, column = state // 4 // width, state // 4 % width
-        west, east, north, south = min(west, column), max(east, column), min(north, row), max(south, row)
-    step = stop = runs[1]
-    for length in range(1, len(runs)):
-        step = min(step, runs[length] - runs[length - 1])
-    for length in range(1, len(runs)):
-        stop = min(stop, runs[length] - step * length)
-    for row in range(len(beyond) // width):
-        down = max(north - row, row - south, 0)
-        for column in range(width):
-            across = max(west - column, column - east, 0)
-            beyond[row * width + column] = step * (down + across) + stop * (min(down, 1) + min(across, 1))
-    return stop
+    row, column = start // 4 // width, start // 4 % width
+    for other in range(len(work.down)):
+        away = abs(other - row)
+        work.down[other] = work.step * away + work.stop * min(away, 1)
+        work.sides[other] = 0 if other < row else 1 + (other > row)
+    for side in range(3):
+        for other in range(width):
+            away, aside = abs(other - column), 0 if other < column else 1 + (other > column)
+            for heading in range(4):
+                turned = work.least[side, aside, start % 4, heading]
+                work.across[side, 4 * other + heading] = work.step * away + work.stop * min(away, 1) + turned
 
 
 @inlined
-def _spread(goal, wanted, beyond, stop, spare, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
-    """Search backwards from a goal, only as far as `times_near` says if states are ``wanted``.
+def _spread(goal, times, start, spare, limit, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
+    """Search backwards from a goal, with a ``start`` only as far as `times_near` says, and by ways of so many ticks.
 
     Then a state waits by the least that a way through it takes, and one too long for the fastest way so far is none.
+    Returns the ticks of the fastest way and those to spare, `FAR` if there is none.
     """
-    times, driven, links, buckets, shift, losses, gains, onwards = work
-    _begin(times)
+    driven, links, buckets, shift, losses, gains, onwards, _, _, _, _, stop, _ = work
+    width = offsets[SOUTH]
+    times.fill(far(times))
     waiting = bucket = 0
-    within = np.int64(FAR)
+    within = np.int64(limit)
     for heading in range(4):
-        way = 0 if beyond is None else beyond[goal]
+        way = _way(0, start, goal // width, goal % width, heading, work)
         waiting += _reach(4 * goal + heading, 0, way, 0, times, driven, links, buckets, shift)
     while waiting:
         while buckets[bucket] < 0:
-            bucket, within = (bucket + 1) & (len(buckets) - 1), _within(wanted, spare, times)
+            bucket, within = (bucket + 1) & (len(buckets) - 1), min(limit, _within(start, spare, times))
         state = buckets[bucket]
         buckets[bucket], links[state] = links[state], IDLE
         waiting -= 1
         time, cell = times[state], state >> 2
         if time and not driven[state]:
             continue  # turned to while it waited
+        row, column = cell // width, cell % width
         for difference in range(1 if time and not onwards else 0, 4):
             heading, turned = (state - difference) & 3, time + turns[difference]
             if turned < times[4 * cell + heading]:
                 times[4 * cell + heading], driven[4 * cell + heading] = turned, 0
             elif difference:
                 continue
-            before, length = cell - offsets[heading] if passable[cell] or cell == goal else -1, 1
-            while 0 <= before < len(moves) and moves[before] >> heading & 1:
-                into, arrival = 4 * before + heading, turned + runs[length]
-                way = arrival if beyond is None else arrival + beyond[before]
+            before, length, passes = cell - offsets[heading], 1, True
+            while passes and 0 <= before < len(moves) and moves[before] >> heading & 1:
+                into, arrival, passes = 4 * before + heading, turned + runs[length], passable[before]
+                up, aside = row - length * STEPS[heading][1], column - length * STEPS[heading][0]
+                way = _way(arrival, start, up, aside, heading, work)
                 if way > within + stop:
                     break  # and so is every longer run, even with a stop less
                 if arrival < times[into]:
-                    new = way <= within and _reach(into, arrival, way, length, times, driven, links, buckets, shift)
-                    waiting += new
+                    if way <= within:
+                        waiting += _arrive(
+                            into, arrival, way, length, passes, turns, times, driven, links, buckets, shift
+                        )
                 elif arrival - times[into] > min(losses[length], gains[driven[into]]):
-                    break
-                if not passable[before]:
                     break
                 before -= offsets[heading]
                 length += 1
-    return _within(wanted, spare, times)
+    return _within(start, spare, times)
 
 
 @inlined
-def _within(wanted, spare, times):  # type: ignore[no-untyped-def]
-    """Ticks to spare after the nearest wanted state so far, or `FAR` if none is reached."""
-    nearest = np.int64(FAR)
-    if wanted is not None:
-        for state in wanted:
-            if times[state] < _far(times):
-                nearest = min(nearest, times[state] + spare)
-    return nearest
+def _way(ticks, start, row, column, heading, work):  # type: ignore[no-untyped-def]
+    """Ticks of a way at least: those from (cell, heading) on and, with a start, those from there."""
+    if start is None:
+        return ticks
+    return ticks + work.down[row] + work.across[work.sides[row], 4 * column + heading]
+
+
+@inlined
+def _arrive(into, time, way, length, passes, turns, times, driven, links, buckets, shift):  # type: ignore[no-untyped-def]
+    """Note that a state is reached by a run; if no run passes it need not wait. Returns 1 if it waits from now on."""
+    if passes:
+        return _reach(into, time, way, length, times, driven, links, buckets, shift)
+    times[into], driven[into] = time, length
+    for difference in range(1, 4):
+        state = 4 * (into >> 2) + ((into - difference) & 3)
+        if time + turns[difference] < times[state]:
+            times[state], driven[state] = time + turns[difference], 0
+    return 0
+
+
+@inlined
+def _within(start, spare, times):  # type: ignore[no-untyped-def]
+    """Ticks of the fastest way found so far from a start, if any, and those to spare."""
+    return FAR if start is None or times[start] >= far(times) else np.int64(times[start]) + spare
 
 
 @njit(cache=True)
-def times_from(start, start_heading, lane, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
+def times_from(start, start_heading, times, lane, moves, passable, offsets, runs, turns, work):  # type: ignore[no-untyped-def]
     """Ticks from standing at ``start`` to rest in each cell, whatever the heading there."""
-    times, driven, links, buckets, shift, losses, gains, onwards = work
-    _begin(times)
+    driven, links, buckets, shift, losses, gains, onwards, _, _, _, _, _, _ = work
+    times.fill(far(times))
     waiting, bucket = _reach(4 * start + start_heading, 0, 0, 0, times, driven, links, buckets, shift), 0
     while waiting:
         while buckets[bucket] < 0:
@@ -194,7 +253,7 @@ def times_from(start, start_heading, lane, moves, passable, offsets, runs, turns
         buckets[bucket], links[state] = links[state], IDLE
         waiting -= 1
         time, cell = times[state], state >> 2
-        if (time and not driven[state]) or not (passable[cell] or cell == start):
+        if time and not driven[state]:
             continue
         for difference in range(1 if time and not onwards else 0, 4):
             heading, turned = (state + difference) & 3, time + turns[difference]
@@ -202,44 +261,32 @@ def times_from(start, start_heading, lane, moves, passable, offsets, runs, turns
                 times[4 * cell + heading], driven[4 * cell + heading] = turned, 0
             elif difference:
                 continue
-            after, length = cell, 0
-            while moves[after] >> heading & 1:
+            after, length, passes = cell, 0, True
+            while passes and moves[after] >> heading & 1:
                 after += offsets[heading]
                 length += 1
+                into, arrival, passes = 4 * after + heading, turned + runs[length], passable[after]
                 if lane[after] >= 0 and lane[after] != lane[start]:
                     break
-                into, arrival = 4 * after + heading, turned + runs[length]
                 if arrival < times[into]:
-                    waiting += _reach(into, arrival, arrival, length, times, driven, links, buckets, shift)
+                    waiting += _arrive(
+                        into, arrival, arrival, length, passes, turns, times, driven, links, buckets, shift
+                    )
                 elif arrival - times[into] > min(losses[length], gains[driven[into]]):
-                    break
-                if not passable[after]:
                     break
     fastest = np.empty(len(moves), times.dtype)
     for cell in range(len(moves)):
         at = 4 * cell
         fastest[cell] = min(times[at], times[at + 1], times[at + 2], times[at + 3])
-    return _table(fastest)
-
-
-@inlined
-def _begin(times):  # type: ignore[no-untyped-def]
-    """Forget the search before, of which nothing waits any more."""
-    times.fill(_far(times))
-
-
-@inlined
-def _far(times):  # type: ignore[no-untyped-def]
-    """What stands for a state that is not reached."""
-    return FAR if times.itemsize == 8 else FAR_32
+    return wide(fastest)
 
 
 @njit(cache=True)
-def _table(times):  # type: ignore[no-untyped-def]
-    """Return times as a table that stays."""
+def wide(times):  # type: ignore[no-untyped-def]
+    """Return times in eight bytes each, whatever they have, and `FAR` for what is not reached."""
     table = np.empty(len(times), np.int64)
     for i in range(len(times)):
-        table[i] = times[i] if times[i] < _far(times) else FAR
+        table[i] = times[i] if times[i] < far(times) else FAR
     return table
 
 

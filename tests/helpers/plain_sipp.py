@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from heapq import heappop, heappush
 
+from rmfs_core.clock import UNREACHABLE
 from rmfs_core.decisions import Leg
 from rmfs_core.traffic import FOREVER, Query, Reservations, Roads, TimedPath, timed_path
-from rmfs_core.world.travel import UNREACHABLE
 
 Window = tuple[int, int]
 State = tuple[int, int, int]
@@ -52,7 +52,7 @@ class PlainSearch:
         self.enter: list[list[int]] = tracks.enter.tolist()
         self.leave: list[list[int]] = tracks.leave.tolist()
         self.common: list[int] = tracks.common.tolist()
-        self.times: list[list[int]] = tracks.times.tolist()
+        self.times: list[list[int]] = roads.travel.times_to(query.goal, query.loaded).tolist()
         self.gaps = [gaps(table, cell, query.robot) for cell in range(roads.cells)]
         self.arrival: dict[State, int] = {}
         self.parent: dict[State, tuple[State, int]] = {}

@@ -124,9 +124,9 @@ def _plan(
 
 def _check_reach(roads: Roads, trips: Sequence[Any], place: str) -> None:
     """Refuse trips that no robot could make even if it were alone, and such that share a start or a goal."""
+    from rmfs_core.clock import UNREACHABLE
     from rmfs_core.errors import InputError
     from rmfs_core.world import NORTH
-    from rmfs_core.world.travel import UNREACHABLE
 
     seen: dict[tuple[str, int], int] = {}
     for number, trip in enumerate(trips, 1):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from rmfs_core.clock import UNREACHABLE
 from rmfs_core.errors import InputError
 from rmfs_core.randomness import stream
 from rmfs_core.traffic import Roads
 from rmfs_core.wording import counted
 from rmfs_core.world import CellKind
-from rmfs_core.world.travel import UNREACHABLE
 from rmfs_plan.movingai import Trip
 
 

@@ -33,8 +33,8 @@ class NearestRobot:
         for pod in warehouse.waiting_pods[: len(idle)]:
             nearest = idle[0]
             if len(idle) > 1:
-                times, _ = warehouse.travel.times_near([(r.cell, r.heading) for r in idle], pod.cell, loaded=False)
-                nearest = min(idle, key=lambda robot: (int(times[robot.cell, robot.heading]), robot.id))
+                stops = [(robot.cell, robot.heading) for robot in idle]
+                nearest = idle[warehouse.travel.nearest(stops, pod.cell, loaded=False)]
             idle.remove(nearest)
             tasks.append(TaskAssignment(nearest.id, pod.id))
         return tasks

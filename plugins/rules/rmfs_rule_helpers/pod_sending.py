@@ -287,7 +287,7 @@ class KeptPods:
     def ticks_from(self, warehouse: WarehouseView, station: Station) -> Ids:
         """Return the shortest loaded driving times to a station from all cells, int64, shape (cells,)."""
         if station.id not in self._ticks:
-            self._ticks[station.id] = warehouse.travel.times_to(station.cell, True).min(axis=1)
+            self._ticks[station.id] = warehouse.travel.ways_to(station.cell, True).min(axis=1).astype(np.int64)
         return self._ticks[station.id]
 
     def ticks(self, warehouse: WarehouseView, pods: Ids, station: Station) -> Ids:

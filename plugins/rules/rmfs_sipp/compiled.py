@@ -7,16 +7,19 @@ out. Arrivals are the same.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from rmfs_core import clock
 from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER, Intervals, Tracks
-from rmfs_core.world.travel import UNREACHABLE
 from rmfs_rule_helpers.searching import free_for_good, gap_at, narrow
 from rmfs_sipp.backwards import earliest
 from rmfs_sipp.states import AHEAD, ARRIVAL, CELL, DONE, DUE, GAP_END, PARENT, REST, known, put, reach, take, turned
 
-FAR = UNREACHABLE
+FAR = clock.UNREACHABLE
+far: Any = inlined(clock.far)
 LITTLE = 1_000
 """States that a search expands before it looks from the goal when a path can arrive at all."""
 LABELS = 256
@@ -42,7 +45,7 @@ def search(  # type: ignore[no-untyped-def]
     table = Intervals(first, count, since, until, owner)
     gap, end = gap_at(cell, start, me, table)
     last = free_for_good(goal, me, table)
-    if gap < 0 or last >= FOREVER or times[cell, heading] >= FAR:
+    if gap < 0 or last >= FOREVER or times[cell, heading] >= far(times):
         return None
     if cell == goal and end >= FOREVER:
         return np.empty((0, 2), np.int64)
@@ -96,7 +99,7 @@ def _forward(  # type: ignore[no-untyped-def]
         found, left, waiting = _expand(
             state, limit, goal, me, number, bound, found, tracks, table, states, queue, waiting, low, high
         )
-        if left < FAR:
+        if left < start + far(tracks.times):
             states[state, DONE], states[state, DUE] = limit, max(left, bound)
             waiting = put(state, states, queue, waiting)
     return nothing, NONE

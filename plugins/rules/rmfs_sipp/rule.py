@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
     from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, Tracks, Traffic
 
+SPARE_TICKS = 3_000, 15_000, 60_000
+"""How much later than without traffic paths arrive of which the times are looked up first; most are in time."""
+
 
 @define(eq=False)
 class _Memory:
@@ -84,11 +87,14 @@ class Sipp:
     def plan_path(self, traffic: Traffic) -> Path | None:
         """Return the path that arrives first; None when there is none, which the kernel's scheme excludes."""
         roads, table, query = traffic.roads, traffic.table, traffic.query
-        times, within = roads.travel.times_near([(query.cell, query.heading)], query.goal, query.loaded)
-        latest, soon = query.latest, query.start_tick + within
-        legs = self._legs(table, query, min(latest, soon), roads.tracks(query.goal, query.loaded, times))
-        if legs is None and soon < latest:
-            legs = self._legs(table, query, latest, roads.tracks(query.goal, query.loaded))
+        latest = query.latest
+        for spare in SPARE_TICKS:
+            times, within = roads.travel.times_near(query.cell, query.heading, query.goal, query.loaded, spare)
+            soon = query.start_tick + within
+            legs = self._legs(table, query, min(latest, soon), roads.tracks(query.goal, query.loaded, times))
+            if legs is not None or soon >= latest:
+                return None if legs is None else Path(legs)
+        legs = self._legs(table, query, latest, roads.tracks(query.goal, query.loaded))
         return None if legs is None else Path(legs)
 
     def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:

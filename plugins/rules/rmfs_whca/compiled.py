@@ -10,15 +10,16 @@ waits reaches the window's end.
 from __future__ import annotations
 
 from heapq import heappop, heappush
+from typing import Any
 
 import numpy as np
 
+from rmfs_core import clock
 from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER, Intervals, Tracks
-from rmfs_core.world.travel import UNREACHABLE
 from rmfs_rule_helpers.searching import free_for_good, gap_at, last_end
 
-FAR = UNREACHABLE
+far: Any = inlined(clock.far)
 CELL, HEADING, TIME, GAP_END, PARENT, GAP = range(6)
 
 
@@ -34,7 +35,7 @@ def search(  # type: ignore[no-untyped-def]
     tracks = Tracks(moves, passable, offsets, runs, turns, enter, leave, common, times)
     table = Intervals(first, count, since, until, owner)
     gap, end = gap_at(cell, start, me, table)
-    if gap < 0 or times[cell, heading] >= FAR:
+    if gap < 0 or times[cell, heading] >= far(times):
         return None
     # From `settled` on waiting is of no use, and only the first visit of a (cell, heading) counts: the window is over,
     # or nothing changes any more.
@@ -150,7 +151,7 @@ def _expand(i, n, goal, me, nodes, tracks, table):  # type: ignore[no-untyped-de
             arrival = departure + tracks.runs[length]
             if (
                 departure + tracks.leave[length, 0] <= leave_by
-                and tracks.times[at, towards] < FAR
+                and tracks.times[at, towards] < far(tracks.times)
                 and _passed(cell, offset, common, length, length, departure, me, tracks, table) == length
             ):
                 gap, end = gap_at(at, departure + tracks.enter[length, length], me, table)

@@ -37,7 +37,7 @@ from itertools import pairwise, takewhile
 import numpy as np
 from attrs import define, evolve
 
-from rmfs_core.clock import to_seconds
+from rmfs_core.clock import far, to_seconds
 from rmfs_core.errors import StandstillError
 from rmfs_core.randomness import stream
 from rmfs_core.simulation.context import RunContext
@@ -46,7 +46,6 @@ from rmfs_core.simulation.driving.reserved import ReservedDriving
 from rmfs_core.traffic import FOREVER, Query, Reservations, ReservedError, drive
 from rmfs_core.traffic.paths import Rows, Stop
 from rmfs_core.warehouse import Robot, Station
-from rmfs_core.world.travel import UNREACHABLE
 
 ROUND_TICKS = 1000
 RETRY_TICKS = 2000
@@ -344,7 +343,7 @@ class WindowedDriving(ReservedDriving):
                 beside is not None
                 and self.roads.layout.may_step(query.cell, heading)
                 and (tracks.passable[beside] or beside == query.goal)
-                and tracks.times[beside, heading] < UNREACHABLE
+                and tracks.times[beside, heading] < far(tracks.times)
             ):
                 yield beside
 

@@ -1,6 +1,7 @@
 """Travel times and fastest paths."""
 
 import heapq
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -8,17 +9,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rmfs_core.clock import UNREACHABLE, far
 from rmfs_core.motion import Motion
 from rmfs_core.scenario.model import LayoutSection
 from rmfs_core.world import EAST, NORTH, WEST, CellKind, Layout, block_map, parse_map
-from rmfs_core.world.travel import SPARE_TICKS, UNREACHABLE, Travel
+from rmfs_core.world.travel import SPARE_TICKS, Travel
 from rmfs_testing import small_layout
 
 OPEN = parse_map("#......#\n........\n..qO....\n........", "open")
 
 
-def dijkstra(layout: Layout, motion: Motion, goal: int, loaded: bool) -> dict[tuple[int, int], int]:
-    """Plain forward search from every (cell, heading), as slow as it is simple: the oracle of the compiled tables."""
+def forward(
+    layout: Layout, motion: Motion, start: int, heading: int, goal: int, loaded: bool
+) -> Iterator[tuple[int, int, int]]:
+    """Plain search on the way to a goal, as slow as it is simple: ticks, cell and heading, the nearest first."""
 
     def passable(cell: int) -> bool:
         kind = layout.kind[cell]
@@ -26,7 +30,7 @@ def dijkstra(layout: Layout, motion: Motion, goal: int, loaded: bool) -> dict[tu
             return True
         return bool(layout.lane[cell] >= 0 and layout.lane[cell] == layout.lane[goal])
 
-    def moves(cell: int, heading: int, start: int) -> list[tuple[int, int, int]]:
+    def moves(cell: int, heading: int) -> list[tuple[int, int, int]]:
         found = [(cell, h, motion.turn_ticks(heading, h)) for h in range(4) if h != heading]
         if passable(cell) or cell == start:
             at, length = cell, 0
@@ -40,20 +44,25 @@ def dijkstra(layout: Layout, motion: Motion, goal: int, loaded: bool) -> dict[tu
                     break
         return found
 
+    times = {(start, heading): 0}
+    queue = [(0, start, heading)]
+    while queue:
+        time, cell, towards = heapq.heappop(queue)
+        if time > times[cell, towards]:
+            continue
+        yield time, cell, towards
+        for after, h, ticks in moves(cell, towards):
+            if time + ticks < times.get((after, h), UNREACHABLE):
+                times[after, h] = time + ticks
+                heapq.heappush(queue, (time + ticks, after, h))
+
+
+def dijkstra(layout: Layout, motion: Motion, goal: int, loaded: bool) -> dict[tuple[int, int], int]:
+    """Return the ticks from every third cell, with every heading: the oracle of the compiled tables."""
+
     def shortest(start: int, heading: int) -> int:
-        times = {(start, heading): 0}
-        queue = [(0, start, heading)]
-        while queue:
-            time, cell, towards = heapq.heappop(queue)
-            if cell == goal:
-                return time
-            if time > times[cell, towards]:
-                continue
-            for after, h, ticks in moves(cell, towards, start):
-                if time + ticks < times.get((after, h), UNREACHABLE):
-                    times[after, h] = time + ticks
-                    heapq.heappush(queue, (time + ticks, after, h))
-        return UNREACHABLE
+        found = forward(layout, motion, start, heading, goal, loaded)
+        return next((time for time, cell, _ in found if cell == goal), UNREACHABLE)
 
     cells = range(0, layout.width * layout.height, 3)
     return {(c, h): shortest(c, h) for c in cells if layout.kind[c] != CellKind.WALL for h in range(4)}
@@ -130,23 +139,66 @@ def test_a_table_for_who_is_near_is_right_as_far_as_it_says(data: st.DataObject)
     whole, travel = Travel(layout, Motion()), Travel(layout, Motion())
     places = st.sampled_from(layout.storage_locations)
     for _ in range(2):  # nothing is left of the search before
-        goal, loaded = data.draw(places), data.draw(st.booleans())
-        stops = data.draw(st.lists(st.tuples(places, st.integers(0, 3)), min_size=1, max_size=3))
+        cell, heading, goal = data.draw(places), data.draw(st.integers(0, 3)), data.draw(places)
+        loaded, spare_ticks = data.draw(st.booleans()), data.draw(st.sampled_from([0, SPARE_TICKS, 20_000]))
         right = whole.times_to(goal, loaded)
-        table, within = travel.times_near(stops, goal, loaded)
-        assert within == min(right[cell, heading] for cell, heading in stops) + SPARE_TICKS
-        there = np.min([whole.times_from(cell, heading, loaded) for cell, heading in stops], axis=0)
+        table, within = travel.times_near(cell, heading, goal, loaded, spare_ticks)
+        assert within == right[cell, heading] + spare_ticks
         assert (table <= right).all()
-        assert ((table == right) | (table + there[:, None] >= within)).all()
+        there = np.full_like(right, UNREACHABLE)
+        for ticks, *state in forward(layout, travel.motion, cell, heading, goal, loaded):
+            there[tuple(state)] = ticks
+        assert ((table == right) | (table + there >= within)).all()
 
 
 def test_who_is_near_is_given_a_whole_table_that_is_there() -> None:
     """A table that is kept, and any of a station, is whole."""
     travel = Travel(small_layout(), Motion())
     first, second = travel.layout.storage_locations[:2]
-    kept, station = travel.times_to(first, True), travel.layout.stations[0].station
-    assert travel.times_near([(second, 0)], first, True) == (kept, UNREACHABLE)
-    assert travel.times_near([(second, 0)], station, True) == (travel.times_to(station, True), UNREACHABLE)
+    kept, station = travel.ways_to(first, True), travel.layout.stations[0].station
+    assert travel.times_near(second, 0, first, True) == (kept, UNREACHABLE)
+    assert travel.times_near(second, 0, station, True) == (travel.ways_to(station, True), UNREACHABLE)
+
+
+def test_a_table_of_what_is_near_outlasts_those_of_other_cells() -> None:
+    """It is written over by the next of its kind alone."""
+    travel = Travel(small_layout(), Motion())
+    first, second, third = travel.layout.storage_locations[:3]
+    near, _ = travel.times_near(first, 0, second, True)
+    before = near.copy()
+    travel.times_to(third, True), travel.ways_to(third, True), travel.times_from(third, 0, True)
+    assert (near == before).all()
+
+
+@given(stops=st.lists(st.tuples(st.integers(0, 30), st.integers(0, 3)), min_size=1, max_size=6), loaded=st.booleans())
+@settings(deadline=None)
+def test_the_nearest_stop_is_that_of_the_fewest_ticks(stops: list[tuple[int, int]], loaded: bool) -> None:
+    """Of equally near ones the first in the list."""
+    travel = Travel(small_layout(), Motion())
+    places = travel.layout.storage_locations
+    goal, stops = places[-1], [(places[i % len(places)], heading) for i, heading in stops]
+    ticks = [travel.ticks(*stop, goal, loaded) for stop in stops]
+    assert Travel(travel.layout, travel.motion).nearest(stops, goal, loaded) == ticks.index(min(ticks))
+
+
+def test_stops_without_a_way_are_not_the_nearest() -> None:
+    """A wall between is farther than any way; where there are walls on all sides the first is as good as any."""
+    layout = parse_map("#@#..\n.@.qO\n.@...", "split")
+    travel = Travel(layout, Motion())
+    assert travel.nearest([(0, EAST), (7, NORTH)], 2, loaded=True) == 1
+    assert travel.nearest([(5, EAST), (0, NORTH)], 2, loaded=True) == 0
+
+
+@pytest.mark.parametrize("loaded", [True, False])
+def test_paths_read_the_same_times_as_rules(loaded: bool) -> None:
+    """In fewer bytes, and with a number of their own where there is no way."""
+    layout = parse_map("#@#..\n.@.qO\n.@...", "split")
+    travel = Travel(layout, Motion())
+    for goal in (2, 9, 13):
+        ways, times = travel.ways_to(goal, loaded), travel.times_to(goal, loaded)
+        assert ways.itemsize == 4 < times.itemsize
+        assert (np.where(ways >= far(ways), UNREACHABLE, ways.astype(np.int64)) == times).all()
+        assert (times[0] == UNREACHABLE).all()
 
 
 @given(data=st.data())

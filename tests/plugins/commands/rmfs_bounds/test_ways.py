@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from rmfs_bounds.ways import find_ways
+from rmfs_core.clock import UNREACHABLE
 from rmfs_core.motion import Motion
 from rmfs_core.world import Layout, parse_map
-from rmfs_core.world.travel import UNREACHABLE, travel_on
+from rmfs_core.world.travel import travel_on
 from rmfs_testing import small_layout
 
 LANE = parse_map("#.....qO\n#..@@...", "lane")

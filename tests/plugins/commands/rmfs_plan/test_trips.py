@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rmfs_core.clock import UNREACHABLE
 from rmfs_core.errors import InputError
 from rmfs_core.world import CellKind, parse_map
-from rmfs_core.world.travel import UNREACHABLE
 from rmfs_plan import random_trips, roads_of_map
 from rmfs_testing import small_layout
 

@@ -8,10 +8,11 @@ import pytest
 import plain_sipp as plain
 from crowds import crowd, newcomer, paper_roads
 from reserving import hold_until
+from rmfs_core.clock import UNREACHABLE
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import Query, Reservations, Roads, Traffic, occupancy, roads_on
 from rmfs_core.world import Layout, parse_map
-from rmfs_core.world.travel import UNREACHABLE, Travel, travel_on
+from rmfs_core.world.travel import Travel, travel_on
 from rmfs_sipp import Sipp
 
 EVEN = Motion(acceleration_m_per_s2=1e12, top_speed_m_per_s=1.0, full_turn_s=4.0)
@@ -38,10 +39,12 @@ def test_many_robots_commit_one_after_another() -> None:
     assert any(query.start_tick for query in queries)
 
 
-@pytest.mark.parametrize("spare_ticks", [0, 5_000])
-def test_paths_are_the_same_with_times_of_what_is_near(spare_ticks: int, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("spare_ticks", [(), (0,), (0, 1_000, 10_000), (5_000,)])
+def test_paths_are_the_same_with_times_of_what_is_near(
+    spare_ticks: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """In a crowd, the hook's paths, for which only a part of the table of times is searched, are those of the whole."""
-    monkeypatch.setattr("rmfs_core.world.travel.SPARE_TICKS", spare_ticks)
+    monkeypatch.setattr("rmfs_sipp.rule.SPARE_TICKS", spare_ticks)
     roads = paper_roads()
     table, queries = crowd(roads, Sipp(), 60, 2)
     now, rng = min(query.start_tick for query in queries), np.random.default_rng(2)
