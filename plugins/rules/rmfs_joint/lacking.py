@@ -39,7 +39,8 @@ class Lacking:
         self.begin(np.zeros(1, np.bool_), 1, 1)
         self.join(np.array([[0], [0], [1]]))
         self.let(np.zeros((2, 1), np.int64))
-        self._leave([])
+        self.leave([])
+        self._work.close_up(self.kept)
         self._log = None
 
     def update(self, warehouse: WarehouseView) -> None:
@@ -52,7 +53,7 @@ class Lacking:
         if joined.size:
             self.join(joined)
         if left:
-            self._leave(left)
+            self.leave(left)
 
     def begin(self, counting: NDArray[np.bool_], skus: int, lines: int) -> None:
         """Start anew with an empty backlog and nothing at any station, and room for so many lines."""
@@ -143,11 +144,15 @@ class Lacking:
             for sku, quantity in lines[1:3, starts[place] : starts[place + 1]].T.tolist()
         ]
 
-    def _leave(self, left: list[int]) -> None:
+    def leave(self, left: list[int]) -> None:
         """Take out lines that left."""
         self.let(self.kept.at)  # no order that leaves is chosen
         self._work.leave(np.array(left, np.int64), self.kept)
         self._left += len(left)
+        sizes = self.kept.of_size[self.kept.of_size > 0]
+        needed = int((sizes // self._work.BLOCK + 1).sum())
+        if self.kept.counts[self._work.BLOCKS] > 2 * needed + EMPTY_BLOCKS:
+            self._work.close_up(self.kept)
 
     def _make_room(self, items: Ints, lines: int) -> None:
         """Let the arrays have room for orders with so many items each, and so many lines altogether."""
@@ -171,6 +176,10 @@ class Lacking:
 
 POOL = 8
 """Lines that there is room for in the pool, for each that joins: shelves double, and what they had before stays."""
+
+
+EMPTY_BLOCKS = 16
+"""Blocks of orders that left which may be there besides as many as are needed, before the orders are moved together."""
 
 
 LOOK = 1024

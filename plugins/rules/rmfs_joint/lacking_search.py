@@ -236,6 +236,26 @@ def leave(left, kept):  # type: ignore[no-untyped-def]
         kept.counts[FIRST] += 1
 
 
+@njit(cache=True)
+def close_up(kept):  # type: ignore[no-untyped-def]
+    """Let the orders of the backlog lie side by side again, those of a size in blocks without gaps."""
+    lacks = kept.lacks.copy()
+    kept.counts[BLOCKS] = 0
+    kept.filling[:], kept.of_size[:], kept.places[:] = -1, 0, -1
+    kept.value[:], kept.least[:], kept.who[:] = NEVER, GONE, -1
+    for place in range(kept.counts[FIRST], kept.counts[NUMBER]):
+        if not kept.orders[OPEN, place]:
+            continue
+        before = kept.orders[WHERE, place]
+        slot = slot_for(place, kept)
+        kept.lacks[:, slot] = lacks[:, before]
+        for line in range(kept.starts[place], kept.starts[place + 1]):
+            at, sku = kept.lines[AT, line], kept.lines[SKU, line]
+            if at < kept.shelves[sku, START] + kept.shelves[sku, LENGTH] and kept.pool[at, LINE] == line:
+                kept.pool[at, SLOT] = slot  # others have left
+    kept.value[:, : kept.counts[BLOCKS]] = -1
+
+
 @inlined
 def look_through(station, block, kept):  # type: ignore[no-untyped-def]
     """Find which order of a block goes first at a station."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_joint.choosing import Kept, Period
 from rmfs_joint.covering import Sent
 from rmfs_joint.lacking import Lacking
-from rmfs_joint.lacking_search import OUT, WHERE
+from rmfs_joint.lacking_search import BLOCKS, OUT, WHERE
 from rmfs_testing import small_world
 
 
@@ -69,3 +71,24 @@ def test_orders_join_and_leave() -> None:
     assert orders.kept.wanted.tolist() == [2, 1]
     assert orders.lines_of([2, 0]) == [(0, 1, 1), (1, 0, 2)]
     assert orders.id_of(2) == world.orders[2].id
+
+
+def test_blocks_of_orders_that_left_are_used_again() -> None:
+    """Twenty thousand orders come and go, one stays: there are few blocks, and it lacks what it lacked."""
+    orders = Lacking()
+    orders.begin(np.zeros(1, np.bool_), 30, 8)
+    orders.join(np.array([[0, 0], [0, 1], [1, 1]]))
+    for first in range(2, 20_002, 40):
+        lines = np.arange(first, first + 40)
+        orders.join(np.stack([lines, lines % 30, 1 + lines % 7]))
+        orders.leave(lines.tolist())
+    assert orders.places.tolist() == [0]
+    assert orders.kept.counts[BLOCKS] < 30
+    orders.let(np.array([[0] * 30, [1] * 30]))
+    assert lacks(orders) == [[2]]
+    orders.let(np.array([[1] + [0] * 29, [1] * 30]))
+    assert lacks(orders) == [[1]]
+    orders.let(np.zeros((2, 30), np.int64))
+    assert lacks(orders) == [[2 + OUT]]
+    orders.leave([0, 1])
+    assert not orders.number

@@ -69,6 +69,11 @@ def test_whatever_changes(seed: int) -> None:
         work.leave(np.flatnonzero(np.isin(rows[0], sorted(gone))), orders.kept)
         there -= gone
         held_against_a_count(orders, rows, at, there, set())
+        if rng.random() < 0.5:
+            work.close_up(orders.kept)
+            sizes = np.bincount([rows[2, rows[0] == place].sum() for place in there])
+            assert orders.kept.counts[work.BLOCKS] == (-(-sizes // work.BLOCK)).sum()
+            held_against_a_count(orders, rows, at, there, set())
         wanted = np.bincount(rows[1], weights=rows[2] * np.isin(rows[0], sorted(there)), minlength=SKUS)
         assert orders.kept.wanted.tolist() == wanted.tolist()
         assert orders.number == len(there)
