@@ -103,17 +103,17 @@ def run(
         def folder_for(files: Sequence[str]) -> Path | None:
             return None if out is None else stack.enter_context(staged(_folder_for_results(out, resolved, files)))
 
-        measured = prepare(resolved, rules or {}, told, allow_inline_rules, folder_for)
-        measured.simulate()
-        result = measured.conclude()
-        if measured.folder is not None:
-            result.save(measured.folder)
+        prepared = prepare(resolved, rules or {}, told, allow_inline_rules, folder_for)
+        prepared.simulate()
+        result = prepared.conclude()
+        if prepared.folder is not None:
+            result.save(prepared.folder)
     if out is not None and again:
         delete_left_over(Path(out), files_of(observer for observer, _ in (*recorders, *standing)))
-    if isinstance(measured.error, RunError):
-        measured.error.result = result
-    if measured.error is not None:
-        raise measured.error
+    if isinstance(prepared.error, RunError):
+        prepared.error.result = result
+    if prepared.error is not None:
+        raise prepared.error
     return result
 
 
@@ -124,8 +124,8 @@ def _remove_empty(folder: Path) -> None:
 
 
 @define(eq=False)
-class Measured:
-    """A simulation, what measures it, and how it ended.
+class PreparedRun:
+    """A simulation with what measures it, and how it ended.
 
     Parameters
     ----------
@@ -244,7 +244,7 @@ def prepare(
     told: Sequence[tuple[object, str | None]],
     allow_inline_rules: bool = True,
     folder_for: Callable[[Sequence[str]], Path | None] = lambda _: None,
-) -> Measured:
+) -> PreparedRun:
     """Return a run that has not begun.
 
     Parameters
@@ -265,7 +265,7 @@ def prepare(
     described = described_by(reversed(rules.instances))
     folder = folder_for(files_of(observer for observer, name in told if name is not None))
     simulation = Simulation(scenario, instance, layout, rules, folder)
-    return Measured(simulation, tables, versions_of(rules, scenario), described, folder)
+    return PreparedRun(simulation, tables, versions_of(rules, scenario), described, folder)
 
 
 def versions_of(rules: RuleSet, scenario: Scenario) -> dict[str, str]:

@@ -278,8 +278,8 @@ class Pod(ReadOnly):
 
     @property
     def cell(self) -> int:
-        """Cell index where the pod is, or was when its robot last stood still."""
-        return self._carrier.cell if self._carrier is not None else cast("int", self._location)
+        """Cell index where the pod is, or was when the robot that carries it last stood still."""
+        return cast("Robot", self._carrier).cell if self._location is None else self._location
 
     @property
     def location(self) -> int | None:

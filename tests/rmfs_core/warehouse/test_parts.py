@@ -97,6 +97,7 @@ def test_a_pod_is_where_its_robot_is(world: Warehouse) -> None:
     world.bind(pod, station)
     world.take_task(robot, pod)
     assert (pod.location, pod.robot, robot.task, robot.pod, robot.idle) == (home, robot.id, pod.id, None, False)
+    assert robot.cell != home == pod.cell
     world.move(robot, home, NORTH)
     world.lift(robot, pod)
     world.move(robot, 5, 2)
