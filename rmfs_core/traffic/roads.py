@@ -28,7 +28,8 @@ class Tracks(NamedTuple):
     runs, turns, enter, leave, common
         See `Travel` and `PassingTimes`.
     times
-        Ticks of the fastest way to the goal from each (cell, heading), other robots ignored.
+        Ticks of the fastest way to the goal from each (cell, heading), other robots ignored: int32, or int64 if that is
+        too short for all ways. `rmfs_core.clock.far` says how many stand for no way.
     """
 
     moves: NDArray[np.int8]

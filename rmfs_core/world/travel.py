@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_core.clock import UNREACHABLE, far
+from rmfs_core import clock
 from rmfs_core.decisions import Leg
 from rmfs_core.motion import Motion
 from rmfs_core.world.grid import RESTING, STEPS, CellKind, Layout
@@ -33,6 +33,9 @@ TABLES_BYTES = 640 << 20
 """Memory that the tables of one layout may take, besides those of stations; the least recently used go first."""
 TO, WAYS_TO = -1, -2
 """In place of the heading in a cell that a table is from: tables to it, as rules and as searches of paths read them."""
+
+ROWS_BYTES = 64 << 20
+"""Memory for tables to cells of queues that is got at a time, but for one of them."""
 
 Table: TypeAlias = NDArray[np.int32] | NDArray[np.int64]
 
@@ -128,7 +131,7 @@ class Travel:
     @cached_property
     def _rows(self) -> list[Table]:
         """Memory for tables to cells of queues: that of many takes less time to get than piece by piece."""
-        return list(self._room(64))
+        return list(self._room(min(64, 1 + ROWS_BYTES // self._times.nbytes)))
 
     def _room(self, tables: int) -> Any:
         """Return memory for so many tables of ticks by (cell, heading)."""
@@ -139,6 +142,7 @@ class Travel:
         station = self.layout.stations[0].station
         self.times_near(station, 0, self.layout.storage_locations[0], loaded=True)
         self.times_from(station, 0, loaded=True)
+        self.times_to(station, loaded=True)
         self.fastest_path(station, 0, self.layout.storage_locations[0], loaded=True)
 
     def times_to(self, goal: int, loaded: bool) -> NDArray[np.int64]:
@@ -162,23 +166,23 @@ class Travel:
 
         They are those along all ways from standing in ``cell`` with ``heading`` that take no more than the ticks
         returned, as many as the fastest and ``spare_ticks``; `UNREACHABLE` if all are right. Any other time is too low,
-        but with the way there no less than these ticks. Valid until the next call.
+        but with the way there no less than these ticks. Valid until the next call of this or of `nearest`.
         """
         if self._lanes[goal] >= 0 or (goal, WAYS_TO, loaded) in self._tables:
-            return self.ways_to(goal, loaded), UNREACHABLE
+            return self.ways_to(goal, loaded), clock.UNREACHABLE
         started, start, table = perf_counter(), 4 * cell + heading, self._near
         within = self._search.times_near(goal, table, start, spare_ticks, *self._grid(goal, loaded), self._work)
         self.seconds += perf_counter() - started
         return self._near_table, within
 
     def nearest(self, stops: Sequence[tuple[int, int]], goal: int, loaded: bool) -> int:
-        """Index of the stop (cell, heading) that is the fewest ticks from ``goal``, of several the first."""
+        """Index of the stop (cell, heading), of one or more, that is the fewest ticks from ``goal``: the first such."""
         width, work, (cells, headings) = self._layout.width, self._work, np.array(stops).T
         rows, columns = goal // width - cells // width, goal % width - cells % width
         least = work.least[np.sign(rows) + 1, np.sign(columns) + 1, headings].min(axis=1)
         for cells in (abs(rows), abs(columns)):
             least += work.step * cells + work.stop * (cells > 0)
-        ticks, nearest = UNREACHABLE + 1, 0
+        ticks, nearest = clock.UNREACHABLE + 1, 0
         for i in least.argsort(kind="stable").tolist():
             if least[i] > ticks:
                 break
@@ -198,7 +202,7 @@ class Travel:
         """Ticks from standing in ``cell`` with ``heading`` to rest at ``goal``."""
         table = self.ways_to(goal, loaded)
         ticks = int(table[cell, heading])
-        return ticks if ticks < far(table) else UNREACHABLE
+        return ticks if ticks < clock.far(table) else clock.UNREACHABLE
 
     def fastest_path(self, cell: int, heading: int, goal: int, loaded: bool) -> tuple[Leg, ...]:
         """Legs of a fastest path to ``goal``; of equally fast ones the one that turns last and stops first.
@@ -209,7 +213,7 @@ class Travel:
             When there is no way.
         """
         table = self.ways_to(goal, loaded)
-        if table[cell, heading] >= far(table):
+        if table[cell, heading] >= clock.far(table):
             raise ValueError(f"no way from {self.layout.where(cell)} to {self.layout.where(goal)}")
         ends = self._search.descend(cell, heading, goal, table, *self._grid(goal, loaded))
         return tuple(Leg(int(end)) for end in ends)
@@ -286,15 +290,20 @@ class Travel:
         """Return a new table."""
         grid, times, in_lane = self._grid(cell, loaded), self._times, self._lanes[cell] >= 0
         if heading == TO and in_lane:
-            times = self.ways_to(cell, loaded).reshape(-1)  # which paths need anyway
+            table = self.ways_to(cell, loaded)  # which paths need anyway
+            if table.itemsize == 8:
+                return table
         elif heading == WAYS_TO:
             times = self._rows.pop() if in_lane and self._rows else self._room(1)[0]
         started = perf_counter()
-        if heading >= 0:
+        if heading == TO and in_lane:
+            table = self._search.wide(table.reshape(-1)).reshape(-1, 4)
+        elif heading >= 0:
             table = self._search.times_from(cell, heading, times, self._lane, *grid, self._work)
         else:
-            if heading == WAYS_TO or not in_lane:
-                self._search.times_to(cell, times, *grid, self._work)
-            table = (times if heading == WAYS_TO else self._search.wide(times)).reshape(-1, 4)
+            self._search.times_to(cell, times, *grid, self._work)
+            read = times.view()
+            read.setflags(write=False)  # `wide` is compiled for one type of array
+            table = (times if heading == WAYS_TO else self._search.wide(read)).reshape(-1, 4)
         self.seconds += perf_counter() - started
         return table

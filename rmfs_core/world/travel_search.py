@@ -59,7 +59,7 @@ class Work(NamedTuple):
         (3, 3, 4, 4): rows before, at and after one's own, columns, from, to.
     """
 
-    driven: NDArray[np.int16]
+    driven: NDArray[np.int16] | NDArray[np.int32]
     links: NDArray[np.int32]
     buckets: NDArray[np.int32]
     shift: int
@@ -91,7 +91,8 @@ def work_on(height: int, width: int, runs: NDArray[np.int64], turns: NDArray[np.
     buckets = np.full(1 << ((2 * move >> shift) + 2).bit_length(), LAST, np.int32)  # a power of two
     links, losses = np.full(4 * cells, IDLE, np.int32), runs + runs[::-1] - runs[-1] + 4
     onwards = bool(2 * runs[1] - runs[min(2, longest)] < 3)  # the closest call; each is rounded by half a tick
-    driven, down, sides = np.empty(4 * cells, np.int16), np.empty(height, np.int64), np.empty(height, np.int64)
+    driven: NDArray[np.int32] = np.empty(4 * cells, np.int16 if longest < 1 << 15 else np.int32)
+    down, sides = np.empty(height, np.int64), np.empty(height, np.int64)
     across: NDArray[np.int64] = np.empty((3, 4 * width), times_on(cells, runs, turns))
     step = int(np.diff(runs).min())
     stop = int((runs - step * length)[1:].min())
@@ -132,6 +133,8 @@ def times_near(goal, times, start, spare, moves, passable, offsets, runs, turns,
         if within <= limit:
             break
         limit = np.int64(FAR)
+    if within >= far(times):
+        return FAR  # all are right
     if within < FAR:
         number = times.dtype.type  # arithmetic in that type is done on several at once
         for row in range(len(work.down)):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rmfs_core.clock import UNREACHABLE, far
 from rmfs_core.decisions import PodTrip
 
 if TYPE_CHECKING:
@@ -287,7 +288,9 @@ class KeptPods:
     def ticks_from(self, warehouse: WarehouseView, station: Station) -> Ids:
         """Return the shortest loaded driving times to a station from all cells, int64, shape (cells,)."""
         if station.id not in self._ticks:
-            self._ticks[station.id] = warehouse.travel.ways_to(station.cell, True).min(axis=1).astype(np.int64)
+            table = warehouse.travel.ways_to(station.cell, True)
+            ticks = table.min(axis=1).astype(np.int64)
+            self._ticks[station.id] = np.where(ticks < far(table), ticks, UNREACHABLE)
         return self._ticks[station.id]
 
     def ticks(self, warehouse: WarehouseView, pods: Ids, station: Station) -> Ids:

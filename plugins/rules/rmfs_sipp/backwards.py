@@ -12,7 +12,7 @@ import numpy as np
 from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER
 from rmfs_rule_helpers.searching import narrow
-from rmfs_sipp.states import ARRIVAL, CELL, DONE, DUE, PLACE, REST, STAMP, put, take
+from rmfs_sipp.states import ARRIVAL, CELL, DONE, DUE, PLACE, REST, STAMP, left_from, put, take
 
 AMPLE = 10_000
 """Ticks to spare with which a state is taken for one that paths come to."""
@@ -57,7 +57,7 @@ def _before(  # type: ignore[no-untyped-def]
 ):
     """Note the states that runs into a state begin in; return when the last run arrives, and the queue's length."""
     to, towards, due = states[state, CELL], state % 4, states[state, DUE]
-    rest, arrives = tracks.times[to, towards], np.int64(-FOREVER)
+    rest, arrives = left_from(to, towards, tracks), np.int64(-FOREVER)
     begin, end = _gap(to, state // 4, me, table)
     by = min(end, states[state, ARRIVAL])
     soonest = start + tracks.times[cell, heading] - rest - 4  # four ticks for what is rounded

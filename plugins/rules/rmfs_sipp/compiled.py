@@ -7,19 +7,32 @@ out. Arrivals are the same.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from rmfs_core import clock
+from rmfs_core.clock import UNREACHABLE
 from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER, Intervals, Tracks
 from rmfs_rule_helpers.searching import free_for_good, gap_at, narrow
 from rmfs_sipp.backwards import earliest
-from rmfs_sipp.states import AHEAD, ARRIVAL, CELL, DONE, DUE, GAP_END, PARENT, REST, known, put, reach, take, turned
+from rmfs_sipp.states import (
+    AHEAD,
+    ARRIVAL,
+    CELL,
+    DONE,
+    DUE,
+    GAP_END,
+    PARENT,
+    REST,
+    far,
+    known,
+    left_from,
+    put,
+    reach,
+    take,
+    turned,
+)
 
-FAR = clock.UNREACHABLE
-far: Any = inlined(clock.far)
+FAR = UNREACHABLE
 LITTLE = 1_000
 """States that a search expands before it looks from the goal when a path can arrive at all."""
 LABELS = 256
@@ -99,7 +112,7 @@ def _forward(  # type: ignore[no-untyped-def]
         found, left, waiting = _expand(
             state, limit, goal, me, number, bound, found, tracks, table, states, queue, waiting, low, high
         )
-        if left < start + far(tracks.times):
+        if left < FAR:
             states[state, DONE], states[state, DUE] = limit, max(left, bound)
             waiting = put(state, states, queue, waiting)
     return nothing, NONE
@@ -153,7 +166,7 @@ def _drive(  # type: ignore[no-untyped-def]
         length += 1
         if not (tracks.passable[at] or at == goal):
             break
-        ahead = tracks.runs[length] + tracks.times[at, towards]
+        ahead = tracks.runs[length] + left_from(at, towards, tracks)
         if departure + ahead <= limit:
             while n and common < min(tracks.common[length], length):
                 there = cell + common * offset

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, Tracks, Traffic
 
-SPARE_TICKS = 3_000, 15_000, 60_000
+LATER_TICKS = 3_000, 15_000, 60_000
 """How much later than without traffic paths arrive of which the times are looked up first; most are in time."""
 
 
@@ -88,7 +88,7 @@ class Sipp:
         """Return the path that arrives first; None when there is none, which the kernel's scheme excludes."""
         roads, table, query = traffic.roads, traffic.table, traffic.query
         latest = query.latest
-        for spare in SPARE_TICKS:
+        for spare in LATER_TICKS:
             times, within = roads.travel.times_near(query.cell, query.heading, query.goal, query.loaded, spare)
             soon = query.start_tick + within
             legs = self._legs(table, query, min(latest, soon), roads.tracks(query.goal, query.loaded, times))

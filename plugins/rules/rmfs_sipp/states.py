@@ -8,11 +8,16 @@ last: nothing has to be cleared in between. The queue is a binary heap of states
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
+from rmfs_core import clock
+from rmfs_core.clock import UNREACHABLE
 from rmfs_core.jit import inlined
 
+far: Any = inlined(clock.far)
 STAMP, ARRIVAL, PARENT, CELL, GAP_END, REST, DUE, DONE, PLACE, AHEAD = range(10)
 """Columns of a state.
 
@@ -29,6 +34,13 @@ def empty_states(number: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 @inlined
+def left_from(cell, heading, tracks):  # type: ignore[no-untyped-def]
+    """Ticks of the fastest way to the goal without other robots, `UNREACHABLE` if there is none."""
+    ticks = np.int64(tracks.times[cell, heading])
+    return ticks if ticks < far(tracks.times) else UNREACHABLE
+
+
+@inlined
 def reach(into, number, time, parent, cell, gap_end, due, tracks, states, queue, waiting):  # type: ignore[no-untyped-def]
     """Note how a state is reached, earlier than before, and queue it; returns the length of the queue."""
     if states[into, STAMP] != number:
@@ -38,7 +50,7 @@ def reach(into, number, time, parent, cell, gap_end, due, tracks, states, queue,
     states[into, REST], states[into, DUE], states[into, DONE] = tracks.times[cell, into % 4], due, -1
     for difference in range(4):
         heading = (into + difference) % 4
-        states[into, AHEAD + heading] = time + tracks.turns[difference] + tracks.times[cell, heading]
+        states[into, AHEAD + heading] = time + tracks.turns[difference] + left_from(cell, heading, tracks)
     return put(into, states, queue, waiting)
 
 

@@ -170,6 +170,23 @@ def test_a_table_of_what_is_near_outlasts_those_of_other_cells() -> None:
     assert (near == before).all()
 
 
+def test_nothing_is_longer_than_a_long_way() -> None:
+    """With as many ticks to spare as four bytes hold, all times are right."""
+    travel = Travel(small_layout(), Motion())
+    first, second = travel.layout.storage_locations[:2]
+    near, within = travel.times_near(first, 0, second, True, (1 << 31) - 1)
+    assert within == UNREACHABLE
+    assert (near == travel.ways_to(second, True)).all()
+
+
+def test_a_run_may_be_longer_than_two_bytes_count() -> None:
+    """65,536 cells straight on, and one aside."""
+    width = 65_537
+    travel, motion = Travel(parse_map("." * width + "\n" + "@" * (width - 1) + ".", "long"), Motion()), Motion()
+    ticks = motion.run_ticks(1) + motion.turn_ticks(NORTH, WEST) + motion.run_ticks(width - 1)
+    assert travel.ticks(2 * width - 1, NORTH, 0, True) == ticks
+
+
 @given(stops=st.lists(st.tuples(st.integers(0, 30), st.integers(0, 3)), min_size=1, max_size=6), loaded=st.booleans())
 @settings(deadline=None)
 def test_the_nearest_stop_is_that_of_the_fewest_ticks(stops: list[tuple[int, int]], loaded: bool) -> None:

@@ -44,7 +44,7 @@ def test_paths_are_the_same_with_times_of_what_is_near(
     spare_ticks: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """In a crowd, the hook's paths, for which only a part of the table of times is searched, are those of the whole."""
-    monkeypatch.setattr("rmfs_sipp.rule.SPARE_TICKS", spare_ticks)
+    monkeypatch.setattr("rmfs_sipp.rule.LATER_TICKS", spare_ticks)
     roads = paper_roads()
     table, queries = crowd(roads, Sipp(), 60, 2)
     now, rng = min(query.start_tick for query in queries), np.random.default_rng(2)
@@ -72,6 +72,29 @@ def test_it_waits_until_the_goal_is_free_for_good() -> None:
     table.hold(1, 4, 60_000)
     assert Sipp().search(roads, table, Query(0, 0, 0, 0, 4)) is None
     assert plain.search(roads, table, Query(0, 0, 0, 0, 4)) is None
+
+
+@pytest.mark.parametrize(("speed", "width"), [(1.0, 4), (1e-6, 8)])
+def test_no_path_is_no_path_however_long_ways_take(speed: float, width: int) -> None:
+    """Another robot has a cell in between for good: the search ends, whatever the bytes of the times."""
+    _, layout = _corridor()
+    roads, query = Roads(Travel(layout, Motion(top_speed_m_per_s=speed))), Query(0, 0, 0, 5, 4)
+    assert roads.tracks(4, False).times.itemsize == width
+    table = Reservations(roads.cells)
+    table.hold(1, 2, 0)
+    assert Sipp().plan_path(Traffic(roads, table, query)) is None
+    assert Sipp().search(roads, table, query) is None
+
+
+def test_it_waits_for_weeks() -> None:
+    """A number of four bytes would not hold it."""
+    roads, _ = _corridor()
+    table, query = Reservations(roads.cells), Query(0, 0, 0, 1, 4)
+    hold_until(table, 1, 1, 0, 30 * 86_400_000)
+    path, expected = Sipp().search(roads, table, query), plain.search(roads, table, query)
+    assert path is not None
+    assert expected is not None
+    assert path.end_tick == expected.end_tick > 1 << 31
 
 
 def test_ones_own_reservations_are_no_obstacle() -> None:
