@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from rmfs_core.world.travel_search import Work
 
 SPARE_TICKS = 3_000
-"""How much longer than the fastest way those are that `Travel.times_near` has the times of, at most."""
+"""How much longer than the fastest way those are that `Travel.times_near` has the times of, if not asked for more."""
 TABLES_BYTES = 640 << 20
 """Memory that the tables of one layout may take, besides those of stations; the least recently used go first."""
 TO, WAYS_TO = -1, -2

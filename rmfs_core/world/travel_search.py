@@ -134,14 +134,13 @@ def times_near(goal, times, start, spare, moves, passable, offsets, runs, turns,
             break
         limit = np.int64(FAR)
     if within >= far(times):
-        return FAR  # all are right
-    if within < FAR:
-        number = times.dtype.type  # arithmetic in that type is done on several at once
-        for row in range(len(work.down)):
-            here, beyond = times[4 * width * row : 4 * width * (row + 1)], work.across[work.sides[row]]
-            left = number(within - work.down[row])
-            for at in range(4 * width):
-                here[at] = max(min(here[at], number(left - beyond[at])), number(0))
+        return FAR  # there is no way, or none is so long: all are right
+    number = times.dtype.type  # arithmetic in that type is done on several at once
+    for row in range(len(work.down)):
+        here, beyond = times[4 * width * row : 4 * width * (row + 1)], work.across[work.sides[row]]
+        left = number(within - work.down[row])
+        for at in range(4 * width):
+            here[at] = max(min(here[at], number(left - beyond[at])), number(0))
     return within
 
 

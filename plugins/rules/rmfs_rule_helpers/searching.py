@@ -6,11 +6,16 @@ A table is what `rmfs_core.traffic.intervals` describes.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
+from rmfs_core import clock
 from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER, Query, Reservations, Roads
+
+far: Any = inlined(clock.far)
+"""`rmfs_core.clock.far` in compiled code."""
 
 
 @njit(cache=True)

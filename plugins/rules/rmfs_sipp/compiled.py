@@ -12,7 +12,7 @@ import numpy as np
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER, Intervals, Tracks
-from rmfs_rule_helpers.searching import free_for_good, gap_at, narrow
+from rmfs_rule_helpers.searching import far, free_for_good, gap_at, narrow
 from rmfs_sipp.backwards import earliest
 from rmfs_sipp.states import (
     AHEAD,
@@ -23,7 +23,6 @@ from rmfs_sipp.states import (
     GAP_END,
     PARENT,
     REST,
-    far,
     known,
     left_from,
     put,

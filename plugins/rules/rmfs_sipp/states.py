@@ -8,16 +8,13 @@ last: nothing has to be cleared in between. The queue is a binary heap of states
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_core import clock
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.jit import inlined
+from rmfs_rule_helpers.searching import far
 
-far: Any = inlined(clock.far)
 STAMP, ARRIVAL, PARENT, CELL, GAP_END, REST, DUE, DONE, PLACE, AHEAD = range(10)
 """Columns of a state.
 

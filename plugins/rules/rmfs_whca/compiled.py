@@ -10,16 +10,13 @@ waits reaches the window's end.
 from __future__ import annotations
 
 from heapq import heappop, heappush
-from typing import Any
 
 import numpy as np
 
-from rmfs_core import clock
 from rmfs_core.jit import inlined, njit
 from rmfs_core.traffic import FOREVER, Intervals, Tracks
-from rmfs_rule_helpers.searching import free_for_good, gap_at, last_end
+from rmfs_rule_helpers.searching import far, free_for_good, gap_at, last_end
 
-far: Any = inlined(clock.far)
 CELL, HEADING, TIME, GAP_END, PARENT, GAP = range(6)
 
 
