@@ -13,7 +13,7 @@ from rmfs_core.clock import UNREACHABLE, far
 from rmfs_core.motion import Motion
 from rmfs_core.scenario.model import LayoutSection
 from rmfs_core.world import EAST, NORTH, WEST, CellKind, Layout, block_map, parse_map
-from rmfs_core.world.travel import SPARE_TICKS, Travel
+from rmfs_core.world.travel import SPARE_TICKS, Travel, travel_on
 from rmfs_testing import small_layout
 
 OPEN = parse_map("#......#\n........\n..qO....\n........", "open")
@@ -260,6 +260,18 @@ def test_tables_are_kept_within_their_memory(monkeypatch: pytest.MonkeyPatch) ->
     kept = [location for location in reversed(tables) if travel.times_to(location, False) is tables[location]]
     assert kept == list(reversed(tables))[:3]
     assert (travel.times_to(layout.storage_locations[0], False) == first).all()
+
+
+def test_runs_share_tables_and_no_array_that_a_search_writes_on() -> None:
+    """What one run found near a goal stays while another run, perhaps of another thread, looks elsewhere."""
+    layout = small_layout()
+    one, other = travel_on(layout, Motion()), travel_on(layout, Motion())
+    station, near, far_off = layout.stations[0].station, layout.storage_locations[0], layout.storage_locations[-1]
+    times, _ = one.times_near(station, 0, near, True)
+    found = times.copy()
+    other.times_near(station, 0, far_off, True)
+    assert (times == found).all()
+    assert one.times_to(near, False) is other.times_to(near, False)
 
 
 def test_no_way_is_said() -> None:
