@@ -74,7 +74,7 @@ def plan_by_priorities(
     tuple[Plan, ...]
         Where some have found no path, those of planning in one order.
     """
-    search = _Search(roads, planner, trips, rng)
+    search = Search(roads, planner, trips, rng)
     most = effort * len(trips)
     if search.find(max(PATIENCE * most, LEAST)):
         search.shorten(sum(search.queries) + most)
@@ -84,7 +84,7 @@ def plan_by_priorities(
     return tuple(evolve(plan, queries=plan.queries + n) for plan, n in zip(plans, search.queries, strict=True))
 
 
-class _Search:
+class Search:
     """Paths that keep clear of each other, and who has none yet."""
 
     def __init__(self, roads: Roads, planner: Planner, trips: Sequence[Trip], rng: np.random.Generator) -> None:

@@ -14,7 +14,7 @@ from rmfs_core.world import NORTH, parse_map
 from rmfs_core.world.travel import travel_on
 from rmfs_plan import Trip, collisions, plan_by_priorities, plan_trips, random_trips, read_map, roads_of_map
 from rmfs_plan.planning import Plan
-from rmfs_plan.priorities import GROUP, _Search
+from rmfs_plan.priorities import GROUP, Search
 from rmfs_sipp import Sipp
 
 EVEN = Motion(acceleration_m_per_s2=1e12, top_speed_m_per_s=1.0, full_turn_s=4.0)
@@ -129,7 +129,7 @@ def test_no_robot_arrives_earlier_alone(seed: int, tmp_path: Path) -> None:
 
 def test_effort_is_counted_in_queries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Fifteen find paths, 75 shorten them, and the group under way is finished; plans report what was asked."""
-    monkeypatch.setattr(_Search, "shorten_alone", lambda _: None)  # which is not limited
+    monkeypatch.setattr(Search, "shorten_alone", lambda _: None)  # which is not limited
     roads = shelves(tmp_path, across=3, down=3)
     planner = Counting()
     plans = plan_by_priorities(roads, planner, random_trips(roads, 15, 2, "shelves"), 5, np.random.default_rng(1))
