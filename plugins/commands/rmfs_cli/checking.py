@@ -26,8 +26,8 @@ from rmfs_core.scenario.rulenames import is_inline, rule_choices
 from rmfs_core.scenario.source import KeyPath, dotted, undotted
 from rmfs_core.scenario.structuring import KeyProblem, fields_of, section_class
 from rmfs_core.simulation.engine import Simulation
-from rmfs_core.simulation.setup import open_warehouse, unmet_needs
-from rmfs_core.timetable import read_spans
+from rmfs_core.simulation.setup import hours_of, open_warehouse, shifts_of, unmet_needs
+from rmfs_core.timetable import first_common
 from rmfs_core.wording import first_few, sentence
 from rmfs_core.world import Instance, Layout, make_layout
 from rmfs_core.world.csv_files import read_skus
@@ -301,7 +301,8 @@ class _Check:
                 self.found.notes.append(
                     f"Note: {problem.problem.partition(';')[0]}; rules that do not split them give each an empty one."
                 )
-        self.found.notes += [*_starving(scenario, instance, rules), *_misspelt(scenario, instance), *_idle(scenario)]
+        self.found.notes += [*_starving(scenario, instance, rules), *_misspelt(scenario, instance)]
+        self.found.notes += idle_notes(scenario, layout)
 
 
 def _starving(scenario: Scenario, instance: Instance, rules: RuleSet) -> list[str]:
@@ -333,12 +334,18 @@ def _misspelt(scenario: Scenario, instance: Instance) -> list[str]:
     return notes
 
 
-def _idle(scenario: Scenario) -> list[str]:
-    """Say that no robot ever works, where that is so."""
-    available, most = scenario.robots.available, scenario.robots.count
-    if available is None or any(number for _, _, number in read_spans(available, most)):
-        return []
-    return ["Note: `robots.available` has no robot on duty at any time."]
+def idle_notes(scenario: Scenario, layout: Layout) -> list[str]:
+    """Say that no robot ever works, or none while a station is open, where that is so."""
+    picking = len(layout.stations) - layout.replenishing
+    stations, robots = shifts_of(hours_of(scenario, picking), picking)
+    if first_common(robots) is None:
+        return ["Note: `robots.available` has no robot on duty at any time."]
+    if first_common(stations, robots) is None:
+        return [
+            "Note: no robot is on duty while a station is open (`robots.available`, `stations.open`), so robots work "
+            "off only what stations took before they closed."
+        ]
+    return []
 
 
 def _mended_opening(scenario: Scenario, path: KeyPath, layout: Layout) -> Scenario:

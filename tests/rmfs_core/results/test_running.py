@@ -303,3 +303,15 @@ def test_a_mistake_in_an_object_is_no_line_of_the_scenario() -> None:
         rmfs_core.run("examples/small", overrides=["rules.poa_pps=pod-index"], rules={"poa": Oldest()})
     with pytest.raises(rmfs_core.RuleError, match=r'^rule "Oldest" \(.* object\), assign_orders, at 0\.000 s: raised '):
         rmfs_core.run("examples/small", rules={"poa": Oldest("many")})  # type: ignore[arg-type]
+
+
+def test_a_run_without_a_complete_order_says_why(tmp_path: Path) -> None:
+    """The first order of the shipped day arrives in the morning: in `notes`, in the file and when read back."""
+    result = rmfs_core.run("grocery-day", overrides=["run.until_s=3600"], out=tmp_path)
+    (note,) = result.notes
+    assert note == "No order is complete at 3600.000 s: the first one arrives at 22434.600 s."
+    assert json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))["notes"] == [note]
+    assert load_result(tmp_path).notes == [note]
+    assert note in result._repr_html_()
+    done = rmfs_core.run("examples/small", overrides=["instance.orders=2"])
+    assert (done.notes, "notes" in done.to_dict()) == ([], False)

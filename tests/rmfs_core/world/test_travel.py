@@ -14,6 +14,7 @@ from rmfs_core.motion import Motion
 from rmfs_core.scenario.model import LayoutSection
 from rmfs_core.world import EAST, NORTH, WEST, CellKind, Layout, block_map, parse_map
 from rmfs_core.world.travel import SPARE_TICKS, Travel, travel_on
+from rmfs_plan.movingai import open_layout
 from rmfs_testing import small_layout
 
 OPEN = parse_map("#......#\n........\n..qO....\n........", "open")
@@ -180,9 +181,10 @@ def test_nothing_is_longer_than_a_long_way() -> None:
 
 
 def test_a_run_may_be_longer_than_two_bytes_count() -> None:
-    """65,536 cells straight on, and one aside."""
+    """65,536 cells straight on, and one aside; on a layout that no map may have."""
     width = 65_537
-    travel, motion = Travel(parse_map("." * width + "\n" + "@" * (width - 1) + ".", "long"), Motion()), Motion()
+    free = np.array([[True] * width, [False] * (width - 1) + [True]])
+    travel, motion = Travel(open_layout(free), Motion()), Motion()
     ticks = motion.run_ticks(1) + motion.turn_ticks(NORTH, WEST) + motion.run_ticks(width - 1)
     assert travel.ticks(2 * width - 1, NORTH, 0, True) == ticks
 

@@ -307,3 +307,12 @@ def test_that_there_are_no_orders_is_noted(tmp_path: Path, capsys: pytest.Captur
     assert check_scenario("examples/small", files, None, allow_inline=False).notes == ["Note: there are no orders."]
     main(["run", "examples/small", *(f"--set={file}" for file in files), "--out", str(tmp_path / "out")])
     assert "There were no orders" in capsys.readouterr().out
+
+
+def test_robots_and_stations_that_never_meet_are_noted() -> None:
+    """Nothing is wrong, since robots work off what stations took; but it is a surprise."""
+    hours = ('stations.open=[["06:00", "10:00"]]', 'robots.available=[["12:00", "16:00"]]')
+    (note,) = check_scenario("examples/small", hours, None, allow_inline=False).notes[-1:]
+    assert note.startswith("Note: no robot is on duty while a station is open (`robots.available`, `stations.open`)")
+    met = (hours[0], 'robots.available=[["09:59", "16:00"]]')
+    assert not any("on duty" in one for one in check_scenario("examples/small", met, None, allow_inline=False).notes)
