@@ -102,7 +102,7 @@ def test_the_selected_generator_counts_alone(install: Callable[..., None], folde
     chosen = load_scenario(folder / "tiny.toml", ["instance.generator=acme-days"])
     assert sources(chosen).keys() - before.keys() == {"acme_days", "acme_tools"}
     assert before.keys() - sources(chosen).keys() == {"rmfs_instances"}
-    assert sources_of_generator(chosen).keys() == {"acme_days", "acme_tools"}
+    assert sources_of_generator(chosen).keys() == {"acme_days", "acme_tools", "rmfs_core"}
     assert sources_of_generator(load_scenario("examples/from-csv")) == {}
     assert "rmfs_instances" not in sources(load_scenario("examples/from-csv"))
 

@@ -198,13 +198,15 @@ def test_files_of_the_rules_parameters_are_beside_the_scenario(install: Callable
     """Also when the rules are made anew for another run; the result names them with their digests."""
     source = """
 from pathlib import Path
+from rmfs_core import OrderAssignment
+
 @define
 class Mine:
     file: Path
 
     @hookimpl
     def assign_orders(self, warehouse):
-        orders = [order for order in warehouse.backlog if order.items <= warehouse.stations[0].room]
+        orders = [order for order in warehouse.backlog if order.items <= warehouse.stations[0].free_capacity]
         return [OrderAssignment(order.id, int(self.file.read_text())) for order in orders[:1]]
 """
     install("acme", {"mine": "acme_rules:Mine"}, acme_rules=source)
