@@ -207,13 +207,16 @@ class _Check:
         if is_inline(choice.rule) and self.allow_inline:
             file = str(Path(folder) / choice.rule.rpartition(":")[0])
             self.found.inline_files += [file] if file not in self.found.inline_files else []
+        named = choice.parameters
         while True:
             place = dotted(("rules", *path))
             try:
                 return load_rule(choice, roles, folder=folder, allow_inline=self.allow_inline, place=place)
             except InputError as error:
-                self.note(error.place, error.problem)
                 name = undotted(error.place)[-1]
+                if error.place != place and name in named and name not in choice.parameters:
+                    return None  # it cannot do without what was refused
+                self.note(error.place, error.problem)
                 if error.place == place or name not in choice.parameters:
                     return None
                 rest = {key: value for key, value in choice.parameters.items() if key != name}

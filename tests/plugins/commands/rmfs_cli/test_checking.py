@@ -182,6 +182,18 @@ def test_needs_and_parameters_of_rules_from_files(tmp_path: Path, monkeypatch: p
     assert "--no-inline-rules refuses" in problems("paper-250", *chosen[:1], allow_inline=False)[0]
 
 
+def test_a_file_that_a_parameter_names_and_that_is_not_there(tmp_path: Path) -> None:
+    """Is one mistake, with its key: that the parameter is missing without it is none."""
+    rule = RULE.replace("    size: int = 1", "    size: Path").replace(
+        "from attrs", "from pathlib import Path\nfrom attrs", 1
+    )
+    (tmp_path / "mine.py").write_text(rule, encoding="utf-8")
+    scenario = '[rules]\npps = "demand"\npoa = { rule = "./mine.py:Mine", size = "w.txt" }\n'
+    file = tmp_path / "s.toml"
+    file.write_text(scenario, encoding="utf-8")
+    assert problems(file) == [f"{file}, line 3, rules.poa.size: there is no file {tmp_path}/w.txt"]
+
+
 def test_orders_that_a_rule_does_not_split_are_named_beside_other_mistakes() -> None:
     """A joint rule that keeps orders whole is held against their size, whatever else is wrong."""
     found = problems("paper-250-integrated", "stations.item_capacity=3", "stations.oversize=refuse", "robots.count=0")
