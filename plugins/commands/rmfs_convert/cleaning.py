@@ -165,27 +165,25 @@ class Cleaner:
         if self.columns.time is None:
             return Moment(0)
         try:
-            return self._read(file, row, text)
+            return self.reader.clock.read(text)
         except UnusableError as error:
             self._drop(str(error), row, text, name)
+        except ClockError as error:
+            raise InputError(f"{file}, row {row}, {self.columns.time}", str(error)) from None
         except (ValueError, OverflowError):
             self._drop(NO_TIME, row, text, name)
         return None
 
     def _due(self, file: str, row: int, text: str) -> int | None:
         try:
-            return self._read(file, row, text).tick if text else None
+            return self.reader.clock.read(text).tick if text else None
         except UnusableError as error:
             self.emptied.note(str(error).replace("a time", "a due time"), row, text)
+        except ClockError as error:
+            raise InputError(f"{file}, row {row}, {self.columns.due}", str(error)) from None
         except (ValueError, OverflowError):
             self.emptied.note("a due time that cannot be read", row, text)
         return None
-
-    def _read(self, file: str, row: int, text: str) -> Moment:
-        try:
-            return self.reader.clock.read(text)
-        except ClockError as error:
-            raise InputError(f"{file}, row {row}", str(error)) from None
 
     def _priority(self, row: int, text: str) -> int | None:
         if not text:

@@ -8,7 +8,7 @@ import gzip
 import io
 import zlib
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
@@ -22,13 +22,14 @@ ROWS_PER_BATCH = 16_384
 SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}
 """Signs between fields that have a name, and are looked for where a header does not have the columns."""
 
-_ENCODINGS = ("utf-8", "utf-16", "cp1252")
+_ENCODINGS = ("utf-8", "utf-16", "utf-16-le", "cp1252")
 """What is tried where a header does not have the columns."""
 
 _LONGEST = 1_000_000
 """Signs that are read as one line: a device may have no line's end."""
 
 _HEAD = 65_536
+_SAY_ENCODING = "; say how it is encoded, such as --encoding cp1252"
 _GZIP = b"\x1f\x8b"
 _NOT_CSV = {
     b"PK\x03\x04": "a workbook or a zip archive",
@@ -62,21 +63,21 @@ def csv_columns(
     InputError
         When it is no CSV file of that encoding, or lacks a column; with what the file looks like instead.
     """
-    with _opened(file) as raw:
-        head = raw.peek(_HEAD)
-        for magic, kind in _NOT_CSV.items():
-            if head.startswith(magic):
-                raise InputError(str(file), f"found {kind}; expected a table as CSV, .csv.gz or Parquet")
-        try:
-            with io.TextIOWrapper(raw, encoding=_with_mark(encoding), newline="") as stream:
-                yield from _batches(
-                    file, stream, columns, separator, partial(_hint, head, columns, separator, encoding)
-                )
-        except UnicodeError:
-            hint = _hint(head, columns, separator, encoding) or "; say how it is encoded, such as --encoding cp1252"
-            raise InputError(*_undecodable(file, encoding, hint)) from None
-        except (EOFError, gzip.BadGzipFile, zlib.error):
-            raise InputError(str(file), "cannot be read: its compressed data are damaged or cut off") from None
+    try:
+        with _opened(file) as raw:
+            head = raw.peek(_HEAD)
+            for magic, kind in _NOT_CSV.items():
+                if head.startswith(magic):
+                    raise InputError(str(file), f"found {kind}; expected a table as CSV, .csv.gz or Parquet")
+            hint = partial(_hint, head, columns, separator, encoding)
+            try:
+                with io.TextIOWrapper(raw, encoding=_with_mark(encoding), newline="") as stream:
+                    yield from _batches(file, stream, columns, separator, hint)
+            except UnicodeError:
+                found = f"expected {encoding.upper()} text, found {_wrong_byte(file, encoding)}"
+                raise InputError(str(file), found + (hint() or _SAY_ENCODING)) from None
+    except (EOFError, gzip.BadGzipFile, zlib.error):
+        raise InputError(str(file), "cannot be read: its compressed data are damaged or cut off") from None
 
 
 def _batches(
@@ -153,19 +154,15 @@ def _decoded(head: bytes, encoding: str) -> str:
         return ""
 
 
-def _undecodable(file: Path, encoding: str, hint: str) -> tuple[str, str]:
-    """Return where a file has the first byte that is not of its encoding, and a sentence about it."""
+def _wrong_byte(file: Path, encoding: str) -> str:
+    """Return the first byte of a file that is not of its encoding, and its line."""
     line, decoder = 1, codecs.getincrementaldecoder(_with_mark(encoding))("strict")
-    with _opened(file) as raw:
-        try:
+    if file.is_file():  # a pipe can be read only once
+        with suppress(UnicodeError), _opened(file) as raw:
             for chunk in iter(partial(raw.read, _HEAD), b""):
-                line += decoder.decode(chunk).count("\n")
-            decoder.decode(b"", final=True)
-        except UnicodeDecodeError as error:
-            line += error.object[: error.start].decode(encoding, "replace").count("\n")
-            found = f"found the byte 0x{error.object[error.start]:02x}"
-        except UnicodeError:
-            found = "found none"
-        else:
-            found = "found its end within a sign"
-    return f"{file}, line {line}", f"expected {encoding.upper()} text, {found}{hint}"
+                try:
+                    line += decoder.decode(chunk).count("\n")
+                except UnicodeDecodeError as error:
+                    line += error.object[: error.start].decode(encoding, "replace").count("\n")
+                    return f"the byte 0x{error.object[error.start]:02x} in line {line}"
+    return "other"

@@ -6,7 +6,7 @@ import unicodedata
 from collections.abc import Callable, Sequence
 
 from rmfs_core.errors import InputError
-from rmfs_core.wording import did_you_mean, first_few, shown_short
+from rmfs_core.wording import did_you_mean, first_few, listed, shown_short
 
 _MANY = 30
 """Columns of a header that a sentence still lists."""
@@ -45,7 +45,7 @@ def positions(
             raise InputError(place, f'found the column "{column}" {found} times; expected each once')
         if not found:
             there = [shown_short(name)[1:-1] for name in names if name]
-            told = first_few(there) if len(there) > _MANY else ", ".join(there) or "nothing"
+            told = first_few(there) if len(there) > _MANY else listed(there)
             meant = hint() or did_you_mean(plain(column), there)
             raise InputError(place, f'there is no column "{column}"{meant}; found {told}')
     return [names.index(plain(column)) for column in columns]

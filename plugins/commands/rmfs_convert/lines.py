@@ -180,7 +180,9 @@ class OrderLines:
         if found:
             self.left_out["a time outside the chosen span"] = found
         if self.n_orders == 0:
-            raise InputError("--from, --until", f"all {found:,} orders are outside; expected a span with some of them")
+            raise InputError(
+                "--from, --until", f"all orders ({found:,}) are outside; expected a span with some of them"
+            )
 
     def _leave_out_large(self) -> None:
         """Leave out lines that are too large once rows of a SKU are added up."""

@@ -20,7 +20,9 @@ class Names:
     def clean(self, text: str) -> str:
         """Return a name on one line, without spaces around it, in the composed spelling of Unicode (NFC)."""
         name = text.strip()
-        if not name.isascii() and not unicodedata.is_normalized("NFC", name):
+        if name.isascii() and name.isprintable():
+            return name
+        if not unicodedata.is_normalized("NFC", name):
             self.respelled += 1
             name = unicodedata.normalize("NFC", name).strip()
         return " ".join(name.split()) if "\n" in name or "\r" in name else name

@@ -52,7 +52,7 @@ def _date(digits: str) -> bool:
 LOOKS = (
     Look("spreadsheet", "serial days of a spreadsheet", 5, lambda text: 36_526 <= int(text) < 54_789),
     Look("%y%m%d", "dates as YYMMDD", 6, lambda text: _day(text[2:])),
-    Look("%H%M%S", "times of the day as HHMMSS", 6, lambda text: text[0] == "0" and _clock(text)),
+    Look("%H%M%S", "times of the day as HHMMSS", 6, _clock),
     Look("%Y%m%d", "dates as YYYYMMDD", 8, _date),
     Look("unix", "Unix seconds", 10, lambda text: 946_684_800 <= int(text) < 2_524_608_000),
     Look("%Y%m%d%H%M", "dates as YYYYMMDDHHMM", 12, lambda text: _date(text) and _clock(text[8:])),
@@ -76,17 +76,20 @@ class NumericDates:
         self._numbers = 0
         self._found: Counter[Look] = Counter()
         self._example: dict[Look, str] = {}
+        self._padded = False  # whether a number begins with 0, as numbers of seconds do not
 
     def note(self, text: str) -> None:
         """Count a number."""
         self._numbers += 1
+        self._padded = self._padded or (text[0] == "0" and text[1:2].isdigit())
         for look in looks_of(text):
             self._found[look] += 1
             self._example.setdefault(look, text)
 
     def question(self) -> str | None:
         """Return a sentence that asks what the numbers are, if most of them may be dates."""
-        looks = [look for look, number in self._found.items() if number >= _SHARE * self._numbers]
+        frequent = [look for look, number in self._found.items() if number >= _SHARE * self._numbers]
+        looks = [look for look in frequent if self._padded or look.option != "%H%M%S"]
         if not looks:
             return None
         ways = listed([f"{look.meaning} (--time-format {look.option})" for look in looks], "or")

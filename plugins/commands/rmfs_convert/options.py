@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -33,7 +34,9 @@ def _separator(_ctx: click.Context, _param: click.Parameter, text: str) -> str:
 
 def _encoding(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
     try:
-        b"".decode(name)  # what is no encoding of texts is refused here, too
+        with suppress(UnicodeError):
+            b"a".decode(name)  # what is no encoding of texts is refused here, too
+        codecs.getincrementaldecoder(name)
         return codecs.lookup(name).name
     except (LookupError, ValueError):
         raise InputError("--encoding", f"found {name!r}; expected utf-8, utf-16, cp1252 or the like") from None

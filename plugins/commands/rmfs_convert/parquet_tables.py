@@ -41,7 +41,7 @@ def parquet_columns(
     from pyarrow import parquet
 
     try:
-        with parquet.ParquetFile(file) as table:
+        with file.open("rb") as stream, parquet.ParquetFile(stream) as table:
             schema = table.schema_arrow
             places = positions(schema.names, columns, str(file))
             readers = [_reader(schema.field(place), file, encoding) for place in places]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from zoneinfo import ZoneInfo
 
@@ -57,14 +57,12 @@ class Moment:
 
 def guessed(texts: list[str]) -> str:
     """Return which options read times that were not read, as the end of a sentence; nothing where none does."""
-    found = [option for option, pattern in _guesses() if texts and all(_reads(pattern, text) for text in texts)]
-    return f"; perhaps {listed(found[:3], 'or')}" if found else ""
-
-
-def _guesses() -> Iterator[tuple[str, str | None]]:
-    yield "no --time-format", None
-    for pattern in (*_COMMON, *(look.option for look in LOOKS)):
-        yield f'--time-format "{pattern}"' if " " in pattern else f"--time-format {pattern}", pattern
+    patterns = [*_COMMON, *(look.option for look in LOOKS)]
+    found = [pattern for pattern in patterns if texts and all(_reads(pattern, text) for text in texts)]
+    options = [f'--time-format "{pattern}"' if " " in pattern else f"--time-format {pattern}" for pattern in found]
+    if texts and all(_reads(None, text) for text in texts):
+        options.insert(0, "no --time-format")
+    return f"; perhaps {listed(options[:3], 'or')}" if options else ""
 
 
 def checked_pattern(text: str) -> str:
@@ -75,12 +73,9 @@ def checked_pattern(text: str) -> str:
     if "Z" in directives:
         problem = "found %Z: names of zones are not the same everywhere; expected %z (+0200), or --zone Europe/Berlin"
         raise InputError(place, problem)
-    try:
-        datetime.strptime("", text)
-    except (ValueError, IndexError, KeyError, re.error) as error:
-        if not directives or "does not match" not in str(error):
-            examples = f"such as %d.%m.%Y %H:%M, or one of {', '.join(NUMBERS)}"
-            raise InputError(place, f"found {shown_short(text)}; expected a format {examples}") from None
+    if not directives or not _is_pattern(text):
+        examples = f"such as %d.%m.%Y %H:%M, or one of {', '.join(NUMBERS)}"
+        raise InputError(place, f"found {shown_short(text)}; expected a format {examples}")
     if directives & (_DATE | {"z"}) and not directives & _YEAR:
         raise InputError(
             place, f"found {shown_short(text)}, which has no year; expected %Y, or times of the day (%H:%M)"
@@ -88,12 +83,22 @@ def checked_pattern(text: str) -> str:
     return text
 
 
-def _reads(pattern: str | None, text: str) -> bool:
+def _is_pattern(text: str) -> bool:
     try:
-        reader_of(pattern, None)(text)
-    except (ValueError, OverflowError):
+        datetime.strptime("", text)
+    except ValueError as error:
+        return "does not match" in str(error)
+    except (IndexError, KeyError, re.error):  # of a directive that comes twice
         return False
     return True
+
+
+def _reads(pattern: str | None, text: str) -> bool:
+    try:
+        kind, _ = reader_of(pattern, None)(text)
+    except (ValueError, OverflowError):
+        return False
+    return kind != SECONDS
 
 
 Read = Callable[[str], tuple[str, Moment]]
