@@ -105,7 +105,7 @@ def _write_stock(stock: Stock, place: Path, folder: Path, start: str | None) -> 
     more = f"; of {raised:,} SKUs more than {stock.items:,} on a pod, {wanted}" if raised else ""
     places = sum(map(len, stock.held))
     return [
-        f"Wrote {folder / 'pods.csv'}: {len(stock.held):,} pods with {places:,} places{more}.",
+        f"Wrote {folder / 'pods.csv'}: {counted(len(stock.held), 'pod')} with {counted(places, 'place')}{more}.",
         f"Wrote {folder / 'scenario.toml'}; run it with: rmfs run {folder / 'scenario.toml'}",
     ]
 
@@ -113,7 +113,7 @@ def _write_stock(stock: Stock, place: Path, folder: Path, start: str | None) -> 
 def _tell_left_out(lines: OrderLines) -> None:
     cleaner = lines.cleaner
     blank = f", and {cleaner.blank:,} without any entry" if cleaner.blank else ""
-    click.echo(f"Read {cleaner.rows:,} rows{blank}.")
+    click.echo(f"Read {counted(cleaner.rows, 'row')}{blank}.")
     for what, found in (("Left out", cleaner.dropped), ("Left empty", cleaner.emptied)):
         for part in found:
             click.echo(f"{what}: {part}.")
