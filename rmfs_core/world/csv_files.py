@@ -33,10 +33,8 @@ _DATES = {"arrival_s": "arrival", "due_s": "due"}  # these may stand in place of
 _NAMES = ("bundle", "order", "pod", "robot", "sku")
 _SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}  # that are taken for commas elsewhere
 _WARNED, _MOST_OF_A_LINE = {""}, 1_000_000  # signs: a device may have no line's end
-MOST_ITEMS = 1_000_000
-"""Items that a row of orders may have: more, and a run would go on for years."""
-TEN_YEARS = 3_653 * DAY
-"""Ticks after time 0 until which orders may arrive: what comes later has a wrong year, or counts from 1970."""
+MOST_ITEMS = 1_000_000  # of a row: with more a run would go on for years
+TEN_YEARS = 3_653 * DAY  # what comes later has a wrong year, or counts from 1970
 
 Place = tuple[int, int, str]  # as in PodData
 Wrong = Callable[[InputError], None]
@@ -150,7 +148,7 @@ def _read_orders(file: Path, start: str | None, wrong: Wrong) -> list[tuple[Orde
     """Return each order, still without lines, and its quantities by SKU; by arrival, then by first appearance."""
     calendar = Calendar(start)
     dates = {date: partial(calendar.tick, column=date) for date in _DATES.values()}
-    read = {"arrival_s": _tick, "due_s": _tick, "priority": _priority, **dates}
+    read: dict[str, Callable[[str, str], int]] = {"arrival_s": _tick, "due_s": _tick, "priority": _priority, **dates}
     orders: dict[str, tuple[int, dict[str, str], dict[str, int | None], dict[str, int]]] = {}
 
     def add(line: int, row: dict[str, str]) -> None:
@@ -312,37 +310,31 @@ class Calendar:
 
     def __init__(self, start: str | None) -> None:
         self._start = start
-        self._has_offset: bool | None = None
+        self._first: datetime | None = None
         self._earliest: dict[str, tuple[int, int]] = {}  # by column: tick, and ticks ahead of UTC
 
-    def tick(self, text: str, place: str, column: str = "") -> int:
+    def tick(self, text: str, place: str, column: str) -> int:
         """Return a time in ticks since 1970, in UTC if it has an offset; the place is where a wrong one stands."""
-        tick, ahead = self._read(text, place)
-        self._earliest[column] = min(self._earliest.get(column, (tick, ahead)), (tick, ahead))
-        return tick
-
-    def zero(self, columns: Iterable[str] = ("",)) -> int:
-        """Return time 0 in the ticks of `tick`: of the first of the columns that has times, if there is no start."""
-        if self._start is not None:
-            return self._read(self._start, "instance.start")[0]
-        tick, ahead = next((self._earliest[column] for column in columns if column in self._earliest), (0, 0))
-        return tick - (tick + ahead) % DAY
-
-    def time_of_day(self) -> int:
-        """Return the ticks from midnight to time 0, by the clock of the start; 0 without a start."""
-        return 0 if self._start is None else sum(self._read(self._start, "instance.start")) % DAY
-
-    def _read(self, text: str, place: str) -> tuple[int, int]:
         try:
             moment = datetime.fromisoformat(text)
         except ValueError:
             expected = "expected a time in ISO 8601, such as 2024-03-01T06:30"
             raise InputError(place, f'{expected}, found "{text}"') from None
-        offset = moment.utcoffset()
-        if self._has_offset is None:
-            self._has_offset = offset is not None
-        if self._has_offset != (offset is not None):
+        self._first = self._first or moment
+        if (moment.tzinfo is None) != (self._first.tzinfo is None):
             raise InputError(place, f'expected an offset from UTC in all times or in none, found "{text}"')
-        moment = moment if offset is not None else moment.replace(tzinfo=UTC)
-        ahead = 0 if offset is None else round(offset.total_seconds() * TICKS_PER_S)
-        return round(moment.timestamp() * TICKS_PER_S), ahead
+        now, offset = moment.replace(tzinfo=moment.tzinfo or UTC), moment.utcoffset()
+        found = round(now.timestamp() * TICKS_PER_S), to_ticks(offset.total_seconds() if offset else 0)
+        self._earliest[column] = min(found, self._earliest.get(column, found))
+        return found[0]
+
+    def zero(self, columns: Iterable[str] = ()) -> int:
+        """Return time 0 in these ticks: the start, or midnight before the earliest in the first column with times."""
+        if self._start is not None:
+            return self.tick(self._start, "instance.start", "start")
+        tick, ahead = next((self._earliest[column] for column in columns if column in self._earliest), (0, 0))
+        return tick - (tick + ahead) % DAY
+
+    def time_of_day(self) -> int:
+        """Return the ticks from midnight to time 0, by the clock of the start; 0 without a start."""
+        return 0 if self._start is None else (self.zero() + self._earliest["start"][1]) % DAY

@@ -35,7 +35,11 @@ def test_a_row_is_an_order_line() -> None:
 
 def test_each_row_left_out_has_its_reason() -> None:
     """The first thing that is wrong with it; some are named, all are counted, and their orders are lost lines of."""
-    wrong = [("", "tea", "1", "1"), ("A", "", "1", "1"), *(("B", "tea", "1", text) for text in ("0", "-1", "1.5", ""))]
+    wrong: list[tuple[str | None, ...]] = [
+        ("", "tea", "1", "1"),
+        ("A", "", "1", "1"),
+        *(("B", "tea", "1", text) for text in ("0", "-1", "1.5", "")),
+    ]
     wrong += [("C", "tea", "noon", "1"), ("order", "sku", "time", "qty"), ("", " ", None, "")]
     wrong += [("D", "tea", "1", "1000001")]
     cleaner, lines = cleaned(*wrong)
