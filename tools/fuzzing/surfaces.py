@@ -325,6 +325,7 @@ OF_CONVERT = (
     *(("--zone", "Europe/Berlin"), ("--decimal", ","), ("--thousands", "."), ("--decimal", ".", "--thousands", ",")),
     *(("--encoding", "utf-16"), ("--encoding", "cp1252"), ("--encoding", "shift_jis"), ("--separator", "tab")),
     *(("--leave-out-sku", "A"), ("--most-quantity", "2"), ("--whole-orders",), ("--force",)),
+    ("--time-of-day", "due"),
 )
 
 

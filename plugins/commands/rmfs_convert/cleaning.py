@@ -30,7 +30,8 @@ Line = tuple[str, str, int, int, int, int | None, int | None, int]
 class Columns:
     """Names of the columns of a table of order lines.
 
-    None: the table has none. Then every line is one item, arrives at 0, is due whenever, and has no priority.
+    None: the table has none. Then every line is one item, arrives at 0, is due whenever, and has no priority. The time
+    of the day is in a column of its own where ``time`` is the date alone.
     """
 
     order: str
@@ -39,6 +40,7 @@ class Columns:
     quantity: str | None = None
     due: str | None = None
     priority: str | None = None
+    time_of_day: str | None = None
 
 
 @frozen
@@ -113,10 +115,12 @@ class Cleaner:
                 "--leave-out-sku", f'no row has the SKU "{min(self._missing)}"; expected SKUs of the table'
             )
 
-    def left_out(self) -> str:
-        """Return what was left out so far, as a part of a sentence, with what may help."""
-        unread = self.dropped.reasons.get(NO_TIME)
-        return "; ".join(self.dropped) + (guessed([text for _, text in unread.examples]) if unread else "")
+    def left_out(self) -> list[str]:
+        """Return what was left out so far, as parts of sentences, with what may help."""
+        return [part + guessed(self._unread(reason)) for reason, part in self.dropped.parts()]
+
+    def _unread(self, reason: str) -> list[str]:
+        return [text for _, text in self.dropped.reasons[reason].examples] if reason == NO_TIME else []
 
     def lines(self, file: str, rows: Iterable[Row]) -> Iterator[Line]:
         """Yield the order lines of rows of a file.

@@ -33,6 +33,7 @@ def convert() -> None:
 @click.option("--order", required=True, metavar="COL", help="Column with the order's number or name.")
 @click.option("--sku", required=True, metavar="COL", help="Column with the SKU.")
 @click.option("--time", metavar="COL", help="Column with the time of arrival. [default: all at time 0]")
+@click.option("--time-of-day", metavar="COL", help="Column with the time of the day, where --time has the date alone.")
 @click.option("--quantity", metavar="COL", help="Column with the items. [default: one each]")
 @click.option("--due", metavar="COL", help="Column with the time at which an order is due. [default: none]")
 @click.option("--priority", metavar="COL", help="Column with the priority, higher first. [default: none]")
@@ -95,7 +96,7 @@ def orders(table: Path, out: Path, **given: Any) -> None:
     )
     _span(reader.clock, given)  # what is no time is refused before the table is read
     folder = target(out, pods=given["pods"] is not None, force=force)
-    columns = Columns(*(given[name] for name in ("order", "sku", "time", "quantity", "due", "priority")))
+    columns = Columns(*(given[name] for name in ("order", "sku", "time", "quantity", "due", "priority", "time_of_day")))
     with OrderLines(Cleaner(columns, reader, Choice(given["leave_out_sku"], given["most_quantity"]))) as lines:
         lines.read(Table(table, given["separator"], given["encoding"]))
         zero = lines.gather(_span(reader.clock, given), given["whole_orders"])
@@ -111,6 +112,7 @@ def _check_times(given: dict[str, Any]) -> None:
         if given["due"] is not None:
             raise InputError("--due", "found no --time; expected both, since both are counted from time 0")
         names = {
+            "time_of_day": "--time-of-day",
             "time_format": "--time-format",
             "zone": "--zone",
             "begin": "--from",
@@ -135,7 +137,7 @@ def _check_share(lines: OrderLines, table: Path, force: bool) -> None:
 
     left, rows = lines.cleaner.dropped.unasked, lines.cleaner.rows
     if left > MOST_LEFT_OUT * rows and not force:
-        found = f"{left:,} of {rows:,} rows would be left out: {lines.cleaner.left_out()}"
+        found = f"{left:,} of {rows:,} rows would be left out: {'; '.join(lines.cleaner.left_out())}"
         raise InputError(str(table), f"{found}; expected at most half, or --force")
 
 

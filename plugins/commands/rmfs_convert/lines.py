@@ -104,9 +104,12 @@ class OrderLines:
         """
         columns, self._file = self.cleaner.columns, str(table.file)
         given = (columns.time, columns.quantity, columns.due, columns.priority)
-        names = [columns.order, columns.sku, *(name for name in given if name is not None)]
+        names = [name for name in (columns.order, columns.sku, *given, columns.time_of_day) if name is not None]
         for batch in table.batches(names):
             texts = dict(zip(names, batch.columns, strict=True))
+            if columns.time is not None and columns.time_of_day is not None:
+                both = zip(texts[columns.time], texts[columns.time_of_day], strict=True)
+                texts[columns.time] = [f"{(day or '').strip()} {(time or '').strip()}".strip() for day, time in both]
             fields = [[None] * len(batch.columns[0]) if name is None else texts[name] for name in given]
             rows = zip(batch.columns[0], batch.columns[1], *fields, strict=True)
             self._base.execute("BEGIN")
@@ -124,7 +127,7 @@ class OrderLines:
         self.cleaner.lost.clear()
 
     def _refuse_all(self) -> NoReturn:
-        found = self.cleaner.left_out() or "it has no rows"
+        found = "; ".join(self.cleaner.left_out()) or "it has no rows"
         raise InputError(self._file, f"has no order line that could be kept: {found}")
 
     def gather(self, span: Span | None = None, whole: bool = False) -> Moment:

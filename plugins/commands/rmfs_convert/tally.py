@@ -57,7 +57,7 @@ class Tally:
         """Rows that no option asked to leave out."""
         return sum(dropped.rows for dropped in self.reasons.values() if not dropped.chosen)
 
-    def __iter__(self) -> Iterator[str]:
-        """Yield a part of a sentence for each reason: how many, which, and examples."""
+    def parts(self) -> Iterator[tuple[str, str]]:
+        """Yield each reason, and a part of a sentence: how many, why, and examples."""
         for reason, dropped in self.reasons.items():
-            yield f"{dropped.rows:,} with {reason}{dropped.shown()}"
+            yield reason, f"{dropped.rows:,} with {reason}{dropped.shown()}"

@@ -120,18 +120,26 @@ def reader_of(pattern: str | None, zone: ZoneInfo | None) -> Read:
     if pattern is None:
         seconds = _numberreader_of("seconds", zone)
         return lambda text: seconds(text) if _NUMBER.fullmatch(text) else _dated(datetime.fromisoformat(text), zone)
-    directives = re.findall(r"%(.)", pattern)
-    whole = pattern == "".join(f"%{one}" for one in directives if one in _WIDTHS)
-    width = sum(_WIDTHS[one] for one in directives) if whole else None
-    of_day = not set(directives) & (_DATE | _YEAR)
+    of_day = not set(re.findall(r"%(.)", pattern)) & (_DATE | _YEAR)
+    width = _width(pattern)
 
     def read(text: str) -> tuple[str, Moment]:
-        if width is not None and len(text := _whole(text)) != width:  # %m would take one digit, too
+        if width is not None and len(text := _whole(text)) != width:
             raise ValueError
         moment = datetime.strptime(text, pattern)
         return (OF_DAY, Moment(_tick(moment) % DAY)) if of_day else _dated(moment, zone)
 
     return read
+
+
+def _width(pattern: str) -> int | None:
+    """Return how long a text has to be: numbers without a sign between them would be read with fewer digits, too."""
+    if not re.search(r"%.%", pattern):
+        return None
+    directives = re.findall(r"%(.)", pattern)
+    if not all(directive in _WIDTHS for directive in directives):
+        return None
+    return len(re.sub("%.", "", pattern)) + sum(_WIDTHS[directive] for directive in directives)
 
 
 def _whole(text: str) -> str:

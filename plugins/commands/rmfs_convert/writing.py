@@ -114,9 +114,10 @@ def _tell_left_out(lines: OrderLines) -> None:
     cleaner = lines.cleaner
     blank = f", and {cleaner.blank:,} without any entry" if cleaner.blank else ""
     click.echo(f"Read {counted(cleaner.rows, 'row')}{blank}.")
-    for what, found in (("Left out", cleaner.dropped), ("Left empty", cleaner.emptied)):
-        for part in found:
-            click.echo(f"{what}: {part}.")
+    for part in cleaner.left_out():
+        click.echo(f"Left out: {part}.")
+    for _, part in cleaner.emptied.parts():
+        click.echo(f"Left empty: {part}.")
     for reason, number in lines.left_out.items():
         click.echo(f"Left out: {counted(number, 'order')} with {reason}.")
     if lines.shortened:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import pytest
 
 from rmfs_convert.cleaning import Choice, Cleaner, Columns, Reader
@@ -20,11 +18,6 @@ def cleaned(
     cleaner = Cleaner(columns, reader or Reader(), choice or Choice())
     filled = [(*row, *[None] * (6 - len(row))) for row in rows]
     return cleaner, list(cleaner.lines("lines.csv", enumerate(filled, 1)))
-
-
-def reasons(found: Iterable[str]) -> list[str]:
-    """Return the reasons of a tally."""
-    return list(found)
 
 
 def test_a_row_is_an_order_line() -> None:
@@ -44,7 +37,7 @@ def test_each_row_left_out_has_its_reason() -> None:
     wrong += [("D", "tea", "1", "1000001")]
     cleaner, lines = cleaned(*wrong)
     assert lines == []
-    assert reasons(cleaner.dropped) == [
+    assert cleaner.left_out() == [
         "1 with no order: row 1",
         '1 with no SKU: row 2 "A"',
         '4 with a quantity that is no whole number from 1 on (returns, weights): row 3 "0", row 4 "-1", row 5 "1.5"',
@@ -64,7 +57,7 @@ def test_what_options_leave_out() -> None:
         ("A", "caf\u00e9", "1", "1"), ("A", "tea", "1", "9"), ("A", "tea", "1", "8"), choice=choice
     )
     assert len(lines) == 1
-    assert reasons(cleaner.dropped) == [
+    assert cleaner.left_out() == [
         '1 with a SKU to leave out: row 1 "caf\u00e9"',
         '1 with more than 8 items in a line: row 2 "9"',
     ]
@@ -83,7 +76,7 @@ def test_fields_that_cannot_be_read_are_left_empty() -> None:
     """Due times and priorities need not be there."""
     cleaner, lines = cleaned(("A", "tea", "5", "1", "soon", "-1"), ("A", "tea", "5", "1", "9", str(10**10)))
     assert [line[5:7] for line in lines] == [(None, None), (9000, None)]
-    assert reasons(cleaner.emptied) == [
+    assert [part for _, part in cleaner.emptied.parts()] == [
         '1 with a due time that cannot be read: row 1 "soon"',
         '2 with a priority that is no whole number from 0 on: row 1 "-1", row 2 "10000000000"',
     ]
@@ -95,8 +88,8 @@ def test_a_due_time_that_stands_for_none_is_left_empty() -> None:
     cleaner, lines = cleaned(("A", "tea", "2024-03-01", "1", "9999-12-31"), ("A", "tea", "1900-01-01", "1", ""))
     assert [line[5] for line in lines] == [None]
     stands = "time that stands for none (before 1971 or after 2099)"
-    assert reasons(cleaner.emptied) == [f'1 with a due {stands}: row 1 "9999-12-31"']
-    assert reasons(cleaner.dropped) == [f'1 with a {stands}: row 2 "1900-01-01"']
+    assert [part for _, part in cleaner.emptied.parts()] == [f'1 with a due {stands}: row 1 "9999-12-31"']
+    assert cleaner.left_out() == [f'1 with a {stands}: row 2 "1900-01-01"']
 
 
 @pytest.mark.parametrize(
@@ -141,7 +134,7 @@ def test_numbers_that_may_mean_two_things_are_asked_about(row: tuple[str, ...], 
 def test_a_format_is_guessed_where_no_time_can_be_read() -> None:
     """From the rows that are named."""
     cleaner, _ = cleaned(("A", "tea", "13.03.2024", "1"), reader=Reader(Clock()))
-    assert cleaner.left_out() == ('1 with no time that can be read: row 1 "13.03.2024"; perhaps --time-format %d.%m.%Y')
+    assert cleaner.left_out() == ['1 with no time that can be read: row 1 "13.03.2024"; perhaps --time-format %d.%m.%Y']
 
 
 def test_columns_that_a_table_has_not() -> None:

@@ -81,6 +81,13 @@ def test_an_order_before_time_zero_is_refused(read: Read) -> None:
         lines.gather(Span(start=start))
 
 
+def test_the_time_of_the_day_may_be_in_a_column_of_its_own(read: Read) -> None:
+    """Beside the date, as exports of ERP systems have it."""
+    columns = Columns("order", "sku", "time", "qty", time_of_day="due")
+    lines = read("A,tea,2024-03-01,1,06:10,", "B,tea, 20240301 ,1,061500,", "C,tea,2024-03-01,1,,", columns=columns)
+    assert written(lines, lines.gather().tick) == ["C,0,tea,1", "A,22200,tea,1", "B,22500,tea,1"]
+
+
 def test_columns_that_a_table_has_not(read: Read) -> None:
     """Every line is one item, and every order is there from the start."""
     lines = read("A,tea,x,x,,", "A,tea,x,x,,", columns=Columns("order", "sku"))
@@ -129,7 +136,7 @@ def test_an_order_that_loses_a_line_is_shortened(read: Read) -> None:
     assert lines.shortened == 2
     assert lines.left_out == {"no row that is kept": 1}
     assert written(lines) == ["A,1,tea,1", "B,1,tea,1", "D,1,jam,1"]
-    assert '1 with more than 9 items in a line: row 6 "10"' in list(lines.cleaner.dropped)
+    assert '1 with more than 9 items in a line: row 6 "10"' in lines.cleaner.left_out()
     lines = read(*rows, choice=Choice(most=9))
     lines.gather(whole=True)
     assert (lines.shortened, written(lines)) == (0, ["B,1,tea,1"])
@@ -144,7 +151,7 @@ def test_what_a_run_would_refuse_is_left_out(read: Read) -> None:
     lines.gather()
     assert [row[0] for row in written(lines)] == ["B"]
     late = "more than ten years after time 0 (2024-03-02T00:00:00; --from leaves out what is earlier)"
-    assert list(lines.cleaner.dropped) == [
+    assert lines.cleaner.left_out() == [
         '1 with more than 1,000,000 items in a line: row 1 "1,200,000"',
         f'1 with a time {late}: row 4 "2034-04-01T00:00:00"',
     ]

@@ -60,6 +60,7 @@ def test_a_time_is_read(text: str, pattern: str | None, kind: str, tick: int, ah
         *((text, None) for text in ("yesterday", "", "-5", "2024-02-30", "1609112200000x", "06:10", "12,5")),
         ("1709251200", "%S"),
         ("2024301", "%Y%m%d"),  # a month of one digit
+        ("20240301 11000", "%Y%m%d %H%M%S"),  # 01:10:00 or 11:00:00
         ("2024-03-01", "unix"),
         ("20240230", "%Y%m%d"),
     ],
