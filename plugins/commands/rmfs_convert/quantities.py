@@ -40,7 +40,7 @@ class Quantities:
             return int(text) if len(text) <= _MOST_DIGITS else None
         read = [value for pattern in self._patterns if (value := _value(text, pattern)) is not None]
         if len(set(read)) > 1:
-            self._doubt = self._doubt or (row, text, [f"{value:,g}" for value in read])
+            self._doubt = self._doubt or (row, text, [f"{value:.15g}" for value in read])
             return None
         if len(read) == 1 and not self._evidence:
             self._evidence = row, text

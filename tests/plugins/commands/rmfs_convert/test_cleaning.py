@@ -115,10 +115,10 @@ def test_times_of_two_kinds_are_refused(rows: list[tuple[str, ...]], problem: st
 @pytest.mark.parametrize(
     ("row", "question"),
     [
-        (("A", "tea", "1", "1.000"), 'lines.csv, row 1, qty: found "1.000", which may be 1 or 1,000; expected'),
+        (("A", "tea", "1", "1.000"), 'lines.csv, row 1, qty: found "1.000", which may be 1 or 1000; expected'),
         (
             ("A", "tea", "1", "1", "", "1,000"),
-            'lines.csv, row 1, prio: found "1,000", which may be 1,000 or 1; expected',
+            'lines.csv, row 1, prio: found "1,000", which may be 1000 or 1; expected',
         ),
         (("A", "tea", "20240229", "1"), "lines.csv, time: found numbers such as 20240229, which may be dates as"),
     ],

@@ -162,7 +162,7 @@ def test_the_least_that_is_needed(tmp_path: Path) -> None:
             for option in ("--from", "--until", "--start")
         ),
         ("o,s,t\n1,a,20240229\n", ["--time", "t"], "t: found numbers such as 20240229, which may be dates"),
-        ("o,s,q\n1,a,1.000\n", ["--quantity", "q"], 'row 1, q: found "1.000", which may be 1 or 1,000; expected'),
+        ("o,s,q\n1,a,1.000\n", ["--quantity", "q"], 'row 1, q: found "1.000", which may be 1 or 1000; expected'),
         ("o,s\n1,a\n", ["--leave-out-sku", "b"], '--leave-out-sku: no row has the SKU "b"'),
         (
             "o,s,t\n1,a,13.03.2024\n2,a,14.03.2024\n3,a,2024-03-15\n",

@@ -62,6 +62,6 @@ def test_what_can_be_read_in_two_ways_is_asked() -> None:
     with pytest.raises(InputError) as caught:
         quantities.ask("lines.csv", "Menge")
     assert str(caught.value) == (
-        'lines.csv, row 2, Menge: found "1.000", which may be 1 or 1,000 (row 3 has "2,5"); '
+        'lines.csv, row 2, Menge: found "1.000", which may be 1 or 1000 (row 3 has "2,5"); '
         "expected --decimal . if the point is before fractions, or --decimal , if the comma is"
     )
