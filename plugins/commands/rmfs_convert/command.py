@@ -90,16 +90,14 @@ def orders(table: Path, out: Path, **given: Any) -> None:
     from rmfs_convert.writing import target, write
 
     _check_times(given)
-    force, reader = (
-        given["force"],
-        Reader(clock_of(given["time_format"], given["zone"]), quantities_of(given["decimal"], given["thousands"])),
-    )
-    _span(reader.clock, given)  # what is no time is refused before the table is read
+    clock, force = clock_of(given["time_format"], given["zone"]), given["force"]
+    reader = Reader(clock, quantities_of(given["decimal"], given["thousands"]))
+    _span(clock, given)  # what is no time is refused before the table is read
     folder = target(out, pods=given["pods"] is not None, force=force)
     columns = Columns(*(given[name] for name in ("order", "sku", "time", "quantity", "due", "priority", "time_of_day")))
     with OrderLines(Cleaner(columns, reader, Choice(given["leave_out_sku"], given["most_quantity"]))) as lines:
         lines.read(Table(table, given["separator"], given["encoding"]))
-        zero = lines.gather(_span(reader.clock, given), given["whole_orders"])
+        zero = lines.gather(_span(clock, given), given["whole_orders"])
         _check_share(lines, table, force)
         write(lines, folder, zero, _stock(lines, given))
 
