@@ -169,7 +169,7 @@ class Cleaner:
         if self.columns.time is None:
             return Moment(0)
         try:
-            return self.reader.clock.read(text)
+            return self.reader.clock.read(text, row)
         except UnusableError as error:
             self._drop(str(error), row, text, name)
         except ClockError as error:
@@ -180,7 +180,7 @@ class Cleaner:
 
     def _due(self, file: str, row: int, text: str) -> int | None:
         try:
-            return self.reader.clock.read(text).tick if text else None
+            return self.reader.clock.read(text, row).tick if text else None
         except UnusableError as error:
             self.emptied.note(str(error).replace("a time", "a due time"), row, text)
         except ClockError as error:

@@ -237,9 +237,8 @@ class OrderLines:
             self._base.execute(f"DELETE FROM packed WHERE name IN ({late})")
             self._base.execute(f"DELETE FROM whole WHERE tick > {zero.tick + TEN_YEARS}")
         if self.n_orders == 0:
-            raise InputError(
-                "--start", f"all orders arrive more than ten years after {self.cleaner.reader.clock.iso(zero)}"
-            )
+            found = "; ".join(self.cleaner.left_out())
+            raise InputError(self._file, f"has no order in time: {found}; expected another --start or --time-format")
 
     @property
     def n_orders(self) -> int:

@@ -75,16 +75,16 @@ class NumericDates:
     def __init__(self) -> None:
         self._numbers = 0
         self._found: Counter[Look] = Counter()
-        self._example: dict[Look, str] = {}
+        self._example: dict[Look, tuple[int, str]] = {}
         self._padded = False  # whether a number begins with 0, as numbers of seconds do not
 
-    def note(self, text: str) -> None:
-        """Count a number."""
+    def note(self, text: str, row: int) -> None:
+        """Count a number of a row."""
         self._numbers += 1
         self._padded = self._padded or (text[0] == "0" and text[1:2].isdigit())
         for look in looks_of(text):
             self._found[look] += 1
-            self._example.setdefault(look, text)
+            self._example.setdefault(look, (row, text))
 
     def question(self) -> str | None:
         """Return a sentence that asks what the numbers are, if most of them may be dates."""
@@ -93,6 +93,5 @@ class NumericDates:
         if not looks:
             return None
         ways = listed([f"{look.meaning} (--time-format {look.option})" for look in looks], "or")
-        return (
-            f"found numbers such as {self._example[looks[0]]}, which may be {ways}, or seconds (--time-format seconds)"
-        )
+        row, text = self._example[looks[0]]
+        return f'found numbers such as "{text}" in row {row}, which may be {ways}, or seconds (--time-format seconds)'

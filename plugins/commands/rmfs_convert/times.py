@@ -51,8 +51,8 @@ class Clock:
         """Whether the times seen so far are times of the day."""
         return self._kind == OF_DAY
 
-    def read(self, text: str) -> Moment:
-        """Return a time of the table.
+    def read(self, text: str, row: int = 1) -> Moment:
+        """Return a time in a row of the table.
 
         Raises
         ------
@@ -69,7 +69,7 @@ class Clock:
                 raise ClockError(f"found {kind} where the rows before have {self._kind}; expected one kind of time")
             self._kind = kind
         if kind == SECONDS and self.pattern is None:
-            self.numbers.note(text)
+            self.numbers.note(text, row)
         return moment
 
     def option(self, option: str, text: str) -> Moment:
@@ -105,7 +105,7 @@ class Clock:
     def iso(self, moment: Moment) -> str:
         """Return a time as text: a date in ISO 8601, a time of the day, or seconds."""
         if self._kind == SECONDS or self._kind is None:
-            return f"{moment.tick / TICKS_PER_S:.10g} s"
+            return f"{moment.tick / TICKS_PER_S:.16g} s"
         shown = EPOCH + timedelta(milliseconds=moment.tick + moment.ahead)
         if self._kind == OF_DAY:
             return shown.time().isoformat()

@@ -120,7 +120,10 @@ def test_times_of_two_kinds_are_refused(rows: list[tuple[str, ...]], problem: st
             ("A", "tea", "1", "1", "", "1,000"),
             'lines.csv, row 1, prio: found "1,000", which may be 1000 or 1; expected',
         ),
-        (("A", "tea", "20240229", "1"), "lines.csv, time: found numbers such as 20240229, which may be dates as"),
+        (
+            ("A", "tea", "20240229", "1"),
+            'lines.csv, time: found numbers such as "20240229" in row 1, which may be dates as',
+        ),
     ],
 )
 def test_numbers_that_may_mean_two_things_are_asked_about(row: tuple[str, ...], question: str) -> None:

@@ -161,8 +161,14 @@ def test_the_least_that_is_needed(tmp_path: Path) -> None:
             ("o,s\n1,a\n", [option, "2024-03-01"], f"{option}: found no --time; expected the column")
             for option in ("--from", "--until", "--start")
         ),
-        ("o,s,t\n1,a,20240229\n", ["--time", "t"], "t: found numbers such as 20240229, which may be dates"),
+        ("o,s,t\n1,a,20240229\n", ["--time", "t"], 't: found numbers such as "20240229" in row 1, which may be dates'),
         ("o,s,q\n1,a,1.000\n", ["--quantity", "q"], 'row 1, q: found "1.000", which may be 1 or 1000; expected'),
+        (
+            "o,s,t\n1,a,1709251200000000\n",
+            ["--time", "t"],
+            "has no order in time: 1 with a time more than ten years after time 0 (0 s; --from leaves out what is "
+            'earlier): row 1 "1709251200000000 s"; expected another --start or --time-format',
+        ),
         ("o,s\n1,a\n", ["--leave-out-sku", "b"], '--leave-out-sku: no row has the SKU "b"'),
         (
             "o,s,t\n1,a,13.03.2024\n2,a,14.03.2024\n3,a,2024-03-15\n",

@@ -42,13 +42,13 @@ def test_what_a_number_may_be(text: str, options: list[str]) -> None:
     [
         (
             ["20240229"] * 9 + ["0"],
-            "found numbers such as 20240229, which may be dates as YYYYMMDD (--time-format %Y%m%d), "
+            'found numbers such as "20240229" in row 1, which may be dates as YYYYMMDD (--time-format %Y%m%d), '
             "or seconds (--time-format seconds)",
         ),
         (
             ["061012", "101112"],
-            "found numbers such as 061012, which may be dates as YYMMDD (--time-format %y%m%d) or times of the day as "
-            "HHMMSS (--time-format %H%M%S), or seconds (--time-format seconds)",
+            'found numbers such as "061012" in row 1, which may be dates as YYMMDD (--time-format %y%m%d) or times of the day '
+            "as HHMMSS (--time-format %H%M%S), or seconds (--time-format seconds)",
         ),
         (["20240229"] * 8 + ["0"], None),  # fewer than nine of ten
         (["151617", "235959"], None),  # times of the day begin with 0 somewhere
@@ -58,6 +58,6 @@ def test_what_a_number_may_be(text: str, options: list[str]) -> None:
 def test_most_of_a_column_has_to_look_like_dates(texts: list[str], question: str | None) -> None:
     """Then it is asked what it is."""
     numbers = NumericDates()
-    for text in texts:
-        numbers.note(text)
+    for row, text in enumerate(texts, 1):
+        numbers.note(text, row)
     assert numbers.question() == question
