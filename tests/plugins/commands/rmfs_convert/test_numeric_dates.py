@@ -47,8 +47,8 @@ def test_what_a_number_may_be(text: str, options: list[str]) -> None:
         ),
         (
             ["061012", "101112"],
-            'found numbers such as "061012" in row 1, which may be dates as YYMMDD (--time-format %y%m%d) or times of the day '
-            "as HHMMSS (--time-format %H%M%S), or seconds (--time-format seconds)",
+            'found numbers such as "061012" in row 1, which may be dates as YYMMDD (--time-format %y%m%d) or '
+            "times of the day as HHMMSS (--time-format %H%M%S), or seconds (--time-format seconds)",
         ),
         (["20240229"] * 8 + ["0"], None),  # fewer than nine of ten
         (["151617", "235959"], None),  # times of the day begin with 0 somewhere
