@@ -15,7 +15,7 @@ from rmfs_core.motion import Motion
 from rmfs_core.randomness import stream
 from rmfs_core.rules import BoundRule
 from rmfs_core.scenario.model import RobotsSection, Scenario
-from rmfs_core.timetable import ALWAYS, DAY, Timetable, read_spans
+from rmfs_core.timetable import ALWAYS, Timetable, read_spans
 from rmfs_core.warehouse import Robot, Station, Warehouse
 from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.parts import UNLIMITED
@@ -100,7 +100,7 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
 
 def hours_of(scenario: Scenario, stations: int) -> dict[int | None, Timetable]:
     """Return the timetables of a scenario with so many picking stations; InputError where they make no sense."""
-    zero, given = Calendar(scenario.instance.start).zero(0) % DAY, scenario.stations.open
+    zero, given = Calendar(scenario.instance.start).time_of_day(), scenario.stations.open
     ids = [str(number) for number in range(1, stations + 1)]
     spans = given if isinstance(given, Mapping) else {} if given is None else dict.fromkeys(ids, given)
     for name in spans:
