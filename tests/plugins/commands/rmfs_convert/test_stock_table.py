@@ -85,7 +85,7 @@ def test_without_quantities_nothing_runs_out(tmp_path: Path) -> None:
         (["A;tea;1;;2"], PLACED, "row 1: found nothing and '2' as row and column"),
         (["A;tea;-1"], COLUMNS, "has no pod that could be kept: 1 with a quantity that is no whole number from 0 on"),
         ([], COLUMNS, "has no pod that could be kept: it has no rows"),
-        (["A;tea;1.000"], COLUMNS, 'row 1, qty: found "1.000", which may be 1 or 1,000'),
+        (["A;tea;1.000"], COLUMNS, 'row 1, qty: found "1.000", which may be 1 or 1000'),
         (["A;tea;1"], StockColumns("bin", "article"), 'line 1: there is no column "article"'),
         (["A;tea;1", "B;tea;1", "C;tea;1"], COLUMNS, "row 3: found more than 2 pods; expected at most that many"),
     ],
