@@ -36,8 +36,8 @@ def xinst(
     name
         Name of the instance.
     inputs
-        Input stations, in cells that are walls of the layout: the station, its queue from there on, and the lane that
-        leads away, to the floor.
+        Input stations, in cells that are walls of the layout: the station, its queue from there on, which floor beside
+        its far end leads to, and the lane that leads away, to the floor.
     robot, station
         Attributes of every bot, and of every output station.
     tiers
@@ -63,6 +63,10 @@ def xinst(
         chain = [*reversed(queue), cell, *lane]
         for here, there in pairwise(chain):
             ways[here] = [there]
+        entry = chain[0]
+        for _, beside in layout.beside(entry):
+            if layout.kind[beside] == CellKind.FLOOR:
+                ways[beside].append(entry)
     stations = {cells.station: number for number, cells in enumerate(layout.stations)}
     moving = robot or 'PodTransferTime="2.2" MaxAcceleration="1" MaxDeceleration="1" MaxVelocity="1.5" TurnSpeed="2.5"'
     bots = [f'<Bot ID="{i}" {moving} {placed(place)} Tier="0" />' for i, place in enumerate(robots)]

@@ -174,12 +174,21 @@ FOREIGN = {
 """,
     "block.xlayo": """<LayoutConfiguration><TierCount>1</TierCount><BotCount>2</BotCount><PodAmount>0.5</PodAmount>
 <PodCapacity>500</PodCapacity><NrHorizontalAisles>4</NrHorizontalAisles><NrVerticalAisles>2</NrVerticalAisles>
-<WidthBuffer>2</WidthBuffer><NPickStationEast>1</NPickStationEast></LayoutConfiguration>
+<WidthBuffer>2</WidthBuffer><NPickStationEast>1</NPickStationEast>
+<NReplenishmentStationWest>1</NReplenishmentStationWest></LayoutConfiguration>
 """,
     "fill.xsett": """<SettingConfiguration><SimulationDuration>600</SimulationDuration><Seed>0</Seed>
 <InventoryConfiguration><ItemType>SimpleItem</ItemType><OrderMode>Fill</OrderMode><InitialInventory>0.5</InitialInventory>
 <PositionCountMean>1</PositionCountMean><PositionCountMax>3</PositionCountMax><DemandInventoryConfiguration>
 <OrderCount>3</OrderCount></DemandInventoryConfiguration></InventoryConfiguration></SettingConfiguration>
+""",
+    "rate.xsett": """<SettingConfiguration><SimulationDuration>900</SimulationDuration><Seed>1</Seed>
+<InventoryConfiguration><OrderMode>Poisson</OrderMode><InitialInventory>0.1</InitialInventory>
+<BufferBundlesUntilInventoryLoad>0.9</BufferBundlesUntilInventoryLoad><PoissonInventoryConfiguration>
+<PoissonMode>Simple</PoissonMode><InitialOrderCount>2</InitialOrderCount><InitialBundleCount>3</InitialBundleCount>
+<AverageOrdersPerHourAndStation>40</AverageOrdersPerHourAndStation>
+<AverageBundlesPerHourAndStation>20</AverageBundlesPerHourAndStation></PoissonInventoryConfiguration>
+</InventoryConfiguration></SettingConfiguration>
 """,
     "few.xgenc": """<SimpleItemGeneratorConfiguration><DefaultWeight>1</DefaultWeight><ItemDescriptions>
 <E><Key>0</Key><Value>10.5</Value></E><E><Key>1</Key><Value>2</Value></E></ItemDescriptions><ItemWeights>

@@ -318,6 +318,9 @@ CELLS = (
 """What exports of other programs have in their cells."""
 
 OF_CONVERT = (
+    ("--pods", "3", "--history", "lines.csv"),
+    ("--time", "when", "--pods", "3", "--history-until", "2024-03-01T07:00"),
+    ("--orders", "lines.csv", "--order-key", "nr"),
     *(("--time", "when"), ("--time", "when", "--due", "due"), ("--quantity", "pieces"), ("--priority", "urgent")),
     *(("--pods", "3"), ("--pods", "3", "--skus-per-pod", "2", "--placement", "co-purchase"), ("--items", "5")),
     *(("--start", "2024-03-01T00:00"), ("--from", "2024-03-01T07:00"), ("--until", "2024-03-01T07:30Z")),
@@ -343,8 +346,12 @@ def of_convert(draft: Draft) -> None:
     """Tables of order lines, and how they are converted."""
     draft.need("lines.csv")
     draft.arguments = ["convert", "orders", "lines.csv", "--out", "out", "--order", "nr", "--sku", "article"]
+    if draft.random.random() < 0.2:
+        draft.arguments = ["convert", "pods", "lines.csv", "--out", "out", "--pod", "nr", "--sku", "article"]
+        draft.arguments += draft.random.choice((["--quantity", "pieces"], [], ["--row", "pieces", "--column", "nr"]))
     draft.arguments += ["--separator", ";"]
-    for chosen in draft.random.sample(OF_CONVERT, draft.random.randint(0, 5)):
+    of_pods = draft.arguments[1] == "pods"
+    for chosen in () if of_pods else draft.random.sample(OF_CONVERT, draft.random.randint(0, 5)):
         draft.arguments += chosen
     chance = draft.random.random()
     if chance < 0.4:
@@ -374,6 +381,7 @@ def of_import(draft: Draft) -> None:
             *(("hall.xinst", "list.xitem"), ("hall.xinst", "fill.xsett", "few.xgenc"), ("block.xlayo", "list.xitem")),
             *(("hall.xinst",), ("kiva.map",), ("sort.grid",), ("m.map", "m.scen"), ("m.map",)),
             *(("league.json", "m.map", "a.agents", "a.tasks"), ("block.xlayo", "fill.xsett", "few.xgenc")),
+            ("block.xlayo", "rate.xsett", "few.xgenc"),
         )
     )
     draft.need(*together)

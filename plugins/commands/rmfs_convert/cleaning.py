@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from attrs import field, frozen
 
@@ -21,6 +21,9 @@ _MOST_PRIORITY = 10**10 - 1
 
 Row = tuple[int, tuple[str | None, ...]]
 """Number of a row and its fields: order, SKU, time, quantity, due time, priority."""
+
+Head = tuple[str, int, int, int | None, int | None, int]
+"""Order, tick, ticks ahead of UTC, tick at which it is due, priority, row."""
 
 Line = tuple[str, str, int, int, int, int | None, int | None, int]
 """Order, SKU, tick, ticks ahead of UTC, items, tick at which it is due, priority, row."""
@@ -53,10 +56,13 @@ class Choice:
         SKUs whose lines are left out.
     most
         Lines of more items are left out.
+    may_lack
+        Whether a SKU that is left out may be in no row.
     """
 
     leave_out: tuple[str, ...] = ()
     most: int = MOST_ITEMS
+    may_lack: bool = False
 
 
 @frozen
@@ -67,6 +73,13 @@ class Reader:
     quantities: Quantities = field(factory=Quantities)
     priorities: Quantities = field(factory=Quantities)
     names: Names = field(factory=Names)
+
+
+def join_time_of_day(texts: dict[str, Sequence[str | None]], columns: Columns) -> None:
+    """Put the time of the day behind the date, where it has a column of its own."""
+    if columns.time is not None and columns.time_of_day is not None:
+        both = zip(texts[columns.time], texts[columns.time_of_day], strict=True)
+        texts[columns.time] = [f"{(day or '').strip()} {(time or '').strip()}".strip() for day, time in both]
 
 
 class Cleaner:
@@ -110,7 +123,7 @@ class Cleaner:
 
     def check_choice(self) -> None:
         """Raise an `InputError` when a SKU that shall be left out was in no row."""
-        if self._missing:
+        if self._missing and not self.choice.may_lack:
             raise InputError(
                 "--leave-out-sku", f'no row has the SKU "{min(self._missing)}"; expected SKUs of the table'
             )
@@ -155,6 +168,26 @@ class Cleaner:
             elif (moment := self._moment(file, row, name, time)) is not None:
                 tick, ahead = moment.tick, moment.ahead
                 yield name, wanted, tick, ahead, items, self._due(file, row, due), self._priority(row, priority), row
+
+    def heads(self, file: str, rows: Iterable[Row]) -> Iterator[Head]:
+        """Yield the headers of rows of a file: order, time, due time, priority.
+
+        Raises
+        ------
+        InputError
+            When times are of two kinds.
+        """
+        for row, fields in rows:
+            order, time, due, priority = [(field or "").strip() for field in fields]
+            if not (order or time or due or priority):
+                self.blank += 1
+                continue
+            self.rows += 1
+            name = self.reader.names.clean(order)
+            if not name:
+                self.dropped.note("no order", row, "")
+            elif (moment := self._moment(file, row, name, time)) is not None:
+                yield name, moment.tick, moment.ahead, self._due(file, row, due), self._priority(row, priority), row
 
     def _drop(self, reason: str, row: int, found: str, name: str, chosen: bool = False) -> None:
         self.dropped.note(reason, row, found, chosen)

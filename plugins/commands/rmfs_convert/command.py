@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,22 +11,27 @@ import click
 
 from rmfs_cli.options import OutPath
 from rmfs_convert.options import clock_of, number_options, quantities_of, table_options, time_options
+from rmfs_convert.pods_command import pods as pods_command
 
 if TYPE_CHECKING:
     from rmfs_convert.lines import OrderLines, Span
+    from rmfs_convert.time_formats import Moment
     from rmfs_convert.times import Clock
     from rmfs_convert.writing import Stock
 
 BASKETS = 200_000
 """Orders that are looked at to say which SKUs are bought together."""
 
-MOST_LEFT_OUT = 0.5
-"""Share of the rows that may be left out."""
+LEARNING = "co-purchase"
+"""The placement where there is a history, unless told."""
 
 
 @click.group()
 def convert() -> None:
     """Make a scenario's files from the tables of a warehouse."""
+
+
+convert.add_command(pods_command)
 
 
 @convert.command(short_help="Make orders.csv from a table of order lines.")
@@ -37,6 +44,14 @@ def convert() -> None:
 @click.option("--quantity", metavar="COL", help="Column with the items. [default: one each]")
 @click.option("--due", metavar="COL", help="Column with the time at which an order is due. [default: none]")
 @click.option("--priority", metavar="COL", help="Column with the priority, higher first. [default: none]")
+@click.option(
+    "--orders",
+    "heads",
+    metavar="TABLE",
+    type=click.Path(path_type=Path),
+    help="Table with a header for each order: --time, --due and --priority are columns of it.",
+)
+@click.option("--order-key", metavar="COL", help="Column of --orders with the order. [default: as --order]")
 @time_options
 @click.option("--from", "begin", metavar="TIME", help="Leave out orders that arrive earlier.")
 @click.option("--until", "end", metavar="TIME", help="Leave out orders that arrive then or later.")
@@ -72,9 +87,16 @@ def convert() -> None:
 @click.option(
     "--placement",
     type=click.Choice(["random", "popularity", "co-purchase"]),
-    default="popularity",
-    show_default=True,
-    help="Which SKUs stand on more pods, and which stand together.",
+    help=f"Which SKUs stand on more pods, and which stand together. [default: {LEARNING} with a history, else random]",
+)
+@click.option(
+    "--history",
+    metavar="TABLE",
+    type=click.Path(path_type=Path),
+    help="Place by the order lines of another table, with columns of the same names.",
+)
+@click.option(
+    "--history-until", metavar="TIME", help="Place by the orders that arrive earlier, and run those that arrive later."
 )
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the placement.")
 @click.option("--force", is_flag=True, help="Replace files, and write also where most rows are left out.")
@@ -84,22 +106,77 @@ def orders(table: Path, out: Path, **given: Any) -> None:
     Rows of one order need not be adjacent, and may be any number: they are sorted on disk. What is left out is said,
     with the reason. With --pods, the SKUs are put on pods as well, and DIR/scenario.toml runs with both.
     """
+    from rmfs_convert.lines import Span
+    from rmfs_convert.writing import target, tell_history, write
+
+    _check_times(given)
+    _check_history(given)
+    force = given["force"]
+    _span(clock_of(given["time_format"], given["zone"]), given)  # what is no time is refused before a table is read
+    names = ("orders.csv", *(("pods.csv", "scenario.toml") if given["pods"] is not None else ()))
+    folder = target(out, names, force=force)
+    with ExitStack() as stack:
+        lines, zero = _read(stack, table, given, lambda clock: _span(clock, given))
+        _check_share(lines, table, force)
+        past = None
+        if given["history"] is not None:
+            columns = {**given, **dict.fromkeys(("time", "time_of_day", "due", "priority", "heads"))}
+            past, _ = _read(stack, given["history"], columns, lambda _: Span())
+            _check_share(past, given["history"], force)
+        elif given["history_until"] is not None:
+            past, _ = _read(stack, table, given, lambda clock: _span_of_history(clock, given))
+        write(lines, folder, zero, _stock(lines, past, table, given))
+        if past is not None and given["history"] is not None:
+            tell_history(past, given["history"])
+
+
+def _check_share(lines: OrderLines, table: Path, force: bool) -> None:
+    from rmfs_convert.writing import check_share
+
+    cleaner = lines.cleaner
+    check_share(table, cleaner.rows, cleaner.dropped.unasked, "; ".join(cleaner.left_out()), force)
+
+
+def _read(
+    stack: ExitStack, table: Path, given: dict[str, Any], span: Callable[[Clock], Span]
+) -> tuple[OrderLines, Moment]:
+    """Return the orders of a table, and of that with their headers if there is one, in a span; and time 0."""
+    from attrs import evolve
+
     from rmfs_convert.cleaning import Choice, Cleaner, Columns, Reader
     from rmfs_convert.lines import OrderLines
     from rmfs_convert.tables import Table
-    from rmfs_convert.writing import target, write
 
-    _check_times(given)
-    clock, force = clock_of(given["time_format"], given["zone"]), given["force"]
+    clock = clock_of(given["time_format"], given["zone"])
     reader = Reader(clock, quantities_of(given["decimal"], given["thousands"]))
-    _span(clock, given)  # what is no time is refused before the table is read
-    folder = target(out, pods=given["pods"] is not None, force=force)
+    choice = Choice(given["leave_out_sku"], given["most_quantity"], may_lack=table == given["history"])
     columns = Columns(*(given[name] for name in ("order", "sku", "time", "quantity", "due", "priority", "time_of_day")))
-    with OrderLines(Cleaner(columns, reader, Choice(given["leave_out_sku"], given["most_quantity"]))) as lines:
-        lines.read(Table(table, given["separator"], given["encoding"]))
-        zero = lines.gather(_span(clock, given), given["whole_orders"])
-        _check_share(lines, table, force)
-        write(lines, folder, zero, _stock(lines, given))
+    heads = None
+    if given["heads"] is not None:
+        heads = evolve(columns, order=given["order_key"] or columns.order, quantity=None)
+        columns = Columns(columns.order, columns.sku, quantity=columns.quantity)
+    lines = stack.enter_context(OrderLines(Cleaner(columns, reader, choice)))
+    if heads is not None:
+        own = Table(given["heads"], given["separator"], given["encoding"])
+        lines.read_heads(own, Cleaner(heads, reader, Choice()))
+    lines.read(Table(table, given["separator"], given["encoding"]))
+    return lines, lines.gather(span(clock), given["whole_orders"])
+
+
+def _check_history(given: dict[str, Any]) -> None:
+    """Refuse options about history that do not go together."""
+    from rmfs_core.errors import InputError
+
+    if given["order_key"] is not None and given["heads"] is None:
+        raise InputError("--order-key", "found no --orders; expected the table with headers that it is a column of")
+    options = [option for option in ("--history", "--history-until") if given[option[2:].replace("-", "_")] is not None]
+    if len(options) == 2:
+        raise InputError("--history-until", "found --history, too; expected one of them")
+    for option in options:
+        if given["pods"] is None:
+            raise InputError(option, "found no --pods; expected both, since the history says what stands on them")
+        if given["placement"] == "random":
+            raise InputError(option, "found --placement random, which learns nothing; expected another placement")
 
 
 def _check_times(given: dict[str, Any]) -> None:
@@ -116,6 +193,7 @@ def _check_times(given: dict[str, Any]) -> None:
             "begin": "--from",
             "end": "--until",
             "start": "--start",
+            "history_until": "--history-until",
         }
         for name, option in names.items():
             if given[name] is not None:
@@ -125,30 +203,52 @@ def _check_times(given: dict[str, Any]) -> None:
 def _span(clock: Clock, given: dict[str, Any]) -> Span:
     from rmfs_convert.lines import Span
 
-    options = (("--from", given["begin"]), ("--until", given["end"]), ("--start", given["start"]))
-    return Span(*(None if text is None else clock.option(option, text) for option, text in options))
+    options = (
+        ("--from", given["begin"]),
+        ("--until", given["end"]),
+        ("--start", given["start"]),
+        ("--history-until", given["history_until"]),
+    )
+    begin, end, start, history_end = (None if text is None else clock.option(name, text) for name, text in options)
+    return Span(begin, end, start, history_end)
 
 
-def _check_share(lines: OrderLines, table: Path, force: bool) -> None:
-    """Refuse a table most of whose rows would be left out, though no option asks for that."""
-    from rmfs_core.errors import InputError
+def _span_of_history(clock: Clock, given: dict[str, Any]) -> Span:
+    """Return the span of the orders that the placement learns from."""
+    from rmfs_convert.lines import Span
 
-    left, rows = lines.cleaner.dropped.unasked, lines.cleaner.rows
-    if left > MOST_LEFT_OUT * rows and not force:
-        found = f"{left:,} of {rows:,} rows would be left out: {'; '.join(lines.cleaner.left_out())}"
-        raise InputError(str(table), f"{found}; expected at most half, or --force")
+    begin = None if given["begin"] is None else clock.option("--from", given["begin"])
+    return Span(begin, clock.option("--history-until", given["history_until"]), options="--from, --history-until")
 
 
-def _stock(lines: OrderLines, given: dict[str, Any]) -> Stock | None:
-    """Return where the SKUs stand; None without pods."""
+def _stock(lines: OrderLines, past: OrderLines | None, table: Path, given: dict[str, Any]) -> Stock | None:
+    """Return where the SKUs stand, as orders of the past would have them; None without pods."""
+    from rmfs_convert.history import Learned, merged
     from rmfs_convert.placement import place
     from rmfs_convert.writing import Stock
     from rmfs_core.randomness import stream
 
     if given["pods"] is None:
         return None
-    placement, skus = given["placement"], lines.skus()
-    baskets = lines.baskets(BASKETS) if placement == "co-purchase" else ()
+    placement = given["placement"] or ("random" if past is None else LEARNING)
+    skus, source, forgotten = lines.skus(), None, 0
+    if past is not None:
+        forgotten = _forget(past, lines, given) if given["history"] is not None else 0
+        source = given["history"] or f"{table} before {given['history_until']}"
+        skus = merged(skus, past.skus())
+    baskets = (past or lines).baskets(BASKETS) if placement == "co-purchase" else ()
     random = stream(given["seed"], "pod contents")
     held = place(skus, given["pods"], given["skus_per_pod"], placement, random, baskets)
-    return Stock(skus, held, given["items"])
+    orders, unknown = (past or lines).n_orders, sum(sku.lines == 0 for sku in skus)
+    learned = Learned(placement, None if source is None else str(source), orders, forgotten, len(skus), unknown)
+    return Stock(skus, held, given["items"], learned)
+
+
+def _forget(past: OrderLines, lines: OrderLines, given: dict[str, Any]) -> int:
+    """Leave out of the history the orders that are run; return how many."""
+    from rmfs_core.errors import InputError
+
+    found = past.forget(lines.names())
+    if not past.n_orders:
+        raise InputError(str(given["history"]), f"all its orders ({found:,}) are run; expected other orders")
+    return found

@@ -6,14 +6,15 @@ import csv
 import sqlite3
 import tempfile
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import NoReturn, Self, TextIO
 
 from attrs import frozen
 
-from rmfs_convert.cleaning import Cleaner
+from rmfs_convert.cleaning import Cleaner, join_time_of_day
+from rmfs_convert.order_heads import OrderHeads
 from rmfs_convert.tables import Table
 from rmfs_convert.tally import SHOWN
 from rmfs_convert.time_formats import Moment
@@ -36,11 +37,17 @@ CREATE TABLE lost (name TEXT NOT NULL);
 
 @frozen
 class Span:
-    """Which orders are kept, by their arrival, and time 0; None: all, and the midnight before the first."""
+    """Which orders are kept, by their arrival, and time 0; None: all, and the midnight before the first.
+
+    Orders that arrive before ``history_end`` are history, and not kept either. ``options`` are those that say the
+    begin and the end.
+    """
 
     begin: Moment | None = None
     end: Moment | None = None
     start: Moment | None = None
+    history_end: Moment | None = None
+    options: str = "--from, --until"
 
 
 @frozen
@@ -78,6 +85,7 @@ class OrderLines:
         self.several: dict[str, int] = {}
         self.left_out: dict[str, int] = {}
         self.shortened = 0
+        self.heads: OrderHeads | None = None
         self.offsets: list[int] = []
         self._file = "the table"
         self._folder = tempfile.TemporaryDirectory(prefix="rmfs-convert-")
@@ -93,6 +101,11 @@ class OrderLines:
         self._base.close()
         self._folder.cleanup()
 
+    def read_heads(self, table: Table, cleaner: Cleaner) -> None:
+        """Take in a table of headers of orders, with their times; then the table of lines has none."""
+        self.heads = OrderHeads(table, cleaner, self._base)
+        self.heads.read()
+
     def read(self, table: Table) -> None:
         """Take in a table.
 
@@ -107,9 +120,7 @@ class OrderLines:
         names = [name for name in (columns.order, columns.sku, *given, columns.time_of_day) if name is not None]
         for batch in table.batches(names):
             texts = dict(zip(names, batch.columns, strict=True))
-            if columns.time is not None and columns.time_of_day is not None:
-                both = zip(texts[columns.time], texts[columns.time_of_day], strict=True)
-                texts[columns.time] = [f"{(day or '').strip()} {(time or '').strip()}".strip() for day, time in both]
+            join_time_of_day(texts, columns)
             fields = [[None] * len(batch.columns[0]) if name is None else texts[name] for name in given]
             rows = zip(batch.columns[0], batch.columns[1], *fields, strict=True)
             self._base.execute("BEGIN")
@@ -146,6 +157,8 @@ class OrderLines:
             When no order is left, or the first arrives before time 0.
         """
         span = span or Span()
+        if self.heads is not None:
+            self.left_out |= self.heads.join(self._file)
         self._base.executescript(
             "CREATE TABLE whole AS SELECT name, min(tick) AS tick, min(rowid) AS first, min(due) AS due,"
             " max(priority) AS priority, min(tick) < max(tick) AS times, min(due) < max(due) AS dues,"
@@ -167,7 +180,8 @@ class OrderLines:
         self.offsets = sorted(ahead for (ahead,) in kept)
         self._base.executescript("DROP TABLE line; DROP TABLE lost;")
         for what in ("times", "dues", "priorities"):
-            self.several[what] = self._count(f"SELECT count(*) FROM whole WHERE {what}")
+            of_heads = self.heads.several(what) if self.heads is not None else 0
+            self.several[what] = of_heads or self._count(f"SELECT count(*) FROM whole WHERE {what}")
         return zero
 
     def _count_orders_lost(self) -> None:
@@ -182,10 +196,13 @@ class OrderLines:
         found = self._base.execute(f"DELETE FROM whole WHERE NOT ({kept})", (begin, end)).rowcount
         if found:
             self.left_out["a time outside the chosen span"] = found
+        if span.history_end is not None:
+            found = self._base.execute("DELETE FROM whole WHERE tick < ?", (span.history_end.tick,)).rowcount
+            self.left_out["a time before --history-until, which are history"] = found
+            if self.n_orders == 0:
+                raise InputError("--history-until", f"all orders ({found:,}) are earlier; expected some from then on")
         if self.n_orders == 0:
-            raise InputError(
-                "--from, --until", f"all orders ({found:,}) are outside; expected a span with some of them"
-            )
+            raise InputError(span.options, f"all orders ({found:,}) are outside; expected a span with some of them")
 
     def _leave_out_large(self) -> None:
         """Leave out lines that are too large once rows of a SKU are added up."""
@@ -255,6 +272,21 @@ class OrderLines:
         """Rows that went into another row of the same order and SKU."""
         return self._count("SELECT ifnull(sum(rows - 1), 0) FROM packed")
 
+    def names(self) -> Iterator[str]:
+        """Yield the names of the orders that are kept."""
+        yield from (name for (name,) in self._base.execute("SELECT name FROM whole"))
+
+    def forget(self, names: Iterable[str]) -> int:
+        """Leave out orders by their names; return how many of them there were."""
+        self._base.execute("CREATE TEMP TABLE forgotten (name TEXT PRIMARY KEY) WITHOUT ROWID")
+        self._base.execute("BEGIN")
+        self._base.executemany("INSERT OR IGNORE INTO forgotten VALUES (?)", ((name,) for name in names))
+        self._base.execute("COMMIT")
+        self._base.execute("DELETE FROM packed WHERE name IN (SELECT name FROM forgotten)")
+        found = self._base.execute("DELETE FROM whole WHERE name IN (SELECT name FROM forgotten)").rowcount
+        self._base.execute("DROP TABLE forgotten")
+        return found
+
     def largest(self, number: int) -> list[tuple[str, str, int]]:
         """Return order, SKU and items of the lines with most items."""
         return self._base.execute(
@@ -293,7 +325,8 @@ class OrderLines:
             before ``start``, for which 0 is written.
         """
         writer = csv.writer(stream, lineterminator="\n")
-        more = {"due_s": self.cleaner.columns.due, "priority": self.cleaner.columns.priority}
+        columns = (self.cleaner if self.heads is None else self.heads.cleaner).columns
+        more = {"due_s": columns.due, "priority": columns.priority}
         shown = [column for column, name in more.items() if name is not None]
         writer.writerow(("order", "arrival_s", "sku", "quantity", *shown))
         totals: Counter[str] = Counter()

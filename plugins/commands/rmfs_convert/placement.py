@@ -5,8 +5,8 @@ Every SKU gets a pod first; the places that are left are shared out:
 ``random``
     Every SKU gets as many further pods as any other, anywhere.
 ``popularity``
-    Further pods in proportion to order lines, so that what is wanted often can be had from many pods (scattered
-    storage: Weidinger and Boysen 2018, doi:10.1287/trsc.2017.0779).
+    Further pods in proportion to the square root of order lines, so that what is wanted often can be had from many pods
+    (scattered storage: Weidinger and Boysen 2018, doi:10.1287/trsc.2017.0779) and what is wanted seldom not from one.
 ``co-purchase``
     As many pods as with ``popularity``; SKUs that are bought together stand on the same pod, greedily: the most wanted
     SKU that still needs a pod, then again and again the one that the orders hold most often together with those on the
@@ -26,6 +26,8 @@ from rmfs_convert.lines import Sku
 from rmfs_core.errors import InputError
 
 PLACEMENTS = ("random", "popularity", "co-purchase")
+_LEAST_LINES = 0.5
+"""Order lines that a SKU counts as if no order wanted it: fewer than any other has."""
 
 
 def place(
@@ -41,7 +43,7 @@ def place(
     Parameters
     ----------
     skus
-        What has to be somewhere, most order lines first.
+        What has to be somewhere, most order lines first; those without order lines get a pod anywhere.
     pods, skus_per_pod
         How many pods, and how many SKUs each holds.
     placement
@@ -64,9 +66,11 @@ def place(
             f"expected --skus-per-pod {ceil(len(skus) / pods)} or more, or more pods",
         )
     copies = _copies(skus, pods, places, placement, rng)
-    if placement == "co-purchase":
-        return _together(skus, copies, pods, skus_per_pod, baskets, rng)
-    return _anywhere(copies, pods, rng)
+    if placement != "co-purchase":
+        return _anywhere(copies, [[] for _ in range(pods)], rng)
+    known = np.where([sku.lines > 0 for sku in skus], copies, 0)
+    held = _together(skus, known, pods, skus_per_pod, baskets, rng)
+    return _anywhere(copies - known, held, rng)
 
 
 def items_on(skus: Sequence[Sku], pods: Sequence[Sequence[int]], items: int) -> tuple[NDArray[np.int64], int]:
@@ -85,27 +89,31 @@ def items_on(skus: Sequence[Sku], pods: Sequence[Sequence[int]], items: int) -> 
 def _copies(skus: Sequence[Sku], pods: int, places: int, placement: str, rng: np.random.Generator) -> NDArray[np.int64]:
     """Return on how many pods each SKU stands: from 1 to all, ``places`` in all or as many as there can be."""
     n = len(skus)
-    weight = np.ones(n) if placement == "random" else np.array([sku.lines for sku in skus], dtype=float)
+    weight = np.ones(n)
+    if placement != "random":
+        weight = np.sqrt(np.maximum([sku.lines for sku in skus], _LEAST_LINES))
     copies = np.ones(n, dtype=np.int64)
     spare = min(places, n * pods) - n
     while spare > 0:
         open_ = copies < pods
         share = np.where(open_, weight, 0.0)
-        more = np.minimum(np.floor(spare * share / share.sum()).astype(np.int64), pods - copies)
-        if not more.any():  # fewer than one each: to those with the largest weight, drawn among equals
-            order = np.lexsort((rng.random(n), -share))
-            more[order[: min(spare, int(open_.sum()))]] = 1
+        exact = spare * share / share.sum()
+        more = np.minimum(np.floor(exact).astype(np.int64), pods - copies)
+        if (more + 1 > exact).all():  # what is left goes to the largest remainders, drawn among equals
+            order = np.lexsort((rng.random(n), more - exact))
+            order = order[copies[order] + more[order] < pods]
+            more[order[: spare - int(more.sum())]] += 1
         copies += more
         spare -= int(more.sum())
     return copies
 
 
-def _anywhere(copies: NDArray[np.int64], pods: int, rng: np.random.Generator) -> list[list[int]]:
-    """Put each SKU on that many different pods: those with most room left, drawn among equals."""
-    held: list[list[int]] = [[] for _ in range(pods)]
-    load = np.zeros(pods, dtype=np.int64)
-    for sku in sorted(range(len(copies)), key=lambda sku: -copies[sku]):
-        chosen = np.lexsort((rng.random(pods), load))[: copies[sku]]
+def _anywhere(copies: NDArray[np.int64], held: Sequence[Sequence[int]], rng: np.random.Generator) -> list[list[int]]:
+    """Put each SKU on that many different pods, beside what they hold: those with most room, drawn among equals."""
+    held = [list(pod) for pod in held]
+    load = np.array([len(pod) for pod in held])
+    for sku in sorted(np.flatnonzero(copies).tolist(), key=lambda sku: -copies[sku]):
+        chosen = np.lexsort((rng.random(len(held)), load))[: copies[sku]]
         load[chosen] += 1
         for pod in chosen:
             held[pod].append(sku)

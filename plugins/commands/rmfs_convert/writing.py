@@ -11,9 +11,11 @@ from pathlib import Path
 import click
 from attrs import frozen
 
+from rmfs_convert.history import Learned
 from rmfs_convert.lines import OrderLines, Sku
 from rmfs_convert.placement import items_on
 from rmfs_convert.scenarios import scenario_of
+from rmfs_convert.stock_table import StockTable
 from rmfs_convert.time_formats import Moment
 from rmfs_convert.times import offset
 from rmfs_core.errors import InputError
@@ -23,6 +25,11 @@ from rmfs_core.wording import counted, listed, shown_short
 
 LARGEST = 5
 """Lines that are named, those with most items."""
+
+MOST_LEFT_OUT = 0.5
+"""Share of the rows that may be left out."""
+
+SCENARIO = "scenario.toml"
 
 MANY_LEFT_OUT = 0.1
 """Share of the rows left out from which on there is a warning."""
@@ -46,21 +53,55 @@ class Stock:
         The SKUs of each pod, as positions in ``skus``.
     items
         Least number of items of a SKU on each of its pods.
+    learned
+        What they stand there by.
     """
 
     skus: Sequence[Sku]
     held: Sequence[Sequence[int]]
     items: int
+    learned: Learned
 
 
-def target(out: Path, pods: bool, force: bool) -> Path:
-    """Return the folder to write to; InputError when a file is there already, unless ``force``."""
+def target(out: Path, names: Sequence[str], force: bool) -> Path:
+    """Return the folder to write files to; InputError when one is there already, unless ``force``."""
     folder = output_folder(out)
-    names = ("orders.csv", *(("pods.csv", "scenario.toml") if pods else ()))
     there = [str(folder / name) for name in names if (folder / name).exists()]
     if there and not force:
         raise InputError(", ".join(there), "found a file of that name; --force replaces it")
     return folder
+
+
+def check_share(file: Path, rows: int, left: int, told: str, force: bool) -> None:
+    """Refuse a table most of whose rows would be left out, though no option asks for that; ``told`` says why."""
+    if left > MOST_LEFT_OUT * rows and not force:
+        found = f"{left:,} of {rows:,} rows would be left out: {told}"
+        raise InputError(str(file), f"{found}; expected at most half, or --force")
+
+
+def _warn_of_share(rows: int, left: int) -> None:
+    if left > MANY_LEFT_OUT * rows:
+        share = f"{left / rows:.0%}".replace("%", " %")
+        click.echo(f"Warning: {left:,} of {rows:,} rows ({share}) are left out.", err=True)
+
+
+def write_pods(stock: StockTable, folder: Path) -> None:
+    """Write pods.csv, and a scenario where there is none and pods stand anywhere; say what is in them."""
+    own, scenario = stock.columns.row is not None, folder / SCENARIO
+    made = not own and not scenario.exists()
+    with staged(folder) as place:
+        text = io.StringIO()
+        csv.writer(text, lineterminator="\n").writerows(stock.lines())
+        write_text(place / "pods.csv", text.getvalue())
+        if made:
+            write_text(place / SCENARIO, scenario_of(len(stock.pods)))
+    for sentence in stock.sentences():
+        click.echo(sentence)
+    _warn_of_share(stock.rows, stock.dropped.unasked)
+    click.echo(f"Wrote {folder / 'pods.csv'}: {stock.total()}.")
+    if made:
+        orders = "" if (folder / "orders.csv").exists() else f"; it needs {folder / 'orders.csv'}"
+        click.echo(f"Wrote {scenario}; run it with: rmfs run {scenario}{orders}")
 
 
 def write(lines: OrderLines, folder: Path, zero: Moment, stock: Stock | None) -> None:
@@ -100,18 +141,30 @@ def _write_stock(stock: Stock, place: Path, folder: Path, start: str | None) -> 
     for i, pod in enumerate(stock.held, 1):
         writer.writerows((f"P{i}", stock.skus[sku].name, number[sku]) for sku in pod)
     write_text(place / "pods.csv", text.getvalue())
-    write_text(place / "scenario.toml", scenario_of(len(stock.held), start))
+    write_text(place / "scenario.toml", scenario_of(len(stock.held), start, stock.learned.sentence()))
     wanted = "since the orders want more"
     more = f"; of {raised:,} SKUs more than {stock.items:,} on a pod, {wanted}" if raised else ""
     places = sum(map(len, stock.held))
+    learned = stock.learned.sentence()
     return [
+        *([] if learned is None else [learned]),
         f"Wrote {folder / 'pods.csv'}: {counted(len(stock.held), 'pod')} with {counted(places, 'place')}{more}.",
         f"Wrote {folder / 'scenario.toml'}; run it with: rmfs run {folder / 'scenario.toml'}",
     ]
 
 
+def tell_history(past: OrderLines, table: Path) -> None:
+    """Say what a table of history has that nothing is learned from."""
+    for part in past.cleaner.left_out():
+        click.echo(f"Left out of {table}: {part}.")
+    _warn_of_share(past.cleaner.rows, past.cleaner.dropped.unasked)
+
+
 def _tell_left_out(lines: OrderLines) -> None:
     cleaner = lines.cleaner
+    if lines.heads is not None:
+        for sentence in lines.heads.sentences():
+            click.echo(sentence)
     blank = f", and {cleaner.blank:,} without any entry" if cleaner.blank else ""
     click.echo(f"Read {counted(cleaner.rows, 'row')}{blank}.")
     for part in cleaner.left_out():
@@ -122,10 +175,7 @@ def _tell_left_out(lines: OrderLines) -> None:
         click.echo(f"Left out: {counted(number, 'order')} with {reason}.")
     if lines.shortened:
         click.echo(f"Shortened: {counted(lines.shortened, 'order')} without a line that is left out (--whole-orders).")
-    left = cleaner.dropped.unasked
-    if left > MANY_LEFT_OUT * cleaner.rows:
-        share = f"{left / cleaner.rows:.0%}".replace("%", " %")
-        click.echo(f"Warning: {left:,} of {cleaner.rows:,} rows ({share}) are left out.", err=True)
+    _warn_of_share(cleaner.rows, cleaner.dropped.unasked)
 
 
 def _tell_kept(lines: OrderLines, totals: Counter[str]) -> None:

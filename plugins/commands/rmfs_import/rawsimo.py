@@ -10,9 +10,11 @@ from rmfs_core.errors import InputError
 from rmfs_core.results.files import to_csv
 from rmfs_core.scenario.tomltext import toml_text, toml_value
 from rmfs_import.notes import Imported, Notes
-from rmfs_import.settings import Setting, read_order_list, read_setting, read_skus
-from rmfs_import.stock import Contents, Orders, drawn_contents, drawn_orders, stored_bundles
+from rmfs_import.replenishing import Deliveries, Supply, chosen_rules, levels
+from rmfs_import.settings import DEFAULT_SIZE, OrderList, Setting, read_order_list, read_setting, read_skus
+from rmfs_import.stock import Contents, Orders, drawn_contents, drawn_orders, stock_of, stored_bundles
 from rmfs_import.warehouses import Picking, Warehouse, commonest, read_instance_file, read_layout_file
+from rmfs_import.xml_reading import document
 
 RULES = {"poa": "pod-match", "pps": "demand", "pr": "nearest", "ta": "balanced"}
 """The rules that RAWSim-O and rmfs have been compared under, with `whca-n` in windows of 20 s."""
@@ -47,52 +49,83 @@ def import_rawsimo(files: Mapping[str, Path]) -> Imported:
         raise InputError(
             str(file), f"found {warehouse.robots:,} bots; expected at most one a storage location, {locations:,}"
         )
-    setting = read_setting(files["SettingConfiguration"], notes) if "SettingConfiguration" in files else None
-    if "ControlConfiguration" in files:
-        notes.add("configuration of controllers (.xconf)", 1, "pod-match, demand, nearest, balanced and whca-n")
-    contents, orders = _stock(files, warehouse, setting, notes)
+    has_setting = "SettingConfiguration" in files
+    refilled = bool(warehouse.storing)
+    setting = read_setting(files["SettingConfiguration"], notes, refilled=refilled) if has_setting else None
+    contents, orders, supply = _stock(files, warehouse, setting, notes)
+    configuration = document(files["ControlConfiguration"]) if "ControlConfiguration" in files else None
+    if configuration is not None:
+        what = "configuration of controllers (.xconf)" + (", but for replenishment" if supply else "")
+        notes.add(what, 1, "pod-match, demand, nearest, balanced and whca-n")
     written = {} if warehouse.text_map is None else {"map.txt": warehouse.text_map}
     if warehouse.robot_places:
         written["robots.csv"] = _places(warehouse.robot_places)
     read = dict(warehouse.read)
     if orders:
-        empty = sum(not pod for pod in contents)
+        empty = sum(not pod for pod in contents) if supply is None else 0
         notes.add("pods without contents", empty, "pods that stand in the way")
         read |= {"orders": len(orders), "order lines": sum(len(lines) for _, lines in orders)}
         read["SKUs on pods"] = sum(map(len, contents))
-        written["pods.csv"] = _pods(warehouse, contents)
+        written["pods.csv"] = _pods(warehouse, contents, orders[0][1][0][0], refilled=supply is not None)
         written["orders.csv"] = _orders(orders)
+        written |= supply.files() if supply else {}
     else:
         notes.add("pods whose contents no file says", len(warehouse.pods), "random contents at random places")
-    refilled = setting is not None and setting.mode == "Fill" and "OrderList" not in files
-    backlog = setting.backlog if setting is not None and refilled else None
-    written["scenario.toml"] = _scenario(warehouse, setting, bool(orders), backlog, notes)
+    idle = 0 if supply else len(warehouse.storing)
+    notes.add("input stations without bundles", idle, "stations at which nothing is stored")
+    fills = setting is not None and setting.mode == "Fill" and "OrderList" not in files
+    backlog = setting.backlog if setting is not None and fills else None
+    tables = _tables(warehouse, setting, bool(orders), backlog, notes)
+    if supply:
+        tables["instance"] |= supply.instance_keys(warehouse.pod_capacity, contents, notes)
+        tables["stations"] |= supply.station_keys(warehouse.storing, notes)
+        tables["rules"] |= chosen_rules(configuration, notes)
+    written["scenario.toml"] = _scenario(warehouse.name, setting.seed if setting else 1, tables)
     return Imported("RAWSim-O", read, dict(sorted(written.items())), "run {}/scenario.toml", notes)
 
 
 def _stock(
     files: Mapping[str, Path], warehouse: Warehouse, setting: Setting | None, notes: Notes
-) -> tuple[Contents, Orders]:
-    """Return what is on pods and what is ordered; nothing of both where no file says."""
+) -> tuple[Contents, Orders, Supply | None]:
+    """Return what is on pods, what is ordered, and what refills pods; nothing where no file says."""
+    inputs, capacity = len(warehouse.storing), warehouse.pod_capacity
     if "OrderList" in files or (setting is not None and setting.mode == "Fixed"):
         listed = read_order_list(_referred("OrderList", files, setting), notes)
         if not warehouse.pods:
             raise InputError(str(files.get("Instance", files.get("LayoutConfiguration"))), "found orders, but no pod")
-        return stored_bundles(listed, warehouse.pod_capacity, notes), listed.orders
+        contents, coming = stored_bundles(listed, capacity, notes, later=inputs > 0)
+        weights = {sku: listed.weights.get(sku, DEFAULT_SIZE) for sku in _named(listed)}
+        supply = Supply(weights, max(items for _, _, items in coming), coming) if coming else None
+        return contents, listed.orders, supply
     kind = "SimpleItemGeneratorConfiguration"
     if setting is None or not warehouse.pods:
         if kind in files:
             raise InputError(str(files[kind]), "found SKUs, but no setting of orders; expected an .xsett and pods")
-        return [], []
+        return [], [], None
     file = _referred(kind, files, setting)
     skus = read_skus(file, setting.weight, setting.bundle, notes)
-    contents = drawn_contents(setting, skus, warehouse.pod_capacity, str(file))
+    contents = drawn_contents(setting, skus, capacity, str(file))
+    stock = stock_of(contents)
+    supply = deliveries = None
+    if inputs and setting.mode == "Fill":
+        supply = levels(setting, skus, sum(capacity), stock, notes)
+    elif inputs:
+        deliveries = Deliveries(setting, skus, inputs, sum(capacity), stock)
     items_per_s = sum(1 / station.handle_s for station in warehouse.picking)
-    orders = drawn_orders(setting, skus, contents, len(warehouse.picking), items_per_s, notes)
+    limit = None if supply else stock
+    orders = drawn_orders(setting, skus, limit, len(warehouse.picking), items_per_s, notes, deliveries)
+    if deliveries is not None and deliveries.bundles:
+        supply = deliveries.supply()
     if not orders:
         raise InputError(str(file), "found no order that the pods' stock and the time of the run allow; expected more")
     notes.add("contents of pods that RAWSim-O draws at the start", len(contents), "drawn here, by the setting's seed")
-    return contents, orders
+    return contents, orders, supply
+
+
+def _named(listed: OrderList) -> list[str]:
+    """Return the SKUs of a list, of which orders, bundles or weights tell."""
+    ordered = (sku for _, lines in listed.orders for sku, _ in lines)
+    return list(dict.fromkeys([*listed.weights, *(sku for _, sku, _ in listed.bundles), *ordered]))
 
 
 def _referred(kind: str, files: Mapping[str, Path], setting: Setting | None) -> Path:
@@ -117,14 +150,13 @@ def _places(places: Sequence[tuple[int, int]]) -> str:
     return to_csv(("robot", "row", "column"), rows)
 
 
-def _pods(warehouse: Warehouse, contents: Contents) -> str:
+def _pods(warehouse: Warehouse, contents: Contents, any_sku: str, *, refilled: bool) -> str:
     places: Sequence[tuple[int, int] | None] = warehouse.places or [None] * len(warehouse.pods)
     columns = ("pod", "sku", "quantity", *(("row", "column") if warehouse.places else ()))
-    any_sku = next(sku for pod in contents for sku in pod)
     rows: list[dict[str, object]] = []
     for name, pod, place in zip(warehouse.pods, contents, places, strict=True):
         row, column = place or (None, None)
-        held = pod or ({any_sku: 0} if place else {})  # without items it has its place all the same
+        held = pod or ({any_sku: 0} if place or refilled else {})  # without items it is there all the same
         rows += [{"pod": name, "sku": sku, "quantity": held[sku], "row": row, "column": column} for sku in held]
     return to_csv(columns, rows)
 
@@ -144,9 +176,10 @@ def _number(value: float) -> float | int:
     return int(rounded) if rounded == int(rounded) else rounded
 
 
-def _scenario(
+def _tables(
     warehouse: Warehouse, setting: Setting | None, with_orders: bool, backlog: int | None, notes: Notes
-) -> str:
+) -> dict[str, dict[str, object]]:
+    """Return the sections of the scenario."""
     moving, layout = warehouse.moving, warehouse.layout
     if warehouse.text_map is not None:
         locations = warehouse.text_map.count("#")
@@ -176,7 +209,11 @@ def _scenario(
         tables["run"] = {"until_s": _number(setting.until_s)}
         if setting.warmup_s:
             tables["run"]["warmup_s"] = _number(setting.warmup_s)
-    lines = [f"# {_comment(warehouse.name)}, imported from RAWSim-O.", "", f"seed = {setting.seed if setting else 1}"]
+    return tables
+
+
+def _scenario(warehouse: str, seed: int, tables: Mapping[str, Mapping[str, object]]) -> str:
+    lines = [f"# {_comment(warehouse)}, imported from RAWSim-O.", "", f"seed = {seed}"]
     for name, table in tables.items():
         lines += ["", f"[{name}]", *(f"{key} = {toml_value(value)}" for key, value in table.items())]
     return "\n".join(lines) + "\n"

@@ -19,9 +19,15 @@ READ = (
     "OrderPositionCountStdDev", "OrderPositionCountMin", "OrderPositionCountMax", "OrderCount",
     "InventoryLevelOrderStopThreshold", "AverageOrdersPerHourAndStation", "DemandInventoryConfiguration",
     "SimpleItemConfiguration", "GeneratorConfigFile", "FixedInventoryConfiguration", "OrderFile",
-    "PoissonInventoryConfiguration", "OverrideConfig", "CommentTag1", "CommentTag2", "CommentTag3",
+    "PoissonInventoryConfiguration", "InitialOrderCount", "OverrideConfig", "CommentTag1", "CommentTag2", "CommentTag3",
 )  # fmt: skip
 """Keys of a setting that are read, or noted by themselves."""
+READ_OF_BUNDLES = (
+    "InventoryLevelDrivenBundleGeneration", "InventoryLevelBundleStopThreshold",
+    "InventoryLevelBundleRestartThreshold", "AverageBundlesPerHourAndStation", "InitialBundleCount",
+    "IgnoreCapacityForBundleGeneration", "BufferBundlesUntilInventoryLoad",
+)  # fmt: skip
+"""Keys that are read where there are input stations."""
 DEFAULT_SIZE = 1.0
 
 
@@ -49,6 +55,8 @@ class Setting:
         Orders that ``Fill`` keeps waiting.
     rate_per_h
         Orders an hour and station of ``Poisson``.
+    initial_orders
+        Orders that ``Poisson`` begins with.
     lines, quantities
         Lines of an order, and items of a line.
     stocked, emptied
@@ -57,6 +65,12 @@ class Setting:
         Weight of an item and size of a bundle where a SKU has none of its own.
     refers_to
         File of SKUs or orders that it names.
+    refill
+        Shares of the pods' capacity at which ``Fill`` has bundles come, and no more.
+    bundles_per_h, initial_bundles
+        Bundles an hour and input station of ``Poisson``, and how many it begins with.
+    overfill
+        Share of the pods' capacity that stock and bundles that wait may need together in ``Poisson``.
     """
 
     seed: int
@@ -65,6 +79,7 @@ class Setting:
     mode: str
     backlog: int
     rate_per_h: float
+    initial_orders: int
     lines: Spread
     quantities: Spread
     stocked: float
@@ -72,6 +87,10 @@ class Setting:
     weight: float
     bundle: int
     refers_to: str | None
+    refill: tuple[float, float] = (0.65, 0.85)
+    bundles_per_h: float = 45.0
+    initial_bundles: int = 30
+    overfill: float = 1.1
 
 
 @frozen
@@ -93,18 +112,21 @@ class OrderList:
     weights
         Weight of an item of each SKU.
     bundles
-        SKU and items of what arrives to be stored.
+        Time of arrival in seconds, SKU and items of what is to be stored.
     orders
         Time of arrival in seconds, and SKU and items of each line.
     """
 
     weights: dict[str, float] = field(factory=dict)
-    bundles: list[tuple[str, int]] = field(factory=list)
+    bundles: list[tuple[float, str, int]] = field(factory=list)
     orders: list[tuple[float, list[tuple[str, int]]]] = field(factory=list)
 
 
-def read_setting(path: Path, notes: Notes) -> Setting:
-    """Read an ``.xsett``; what stands in none of the keys that are read is noted."""
+def read_setting(path: Path, notes: Notes, *, refilled: bool = False) -> Setting:
+    """Read an ``.xsett``; what stands in none of the keys that are read is noted.
+
+    Keys of bundles are read where stock is refilled.
+    """
     root = document(path)
     inventory = root.part("InventoryConfiguration") or Element("InventoryConfiguration", root.file, root.line, ())
     empty = Element("", root.file, root.line, ())
@@ -126,7 +148,8 @@ def read_setting(path: Path, notes: Notes) -> Setting:
         notes.add("rates of orders by time of day or season", 1, "AverageOrdersPerHourAndStation all the time")
     dated = [key for key in keys if key.name.startswith("DueTime") or key.name.startswith("OrderTimestampDueDate")]
     notes.add("settings of due times", len(dated), "left out; orders have none")
-    others = [key for key in keys if key.name not in READ and key not in dated and "OverrideConfig" not in key.above]
+    read = {*READ, *(READ_OF_BUNDLES if refilled else ())}
+    others = [key for key in keys if key.name not in read and key not in dated and "OverrideConfig" not in key.above]
     notes.add("other settings", len(others))
     return Setting(
         seed=root.whole("Seed", 0),
@@ -135,6 +158,7 @@ def read_setting(path: Path, notes: Notes) -> Setting:
         mode=mode,
         backlog=demand.whole("OrderCount", 200, 1, MOST_ORDERS),
         rate_per_h=poisson.number("AverageOrdersPerHourAndStation", 160, least=0.001, most=1e6),
+        initial_orders=poisson.whole("InitialOrderCount", 30, 0, MOST_ORDERS),
         lines=_spread(inventory, "OrderPositionCount", (1, 1, 1, 4)),
         quantities=_spread(inventory, "PositionCount", (1, 0.3, 1, 3)),
         stocked=inventory.number("InitialInventory", 0.7, least=0, most=1),
@@ -142,7 +166,28 @@ def read_setting(path: Path, notes: Notes) -> Setting:
         weight=(inventory.number("ItemWeightMin", 5, least=0) + inventory.number("ItemWeightMax", 5, least=0)) / 2,
         bundle=(inventory.whole("BundleSizeMin", 6, 1) + inventory.whole("BundleSizeMax", 6, 1) + 1) // 2,
         refers_to=fixed.value("OrderFile") if mode == "Fixed" else simple.value("GeneratorConfigFile"),
+        refill=_refill(demand, notes if refilled and mode == "Fill" else Notes()),
+        bundles_per_h=poisson.number("AverageBundlesPerHourAndStation", 45, least=0.001, most=1e6),
+        initial_bundles=poisson.whole("InitialBundleCount", 30, 0, 100_000),
+        overfill=_overfill(inventory),
     )
+
+
+def _refill(demand: Element, notes: Notes) -> tuple[float, float]:
+    low = demand.number("InventoryLevelBundleRestartThreshold", 0.65, least=0, most=1)
+    high = demand.number("InventoryLevelBundleStopThreshold", 0.85, least=0, most=1)
+    if low > high:
+        expected = f"a number of at least {low:g}, as `InventoryLevelBundleRestartThreshold` says,"
+        raise demand.wrong("InventoryLevelBundleStopThreshold", expected, f"{high:g}")
+    if not demand.truth("InventoryLevelDrivenBundleGeneration", default=True):
+        notes.add("bundles that come until pods are full", 1, f"stock of {low:g} to {high:g} of the pods' capacity")
+    return low, high
+
+
+def _overfill(inventory: Element) -> float:
+    if inventory.truth("IgnoreCapacityForBundleGeneration", default=False):
+        return 1e9
+    return inventory.number("BufferBundlesUntilInventoryLoad", 1.1, least=0, most=1e9)
 
 
 def read_skus(path: Path, weight: float, bundle: int, notes: Notes) -> list[Sku]:
@@ -180,7 +225,8 @@ def read_order_list(path: Path, notes: Notes) -> OrderList:
             case "ItemDescription":
                 found.weights[f"s{element.whole('ID')}"] = element.number("Weight", DEFAULT_SIZE, least=0)
             case "ItemBundle":
-                found.bundles.append((f"s{element.whole('ItemDescription')}", element.whole("Size", least=1)))
+                sku, items = f"s{element.whole('ItemDescription')}", element.whole("Size", least=1)
+                found.bundles.append((element.number("TimeStamp", 0, least=0, most=3e8), sku, items))
             case "Order":
                 lines = list(_lines(element))
                 empty += not lines

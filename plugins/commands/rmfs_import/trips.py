@@ -110,6 +110,11 @@ def import_lorr(file: Path) -> Imported:
         if not (cell < len(layout.kind) and layout.kind[cell] != CellKind.WALL):
             what = f"robot {number + 1} begins" if number < len(problem.starts) else "a task is"
             raise InputError(str(file), f"{what} at location {cell}, which is no free cell of {map_file}")
+    first: dict[int, int] = {}
+    for robot, cell in enumerate(problem.starts, 1):
+        if (other := first.setdefault(cell, robot)) != robot:
+            found = f"found robots {other} and {robot} both at location {cell}"
+            raise InputError(str(file), f"{found}; expected a location of its own for each robot")
     trips = _Trips(layout)
     waiting = list(reversed(problem.tasks))
     further = passed = later = 0

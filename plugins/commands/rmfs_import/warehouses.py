@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -40,6 +40,14 @@ class Picking:
     pick_s: float
 
 
+@frozen
+class Storing:
+    """A replenishment station: weight of the bundles that it takes at a time, and how long storing one takes."""
+
+    capacity: float
+    store_s: float
+
+
 @define
 class Warehouse:
     """A warehouse, before orders and contents.
@@ -68,6 +76,8 @@ class Warehouse:
         How robots move.
     picking
         The picking stations in the order of the layout.
+    storing
+        The replenishment stations.
     read
         How many of what was read.
     """
@@ -83,6 +93,7 @@ class Warehouse:
     text_map: str | None = None
     places: Sequence[tuple[int, int]] = ()
     robot_places: Sequence[tuple[int, int]] = ()
+    storing: Sequence[Storing] = ()
     read: dict[str, int] = field(factory=dict)
 
 
@@ -96,8 +107,8 @@ def read_instance_file(path: Path, notes: Notes) -> Warehouse:
     """
     found: dict[str, list[Element]] = {}
     points: dict[int, Waypoint] = {}
-    inputs: set[int] = set()
     elevators: set[int] = set()
+    at_inputs: dict[int, int] = {}
     at_stations: dict[int, int] = {}
     name = path.stem
     for element in elements(path, 2):
@@ -111,24 +122,24 @@ def read_instance_file(path: Path, notes: Notes) -> Warehouse:
         if number in points:
             raise InputError(element.place, f"found waypoint {number} again; expected another ID")
         points[number] = _waypoint(element)
-        for kind, into in (("InputStation", inputs), ("Elevator", elevators)):
-            if element.whole(kind, -1, -1) >= 0:
-                into.add(number)
-        if (station := element.whole("OutputStation", -1, -1)) >= 0:
-            at_stations[station] = number
+        if element.whole("Elevator", -1, -1) >= 0:
+            elevators.add(number)
+        for kind, at in (("InputStation", at_inputs), ("OutputStation", at_stations)):
+            if (station := element.whole(kind, -1, -1)) >= 0:
+                at[station] = number
         if len(points) > MOST_CELLS:
             raise InputError(element.place, f"found more than {MOST_CELLS:,} waypoints; expected at most that many")
     tiers = _of("Tier", found)
     if len(tiers) != 1:
         raise InputError(tiers[1].place if tiers else str(path), f"found {len(tiers)} tiers; expected one")
-    queues = [number for station in _of("InputStation", found) for number in _queue(station)]
+    _check_numbers(_of("InputStation", found))
     _check_numbers(_of("OutputStation", found))
     stations = [_station(element, at_stations) for element in _of("OutputStation", found)]
     if not stations:
         raise InputError(str(path), "found no output station; expected at least one")
     size = tiers[0].number("Length", least=0, most=1e6), tiers[0].number("Width", least=0, most=1e6)
-    drawn = draw(points, stations, {*inputs, *elevators, *queues}, size, str(path), notes)
-    notes.add("input stations (replenishment)", len(_of("InputStation", found)), "walls; stock is not filled up")
+    inputs = [_station(element, at_inputs, replenishing=True) for element in _of("InputStation", found)]
+    drawn, storing = _drawn(points, stations, inputs, elevators, size, str(path), notes)
     notes.add("elevators", len(_of("Elevator", found)), "walls")
     notes.add("semaphores of queues", len(_of("Semaphore", found)), "left out; rmfs reserves cells")
     bots, pods = _of("Bot", found), _of("Pod", found)
@@ -138,7 +149,8 @@ def read_instance_file(path: Path, notes: Notes) -> Warehouse:
     if len(pods) > MOST_PODS or len(bots) > MOST_PODS:
         raise InputError(str(path), f"found {len(pods):,} pods and {len(bots):,} bots; expected {MOST_PODS:,} at most")
     read = {"waypoints": len(points), "storage locations": len(drawn.layout.storage_locations)}
-    read |= {"picking stations": len(stations), "robots": len(bots), "pods": len(pods)}
+    read |= {"picking stations": len(stations)} | ({"replenishment stations": len(inputs)} if storing else {})
+    read |= {"robots": len(bots), "pods": len(pods)}
     picking = {
         element.whole("ID"): _picking(element, element.whole("Capacity", least=1))
         for element in _of("OutputStation", found)
@@ -149,6 +161,7 @@ def read_instance_file(path: Path, notes: Notes) -> Warehouse:
         layout={"map_file": "map.txt"},
         moving=_same([_moving(bot) for bot in bots], "bots", notes),
         picking=[picking[station.number] for station in drawn.stations],
+        storing=[_storing(element) for element in _of("InputStation", found)] if storing else (),
         pods=[f"p{pod.whole('ID')}" for pod in pods],
         pod_capacity=[pod.number("Capacity", 1e9, least=0) for pod in pods],
         places=_placed(pods, drawn, frozenset({CellKind.STORAGE}), "pods that stand at no storage location", notes),
@@ -156,6 +169,31 @@ def read_instance_file(path: Path, notes: Notes) -> Warehouse:
         robot_places=_placed(bots, drawn, frozenset(CellKind) - {CellKind.WALL}, "bots that stand on no cell", notes),
         read=read,
     )
+
+
+def _drawn(
+    points: Mapping[int, Waypoint],
+    stations: Sequence[StationPoints],
+    inputs: Sequence[StationPoints],
+    elevators: set[int],
+    size: tuple[float, float],
+    place: str,
+    notes: Notes,
+) -> tuple[Drawn, bool]:
+    """Draw the map; return also whether it has the input stations: those that no map can have are walls."""
+    told = Notes()
+    lost = ""
+    if inputs:
+        try:
+            drawn = draw(points, [*stations, *inputs], elevators, size, place, told)
+        except InputError as error:
+            told, lost = Notes(), error.problem
+    if lost or not inputs:
+        walls = {number for station in inputs for number in (station.waypoint, *station.queue)}
+        drawn = draw(points, stations, elevators | walls, size, place, told)
+        told.add("input stations (replenishment)", len(inputs), f"walls; stock is not filled up: {lost}")
+    notes.taken += told.taken
+    return drawn, bool(inputs) and not lost
 
 
 def read_layout_file(path: Path, notes: Notes) -> Warehouse:
@@ -184,8 +222,9 @@ def read_layout_file(path: Path, notes: Notes) -> Warehouse:
     if pods > MOST_PODS:
         raise InputError(str(path), f"found {pods:,} pods; expected at most {MOST_PODS:,}")
     sides = ("West", "East", "South", "North")
-    left = sum(root.whole(f"NReplenishmentStation{side}", 0) for side in sides)
-    notes.add("replenishment stations", left, "left out; stock is not filled up")
+    inputs = {side: root.whole(f"NReplenishmentStation{side}", 4 * (side == "West"), 0, 10_000) for side in sides}
+    left = inputs["South"] + inputs["North"]
+    notes.add("input stations in the north and south (replenishment)", left, "left out")
     notes.add("elevators", sum(root.whole(f"NElevators{side}", 0) for side in sides))
     halls = 0 if (root.value("AisleLayoutType") or "Tim") == "HighwayHallway" else (east > 0) + (west > 0)
     notes.add("halls whose lanes lead across (AisleLayoutType Tim)", halls, "lanes that lead along the hall")
@@ -205,10 +244,19 @@ def read_layout_file(path: Path, notes: Notes) -> Warehouse:
         "pod_fill": share,
     }
     queue_length = lanes * root.whole("WidthBuffer", 4, 1, 1000)
-    try:
-        check_layout(parse_map(block_map(LayoutSection(**layout), queue_length, str(path)), str(path)), str(path))
-    except ValueError as problem:
-        raise InputError(str(path), str(problem)) from None
+    refill = {f"replenishment_{side.lower()}": inputs[side] for side in ("East", "West") if inputs[side]}
+    if refill and (lost := _fault({**layout, **refill}, queue_length, str(path))) is not None:
+        instead = f"left out; stock is not filled up: {lost.problem}"
+        notes.add("input stations in the east and west (replenishment)", sum(refill.values()), instead)
+        refill = {}
+    layout |= refill
+    if (fault := _fault(layout, queue_length, str(path))) is not None:
+        raise fault
+    stored = Storing(
+        root.number("IStationCapacity", 1000, least=0), root.number("ItemBundleTransferTime", 10, least=0, most=3600)
+    )
+    read = {"storage locations": locations, "picking stations": east + west}
+    read |= {"replenishment stations": sum(refill.values())} if refill else {}
     return Warehouse(
         name=root.value("NameLayout") or path.stem,
         layout=layout,
@@ -218,8 +266,20 @@ def read_layout_file(path: Path, notes: Notes) -> Warehouse:
         pods=[f"p{i}" for i in range(pods)],
         pod_capacity=[root.number("PodCapacity", 500, least=0)] * pods,
         robots=bots,
-        read={"storage locations": locations, "picking stations": east + west, "robots": bots, "pods": pods},
+        storing=[stored] * sum(refill.values()),
+        read=read | {"robots": bots, "pods": pods},
     )
+
+
+def _fault(layout: Mapping[str, Any], queue_length: int, place: str) -> InputError | None:
+    """Return what is wrong with a block layout."""
+    try:
+        check_layout(parse_map(block_map(LayoutSection(**layout), queue_length, place), place), place)
+    except InputError as error:
+        return error
+    except ValueError as error:
+        return InputError(place, str(error))
+    return None
 
 
 def _of(name: str, found: dict[str, list[Element]]) -> list[Element]:
@@ -254,9 +314,14 @@ def _queue(station: Element) -> tuple[int, ...]:
     return () if queue is None else tuple(_number(entry.text.rpartition("/")[2], entry) for entry in queue.inside)
 
 
-def _station(element: Element, waypoints: dict[int, int]) -> StationPoints:
+def _station(element: Element, waypoints: dict[int, int], *, replenishing: bool = False) -> StationPoints:
     number = element.whole("ID")
-    return StationPoints(number, waypoints.get(number, -1), _queue(element), element.place)
+    return StationPoints(number, waypoints.get(number, -1), _queue(element), element.place, replenishing)
+
+
+def _storing(element: Element) -> Storing:
+    capacity = element.number("Capacity", 1000, least=0)
+    return Storing(capacity, element.number("ItemBundleTransferTime", 10, least=0, most=3600))
 
 
 def _moving(element: Element) -> Moving:

@@ -49,12 +49,21 @@ class Waypoint:
 
 @frozen
 class StationPoints:
-    """A picking station: its number, the number of its waypoint, and those of its queue in any order of driving."""
+    """A station: its number, the number of its waypoint, and those of its queue in any order of driving.
+
+    It is a picking station unless it is ``replenishing``.
+    """
 
     number: int
     waypoint: int
     queue: tuple[int, ...]
     place: str
+    replenishing: bool = False
+
+    @property
+    def name(self) -> str:
+        """What RAWSim-O calls it."""
+        return f"{'input' if self.replenishing else 'output'} station {self.number}"
 
 
 @define(eq=False)
@@ -66,7 +75,7 @@ class Drawn:
     text, layout
         The map, and what it says.
     stations
-        The stations in the order of the layout.
+        The picking stations in the order of the layout.
     north_west
         Metres to the east and to the south at which its first cell has its middle.
     """
@@ -98,7 +107,7 @@ def draw(
     points
         The waypoints by number.
     stations
-        Picking stations.
+        Picking and replenishment stations.
     left_out
         Numbers of waypoints that become walls.
     size
@@ -117,11 +126,13 @@ def draw(
     graph.leave_out(left_out)
     queues = [graph.queue(station, notes) for station in stations]
     graph.close_lanes(notes)
-    text = graph.text(queues)
+    signs = {graph.cells[station.waypoint]: "I" for station in stations if station.replenishing}
+    text = graph.text(queues, signs)
     drawn = parse_map(text, f"the map drawn from {place}")
     check_layout(drawn, f"the map drawn from {place}")
     graph.compare(drawn, notes)
-    order = sorted(stations, key=lambda station: graph.cells[station.waypoint])
+    picking = [station for station in stations if not station.replenishing]
+    order = sorted(picking, key=lambda station: graph.cells[station.waypoint])
     return Drawn(text, drawn, tuple(order), graph.north_west)
 
 
@@ -170,7 +181,7 @@ class _Graph:
         """Take the cells of a station's queue: a chain, of which each leads to the one before it."""
         at = self.cells.get(station.waypoint)
         if at is None:
-            raise InputError(station.place, f"found no waypoint of output station {station.number}; expected one")
+            raise InputError(station.place, f"found no waypoint of {station.name}; expected one")
         self.kind[at] = CellKind.STATION
         unknown = [number for number in station.queue if number not in self.cells]
         if unknown:
@@ -180,11 +191,9 @@ class _Graph:
         chain = _longest_chain(at, left, self)
         if not chain:
             expected = "expected waypoints from which ways lead to it, as its `Queues`"
-            raise InputError(station.place, f"output station {station.number} has no queue; {expected}")
+            raise InputError(station.place, f"{station.name} has no queue; {expected}")
         self.kind[chain] = CellKind.QUEUE
-        notes.add(
-            f"waypoints of output station {station.number}'s queue off the chain", len(left) - len(chain), "floor"
-        )
+        notes.add(f"waypoints of {station.name}'s queue off the chain", len(left) - len(chain), "floor")
         return StationCells(at, tuple(chain))
 
     def close_lanes(self, notes: Notes) -> None:
@@ -211,12 +220,14 @@ class _Graph:
         self.kind[closed] = CellKind.WALL
         notes.add("waypoints of lanes that lead nowhere, such as those of replenishment", len(closed), "walls")
 
-    def text(self, queues: Sequence[StationCells]) -> str:
-        """Return the text map."""
+    def text(self, queues: Sequence[StationCells], own: Mapping[int, str]) -> str:
+        """Return the text map; some cells have signs of their own."""
         drawn = {int(CellKind.STORAGE): "#", int(CellKind.STATION): "O"}
         signs = [drawn.get(kind, "@") for kind in self.kind.tolist()]
         for cell in map(int, np.flatnonzero(self.kind == CellKind.FLOOR)):
             signs[cell] = FLOOR_SIGN[self._of_floor(cell, {chain.queue[-1] for chain in queues})]
+        for cell, sign in own.items():
+            signs[cell] = sign
         for chain in queues:
             line = (chain.station, *chain.queue)
             for place, cell in enumerate(chain.queue, 1):

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from rmfs_convert.cleaning import Choice, Cleaner, Columns, Reader
+from rmfs_convert.history import Learned
 from rmfs_convert.lines import OrderLines, Span
 from rmfs_convert.tables import Table
 from rmfs_convert.times import Clock
@@ -24,7 +25,8 @@ def converted(folder: Path, *rows: str, pattern: str | None = None, start: str |
         lines.read(Table(file))
         zero = lines.gather(Span(start=None if start is None else reader.clock.option("--start", start)))
         skus = lines.skus()
-        write(lines, target(folder / "out", pods=True, force=True), zero, Stock(skus, [[*range(len(skus))]], 5))
+        stock = Stock(skus, [[*range(len(skus))]], 5, Learned("random", None))
+        write(lines, target(folder / "out", ["orders.csv", "pods.csv"], force=True), zero, stock)
     return sorted(path.name for path in (folder / "out").iterdir())
 
 
@@ -93,7 +95,7 @@ def test_names_with_commas_and_quotes_are_quoted(tmp_path: Path) -> None:
 def test_files_that_are_there_are_kept(tmp_path: Path) -> None:
     """Unless they shall be replaced; with pods there are more of them."""
     (tmp_path / "pods.csv").write_text("mine", encoding="utf-8")
-    assert target(tmp_path, pods=False, force=False) == tmp_path
-    assert target(tmp_path, pods=True, force=True) == tmp_path
+    assert target(tmp_path, ["orders.csv"], force=False) == tmp_path
+    assert target(tmp_path, ["orders.csv", "pods.csv"], force=True) == tmp_path
     with pytest.raises(InputError, match=r"pods.csv: found a file of that name; --force replaces it$"):
-        target(tmp_path, pods=True, force=False)
+        target(tmp_path, ["orders.csv", "pods.csv"], force=False)

@@ -129,10 +129,72 @@ def test_poisson_arrivals_are_times_in_the_file(tmp_path: Path) -> None:
     arrivals = {
         row["order"]: float(row["arrival_s"]) for row in csv.DictReader(imported.files["orders.csv"].splitlines())
     }
-    assert 35 < len(arrivals) < 90
+    assert 65 < len(arrivals) < 120
+    assert list(arrivals.values()).count(0) == 30  # RAWSim-O begins with that many
     assert list(arrivals.values()) == sorted(arrivals.values())
     assert max(arrivals.values()) < 3600
     assert "arrivals" not in tomllib.loads(imported.files["scenario.toml"])["instance"]
+
+
+AROUND = "......@@\n.##.##@@\n......@@\n.##→→O@@\n......@@\n"
+INPUTS = [(15, (7, 6), (23, 22, 21))]
+
+
+def refilled(**more: str) -> dict[str, str]:
+    """Return the instance file of a hall with an input station, and others."""
+    return {"Instance": xinst(parse_map(AROUND, "hall"), {0: (2, 2), 1: (2, 6)}, [(1, 1)], inputs=INPUTS), **more}
+
+
+def test_a_backlog_is_filled_from_stock_that_is_filled_up(tmp_path: Path) -> None:
+    """Each SKU is ordered in bundles of its own; more is picked than was ever on the pods at the start."""
+    setting = xsett(InitialInventory=0.1, DemandInventoryConfiguration={"OrderCount": 4})
+    files = refilled(SettingConfiguration=setting, SimpleItemGeneratorConfiguration=xgenc({0: 1, 1: 3}, bundle=6))
+    imported = import_rawsimo(given(tmp_path, **files))
+    assert imported.read["replenishment stations"] == 1
+    assert [row[-2:] for row in imported.files["map.txt"].splitlines()[:3]] == ["→↓", "@I", "<<"]
+    scenario = load_scenario(written(tmp_path, imported))
+    assert scenario.instance.replenishment is not None
+    assert scenario.instance.replenishment.process == "reorder-point"
+    assert (scenario.instance.pod_capacity, scenario.instance.replenishment.bundle_items) == (500, 6)
+    rows = list(csv.DictReader(imported.files["skus.csv"].splitlines()))
+    assert {int(row["order_up_to"]) - int(row["reorder_point"]) for row in rows} == {6}
+    assert {row["size"] for row in rows} == {"2"}
+    result = rmfs_core.run(scenario)
+    start = sum(int(row["quantity"]) for row in csv.DictReader(imported.files["pods.csv"].splitlines()))
+    assert (result.metrics["picks"] or 0) > start
+    assert (result.metrics["bundles_stored"] or 0) > 10
+
+
+def test_bundles_of_a_rate_are_times_in_a_file(tmp_path: Path) -> None:
+    """Orders want what there is by then, so that the run is valid and completes them."""
+    rates = {"AverageOrdersPerHourAndStation": 30, "AverageBundlesPerHourAndStation": 20, "InitialBundleCount": 2}
+    setting = xsett("Poisson", InitialInventory=0.02, PoissonInventoryConfiguration=rates)
+    files = refilled(SettingConfiguration=setting, SimpleItemGeneratorConfiguration=xgenc({0: 1, 1: 3}))
+    imported = import_rawsimo(given(tmp_path, **files))
+    bundles = list(csv.DictReader(imported.files["bundles.csv"].splitlines()))
+    assert 10 < len(bundles) < 35
+    assert [row["arrival_s"] for row in bundles[:2]] == ["0.0", "0.0"]
+    scenario = load_scenario(written(tmp_path, imported), ["run.until_s=7200"])
+    result = rmfs_core.run(scenario)
+    assert result.status == "complete"
+
+
+def test_bundles_of_a_list_come_at_their_times(tmp_path: Path) -> None:
+    """Where there is an input station; pods are empty until then. Controllers name the rules."""
+    control = (
+        '<ControlConfiguration xmlns:xsi="x"><ItemStorageConfig xsi:type="LeastDemandItemStorageConfiguration" />'
+        '<ReplenishmentBatchingConfig xsi:type="SamePodReplenishmentBatchingConfiguration" /></ControlConfiguration>'
+    )
+    items = xitem([(0, {1: 2, 2: 1})], bundles=[(1, 5), (2, 1)], skus=(1, 2))
+    imported = import_rawsimo(given(tmp_path, **refilled(OrderList=items, ControlConfiguration=control)))
+    assert imported.files["bundles.csv"].splitlines()[1:] == ["b1,1.5,s1,5", "b2,1.5,s2,1"]
+    scenario = load_scenario(written(tmp_path, imported))
+    assert scenario.rules.roa is not None
+    assert scenario.rules.rps is not None
+    assert (scenario.rules.roa.rule, scenario.rules.rps.rule) == ("same-pod", "least-demand")
+    assert rmfs_core.run(scenario).status == "complete"
+    what = "configuration of controllers (.xconf), but for replenishment"
+    assert Note(what, 1, "pod-match, demand, nearest, balanced and whca-n") in imported.notes.taken
 
 
 def test_a_warehouse_alone_runs_on_the_papers_instance(tmp_path: Path) -> None:

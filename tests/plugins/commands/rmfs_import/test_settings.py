@@ -85,7 +85,7 @@ def test_a_list_has_orders_and_bundles(tmp_path: Path) -> None:
     notes = Notes()
     text = xitem([(1.5, {3: 2, 4: 1}), (2, {}), (0.5, {3: 1})], [(3, 7)], [3, 4])
     assert read_order_list(file(tmp_path, text), notes) == OrderList(
-        {"s3": 5.0, "s4": 5.0}, [("s3", 7)], [(1.5, [("s3", 2), ("s4", 1)]), (0.5, [("s3", 1)])]
+        {"s3": 5.0, "s4": 5.0}, [(1.5, "s3", 7)], [(1.5, [("s3", 2), ("s4", 1)]), (0.5, [("s3", 1)])]
     )
     assert notes.taken == [Note("orders without positions", 1, "left out")]
 

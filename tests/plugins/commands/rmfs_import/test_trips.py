@@ -110,6 +110,12 @@ def test_robots_of_the_league_take_a_task_each(tmp_path: Path) -> None:
         ("3\n0\nx\n8\n", "1\n10\n", {}, "a.agents:3: expected the number of a cell, found 'x'"),
         ("3\n0\n,\n8\n", "1\n10\n", {}, "a.agents:3: expected at least one location, found none"),
         ("3\n0\n3\n8\n", "1\n10\n", {}, "a.json: robot 2 begins at location 3, which is no free cell of"),
+        (
+            "3\n0\n2\n0\n",
+            "1\n10\n",
+            {},
+            "a.json: found robots 1 and 3 both at location 0; expected a location of its own for each robot",
+        ),
         ("3\n0\n2\n8\n", "1\n10,99\n", {}, "a.json: a task is at location 99, which is no free cell of"),
         (
             "",

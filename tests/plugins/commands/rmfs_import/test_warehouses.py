@@ -10,7 +10,7 @@ from rawsimo_files import keys, xinst
 from rmfs_core.errors import InputError
 from rmfs_core.world import parse_map
 from rmfs_import.notes import Note, Notes
-from rmfs_import.warehouses import Moving, Picking, commonest, read_instance_file, read_layout_file
+from rmfs_import.warehouses import Moving, Picking, Storing, commonest, read_instance_file, read_layout_file
 
 HALL = ".......\n.##.##.\n.......\n.##→→→O\n.......\n"
 LAYOUT = parse_map(HALL, "hall")
@@ -36,15 +36,29 @@ def test_a_warehouse_is_read_whole(tmp_path: Path) -> None:
     assert notes.taken == []
 
 
-def test_input_stations_become_walls(tmp_path: Path) -> None:
-    """With their queues, and the lanes that lead away from them."""
+def test_input_stations_are_replenishment_stations(tmp_path: Path) -> None:
+    """With their queues, the weight of the bundles that they take, and the time that storing one takes."""
+    around = parse_map("......@@\n.##.##@@\n......@@\n.##→→O@@\n......@@\n", "hall")
+    notes = Notes()
+    text = xinst(around, {}, [(1, 1)], inputs=[(15, (7, 6), (23, 22, 21))])
+    found = read_instance_file(file(tmp_path, text), notes)
+    assert found.text_map == "......→↓\n.##.##@I\n.....┘<<\n.##→→O@@\n......@@\n"
+    assert (found.storing, found.read["replenishment stations"]) == ([Storing(400.0, 10.0)], 1)
+    assert notes.taken == []
+
+
+def test_input_stations_that_cannot_be_drawn_are_walls(tmp_path: Path) -> None:
+    """With their queues, and the lanes that lead away from them; the reason is said."""
     around = parse_map("......@@\n.##.##@@\n......@@\n.##→→O@@\n......@@\n", "hall")
     notes = Notes()
     text = xinst(around, {}, [(1, 1)], inputs=[(15, (14,), (23, 22, 21))])
+    text = text.replace("<Queues>15/14</Queues>", "")
     found = read_instance_file(file(tmp_path, text), notes)
+    assert found.storing == ()
     assert found.text_map == "......@@\n.##.##@@\n......@@\n.##→→O@@\n......@@\n"
-    assert Note("input stations (replenishment)", 1, "walls; stock is not filled up") in notes.taken
-    assert Note("waypoints of lanes that lead nowhere, such as those of replenishment", 2, "walls") in notes.taken
+    reason = "input station 0 has no queue; expected waypoints from which ways lead to it, as its `Queues`"
+    assert Note("input stations (replenishment)", 1, f"walls; stock is not filled up: {reason}") in notes.taken
+    assert Note("waypoints of lanes that lead nowhere, such as those of replenishment", 3, "walls") in notes.taken
 
 
 def test_what_stands_in_the_wrong_place_is_moved(tmp_path: Path) -> None:
@@ -106,8 +120,9 @@ def test_a_layout_has_the_defaults_of_rawsimo(tmp_path: Path) -> None:
     found = read_layout_file(file(tmp_path, keys("LayoutConfiguration", {})), notes)
     assert found.layout == {
         **{"block_rows": 9, "block_columns": 7, "block_length": 4, "hall_width": 7},
-        **{"stations_east": 4, "stations_west": 0, "pod_fill": 0.85},
+        **{"stations_east": 4, "stations_west": 0, "pod_fill": 0.85, "replenishment_west": 4},
     }
+    assert found.storing == [Storing(1000.0, 10.0)] * 4
     assert (found.queue_length, found.robots, len(found.pods), found.picking[0]) == (
         12,
         32,
@@ -122,10 +137,27 @@ def test_other_layouts_are_noted(tmp_path: Path) -> None:
     """What rmfs has no word for is counted, with what is drawn in its place."""
     notes = Notes()
     values = {"AisleLayoutType": "HighwayHallway", "AislesTwoDirectional": "true", "NReplenishmentStationWest": 4}
-    values |= {"CounterClockwiseRingwayDirection": "false", "DistanceEntryExitStation": 5, "NElevatorsEast": 1}
+    values |= {
+        "NReplenishmentStationNorth": 2,
+        "CounterClockwiseRingwayDirection": "false",
+        "DistanceEntryExitStation": 5,
+        "NElevatorsEast": 1,
+    }
     found = read_layout_file(file(tmp_path, keys("LayoutConfiguration", values)), notes)
     assert found.queue_length == 20
-    assert [note.number for note in notes.taken] == [4, 1, 4, 14, 1]
+    assert [note.number for note in notes.taken] == [2, 1, 4, 14, 1]
+    assert found.layout["replenishment_west"] == 4
+
+
+def test_input_stations_that_have_no_room_are_left_out(tmp_path: Path) -> None:
+    """The reason is said; picking stations that have none are refused."""
+    notes = Notes()
+    values = {"NrHorizontalAisles": 4, "NPickStationEast": 2, "AisleLayoutType": "HighwayHallway"}
+    found = read_layout_file(file(tmp_path, keys("LayoutConfiguration", values)), notes)
+    assert (found.storing, "replenishment_west" in found.layout) == ([], False)
+    (note,) = notes.taken
+    assert (note.what, note.number) == ("input stations in the east and west (replenishment)", 4)
+    assert note.instead.startswith("left out; stock is not filled up: found 4 stations beside 5 rows of blocks")
 
 
 @pytest.mark.parametrize(
