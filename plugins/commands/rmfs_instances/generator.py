@@ -170,7 +170,7 @@ def _draw_arrivals(section: InstanceSection, orders: int, rng: Generator) -> lis
     if arrivals.profile is not None:  # as many in a day, but an hour counts as its weight
         weights = np.array(arrivals.profile, dtype=np.float64)
         share, hours = np.concatenate(([0.0], weights.cumsum() / weights.sum())), np.arange(25) * 3600.0
-        begin = to_seconds(Calendar(section.start).zero(0)) % _DAY_S
+        begin = to_seconds(Calendar(section.start).time_of_day())
         days, rest = np.divmod(times / _DAY_S + np.interp(begin, hours, share), 1)
         times = days * _DAY_S + np.interp(rest, share, hours) - begin
     return [to_ticks(time) for time in times.tolist()]

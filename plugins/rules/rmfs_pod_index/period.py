@@ -260,7 +260,7 @@ class Account:
 
     def _set(self, words: Records, at: Ints, ticks: Ints, placed: Bools) -> None:
         self.parts = words, at, ticks, placed
-        self.period = Period(*arrays_of.py_func(*self.parts))  # type: ignore[no-untyped-call]
+        self.period = Period(*arrays_of.py_func(*self.parts))
 
     def make_room(self, lengths: dict[str, int]) -> None:
         """Make arrays at least so long, with zeros at the end."""
