@@ -15,6 +15,7 @@ from rmfs_core.errors import InputError, RuleError, is_interrupt
 from rmfs_core.events import Event
 from rmfs_core.info import Question
 from rmfs_core.rules import BoundRule, RuleSet
+from rmfs_core.simulation.limits import OverdueError, within
 from rmfs_core.warehouse import Warehouse
 from rmfs_core.wording import one_line, shown_short
 
@@ -145,7 +146,7 @@ class Asker:
         Raises
         ------
         RuleError
-            When the rule raises or takes longer than the limit.
+            When the rule raises or takes longer than the limit; it is ended then, where that can be.
         """
         name, called = (hook or rule.hook).name, hook or rule.call
         observers, travel = self._observers if hook is None else None, self.warehouse.travel
@@ -154,7 +155,9 @@ class Asker:
             observers.call("rule_asked", question=question)
         tables, start = travel.seconds, time.perf_counter()
         try:
-            answer = called(**arguments)
+            answer = called(**arguments) if self._limit_s is None else within(self._limit_s, called, arguments)
+        except OverdueError as error:
+            raise self.error(rule, self._too_long(time.perf_counter() - start), hook) from error
         except (Exception, SystemExit, GeneratorExit) as error:  # whatever a rule does, the run ends in order
             if is_interrupt(error):
                 raise
@@ -167,9 +170,11 @@ class Asker:
             told = list(answer) if isinstance(answer, list) else answer  # a list is the one answer that can be changed
             observers.call("rule_answered", question=question, answer=told)
         if self._limit_s is not None and seconds > self._limit_s:
-            problem = f"took {seconds:.3g} s; the scenario allows run.decision_limit_s = {self._limit_s}"
-            raise self.error(rule, problem, hook)
+            raise self.error(rule, self._too_long(seconds), hook)
         return answer, seconds
+
+    def _too_long(self, seconds: float) -> str:
+        return f"took {seconds:.3g} s; the scenario allows run.decision_limit_s = {self._limit_s}"
 
     def _question(self, rule: BoundRule, arguments: dict[str, Any]) -> Question:
         asked = {name: value for name, value in arguments.items() if name not in ("warehouse", "rng")}
@@ -190,7 +195,7 @@ class Asker:
 
 def fault(warehouse: Warehouse, name: str, hook: str, problem: str) -> RuleError:
     """Return the error that names who was called, the hook, the simulated time and the problem."""
-    return RuleError(f"{name}, {hook}, at {to_seconds(warehouse.now):.3f} s: {problem}.")
+    return RuleError(f"{problem}.", f"{name}, {hook}, at {to_seconds(warehouse.now):.3f} s")
 
 
 def sequence_of(answer: object, kind: type[T]) -> Sequence[T]:

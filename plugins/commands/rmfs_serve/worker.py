@@ -10,9 +10,9 @@ import struct
 import sys
 from typing import BinaryIO
 
+from rmfs_cli.streams import kept_output, no_input, own_input
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
-from rmfs_serve.output import kept_for_answers
 from rmfs_serve.service import Service
 
 HEAD = struct.Struct(">HQ")
@@ -29,7 +29,8 @@ def message(status: int, content: bytes) -> bytes:
 def main() -> None:
     """Load the rules that the first argument names, say so, and answer until there are no more requests."""
     settings = json.loads(sys.argv[1])
-    with kept_for_answers() as answers:
+    with no_input(), kept_output() as answers:
+        requests = own_input()
         try:
             decides = None if settings["decides"] is None else Role.labelled(settings["decides"])
             service = Service.of(settings["rules"], settings["settings"], decides, settings["allow_inline"])
@@ -38,9 +39,9 @@ def main() -> None:
             return
         service.warm_up()
         _send(answers, READY, json.dumps(service.rules).encode())
-        while head := sys.stdin.buffer.read(HEAD.size):
+        while head := requests.read(HEAD.size):
             _, length = HEAD.unpack(head)
-            reply = service.answer(sys.stdin.buffer.read(length))
+            reply = service.answer(requests.read(length))
             _send(answers, reply.status, reply.content)
 
 
