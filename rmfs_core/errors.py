@@ -23,7 +23,11 @@ class RmfsError(Exception):
     def __init__(self, problem: str, place: str | None = None) -> None:
         self.problem = shortened(problem)
         self.place = None if place is None else shortened(place)
-        super().__init__(self.problem if place is None else f"{self.place}: {self.problem}")
+        super().__init__(self.problem, self.place)  # simpy makes an error anew of these
+
+    def __str__(self) -> str:
+        """Return the sentence."""
+        return self.problem if self.place is None else f"{self.place}: {self.problem}"
 
 
 class InputError(RmfsError):
@@ -42,6 +46,7 @@ class InputError(RmfsError):
 
     def __init__(self, place: str, problem: str) -> None:
         super().__init__(problem, place)
+        self.args = (self.place, self.problem)
 
 
 class RunError(RmfsError):

@@ -42,7 +42,7 @@ def one_line(error: BaseException) -> str:
     """An exception as one line: its class and its text, if it can say it, without the middle of a long one."""
     try:
         text = " ".join(str(error).split())
-    except Exception:
+    except (Exception, SystemExit):
         text = ""
     text = text if len(text) <= 600 else f"{text[:400]} ... {text[-100:]}"
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
@@ -82,5 +82,5 @@ def shown_short(value: object) -> str:
     """Any value as one line of at most 80 characters."""
     try:
         return re.sub(r" at 0x[0-9A-Fa-f]+", "", " ".join(repr(value).split()))[:80]  # each run would have another
-    except Exception as error:  # of a class that cannot say what it is
+    except (Exception, SystemExit) as error:  # of a class that cannot say what it is
         return f"a {type(value).__name__}{' with hundreds in one another' * isinstance(error, RecursionError)}"

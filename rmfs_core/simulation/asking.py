@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import time
 from collections import defaultdict
@@ -153,7 +154,7 @@ class Asker:
         if observers is not None:
             question = self._question(rule, arguments)
             observers.call("rule_asked", question=question)
-        tables, start = travel.seconds, time.perf_counter()
+        tables, start, process = travel.seconds, time.perf_counter(), os.getpid()
         try:
             answer = called(**arguments) if self._limit_s is None else within(self._limit_s, called, arguments)
         except OverdueError as error:
@@ -162,6 +163,9 @@ class Asker:
             if is_interrupt(error):
                 raise
             raise self.error(rule, f"raised {_raised(error)}", hook) from error
+        finally:
+            if os.getpid() != process:  # a copy that the rule made, and would have simulate, and write, a second time
+                os._exit(1)
         seconds = time.perf_counter() - start
         self.seconds[name] += seconds
         self.tables_in[name] += travel.seconds - tables
@@ -202,10 +206,14 @@ def sequence_of(answer: object, kind: type[T]) -> Sequence[T]:
     """Check that an answer is a sequence of ``kind``."""
     if not isinstance(answer, (list, tuple)) and (isinstance(answer, (str, bytes)) or not isinstance(answer, Sequence)):
         raise ImpossibleError(f"returned {_a(answer)}; expected a sequence of {_named(kind)}")
-    for entry in answer:
+    try:
+        entries = answer if type(answer) in (list, tuple) else list(answer)  # another kind may do anything, each time
+    except Exception as error:
+        raise ImpossibleError(f"returned {_a(answer)}, which raised {_raised(error)}") from error
+    for entry in entries:
         if not isinstance(entry, kind):
             raise ImpossibleError(f"returned a sequence with {_a(entry)} in it; expected {kind.__name__} only")
-    return answer
+    return entries
 
 
 def instance_of(answer: object, kind: type[T]) -> T:
@@ -241,7 +249,7 @@ def _named(kind: type) -> str:
 
 def _a(answer: object) -> str:
     name, text = type(answer).__name__, shown_short(answer)
-    return text if answer is None or text.startswith(f"{name}(") else f"{name} {text}"
+    return text if answer is None or text.startswith((f"{name}(", f"a {name}")) else f"{name} {text}"
 
 
 def _raised(error: BaseException) -> str:

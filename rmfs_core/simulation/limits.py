@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from threading import current_thread, main_thread
 from typing import Any
 
+from numba.core.compiler_lock import global_compiler_lock
+
 AGAIN_S = 0.5
 """Seconds after which code that has caught the first `OverdueError` gets the next."""
 
@@ -19,7 +21,8 @@ def within(limit_s: float, call: Callable[..., Any], arguments: Mapping[str, Any
     """Return what a call returns; end it when it takes too long.
 
     A signal ends it, not another process: what is called works on objects of this one, and keeps what it learns. So
-    it is ended where Python runs or waits; compiled code is ended when it returns to Python. Where there is no such
+    it is ended where Python runs or waits; compiled code is ended when it returns to Python, and compiling goes on to
+    its end. Where there is no such
     signal (on Windows, and outside the main thread) no call is ended.
 
     Parameters
@@ -39,7 +42,7 @@ def within(limit_s: float, call: Callable[..., Any], arguments: Mapping[str, Any
     watching = True
 
     def ring(_signal: int, _frame: object) -> None:
-        if watching:
+        if watching and not global_compiler_lock.is_locked():  # what is being compiled is kept for the next run
             raise OverdueError
 
     before = signal.signal(signal.SIGALRM, ring)

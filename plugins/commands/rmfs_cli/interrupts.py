@@ -5,11 +5,14 @@ from __future__ import annotations
 import _thread
 import signal
 import sys
-from threading import current_thread, main_thread
+from threading import Timer, current_thread, main_thread
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
+
+
+AGAIN_S = 0.02
 
 
 def hear_every_interrupt() -> None:
@@ -19,7 +22,9 @@ def hear_every_interrupt() -> None:
 
 def _again(lost: UnraisableHookArgs) -> None:
     if isinstance(lost.exc_value, KeyboardInterrupt):
-        _thread.interrupt_main()
+        again = Timer(AGAIN_S, _thread.interrupt_main)  # here it would be dropped, too
+        again.daemon = True
+        again.start()
     else:
         sys.__unraisablehook__(lost)
 

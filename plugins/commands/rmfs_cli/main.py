@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import gc
+import json
 import os
 import sys
 import traceback
@@ -18,7 +19,7 @@ import click
 
 from rmfs_cli import streams
 from rmfs_cli.interrupts import hear_every_interrupt, hear_no_more_interrupts
-from rmfs_cli.screen import failure, print_json
+from rmfs_cli.screen import failure, visible_json
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError, RmfsError, is_interrupt
 from rmfs_core.wording import nearest, one_line, sentence
@@ -162,8 +163,9 @@ def main(arguments: list[str] | None = None) -> None:
     code = ending.code if ending.code in EXIT_CODES else 1
     with suppress(OSError):
         if ending.code not in (0, CLOSED_PIPE) and "--json" in _words(arguments) and not streams.answered():
-            print_json(failure(ending.error or RmfsError(ending.text or f"Ended with exit code {code}."), code))
-            sys.stdout.flush()
+            error = ending.error or RmfsError(ending.text or f"Ended with exit code {code}.")
+            # Not by `print_json`: an interrupt may have come in the middle of what that imports.
+            click.echo(visible_json(json.dumps(failure(error, code), indent=2, ensure_ascii=False)))
     if alone and streams.kept():
         streams.leave_output()
     if ending.code:

@@ -72,7 +72,6 @@ def decides_option(roles: Iterable[Role], **attributes: Any) -> Callable[[F], F]
     return click.option("--decides", type=click.Choice([role.label for role in roles]), callback=role_of, **attributes)
 
 
-
 def _keep_output(_ctx: click.Context, _param: click.Parameter, wanted: bool) -> bool:
     if wanted:
         keep_output()

@@ -59,7 +59,7 @@ def kept_output() -> Iterator[BinaryIO]:
     stream: BinaryIO = os.fdopen(os.dup(own), "wb") if _is_file(printed, 1) else cast(BinaryIO, printed.buffer)
     _answers.append(stream)
     try:
-        with redirect_stdout(sys.stderr):
+        with _errors() as errors, redirect_stdout(errors):
             yield stream
             stream.flush()
     finally:
@@ -133,6 +133,20 @@ def own_input() -> BinaryIO:
     if _inputs:
         return _inputs[-1]
     return io.BytesIO() if sys.stdin is None else cast(BinaryIO, sys.stdin.buffer)
+
+
+@contextmanager
+def _errors() -> Iterator[IO[str] | None]:
+    """Yield a text stream to standard error that a plugin may close."""
+    if sys.stderr is None or not _is_file(sys.stderr, 2):
+        yield sys.stderr
+        return
+    stream = os.fdopen(os.dup(2), "w", buffering=1, encoding=sys.stderr.encoding, errors="backslashreplace")
+    try:
+        yield stream
+    finally:
+        with suppress(OSError, ValueError):
+            stream.close()
 
 
 def _copied(descriptor: int) -> int | None:

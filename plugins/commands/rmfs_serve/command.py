@@ -9,6 +9,7 @@ from click.core import ParameterSource
 
 from rmfs_cli import completion
 from rmfs_cli.options import NumberRange, decides_option, no_inline_option
+from rmfs_cli.screen import tell
 from rmfs_cli.streams import keep_output, own_input
 from rmfs_core.roles import Role
 
@@ -108,10 +109,10 @@ def serve(
         raise InputError("serve", f"needs further packages; expected `pip install 'rmfs[serve]'` ({error})") from error
 
     def ready(listening: socket.socket) -> None:
-        click.echo(f"Serving {', '.join(process.names)} at {server.url_of(listening)}; Ctrl-C ends it.")
+        tell(f"Serving {', '.join(process.names)} at {server.url_of(listening)}; Ctrl-C ends it.")
         if not server.is_loopback(listening):
             note = "Note: other machines reach this address; there is neither a password nor encryption."
-            click.echo(note, err=True)
+            tell(note, err=True)
         sys.stdout.flush()
 
     process = RuleProcess(rules, settings, decides and decides.label, not no_inline_rules, limit_s)
