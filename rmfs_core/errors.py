@@ -20,7 +20,7 @@ class RmfsError(Exception):
 
     exit_code = 1
 
-    def __init__(self, problem: str, place: str | None = None) -> None:
+    def __init__(self, problem: str = "", place: str | None = None) -> None:
         self.problem = shortened(problem)
         self.place = None if place is None else shortened(place)
         super().__init__(self.problem, self.place)  # simpy makes an error anew of these

@@ -9,6 +9,8 @@ from typing import Any
 
 from numba.core.compiler_lock import global_compiler_lock
 
+_COMPILING: Any = global_compiler_lock
+
 AGAIN_S = 0.5
 """Seconds after which code that has caught the first `OverdueError` gets the next."""
 
@@ -42,7 +44,7 @@ def within(limit_s: float, call: Callable[..., Any], arguments: Mapping[str, Any
     watching = True
 
     def ring(_signal: int, _frame: object) -> None:
-        if watching and not global_compiler_lock.is_locked():  # what is being compiled is kept for the next run
+        if watching and not _COMPILING.is_locked():  # what is being compiled is kept for the next run
             raise OverdueError
 
     before = signal.signal(signal.SIGALRM, ring)

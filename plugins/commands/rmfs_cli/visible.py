@@ -26,4 +26,4 @@ class _Visible:
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Segment]:
         for segment in console.render(self.renderable, options):
             plain = segment.control or segment.text.isprintable()
-            yield segment if plain else segment._replace(text=visible(segment.text))
+            yield segment if plain else Segment(visible(segment.text), segment.style)
