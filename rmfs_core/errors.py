@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rmfs_core.wording import shortened
+from rmfs_core.wording import cut, shortened
 
 
 class RmfsError(Exception):
@@ -22,7 +22,7 @@ class RmfsError(Exception):
 
     def __init__(self, problem: str = "", place: str | None = None) -> None:
         self.problem = shortened(problem)
-        self.place = None if place is None else shortened(place)
+        self.place = None if place is None else cut(shortened(place), 300)
         super().__init__(self.problem, self.place)  # simpy makes an error anew of these
 
     def __str__(self) -> str:

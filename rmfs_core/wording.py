@@ -44,7 +44,7 @@ def one_line(error: BaseException) -> str:
         text = " ".join(str(error).split())
     except (Exception, SystemExit):
         text = ""
-    text = text if len(text) <= 600 else f"{text[:400]} ... {text[-100:]}"
+    text = cut(text, 500)
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 
@@ -68,14 +68,18 @@ def shortened(text: str) -> str:
 
 
 def _shortened(value: str) -> str:
-    most = LONGEST_VALUE if value[0] in "`\"'" else LONGEST_WORD
-    return value if len(value) <= most else f"{value[: most // 2]} ... {value[-most // 4 :]}"
+    return cut(value, LONGEST_VALUE if value[0] in "`\"'" else LONGEST_WORD)
+
+
+def cut(text: str, most: int) -> str:
+    """Return a text without its middle where it is longer than that."""
+    return text if len(text) <= most else f"{text[: most * 2 // 3]} ... {text[-most // 4 :]}"
 
 
 def sentence(text: str) -> str:
     """A message as one line that a terminal can show, whatever it quotes; its middle is left out where it is long."""
     line = visible(" ".join(line.strip() for line in shortened(text).splitlines()), kept="")
-    return line if len(line) <= 1200 else f"{line[:800]} ... {line[-300:]}"
+    return cut(line, 1200)
 
 
 def shown_short(value: object) -> str:
