@@ -32,4 +32,5 @@ def _again(lost: UnraisableHookArgs) -> None:
 def hear_no_more_interrupts() -> None:
     """Let nothing interrupt the last words of a process, nor its end."""
     if current_thread() is main_thread():
+        signal.signal(signal.SIGINT, lambda _signal, _frame: None)  # for one that is there already
         signal.signal(signal.SIGINT, signal.SIG_IGN)

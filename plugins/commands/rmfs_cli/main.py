@@ -153,10 +153,12 @@ def main(arguments: list[str] | None = None) -> None:
         hear_every_interrupt()
     try:
         ending = _called(arguments)
-    except KeyboardInterrupt:  # pressed again, while the first was told
+        if alone:
+            hear_no_more_interrupts()
+    except KeyboardInterrupt:  # pressed again, or when all was done
         ending = INTERRUPTED
-    if alone:
-        hear_no_more_interrupts()
+        if alone:
+            hear_no_more_interrupts()
     with suppress(OSError):  # who has closed the streams as well learns it by the exit code
         if ending.text:
             click.echo(ending.text, err=True)

@@ -18,7 +18,7 @@ import atexit, ctypes, os, sys
 print("IMPORTED")
 os.write(1, b"BELOW\\n")
 ctypes.CDLL(None).printf(b"BUFFERED BY C\\n")
-sys.__stdout__.write("BUFFERED BY PYTHON\\n")
+(sys.__stdout__ or sys.stdout or open(os.devnull, "w")).write("BUFFERED BY PYTHON\\n")
 atexit.register(print, "AT THE END")
 atexit.register(os.write, 1, b"BELOW AT THE END\\n")
 from attrs import frozen
