@@ -92,7 +92,12 @@ def test_compiling_goes_on() -> None:
 def test_outside_the_main_thread_a_call_goes_on() -> None:
     """There are no signals; who called looks at the clock afterwards."""
     found: list[Any] = []
-    thread = threading.Thread(target=lambda: found.append(within(0.01, lambda: time.sleep(0.1) or "done", {})))
+
+    def slow() -> str:
+        time.sleep(0.1)
+        return "done"
+
+    thread = threading.Thread(target=lambda: found.append(within(0.01, slow, {})))
     thread.start()
     thread.join()
     assert found == ["done"]
