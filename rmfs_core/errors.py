@@ -4,11 +4,30 @@ from __future__ import annotations
 
 from typing import Any
 
+from rmfs_core.wording import cut, shortened
+
 
 class RmfsError(Exception):
-    """Base of every error this package raises on purpose; its text is one sentence for a person."""
+    """Base of every error this package raises on purpose; its text is one sentence for a person.
+
+    Parameters
+    ----------
+    problem
+        What was found and what would be right; of long values that it quotes the middle is left out.
+    place
+        Where, if there is a place: it is said before the problem.
+    """
 
     exit_code = 1
+
+    def __init__(self, problem: str = "", place: str | None = None) -> None:
+        self.problem = shortened(problem)
+        self.place = None if place is None else cut(shortened(place), 300)
+        super().__init__(self.problem, self.place)  # simpy makes an error anew of these
+
+    def __str__(self) -> str:
+        """Return the sentence."""
+        return self.problem if self.place is None else f"{self.place}: {self.problem}"
 
 
 class InputError(RmfsError):
@@ -23,18 +42,18 @@ class InputError(RmfsError):
     """
 
     exit_code = 2
+    place: str
 
     def __init__(self, place: str, problem: str) -> None:
-        super().__init__(f"{place}: {problem}")
-        self.place = place
-        self.problem = problem
+        super().__init__(problem, place)
+        self.args = (self.place, self.problem)
 
 
 class RunError(RmfsError):
     """A run stopped before its end; ``result`` holds what it had measured until then, a `rmfs_core.Result`."""
 
-    def __init__(self, message: str) -> None:
-        super().__init__(message)
+    def __init__(self, problem: str, place: str | None = None) -> None:
+        super().__init__(problem, place)
         self.result: Any = None
 
 

@@ -39,24 +39,52 @@ def nearest(name: str, valid: Iterable[str]) -> str:
 
 
 def one_line(error: BaseException) -> str:
-    """An exception as one line: its class and its text, if it can say it."""
+    """An exception as one line: its class and its text, if it can say it, without the middle of a long one."""
     try:
         text = " ".join(str(error).split())
-    except Exception:
+    except (Exception, SystemExit):
         text = ""
+    text = cut(text, 500)
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
+def visible(text: str, kept: str = "\n\t\N{NO-BREAK SPACE}") -> str:
+    """Return a text whose signs all show: what would steer a terminal or turn the direction is written as in Python."""
+    if text.isprintable():
+        return text
+    return "".join(sign if sign.isprintable() or sign in kept else ascii(sign)[1:-1] for sign in text)
+
+
+LONGEST_VALUE, LONGEST_WORD = 160, 400
+"""Signs of a value in quotes, and of a word or path without, that a sentence shows whole."""
+_VALUE = re.compile(r"`[^`]*`|\"(?:[^\"\\]|\\.)*\"|(?<!\w)'(?:[^'\\]|\\.)*'(?!\w)|\S+", re.DOTALL)
+
+
+def shortened(text: str) -> str:
+    """Return a text without the middle of each quoted value, or word, that is too long for a sentence."""
+    if len(text) <= LONGEST_VALUE:
+        return text
+    return _VALUE.sub(lambda value: _shortened(value[0]), text)
+
+
+def _shortened(value: str) -> str:
+    return cut(value, LONGEST_VALUE if value[0] in "`\"'" else LONGEST_WORD)
+
+
+def cut(text: str, most: int) -> str:
+    """Return a text without its middle where it is longer than that."""
+    return text if len(text) <= most else f"{text[: most * 2 // 3]} ... {text[-most // 4 :]}"
 
 
 def sentence(text: str) -> str:
     """A message as one line that a terminal can show, whatever it quotes; its middle is left out where it is long."""
-    joined = " ".join(line.strip() for line in text.splitlines())
-    line = "".join(sign if sign.isprintable() else ascii(sign)[1:-1] for sign in joined)
-    return line if len(line) <= 1200 else f"{line[:800]} ... {line[-300:]}"
+    line = visible(" ".join(line.strip() for line in shortened(text).splitlines()), kept="")
+    return cut(line, 1200)
 
 
 def shown_short(value: object) -> str:
     """Any value as one line of at most 80 characters."""
     try:
         return re.sub(r" at 0x[0-9A-Fa-f]+", "", " ".join(repr(value).split()))[:80]  # each run would have another
-    except Exception as error:  # of a class that cannot say what it is
+    except (Exception, SystemExit) as error:  # of a class that cannot say what it is
         return f"a {type(value).__name__}{' with hundreds in one another' * isinstance(error, RecursionError)}"

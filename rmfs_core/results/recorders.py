@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Protocol
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError
 from rmfs_core.results.tables import RESULT_FILE, TABLE_FILES
-from rmfs_core.wording import listed, nearest, one_line, shown_short
+from rmfs_core.wording import listed, nearest, one_line, sentence, shown_short
 
 _FILES_OF_RESULTS = frozenset({RESULT_FILE, *(file for file, _ in TABLE_FILES.values())})
 
@@ -83,7 +83,7 @@ def make_observers(*, quiet: bool = False) -> list[tuple[Any, str]]:
                 made.append((_make_observer(entries, place, described), described))
         except InputError as error:
             if not quiet:
-                print(f"Left out: {error}", file=sys.stderr)
+                print(sentence(f"Left out: {error}"), file=sys.stderr)
     return made
 
 

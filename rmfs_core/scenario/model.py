@@ -376,7 +376,8 @@ class RunSection:
         check=POSITIVE,
     )
     decision_limit_s: float | None = key(
-        "Wall-clock limit of a single decision; a rule that takes longer ends the run with an error. Off when left out",
+        "Wall-clock limit of a single decision; a rule that takes longer is ended, and the run with an error. Compiled "
+        "code is ended when it returns to Python; on Windows every rule. Off when left out",
         None,
         unit="s",
         check=POSITIVE,

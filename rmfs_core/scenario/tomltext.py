@@ -33,7 +33,14 @@ def read_toml(text: str) -> dict[str, Any]:
 
 def toml_text(text: str) -> str:
     """Return ``text`` in double quotes."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+    quoted = json.dumps(text, ensure_ascii=False)
+    return quoted if quoted.isprintable() else "".join(map(_escaped, quoted))
+
+
+def _escaped(sign: str) -> str:
+    """Return a sign as it is where it shows; one that would steer a terminal as TOML escapes it."""
+    number = ord(sign)
+    return sign if sign.isprintable() else f"\\u{number:04x}" if number < 1 << 16 else f"\\U{number:08x}"
 
 
 def toml_key(key: str) -> str:

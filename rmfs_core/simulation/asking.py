@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import time
 from collections import defaultdict
@@ -15,6 +16,7 @@ from rmfs_core.errors import InputError, RuleError, is_interrupt
 from rmfs_core.events import Event
 from rmfs_core.info import Question
 from rmfs_core.rules import BoundRule, RuleSet
+from rmfs_core.simulation.limits import OverdueError, within
 from rmfs_core.warehouse import Warehouse
 from rmfs_core.wording import one_line, shown_short
 
@@ -145,20 +147,25 @@ class Asker:
         Raises
         ------
         RuleError
-            When the rule raises or takes longer than the limit.
+            When the rule raises or takes longer than the limit; it is ended then, where that can be.
         """
         name, called = (hook or rule.hook).name, hook or rule.call
         observers, travel = self._observers if hook is None else None, self.warehouse.travel
         if observers is not None:
             question = self._question(rule, arguments)
             observers.call("rule_asked", question=question)
-        tables, start = travel.seconds, time.perf_counter()
+        tables, start, process = travel.seconds, time.perf_counter(), os.getpid()
         try:
-            answer = called(**arguments)
+            answer = called(**arguments) if self._limit_s is None else within(self._limit_s, called, arguments)
+        except OverdueError as error:
+            raise self.error(rule, self._too_long(time.perf_counter() - start), hook) from error
         except (Exception, SystemExit, GeneratorExit) as error:  # whatever a rule does, the run ends in order
             if is_interrupt(error):
                 raise
             raise self.error(rule, f"raised {_raised(error)}", hook) from error
+        finally:
+            if os.getpid() != process:  # a copy that the rule made, and would have simulate, and write, a second time
+                os._exit(1)
         seconds = time.perf_counter() - start
         self.seconds[name] += seconds
         self.tables_in[name] += travel.seconds - tables
@@ -167,9 +174,11 @@ class Asker:
             told = list(answer) if isinstance(answer, list) else answer  # a list is the one answer that can be changed
             observers.call("rule_answered", question=question, answer=told)
         if self._limit_s is not None and seconds > self._limit_s:
-            problem = f"took {seconds:.3g} s; the scenario allows run.decision_limit_s = {self._limit_s}"
-            raise self.error(rule, problem, hook)
+            raise self.error(rule, self._too_long(seconds), hook)
         return answer, seconds
+
+    def _too_long(self, seconds: float) -> str:
+        return f"took {seconds:.3g} s; the scenario allows run.decision_limit_s = {self._limit_s}"
 
     def _question(self, rule: BoundRule, arguments: dict[str, Any]) -> Question:
         asked = {name: value for name, value in arguments.items() if name not in ("warehouse", "rng")}
@@ -190,17 +199,21 @@ class Asker:
 
 def fault(warehouse: Warehouse, name: str, hook: str, problem: str) -> RuleError:
     """Return the error that names who was called, the hook, the simulated time and the problem."""
-    return RuleError(f"{name}, {hook}, at {to_seconds(warehouse.now):.3f} s: {problem}.")
+    return RuleError(f"{problem}.", f"{name}, {hook}, at {to_seconds(warehouse.now):.3f} s")
 
 
 def sequence_of(answer: object, kind: type[T]) -> Sequence[T]:
     """Check that an answer is a sequence of ``kind``."""
     if not isinstance(answer, (list, tuple)) and (isinstance(answer, (str, bytes)) or not isinstance(answer, Sequence)):
         raise ImpossibleError(f"returned {_a(answer)}; expected a sequence of {_named(kind)}")
-    for entry in answer:
+    try:
+        entries = answer if type(answer) in (list, tuple) else list(answer)  # another kind may do anything, each time
+    except Exception as error:
+        raise ImpossibleError(f"returned {_a(answer)}, which raised {_raised(error)}") from error
+    for entry in entries:
         if not isinstance(entry, kind):
             raise ImpossibleError(f"returned a sequence with {_a(entry)} in it; expected {kind.__name__} only")
-    return answer
+    return entries
 
 
 def instance_of(answer: object, kind: type[T]) -> T:
@@ -236,7 +249,7 @@ def _named(kind: type) -> str:
 
 def _a(answer: object) -> str:
     name, text = type(answer).__name__, shown_short(answer)
-    return text if answer is None or text.startswith(f"{name}(") else f"{name} {text}"
+    return text if answer is None or text.startswith((f"{name}(", f"a {name}")) else f"{name} {text}"
 
 
 def _raised(error: BaseException) -> str:

@@ -17,7 +17,7 @@ from attrs import evolve
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.timetable import DAY
-from rmfs_core.wording import did_you_mean, listed
+from rmfs_core.wording import did_you_mean, listed, sentence
 from rmfs_core.world.instance import Instance, OrderData, PodData
 
 if TYPE_CHECKING:
@@ -276,7 +276,7 @@ def _chosen(file: Path, header: Sequence[str], columns: Sequence[str], optional:
     told = f"{file}: ignored {listed(left)}." if left else ""
     if optional and told not in _WARNED:
         _WARNED.add(told)
-        print(told, file=sys.stderr)
+        print(sentence(told), file=sys.stderr)
     yield from read.values()
 
 

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import pytest
 
-from rmfs_core.wording import did_you_mean, first_few, listed, nearest, one_line, sentence, shown_short
+from rmfs_core.wording import (
+    did_you_mean,
+    first_few,
+    listed,
+    nearest,
+    one_line,
+    sentence,
+    shortened,
+    shown_short,
+    visible,
+)
 
 
 @pytest.mark.parametrize(
@@ -66,3 +76,52 @@ def test_a_message_is_one_line_that_can_be_shown() -> None:
     assert len(cut) < 1200
     assert cut.startswith("Error: found 999")
     assert cut.endswith("999; expected a number")
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["`{}`", '"{}"', "'{}'", "[{}]", '"a \\" b {}"', "{}", "key = '{}' of it"],
+)
+def test_a_long_value_is_shortened(value: str) -> None:
+    """Quoted or not; what is around it stays."""
+    for long in (10_000 * "x", 1_000 * "with blanks "):
+        if " " in long and not any(mark in value for mark in "`\"'"):
+            continue
+        text = f"s.toml, line 3, `rules.poa`: found {value.format(long)}; expected one of `a`, `b`"
+        told = shortened(text)
+        assert len(told) < 520
+        assert told.startswith("s.toml, line 3, `rules.poa`: found ")
+        assert told.endswith("; expected one of `a`, `b`") or value in ("{}", "[{}]")
+        assert " ... " in told
+
+
+def test_what_is_not_long_stays() -> None:
+    """However many values there are, and whatever stands between them; apostrophes are no quotes."""
+    text = "; ".join(f"`{name}` and \"{name}\", the rules' own, do not know what isn't there" for name in "abcdefgh")
+    assert len(text) > 400
+    assert shortened(text) == text
+    assert shortened("short") == "short"
+
+
+def test_signs_that_would_steer_a_terminal_show() -> None:
+    """Control signs, and those that turn the direction; lines, tabs and letters of any script stay."""
+    assert visible("a\x1b[31m\x07\u202e\x9b\x7f") == r"a\x1b[31m\x07\u202e\x9b\x7f"
+    assert visible("größe\tΩ 東\nnext") == "größe\tΩ 東\nnext"
+
+
+def test_a_long_text_of_an_exception_is_cut() -> None:
+    """Its beginning and its end are enough."""
+    assert len(one_line(ValueError(5_000 * "word "))) < 540
+
+
+def test_an_exception_that_ends_the_process_as_it_is_shown() -> None:
+    """It cannot."""
+
+    class MonsterError(Exception):
+        def __str__(self) -> str:
+            raise SystemExit
+
+        __repr__ = __str__
+
+    assert one_line(MonsterError()) == "MonsterError"
+    assert shown_short(MonsterError()) == "a MonsterError"

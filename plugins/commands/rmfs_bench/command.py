@@ -11,7 +11,7 @@ import click
 from rmfs_cli import completion
 from rmfs_cli.notes import notes_console
 from rmfs_cli.options import decides_option, json_option, no_inline_option
-from rmfs_cli.screen import new_table, output_console, print_json, print_named
+from rmfs_cli.screen import new_table, output_console, print_json, print_named, tell
 from rmfs_core.roles import Role
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def bench(
         write_grid(_grid(contestants, worlds, seeds, runs), table)
     failed = [run for run in runs if run.error is not None]
     for run in failed:
-        click.echo(f"{run.rule}, {run.world}, seed {run.seed} failed: {run.error}", err=True)
+        tell(f"{run.rule}, {run.world}, seed {run.seed} failed: {run.error}", err=True)
     if failed:
         raise click.exceptions.Exit(1)
 

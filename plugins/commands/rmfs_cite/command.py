@@ -6,7 +6,7 @@ import click
 
 from rmfs_cli import completion
 from rmfs_cli.options import json_option, no_inline_option
-from rmfs_cli.screen import print_json
+from rmfs_cli.screen import print_json, tell
 
 
 @click.command(short_help="Print BibTeX of the rules a run used.")
@@ -31,5 +31,5 @@ def cite(what: tuple[str, ...], as_json: bool, no_inline_rules: bool) -> None:
     for one in found:
         for rule, note in one.rules.items():
             told = f"{rule}: {note}" if note else rule
-            click.echo(f"% {told.replace('@', '(at)')}")  # BibTeX knows no comments: a @ begins an entry anywhere
-        click.echo(one.reference.bibtex())
+            tell(f"% {told.replace('@', '(at)')}")  # BibTeX knows no comments: a @ begins an entry anywhere
+        tell(one.reference.bibtex())

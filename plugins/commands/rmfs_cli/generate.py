@@ -9,6 +9,7 @@ import click
 
 from rmfs_cli.completion import SetCommand
 from rmfs_cli.options import OutPath, no_inline_option, scenario_argument, seed_option, set_option
+from rmfs_cli.screen import tell
 
 if TYPE_CHECKING:
     from rmfs_core.scenario import RuleChoice, RulesSection, Scenario
@@ -45,7 +46,7 @@ def generate(
         "scenario.toml": to_toml(moved).encode(),
     }
     write_files(out, files, force=force)
-    click.echo(
+    tell(
         f"Wrote {counted(len(instance.orders), 'order')} and {counted(len(instance.pods), 'pod')} to {out}: "
         f"{', '.join(sorted(files))}. Run them with: rmfs run {out / 'scenario.toml'}"
     )

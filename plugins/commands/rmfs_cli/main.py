@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import gc
+import json
 import os
 import sys
 import traceback
@@ -12,11 +13,13 @@ from contextlib import contextmanager, suppress
 from errno import EBADF, EIO, ENOSPC, EPIPE
 from importlib.metadata import EntryPoint
 from io import TextIOWrapper
-from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 
+from rmfs_cli import streams
+from rmfs_cli.interrupts import hear_every_interrupt, hear_no_more_interrupts
+from rmfs_cli.screen import failure, visible_json
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError, RmfsError, is_interrupt
 from rmfs_core.wording import nearest, one_line, sentence
@@ -106,7 +109,8 @@ def _unusable(name: str, error: InputError) -> click.Command:
 
 def _load(entries: tuple[EntryPoint, ...]) -> click.Command:
     place = f"rmfs {entries[0].name}"
-    command = entrypoints.load(entries, place, "command")
+    with streams.kept_output():  # what a module prints as it is imported is no output of the command
+        command = entrypoints.load(entries, place, "command")
     try:
         if isinstance(command, click.Command):
             command.get_short_help_str()  # for the list of all commands
@@ -124,6 +128,14 @@ def rmfs() -> None:
     """Simulate robotic mobile fulfillment systems with interchangeable decision rules."""
 
 
+class _Ending(NamedTuple):
+    """How a call ended: its exit code, what is said of it, and the error."""
+
+    code: object = 0
+    text: str | None = None
+    error: RmfsError | None = None
+
+
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of ``rmfs``.
 
@@ -132,31 +144,66 @@ def main(arguments: list[str] | None = None) -> None:
     """
     gc.set_threshold(200_000, 20, 50)  # imports leave much that lives on: to look through it takes time,
     atexit.register(gc.freeze)  # also at the end
-    if sys.stdout is None:  # closed by who calls (`>&-`): the next file opened would take its place
-        sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115 (open to the end)
+    streams.open_all()
+    streams.begin()
     if isinstance(sys.stdout, TextIOWrapper):  # names of files need not be UTF-8
         sys.stdout.reconfigure(errors="backslashreplace")
-    text: str | None = None
+    alone = arguments is None  # else Python goes on after the call
+    if alone:
+        hear_every_interrupt()
+    try:
+        ending = _called(arguments)
+        if alone:
+            hear_no_more_interrupts()
+    except KeyboardInterrupt:  # pressed again, or when all was done
+        ending = INTERRUPTED
+        if alone:
+            hear_no_more_interrupts()
+    with suppress(OSError):  # who has closed the streams as well learns it by the exit code
+        if ending.text:
+            click.echo(ending.text, err=True)
+    code = ending.code if ending.code in EXIT_CODES else 1
+    with suppress(OSError):
+        if ending.code not in (0, CLOSED_PIPE) and "--json" in _words(arguments) and not streams.answered():
+            error = ending.error or RmfsError(ending.text or f"Ended with exit code {code}.")
+            # Not by `print_json`: an interrupt may have come in the middle of what that imports.
+            click.echo(visible_json(json.dumps(failure(error, code), indent=2, ensure_ascii=False)))
+    if alone and streams.kept():
+        streams.leave_output()
+    if ending.code:
+        sys.exit(code)
+
+
+def _called(arguments: list[str] | None) -> _Ending:
+    """Call a command and return how it ended."""
     try:
         with _writing():
             # Outside its standalone mode click returns the code of `ctx.exit`.
             code: object = rmfs.main(arguments, standalone_mode=False) or 0
             sys.stdout.flush()  # what is left would be written when nobody can catch an error any more
+            return _Ending(code)
     except SystemExit as end:
-        code, text = (1, end.code) if isinstance(end.code, str) else (end.code or 0, None)
+        return _Ending(1, end.code) if isinstance(end.code, str) else _Ending(end.code or 0)
     except click.ClickException as error:
-        code, shown = 2, click.UsageError(sentence(error.format_message()), getattr(error, "ctx", None))
+        shown = click.UsageError(sentence(error.format_message()), getattr(error, "ctx", None))
         with suppress(OSError):
             shown.show()
+        place = "rmfs" if shown.ctx is None else shown.ctx.command_path
+        return _Ending(2, None, InputError(place, shown.message))
     except RmfsError as error:
-        gone = isinstance(error.__cause__, BrokenPipeError)
-        code, text = (CLOSED_PIPE, None) if gone else (error.exit_code, sentence(f"Error: {error}"))
+        if isinstance(error.__cause__, BrokenPipeError):
+            return _Ending(CLOSED_PIPE)
+        told = sentence(f"Error: {error}")
         if os.environ.get("RMFS_TRACEBACK"):
-            text = "".join(traceback.format_exception(error))
+            told = "".join(traceback.format_exception(error))
+        return _Ending(error.exit_code, told, error)
     except (KeyboardInterrupt, click.Abort):
-        code, text = 130, "Interrupted."
-    with suppress(OSError):  # who has closed this as well learns it by the exit code
-        if text:
-            click.echo(text, err=True)
-    if code:
-        sys.exit(code if code in EXIT_CODES else 1)
+        return INTERRUPTED
+
+
+INTERRUPTED = _Ending(130, "Interrupted.")
+
+
+def _words(arguments: list[str] | None) -> list[str]:
+    words = sys.argv[1:] if arguments is None else arguments
+    return words[: words.index("--")] if "--" in words else words

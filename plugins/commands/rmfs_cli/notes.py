@@ -38,5 +38,9 @@ def notes_console(*, quiet: bool = False) -> Console:
     """Return where a command says what it does. Who closes that stream misses it; the command goes on."""
     from rich.console import Console
 
+    from rmfs_cli.visible import VisibleSigns
+
     file = None if sys.stderr is None else cast(IO[str], _Heedless(sys.stderr))
-    return Console(stderr=True, quiet=quiet, file=file)
+    console = Console(stderr=True, quiet=quiet, file=file)
+    console.push_render_hook(VisibleSigns())
+    return console

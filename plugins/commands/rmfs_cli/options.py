@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import click
 
 from rmfs_cli import completion
+from rmfs_cli.streams import keep_output, no_input
 from rmfs_core.roles import Role
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -71,12 +72,31 @@ def decides_option(roles: Iterable[Role], **attributes: Any) -> Callable[[F], F]
     return click.option("--decides", type=click.Choice([role.label for role in roles]), callback=role_of, **attributes)
 
 
-json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON for machines, and nothing else.")
+def _keep_output(_ctx: click.Context, _param: click.Parameter, wanted: bool) -> bool:
+    if wanted:
+        keep_output()
+    return wanted
+
+
+def _guard_rules(ctx: click.Context, _param: click.Parameter, refused: bool) -> bool:
+    """Say whether rules from files are refused; whatever rules there are, they have no standard input to read."""
+    ctx.with_resource(no_input())
+    return refused or bool(os.environ.get("RMFS_NO_INLINE_RULES"))
+
+
+json_option = click.option(
+    "--json",
+    "as_json",
+    is_flag=True,
+    is_eager=True,
+    callback=_keep_output,
+    help="Print JSON for machines, and nothing else.",
+)
 
 no_inline_option = click.option(
     "--no-inline-rules",
     is_flag=True,
-    callback=lambda _ctx, _param, value: value or bool(os.environ.get("RMFS_NO_INLINE_RULES")),
+    callback=_guard_rules,
     help="Refuse rules from files, as RMFS_NO_INLINE_RULES=1 in the environment does.",
 )
 

@@ -10,7 +10,7 @@ import click
 
 from rmfs_cli import completion
 from rmfs_cli.options import json_option, no_inline_option
-from rmfs_cli.screen import new_table, output_console, print_json
+from rmfs_cli.screen import new_table, output_console, print_json, tell
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -50,7 +50,7 @@ def rules(name: str | None, no_inline_rules: bool, as_json: bool) -> None:
         (_print_table if console.width >= WIDE else _print_list)(console, found)
     for rule in found:
         if rule.error is not None:
-            click.echo(f"Rule {rule.name} ({rule.distribution} {rule.version}) cannot be used: {rule.error}", err=True)
+            tell(f"Rule {rule.name} ({rule.distribution} {rule.version}) cannot be used: {rule.error}", err=True)
 
 
 def _only(name: str, found: list[RuleDescription]) -> list[RuleDescription]:

@@ -23,7 +23,7 @@ from rmfs_cli.options import (
     seed_option,
     set_option,
 )
-from rmfs_cli.screen import output_console, print_json, say
+from rmfs_cli.screen import failure, output_console, print_json, say
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -123,6 +123,8 @@ def run(
             click.echo("".join(traceback.format_exception(error.__cause__ or error)), err=True, nl=False)
         if error.result is not None:
             say(notes, f"What was measured until the error is in {folder}.")
+            if as_json:
+                print_json({**error.result.to_dict(), "folder": str(folder), **failure(error, error.exit_code)})
         raise
     if as_json:
         print_json({**result.to_dict(), "folder": str(folder)})

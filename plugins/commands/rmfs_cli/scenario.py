@@ -6,7 +6,7 @@ import click
 
 from rmfs_cli.completion import SetCommand
 from rmfs_cli.options import json_option, no_inline_option, scenario_argument, seed_option, set_option
-from rmfs_cli.screen import print_json
+from rmfs_cli.screen import print_json, tell
 from rmfs_cli.shipped import print_shipped
 
 
@@ -32,7 +32,7 @@ def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline
 
     checked = check_scenario(scenario, overrides, seed, allow_inline=not no_inline_rules)
     for file in checked.inline_files:
-        click.echo(f"Loaded code from {file}.", err=True)
+        tell(f"Loaded code from {file}.", err=True)
     if as_json:
         print_json({"valid": not checked.problems, "problems": checked.problems, "sizes": checked.sizes})
     elif checked.problems:
@@ -41,9 +41,9 @@ def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline
     else:
         (_, orders), (_, items), *rest = checked.sizes.items()
         others = ", ".join(counted(number, what.removesuffix("s")) for what, number in rest)
-        click.echo(f"{scenario} is valid: {counted(orders, 'order')} of {counted(items, 'item')}, {others}.")
+        tell(f"{scenario} is valid: {counted(orders, 'order')} of {counted(items, 'item')}, {others}.")
         for note in checked.notes:
-            click.echo(note)
+            tell(note)
     if checked.problems:
         raise click.exceptions.Exit(2)
 

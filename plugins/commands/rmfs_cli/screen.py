@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -9,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
+
+    from rmfs_core.errors import RmfsError
 
 
 PIPE_WIDTH = 80
@@ -26,10 +29,12 @@ def output_console(*, quiet: bool = False) -> Console:
     from rich.console import Console
 
     from rmfs_cli.trimming import WithoutTrailingBlanks
+    from rmfs_cli.visible import VisibleSigns
 
     console = Console(highlight=False, markup=False, quiet=quiet)
     if not (console.is_terminal or os.environ.get("COLUMNS")):  # rich would ask the terminal of another stream
         console = Console(highlight=False, markup=False, quiet=quiet, width=PIPE_WIDTH)
+    console.push_render_hook(VisibleSigns())
     console.push_render_hook(WithoutTrailingBlanks())
     return console
 
@@ -123,8 +128,8 @@ def say(console: Console, text: str, style: str = "") -> None:
 def print_json(value: Any) -> None:
     """Print plain values and attrs objects as JSON: all that a command with ``--json`` writes to the output."""
     import attrs
-    import click
 
+    from rmfs_cli.streams import answer
     from rmfs_core.results.files import json_ready, to_json
 
     def plain(value: Any) -> Any:
@@ -134,4 +139,29 @@ def print_json(value: Any) -> None:
             return [plain(entry) for entry in value]
         return plain(attrs.asdict(value, recurse=False)) if attrs.has(type(value)) else value
 
-    click.echo(to_json(json_ready(plain(value)), indent=2))
+    answer(visible_json(to_json(json_ready(plain(value)), indent=2)))
+
+
+def failure(error: RmfsError, code: int) -> dict[str, Any]:
+    """Return what a command with ``--json`` prints where it fails: the sentence, and its parts."""
+    from rmfs_core.wording import sentence
+
+    place = None if error.place is None else sentence(error.place)
+    problem = sentence(error.problem).removeprefix("Error: ")
+    return {"error": sentence(str(error)), "place": place, "problem": problem, "exit_code": code}
+
+
+def visible_json(text: str) -> str:
+    """Return JSON that says the same, with every sign that would steer a terminal written as JSON escapes it."""
+    if text.isascii() and "\x7f" not in text:  # JSON escapes all others of these
+        return text
+    return "".join(sign if sign.isprintable() or sign == "\n" else json.dumps(sign)[1:-1] for sign in text)
+
+
+def tell(text: str, *, err: bool = False) -> None:
+    """Print a line for people, or several, with no sign in it that would steer a terminal."""
+    import click
+
+    from rmfs_core.wording import visible
+
+    click.echo(visible(text), err=err)

@@ -10,6 +10,8 @@ import threading
 import time
 import warnings
 from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from joblib.externals.loky import BrokenProcessPool, ProcessPoolExecutor
 from joblib.externals.loky.backend.resource_tracker import ensure_running
@@ -44,7 +46,9 @@ class LocalWorkers:
         """Run a job in an idle process, or in a new one."""
         pool = self._idle.pop() if self._idle else self._open()
         try:
-            outcome: Outcome = pool.submit(simulate, job).result()
+            with _interrupts_blocked():
+                submitted = pool.submit(simulate, job)
+            outcome: Outcome = submitted.result()
         except BrokenProcessPool as error:
             pool.shutdown(wait=False, kill_workers=True)
             self._all.remove(pool)
@@ -89,6 +93,25 @@ def _keep_tracker() -> None:
             os.close(nowhere)
     if any("resource_tracker" in str(warning.message) for warning in caught):
         print("A helper process of joblib was killed; it is started anew, and no run is lost.", file=sys.stderr)
+
+
+@contextmanager
+def _interrupts_blocked() -> Iterator[None]:
+    """Let no interrupt reach this thread meanwhile, nor processes that it starts, until they say what they do with it.
+
+    A terminal sends Ctrl-C to them, too: while one is still importing, it would show a traceback.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    from multiprocessing.resource_tracker import ensure_running as ensure_own_running
+
+    ensure_own_running()  # Python's own; where loky starts it, that lets interrupts through again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _depend_on_parent(parent: int) -> None:

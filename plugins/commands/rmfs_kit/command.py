@@ -6,6 +6,7 @@ import shlex
 
 import click
 
+from rmfs_cli.screen import tell
 from rmfs_core.roles import Role
 
 COMMAND = "command"
@@ -35,9 +36,9 @@ def new_rule(name: str, decides: str, into: str) -> None:
 
     rule = NewRule(name, COMMAND if decides == COMMAND else Role.labelled(decides))
     folder = write_project(rule, into)
-    click.echo(f"Wrote {folder}: {', '.join(project_files(rule))}.")
-    click.echo("Next:")
+    tell(f"Wrote {folder}: {', '.join(project_files(rule))}.")
+    tell("Next:")
     path = shlex.quote(str(folder if folder.is_absolute() else f"./{folder}"))
-    click.echo(f"  pip install -e {path}")
-    click.echo(f"  {trying(rule)}")
-    click.echo(f"Its README says how to test it: {folder / 'README.md'}")
+    tell(f"  pip install -e {path}")
+    tell(f"  {trying(rule)}")
+    tell(f"Its README says how to test it: {folder / 'README.md'}")

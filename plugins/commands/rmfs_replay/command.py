@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rmfs_cli.options import NumberRange, quiet_option
+from rmfs_cli.screen import tell
 
 if TYPE_CHECKING:
     from rmfs_replay.reading import Replay
@@ -89,7 +90,7 @@ def replay(
             write_text(target, page(replays))
             said = f"Open {target} in a browser."
     if not quiet:
-        click.echo(said)
+        tell(said)
 
 
 def _span(replays: list[Replay], begin_s: float | None, end_s: float | None) -> tuple[int, int]:

@@ -9,6 +9,8 @@ from click.core import ParameterSource
 
 from rmfs_cli import completion
 from rmfs_cli.options import NumberRange, decides_option, no_inline_option
+from rmfs_cli.screen import tell
+from rmfs_cli.streams import keep_output, own_input
 from rmfs_core.roles import Role
 
 if TYPE_CHECKING:
@@ -89,20 +91,17 @@ def serve(
     POST a state to /decide; /docs shows the rest. The service is for programs on this machine unless --host says
     otherwise. Ctrl-C or SIGTERM ends it.
     """
-    import io
     import sys
 
     most_bytes = int(max_mb * 1e6)
     if stdio:
         _check_lines("host", "port", "limit_s")
         from rmfs_serve.lines import serve_lines
-        from rmfs_serve.output import kept_for_answers
         from rmfs_serve.service import Service
 
+        answers = keep_output()
         service = Service.of(rules, settings, decides, not no_inline_rules)
-        with kept_for_answers() as answers:
-            requests = sys.stdin.buffer if sys.stdin else io.BytesIO()  # none where it is closed (`<&-`)
-            serve_lines(service, requests, answers, most_bytes)
+        serve_lines(service, own_input(), answers, most_bytes)
         return
 
     from rmfs_core.errors import InputError
@@ -114,10 +113,10 @@ def serve(
         raise InputError("serve", f"needs further packages; expected `pip install 'rmfs[serve]'` ({error})") from error
 
     def ready(listening: socket.socket) -> None:
-        click.echo(f"Serving {', '.join(process.names)} at {server.url_of(listening)}; Ctrl-C ends it.")
+        tell(f"Serving {', '.join(process.names)} at {server.url_of(listening)}; Ctrl-C ends it.")
         if not server.is_loopback(listening):
             note = "Note: other machines reach this address; there is neither a password nor encryption."
-            click.echo(note, err=True)
+            tell(note, err=True)
         sys.stdout.flush()
 
     process = RuleProcess(rules, settings, decides and decides.label, not no_inline_rules, limit_s)

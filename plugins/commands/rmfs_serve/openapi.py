@@ -37,6 +37,7 @@ def openapi(rules: Sequence[str]) -> dict[str, Any]:
         "409": "`change` starts from another state than the last one kept, or none is kept: send the whole state",
         "413": "The request is too long",
         "415": "The request is not of the type application/json",
+        "421": "The request's header Host names a host that is not served here; any path may answer so",
         "422": "The state is wrong; `place` says where",
         "500": "The rule failed, or decided something impossible",
         "503": "Too many requests are waiting, or the rules are being loaded again",

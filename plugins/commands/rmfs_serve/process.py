@@ -17,7 +17,10 @@ from typing import Any
 
 from rmfs_core.errors import InputError, RmfsError
 from rmfs_serve.service import Reply
-from rmfs_serve.worker import FAILED, HEAD, message
+from rmfs_serve.worker import COMPILING, FAILED, HEAD, WARMING, message
+
+START_S = 30.0
+"""Seconds that loading the rules, and each first decision, may take at least; compiling does not count."""
 
 
 class NoAnswerError(RmfsError):
@@ -49,6 +52,8 @@ class RuleProcess:
         As for `rmfs_serve.service.Service.of`; ``decides`` by its label.
     limit_s
         Seconds that a request may wait for its turn, and that a decision may take.
+    start_s
+        Seconds that loading the rules, and each first decision, may take at least.
 
     Attributes
     ----------
@@ -65,16 +70,18 @@ class RuleProcess:
         decides: str | None = None,
         allow_inline: bool = True,
         limit_s: float = 30.0,
+        start_s: float = START_S,
     ) -> None:
         told = {"rules": rules, "settings": settings, "decides": decides, "allow_inline": allow_inline}
         # -P: a file in the current folder that is called like a module is not taken for it
         self._command = (sys.executable, "-P", "-m", "rmfs_serve.worker", json.dumps(told))
-        self.limit_s = limit_s
+        self.limit_s, self.start_s = limit_s, start_s
         self.restarts = 0
         self.names: tuple[str, ...] = ()
         self._turn = asyncio.Lock()
         self._process: asyncio.subprocess.Process | None = None
         self._replacing: asyncio.Task[None] | None = None
+        self._watching: asyncio.Task[None] | None = None
         self._stopped = False
 
     @property
@@ -91,20 +98,29 @@ class RuleProcess:
             When one of them cannot be had.
         """
         pipes: dict[str, Any] = {"stdin": asyncio.subprocess.PIPE, "stdout": asyncio.subprocess.PIPE}
-        # A session of its own: Ctrl-C is for the service, which ends it by closing its input.
+        # A session of its own: Ctrl-C is for the service, which ends it, and all that rules have started there.
         process = await asyncio.create_subprocess_exec(*self._command, **pipes, start_new_session=True)
         try:
-            status, content = await _receive(process)
-        except asyncio.IncompleteReadError:
-            raise EndedError(f"the rules' process ended with code {await process.wait()} as it started") from None
-        except BaseException:
+            limit_s = max(self.limit_s, self.start_s)
+            status = WARMING
+            while status in (COMPILING, WARMING):  # each decision has its own time
+                async with asyncio.timeout(None if status == COMPILING else limit_s):
+                    status, content = await _receive(process)
+        except BaseException as error:
             _kill(process)
+            code = await process.wait()
+            if isinstance(error, TimeoutError):
+                problem = f"the rules were not loaded, or one did not decide, within {limit_s:g} s"
+                raise EndedError(problem) from None
+            if isinstance(error, asyncio.IncompleteReadError):
+                raise EndedError(f"the rules' process ended with code {code} as it started") from None
             raise
         if status == FAILED:
             await process.wait()
             raise InputError(*json.loads(content))
         self.names = tuple(json.loads(content))
         self._process = process
+        self._watching = asyncio.create_task(_end_group(process))
 
     async def ask(self, content: bytes) -> Reply:
         """Return the answer to a request.
@@ -174,12 +190,19 @@ class RuleProcess:
         self.restarts += 1
 
 
+async def _end_group(process: asyncio.subprocess.Process) -> None:
+    """Wait for a process to end, and end what it leaves: that may hold open the pipe for its answers."""
+    await process.wait()
+    _kill(process)
+
+
 def _kill(process: asyncio.subprocess.Process) -> None:
-    with suppress(ProcessLookupError):  # it has ended by itself
+    """Kill the process and, where there are such, its group: whatever its rules have started."""
+    with suppress(ProcessLookupError):  # all have ended by themselves
         if sys.platform == "win32":
             process.kill()
-        elif process.returncode is None:  # its own `kill` may take the code of one that has ended before asyncio does
-            os.kill(process.pid, signal.SIGKILL)
+        else:  # the process's own `kill` may take the code of one that has ended before asyncio does
+            os.killpg(process.pid, signal.SIGKILL)
 
 
 async def _receive(process: asyncio.subprocess.Process) -> tuple[int, bytes]:

@@ -9,6 +9,7 @@ import signal
 import socket
 from collections.abc import Callable
 from contextlib import ExitStack
+from types import FrameType
 
 import uvicorn
 
@@ -68,8 +69,14 @@ def serve(process: RuleProcess, host: str, port: int, most_bytes: int, ready: Ca
         The longest request.
     ready
         Called with the socket as soon as requests are taken.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        When it was Ctrl-C, and everything has ended in order.
     """
-    asyncio.run(_serve(process, host, port, most_bytes, ready))
+    if asyncio.run(_serve(process, host, port, most_bytes, ready)):
+        raise KeyboardInterrupt
 
 
 class _Server(uvicorn.Server):
@@ -78,6 +85,12 @@ class _Server(uvicorn.Server):
     def __init__(self, config: uvicorn.Config, process: RuleProcess) -> None:
         super().__init__(config)
         self._process = process
+        self.interrupted = False
+
+    def handle_exit(self, number: int, frame: FrameType | None) -> None:
+        """Begin to end, and take note of which signal it was."""
+        self.interrupted |= number == signal.SIGINT
+        super().handle_exit(number, frame)
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Wait for what is under way, a while."""
@@ -93,7 +106,8 @@ class _Server(uvicorn.Server):
 
 async def _serve(
     process: RuleProcess, host: str, port: int, most_bytes: int, ready: Callable[[socket.socket], None]
-) -> None:
+) -> bool:
+    """Serve; return whether Ctrl-C has ended it."""
     with listen(host, port) as listening:
         try:
             await process.start()
@@ -115,5 +129,6 @@ async def _serve(
                 signal.signal(number, server.handle_exit)
             ready(listening)
             await server.serve(sockets=[listening])
+            return server.interrupted
         finally:
             await process.stop()

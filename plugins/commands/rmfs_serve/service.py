@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from http import HTTPStatus
 from typing import Any
@@ -101,12 +101,13 @@ class Service:
         """Names of the rules."""
         return tuple(self._deciders)
 
-    def warm_up(self) -> None:
-        """Ask each rule once, so that what it compiles is there before the first request."""
+    def warm_up(self) -> Iterator[None]:
+        """Ask each rule once, so that what it compiles is there before the first request; yield after each time."""
         for decider in self._deciders.values():
             for role in DECIDES:
                 with suppress(RmfsError):  # most decide one thing; and one may have no answer in this state
                     decider.decide(state_from_dict({**SMALL, "ask": {"decides": role, "pod": "3"}}))
+                yield
 
     def answer(self, content: bytes) -> Reply:
         """Answer a request, whatever it is. A state that gets no decision is not kept."""

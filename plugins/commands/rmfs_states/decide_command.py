@@ -6,6 +6,8 @@ import click
 
 from rmfs_cli import completion
 from rmfs_cli.options import decides_option, no_inline_option
+from rmfs_cli.screen import print_json
+from rmfs_cli.streams import keep_output, own_input
 from rmfs_core.roles import Role
 
 DECIDING = (
@@ -63,19 +65,17 @@ def decide(
     stations, and open requests that no pod at the stations or on its way there has an item for. `due` has the orders
     decided on that have a due time: when, their priority, and what is left until then (negative: late).
     """
-    import sys
-
     import attrs
 
     from rmfs_cli.choices import option_named, parse_choice, with_parameters
-    from rmfs_core.results.files import to_json
     from rmfs_states import Decider, read_state, state_from_dict
     from rmfs_states.state_json import MOST_BYTES, parse_json
 
-    source = "standard input" if state == "-" else state
-    if state == "-":
-        read = sys.stdin.buffer.read(MOST_BYTES + 1) if sys.stdin else b""  # none where it is closed (`<&-`)
-        given = state_from_dict(parse_json(read, source), source)
+    keep_output()
+    from_input = state in ("-", "/dev/stdin")
+    source = "standard input" if from_input else state
+    if from_input:
+        given = state_from_dict(parse_json(own_input().read(MOST_BYTES + 1), source), source)
     else:
         given = read_state(state)
     if seed is not None:
@@ -84,4 +84,4 @@ def decide(
     with option_named("rule", f"--rule {name}", settings):
         decider = Decider(choice, decides=decides, allow_inline=not no_inline_rules)
         answer = decider.decide(given, source)
-    click.echo(to_json(answer.to_dict(), indent=2))
+    print_json(answer.to_dict())

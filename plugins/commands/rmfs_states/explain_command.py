@@ -11,7 +11,7 @@ import click
 
 from rmfs_cli import completion
 from rmfs_cli.options import json_option, no_inline_option
-from rmfs_cli.screen import output_console, print_json
+from rmfs_cli.screen import output_console, print_json, tell
 from rmfs_core.roles import Role
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def explain(
                 write_text(state_file, to_json(explained.content, indent=1) + "\n")
                 if not as_json:
                     how = f"`rmfs decide {state_file} --rule RULE` asks a rule again."
-                    click.echo(f"State written to {state_file}; {how}")
+                    tell(f"State written to {state_file}; {how}")
 
 
 @contextmanager

@@ -101,7 +101,7 @@ class TraceStream:
         place, first = next(self._lines, (str(path), {}))
         if first.get("format") != FORMAT:
             raise InputError(place, f"this is no trace; expected a header with the format {FORMAT!r}")
-        if first.get("version") != VERSION:
+        if first.get("version") != VERSION or isinstance(first["version"], bool):
             raise InputError(place, f"found a trace of version {first.get('version')!r}; expected version {VERSION}")
         if first.get("tick_s", TICK_S) != TICK_S:
             raise InputError(place, f"found ticks of {first['tick_s']!r} s; expected {TICK_S} s")
@@ -252,8 +252,26 @@ def _end(place: str, line: Mapping[str, Any]) -> tuple[int, str]:
     return tick, str(status)
 
 
+_TRUTHS = ("counts_orders", "restocked")
+"""What the header says yes or no to, outside the scenario; Python takes a yes elsewhere for a 1."""
+
+
+def _refuse_truths(value: object, where: str) -> None:
+    """Raise TypeError where a header has ``true`` or ``false`` for a number."""
+    if isinstance(value, bool):
+        raise TypeError(f"found {str(value).lower()} in {where}; expected a number")
+    if isinstance(value, Mapping):
+        for key, entry in value.items():
+            if key not in _TRUTHS:
+                _refuse_truths(entry, f"`{key}`")
+    elif isinstance(value, list):
+        for entry in value:
+            _refuse_truths(entry, where)
+
+
 def _trace(path: str, first: Mapping[str, Any]) -> Trace:
     try:
+        _refuse_truths({key: value for key, value in first.items() if key != "scenario"}, "the header")
         return Trace(
             scenario=first["scenario"],
             layout=_layout(first["layout"], f"{path}, line 1"),

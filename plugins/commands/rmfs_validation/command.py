@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rmfs_cli.options import json_option
-from rmfs_cli.screen import new_table, output_console, print_json
+from rmfs_cli.screen import new_table, output_console, print_json, tell
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -41,7 +41,7 @@ def validate(folder: Path, collisions: bool | None, limit: int, as_json: bool) -
     if report.faults:
         _print_faults(console, report.faults, limit)
     for line in _remarks(report, unasked=collisions is False):
-        click.echo(line)
+        tell(line)
     if report.faults:
         raise click.exceptions.Exit(1)
 
@@ -57,7 +57,7 @@ def _print_faults(console: Console, faults: list[Fault], limit: int) -> None:
         table.add_row(f"{fault.time_s:.3f} s", fault.kind, Text(fault.sentence))
     console.print(table)
     if len(faults) > limit:
-        click.echo(f"... and {len(faults) - limit} more; --limit shows more of them.")
+        tell(f"... and {len(faults) - limit} more; --limit shows more of them.")
 
 
 def _remarks(report: Report, *, unasked: bool) -> list[str]:

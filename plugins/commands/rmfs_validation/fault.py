@@ -124,6 +124,7 @@ KINDS: dict[str, str] = {
     "period": "periods are not counted up one by one",
     "rule": "a decision was made by another rule than the scenario names, or not as that rule does",
     "bound": "a decision has a bound above its objective",
+    "report": "a decision has a status, an objective or a bound that its rule cannot report",
     "backlog": "a decision reports another backlog than there was",
     "decision-size": "a decision reports another number of assignments or trips than it had",
     # The result

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from rmfs_core.clock import TICKS_PER_S
@@ -22,12 +23,16 @@ def compare(case: Case, result: Mapping[str, Any]) -> None:
     trace = case.trace
     for name, found, expected in (
         ("scenario", result.get("scenario"), trace.scenario),
+        ("seed", result.get("seed"), trace.scenario.get("seed")),
         ("status", result.get("status"), trace.status),
         *((f"version of {name}", result.get("versions", {}).get(name), told) for name, told in trace.versions.items()),
     ):
-        if found != expected:
+        if not _alike(found, expected):
             case.add("other-run", trace.tick, f"the {name} in the result is not the one in the trace")
     reported = result.get("metrics", {})
+    for section in ("metrics", "timing"):
+        for name in _truths(result.get(section, {})):
+            case.add("metric", trace.tick, f"{name} is reported as true or false; expected a number")
     details = recompute_details(trace)
     if trace.instance.restocked:
         details |= recompute_replenishment(trace)
@@ -134,6 +139,19 @@ def _split(under_way: set[int], parts: list[set[tuple[int, int]]], left: list[se
 
 def _over(part: float, whole: float) -> Value:
     return part / whole if whole else None
+
+
+def _alike(found: object, expected: object) -> bool:
+    """Whether two values are the same in JSON; Python takes true for 1."""
+    return json.dumps(found, sort_keys=True) == json.dumps(expected, sort_keys=True)
+
+
+def _truths(figures: Mapping[str, Any]) -> Iterator[str]:
+    for name, value in figures.items():
+        if isinstance(value, bool):
+            yield name
+        elif isinstance(value, Mapping):
+            yield from _truths(value)
 
 
 def _same(reported: object, value: Value) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from rmfs_core import entrypoints
 from rmfs_core.events import (
     BundleArrived,
     BundleAssigned,
@@ -15,7 +16,7 @@ from rmfs_core.events import (
     TripDecided,
 )
 from rmfs_core.roles import Role
-from rmfs_core.wording import listed
+from rmfs_core.wording import listed, shown_short
 from rmfs_validation.case import Case, Handlers, name_of, seconds
 from rmfs_validation.state import OrderState, State
 from rmfs_validation.tables import refilled
@@ -25,6 +26,10 @@ TOLERANCE = 1e-6
 
 BUNDLE_DECISIONS = (Role.ROA, Role.RPS, Role.ROA_RPS)
 DECISIONS = (Role.POA, Role.PPS, Role.POA_PPS, *BUNDLE_DECISIONS)
+REPORTING = (Role.POA_PPS, Role.ROA_RPS)
+UNREPORTED = "decided"
+STATUSES = {"optimal": False, "effort": True, "stopped": True, "heuristic": False}
+"""What rmfs's own rules report, and whether a limit has ended the solve then."""
 
 
 class OrderCheck:
@@ -255,8 +260,35 @@ class DecisionCheck:
         label, named = event.decides.label, self.named.get(event.decides, event.rule)
         if event.rule != named:
             self.case.add("rule", event.tick, f"{event.rule} decided {label}; the scenario names {named}")
+        if problem := misreported(event):
+            told = f"the {label} decision of period {event.period} by {event.rule}"
+            self.case.add("report", event.tick, f"{told} has {problem}")
         if event.objective is not None and event.bound is not None:
             most = event.objective + TOLERANCE * max(1.0, abs(event.objective))
             if event.bound > most:
                 told = f"the {label} decision of period {event.period} has the objective {event.objective}"
                 self.case.add("bound", event.tick, f"{told}, below its bound {event.bound}")
+
+
+def misreported(event: DecisionMade) -> str | None:
+    """Return what a decision reports that it cannot have: only decisions on two things at once come with a report."""
+    early = "ended early" if event.stopped_early else None
+    figures = (("objective", event.objective), ("bound", event.bound), ("solve", early))
+    given = next((f"the {name} {value}" for name, value in figures if value is not None), None)
+    if event.decides not in REPORTING and event.status != UNREPORTED:
+        return f"the status {shown_short(event.status)}; expected '{UNREPORTED}': {event.decides.label} reports nothing"
+    if event.status == UNREPORTED:
+        return given and f"{given}; expected none from a rule that reports nothing"
+    if _is_shipped(event.rule) and event.status not in STATUSES:
+        return f"the status {shown_short(event.status)}; expected one of {', '.join(STATUSES)}, {UNREPORTED}"
+    if event.status in STATUSES and event.stopped_early != STATUSES[event.status]:
+        return f"the status {event.status}, and {'was' if event.stopped_early else 'was not'} stopped early"
+    if event.status == "heuristic" and event.bound is not None:
+        return f"the bound {event.bound}; expected none from a rule that proves nothing"
+    return None
+
+
+def _is_shipped(rule: str) -> bool:
+    """Whether a rule is one of rmfs's own, whose statuses are known."""
+    entries = entrypoints.offers(entrypoints.RULES).get(rule, ())
+    return len(entries) == 1 and entrypoints.origin(entries[0])[0] == "rmfs"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -60,6 +61,46 @@ def test_a_rule_that_takes_too_long_is_named_when_a_limit_is_set(
         RuleError, match=rf"{HOOKS[role]}, at \d+\.\d+ s: took \S+ s; the scenario allows run\.decision_l"
     ):
         run.simulation.run()
+
+
+@pytest.mark.parametrize("body", ["while True: pass", "time.sleep(600)"])
+def test_a_rule_that_never_returns_is_ended(tiny_run: Callable[..., Any], tmp_path: Path, body: str) -> None:
+    """When a limit is set: named like one that took too long."""
+    run = prepare_bad(tiny_run, tmp_path, "pps", body, run=RunSection(decision_limit_s=0.1))
+    with pytest.raises(RuleError, match=r"select_pods, at 0\.000 s: took .* allows run\.decision_limit_s = 0\.1"):
+        run.simulation.run()
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("__iter__ = lambda self: 1 / 0", "returned a Monster, which raised ZeroDivisionError"),
+        ("__iter__ = lambda self: iter([1])", "returned a sequence with int 1 in it; expected PodTrip only"),
+    ],
+)
+def test_an_answer_that_is_a_monster(tiny_run: Callable[..., Any], tmp_path: Path, body: str, message: str) -> None:
+    """The rule is named with what its answer does when it is looked at."""
+    made = f"type('Monster', (list,), {{'__iter__': {body.partition(' = ')[2]}, '__repr__': lambda self: exit()}})()"
+    run = prepare_bad(tiny_run, tmp_path, "pps", f"return {made}")
+    assert message in what_ends(run, "pps")
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no copies of processes")
+@pytest.mark.parametrize("copy", ["return []", "raise ValueError", "raise SystemExit(0)"])
+def test_a_copy_that_a_rule_makes_does_not_simulate(copy: str, tmp_path: Path) -> None:
+    """It would write results, too: it ends where the rule would have returned."""
+    run, rule = run_of(small_world({"1": ["a"]}, {"p": ["a"]}), tmp_path)
+
+    def forking(_: Any) -> int:
+        child = os.fork()
+        if not child:
+            exec(copy.replace("return []", "return_ = []"))
+        return child
+
+    rule.answers["plan_path"] = [forking]
+    arguments = {"warehouse": run.view, "rng": None, "robot": 1, "goal": 2, "traffic": None}
+    child, _ = run.asker.ask(run.rules.pp, arguments)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 1
 
 
 @pytest.mark.parametrize("hook", ["on_event(self, event)", "run_started(self, run)"])

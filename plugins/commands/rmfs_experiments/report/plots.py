@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from attrs import frozen
 
-from rmfs_core.wording import one_line
+from rmfs_core.wording import one_line, sentence
 from rmfs_experiments.compare import Comparison, Interval
 from rmfs_experiments.report.numbers import title
 
@@ -103,7 +103,7 @@ def plot_of(name: str, heading: str, draw: Callable[[], Figure], dpi: int = DPI)
             figure.savefig(png, format="png", dpi=dpi, metadata={"Software": None})
             figure.savefig(pdf, format="pdf", metadata={"CreationDate": None, "Creator": None, "Producer": None})
     except Exception as error:  # whatever a library makes of names and figures
-        print(f"Left out: the plot {name} cannot be drawn: {one_line(error)}", file=sys.stderr)
+        print(sentence(f"Left out: the plot {name} cannot be drawn: {one_line(error)}"), file=sys.stderr)
         return None
     return Plot(name, heading, svg.getvalue(), png.getvalue(), pdf.getvalue())
 

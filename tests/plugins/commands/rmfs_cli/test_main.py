@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from collections.abc import Callable
@@ -276,3 +277,82 @@ def test_what_click_refuses_is_one_line_too(capsys: pytest.CaptureFixture[str]) 
         assert usage.startswith("Usage: ")
         assert last.startswith(said)
         assert len(last) < 1200
+
+
+FAILING = [
+    (("run", "nowhere"), 2, "nowhere"),
+    (("run", "examples/small", "--seed", "x"), 2, " run"),
+    (("run", "examples/small", "--set", "instance.orders=x"), 2, "--set instance.orders=x"),
+    (("validate", "nowhere"), 2, "nowhere"),
+    (("bound", "nowhere"), 2, "nowhere"),
+    (("compare", "nowhere"), 2, "nowhere"),
+    (("explain", "nowhere"), 2, "nowhere"),
+    (("rules", "nowhere"), 2, "rmfs rules"),
+    (("plan", "nowhere"), 2, "nowhere"),
+    (("size", "nowhere", "--p95", "3"), 2, "nowhere"),
+    (("bench", "nowhere"), 2, None),
+    (("cite", "nowhere"), 2, "rmfs cite"),
+    (("scenario", "check", "nowhere"), 2, "nowhere"),
+    (("reproduce", "--jobs", "0"), 2, " reproduce"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "code", "place"), FAILING, ids=lambda value: str(value)[:40])
+def test_a_failure_is_json_where_json_is_asked_for(
+    arguments: tuple[str, ...], code: int, place: str | None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What and where, on the output; the sentence on standard error and the exit code are as without."""
+    with pytest.raises(SystemExit) as stop:
+        main([*arguments, "--json"])
+    printed = capsys.readouterr()
+    told = json.loads(printed.out)
+    assert stop.value.code == told["exit_code"] == code
+    assert told.keys() == {"error", "place", "problem", "exit_code"}
+    assert place is None or told["place"].endswith(place)
+    assert told["error"] == f"{told['place']}: {told['problem']}"
+    assert told["problem"] in printed.err
+
+
+FAILS = """
+from attrs import frozen
+from rmfs_core import hookimpl
+
+@frozen
+class Fails:
+    "PPS: fails."
+
+    @hookimpl
+    def select_pods(self, warehouse):
+        raise ValueError("no \x1b[31m idea")
+"""
+
+
+def test_a_run_that_fails_is_json(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What was measured until then, and what went wrong where."""
+    (tmp_path / "fails.py").write_text(FAILS, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stop:
+        main(["run", "examples/small", "--set", "rules.pps=./fails.py:Fails", "--out", "out", "--json"])
+    told = json.loads(capsys.readouterr().out)
+    assert (stop.value.code, told["exit_code"], told["status"], told["folder"]) == (1, 1, "failed", "out")
+    assert told["place"].endswith('fails.py:Fails" (fails.py inline), select_pods, at 0.000 s')
+    assert told["problem"].startswith("raised ValueError: no \\x1b[31m idea (")
+
+
+def test_an_interrupt_is_json(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of a command that has not answered yet."""
+
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("rmfs_validation.check_trace", interrupted)
+    with pytest.raises(SystemExit):
+        main(["validate", "nowhere", "--json"])
+    assert json.loads(capsys.readouterr().out) == {
+        "error": "Interrupted.",
+        "place": None,
+        "problem": "Interrupted.",
+        "exit_code": 130,
+    }

@@ -121,6 +121,20 @@ def test_only_requests_for_this_host(host: str, status: int) -> None:
 
 
 @pytest.mark.parametrize(
+    "accept",
+    [
+        *("", "*/*", "application/json", ";,=;q=x", "\xff", "text/plain; version=1.0.0; escaping=allow-utf-8"),
+        *("application/openmetrics-text; version=abc", "application/openmetrics-text;version"),
+    ],
+)
+def test_figures_whatever_the_request_accepts(accept: str) -> None:
+    """As text, which every reader of such figures knows."""
+    status, headers, content = call(Scripted(), "GET", "/metrics", headers={"accept": accept})
+    assert (status, headers["content-type"]) == (200, "text/plain; version=0.0.4; charset=utf-8")
+    assert b"rmfs_restarts 3.0" in content
+
+
+@pytest.mark.parametrize(
     ("answer", "status", "more"),
     [
         (Reply(422, b"{}\n"), 422, {}),

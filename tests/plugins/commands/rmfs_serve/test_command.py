@@ -99,14 +99,18 @@ def test_a_limit_that_is_no_number(option: str, capsys: pytest.CaptureFixture[st
     assert capsys.readouterr().err.endswith(f"Error: Invalid value for '{option}': 'nan' is not a number.\n")
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_it_ends_in_order(serve: Serve, number: signal.Signals, state: dict[str, Any]) -> None:
-    """With code 0 and without a word, and so does the process with the rules."""
+@pytest.mark.parametrize(
+    ("number", "ending"), [(signal.SIGINT, (130, "", "Interrupted.")), (signal.SIGTERM, (0, "", ""))]
+)
+def test_it_ends_in_order(
+    serve: Serve, number: signal.Signals, ending: tuple[int, str, str], state: dict[str, Any]
+) -> None:
+    """Ctrl-C is an interrupt, as of any command; SIGTERM is how a service ends. So does the process with the rules."""
     process, port = serve("--rule", "first-come")
     assert post(port, json.dumps(state).encode())[0] == 200
     process.send_signal(number)
     out, err = process.communicate(timeout=20)
-    assert (process.returncode, out, err) == (0, "", "")
+    assert (process.returncode, out, err.strip()) == ending
     with pytest.raises(OSError):
         socket.create_connection(("127.0.0.1", port), timeout=1)
 

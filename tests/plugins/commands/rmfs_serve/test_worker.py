@@ -7,7 +7,7 @@ import subprocess
 import sys
 from typing import Any
 
-from rmfs_serve.worker import FAILED, HEAD, READY, message
+from rmfs_serve.worker import FAILED, HEAD, READY, WARMING, message
 
 
 def talk(rule: str, *requests: bytes) -> tuple[list[tuple[int, Any]], str]:
@@ -19,7 +19,8 @@ def talk(rule: str, *requests: bytes) -> tuple[list[tuple[int, Any]], str]:
     found, rest = [], done.stdout
     while rest:
         status, length = HEAD.unpack(rest[: HEAD.size])
-        found.append((status, json.loads(rest[HEAD.size : HEAD.size + length])))
+        content = rest[HEAD.size : HEAD.size + length]
+        found.append((status, json.loads(content) if content else None))
         rest = rest[HEAD.size + length :]
     return found, done.stderr.decode()
 
@@ -28,6 +29,9 @@ def test_requests_and_answers(trouble: str, state: dict[str, Any]) -> None:
     """First it says that it is ready; what a rule prints is not taken for an answer; it ends with its input."""
     prints = state | {"orders": {"print": {"lines": {"jam": 1}}}}
     found, printed = talk(trouble, b"{", json.dumps(prints).encode())
+    begun = [status for status, _ in found].index(READY)
+    assert {status for status, _ in found[:begun]} == {WARMING}  # nothing of it is compiled
+    found = found[begun:]
     assert [status for status, _ in found] == [READY, 400, 200]
     assert found[0][1] == [trouble]
     assert sorted(printed.splitlines()) == ["from below", "hello"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -90,6 +91,11 @@ def test_cells_are_read_by_their_digits(trace_file: Path) -> None:
         (lambda lines: ['{"format":"other"}', *lines[1:]], 1, "no trace"),
         (lambda lines: [lines[0].replace('"version":1', '"version":99'), *lines[1:]], 1, "version 99"),
         (lambda lines: [lines[0].replace('"robots"', '"robot"'), *lines[1:]], 1, "lacks 'robots'"),
+        (
+            lambda lines: [re.sub(r'"heading":\d', '"heading":true', lines[0]), *lines[1:]],
+            1,
+            "found true in `heading`; expected a number",
+        ),
         (lambda lines: [lines[0].replace('"width":', '"width":1'), *lines[1:]], 1, "cells each"),
         (lambda lines: [lines[0].replace('"width":', '"width":9999'), *lines[1:]], 1, "in a row or column"),
         (lambda lines: [*lines[:2], "{", *lines[2:]], 3, "no valid JSON"),

@@ -56,6 +56,25 @@ def test_a_result_of_another_run_is_found(recorded: Trace, recorded_result: dict
         assert fault.kind == "other-run"
 
 
+@pytest.mark.parametrize(
+    ("altered", "kind"),
+    [
+        ({"seed": True}, "other-run"),
+        ({"timing": {"wall_s": True}}, "metric"),
+        ({"timing": {"hook_s": {"plan_path": False}}}, "metric"),
+        ({"metrics": {"mine": True}}, "metric"),
+    ],
+)
+def test_true_is_no_number(recorded: Trace, recorded_result: dict[str, Any], altered: Any, kind: str) -> None:
+    """Though Python takes it for 1, which the seed of this run is."""
+    assert recorded_result["seed"] == 1
+    (section,) = altered
+    if section != "seed":
+        altered = {section: recorded_result[section] | altered[section]}
+    (fault,) = faults_of(recorded, recorded_result | altered)
+    assert fault.kind == kind
+
+
 def test_the_metrics_of_a_day(day: Trace) -> None:
     """One order of three items in one visit, worked out by hand.
 

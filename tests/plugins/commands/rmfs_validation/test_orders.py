@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 from attrs import evolve
 
@@ -23,6 +25,8 @@ from damage import (
 from rmfs_core.events import DecisionMade, OrderArrived, OrderAssigned, OrderCompleted
 from rmfs_core.roles import Role
 from rmfs_trace.reader import Trace
+from rmfs_validation import faults_of
+from rmfs_validation.orders import misreported
 
 ARRIVED, ASSIGNED, POA, PPS, JAM, COMPLETE = 0, 1, 2, 4, 14, 16
 """Places of events in `day`."""
@@ -239,3 +243,45 @@ def test_the_status_is_that_of_the_orders(day: Trace, status: str, completed: bo
     """A complete run completed all, a partial one not; a failed one may end anywhere."""
     trace = evolve(day if completed else without(COMPLETE)(day), status=status)
     assert [fault.partition(":")[0] for fault in told(trace)] == kinds
+
+
+@pytest.mark.parametrize(
+    ("told", "problem"),
+    [
+        ({"status": "nearly"}, "the status 'nearly'; expected 'decided': P"),
+        ({"objective": 3.0}, "the objective 3.0; expected none from a rule that reports nothing"),
+        ({"bound": 3.0}, "the bound 3.0; expected none"),
+        ({"stopped_early": True}, "the solve ended early; expected none"),
+    ],
+)
+def test_what_a_decision_on_orders_cannot_report(recorded: Trace, told: dict[str, Any], problem: str) -> None:
+    """A rule that assigns orders alone has no model; neither has one whose status is that of no report."""
+    damaged = change(DecisionMade, lambda _trace, _event: told)(recorded)
+    (fault,) = [fault for fault in faults_of(damaged) if fault.kind == "report"]
+    assert problem in fault.sentence
+
+
+@pytest.mark.parametrize(
+    ("rule", "told", "problem"),
+    [
+        ("integrated", {"status": "optimal", "objective": 2.0, "bound": 2.0}, None),
+        ("integrated", {"status": "effort", "objective": 2.0, "bound": 1.0, "stopped_early": True}, None),
+        ("integrated", {"status": "finished"}, "'finished'; expected one of optimal, effort, stopped, heuristic, dec"),
+        ("somebodys", {"status": "finished", "bound": 1.0}, None),
+        ("integrated", {"status": "optimal", "stopped_early": True}, "the status optimal, and was stopped early"),
+        ("somebodys", {"status": "effort"}, "the status effort, and was not stopped early"),
+        ("pod-match-joint", {"status": "heuristic", "objective": 2.0}, None),
+        (
+            "pod-match-joint",
+            {"status": "heuristic", "bound": 2.0},
+            "the bound 2.0; expected none from a rule",
+        ),
+        ("somebodys", {"status": "decided", "objective": 1.0}, "the objective 1.0; expected none"),
+    ],
+)
+def test_what_a_joint_decision_reports(rule: str, told: dict[str, Any], problem: str | None) -> None:
+    """Rules of rmfs have the statuses that are documented, others any; a status says whether there may be a bound."""
+    whole = {"objective": None, "bound": None, "stopped_early": False} | told
+    event = DecisionMade(0, 1, Role.POA_PPS, rule, 1, 0, 0, wall_s=0.0, **whole)
+    found = misreported(event)
+    assert (found is None) if problem is None else (found is not None and problem in found)

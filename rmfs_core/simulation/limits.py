@@ -1,0 +1,60 @@
+"""Ending a call that does not return in time."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Mapping
+from threading import current_thread, main_thread
+from typing import Any
+
+from numba.core.compiler_lock import global_compiler_lock
+
+_COMPILING: Any = global_compiler_lock
+
+AGAIN_S = 0.5
+"""Seconds after which code that has caught the first `OverdueError` gets the next."""
+
+
+class OverdueError(BaseException):
+    """A call took too long. No `Exception`: code that catches whatever goes wrong must not catch it."""
+
+
+def within(limit_s: float, call: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
+    """Return what a call returns; end it when it takes too long.
+
+    A signal ends it, not another process: what is called works on objects of this one, and keeps what it learns. So
+    it is ended where Python runs or waits; compiled code is ended when it returns to Python, and compiling goes on to
+    its end. Where there is no such
+    signal (on Windows, and outside the main thread) no call is ended.
+
+    Parameters
+    ----------
+    limit_s
+        Wall-clock seconds.
+    call, arguments
+        What to call, with what.
+
+    Raises
+    ------
+    OverdueError
+        When it was ended.
+    """
+    if not hasattr(signal, "setitimer") or current_thread() is not main_thread():
+        return call(**arguments)
+    watching = True
+
+    def ring(_signal: int, _frame: object) -> None:
+        if watching and not _COMPILING.is_locked():  # what is being compiled is kept for the next run
+            raise OverdueError
+
+    before = signal.signal(signal.SIGALRM, ring)
+    try:
+        try:
+            signal.setitimer(signal.ITIMER_REAL, limit_s, AGAIN_S)
+            return call(**arguments)
+        finally:
+            watching = False
+    finally:  # reached by an alarm in the line above, too; the next is far
+        watching = False
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
