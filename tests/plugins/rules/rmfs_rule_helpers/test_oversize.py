@@ -7,8 +7,7 @@ from collections.abc import Mapping
 import pytest
 
 from rmfs_core.warehouse import Warehouse, WarehouseView
-from rmfs_mip.period.oversize import Oversize
-from rmfs_mip.period.solution import Model
+from rmfs_rule_helpers.oversize import Oversize
 from rmfs_testing import small_world
 
 FITS = {"a": 4}
