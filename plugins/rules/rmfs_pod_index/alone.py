@@ -21,7 +21,9 @@ def assign_alone(warehouse: WarehouseView, large: Oversize) -> JointDecision:
     order, station = large.order, large.station
     there = warehouse.available()[station.id]
     missing = {line.sku: max(line.quantity - int(there[line.sku]), 0) for line in order.open_lines}
-    movable = {pod.id: pod for pod in (*warehouse.free_pods, *warehouse.leaving_pods) if station.id not in pod.bound_for}
+    movable = {
+        pod.id: pod for pod in (*warehouse.free_pods, *warehouse.leaving_pods) if station.id not in pod.bound_for
+    }
     holding = {pod.id for sku, number in missing.items() if number for pod in warehouse.pods_with(sku)}
     able = [movable[pod] for pod in sorted(movable.keys() & holding)]
     trips = []

@@ -56,9 +56,8 @@ class PodIndex:
 
     A line that no single pod can serve is brought by several, when there is nothing else to send.
 
-    An order with a line of more items than any station takes gets its other lines assigned as any other. What is left of
-    it then goes to an empty station, which takes nothing else, when nothing else can be assigned or the order has waited
-    for max_wait_s.
+    Lines of more items than any station takes are left for last. What is left of such an order goes to an empty
+    station, which takes nothing else, when nothing else can be assigned or the order has waited for max_wait_s.
 
     References
     ----------
@@ -179,8 +178,8 @@ class PodIndex:
         validator=validators.ge(0),
         metadata={
             "unit": "s",
-            "doc": "How long an order with a line of more items than any station takes may wait before one takes nothing "
-            "else until it is empty, and then that order alone",
+            "doc": "Seconds in the backlog after which the oldest order with a line of more items than any station "
+            "takes gets a station of its own: one takes nothing else until it is empty, and then that order alone",
         },
     )
     _known: Known | None = field(default=None, init=False, eq=False, repr=False)

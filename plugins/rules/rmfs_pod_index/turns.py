@@ -213,8 +213,8 @@ def end(p):  # type: ignore[no-untyped-def]
 def send_found(p, station, scattered):  # type: ignore[no-untyped-def]
     """Send the pods found to a station, and return the line that they are for, NONE for none.
 
-    The one that they bring together, or else the best line that they bring. Were another one taken instead of that which
-    needs all of them, it might fit no more, and pods would come for nothing.
+    The one that only all of them bring, or else the best one. If another line were taken in place of the one that needs
+    them all, that one might no longer fit, and pods would come for nothing.
     """
     found = p.found[: p.numbers[FOUND]]
     for pod in found:
