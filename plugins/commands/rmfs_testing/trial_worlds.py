@@ -167,7 +167,7 @@ def _many_items() -> Instance:
     }
     kinds: list[dict[str, int]] = [{"a": 12, "b": 10}] * 3 + [{"a": 10, "c": 10}] * 4
     kinds += [{"d": 10, "f": 10}, {"e": 10, "b": 5}] * 4
-    pods: Wanted = {str(number): held for number, held in enumerate(kinds)}
+    pods: Wanted = dict(zip("ABCDEFGHIJKLMNO", kinds, strict=True))
     return small_instance(orders, pods, arrivals_s={"4": 30, "5": 30, "6": 60})
 
 
