@@ -22,6 +22,7 @@ js:
 long: $(VENV)/installed-dev
 	$(BIN)/python tools/coverage_study.py
 	$(BIN)/python tools/fuzz.py --seed 2 --cases 20000
+	$(BIN)/python tools/random_worlds.py --worlds 3000
 	$(BIN)/python tools/soak.py
 	$(BIN)/python -m pytest tests/benchmarks/test_multi_day.py --benchmark-enable
 	$(BIN)/python tools/pages.py --long docs/how-to/train-a-policy.md

@@ -109,6 +109,8 @@ def trial_worlds() -> tuple[TrialWorld, ...]:
         _world("later orders", _later(), capacities=(5, 5)),
         _world("an order as large as the largest station", _large(), capacities=(4, 9, 5)),
         _world("an order larger than the largest station", _large(), capacities=(4, 6, 5)),
+        _world("a line longer than the largest station", _long_line(), capacities=(4, 6)),
+        _world("lines of 10 to 40 items", _many_items(), capacities=(45, 60)),
         _world("order capacity", plain, capacities=(2, 1), counts_orders=True),
         _world("a station that closes", _later(), capacities=(5, 5), opening={"1": (("00:00", "00:02"),)}),
         _world("batteries", _later(), capacities=(5, 5), battery=BATTERY, idle="charge-when-low"),
@@ -142,6 +144,31 @@ def _large() -> Instance:
     """One order fits a single station only, and only when that is empty; smaller ones come before and after it."""
     orders: Wanted = {"1": {"a": 1}, "2": {"b": 2, "c": 1}, "3": {"a": 4, "d": 3, "f": 2}, "4": {"e": 1}, "5": {"c": 1}}
     return small_instance(orders, PODS, arrivals_s={"4": 90, "5": 120})
+
+
+def _long_line() -> Instance:
+    """One order fits a single station only when that is empty, however it is split; another has two such lines."""
+    orders: Wanted = {"1": {"a": 1, "b": 9}, "2": {"c": 2}, "3": {"d": 8, "e": 7}, "4": {"f": 3, "a": 2}, "5": {"c": 1}}
+    return small_instance(orders, PODS, arrivals_s={"3": 20, "4": 90, "5": 120})
+
+
+def _many_items() -> Instance:
+    """Lines of 10 to 40 items, most of which only several pods bring together; few have room at a station at a time.
+
+    Some of the pods that are sent for one line bring enough of another SKU for another line, too.
+    """
+    orders: Wanted = {
+        "1": {"a": 40, "c": 20},
+        "2": {"b": 30},
+        "3": {"d": 30, "c": 15},
+        "4": {"a": 25, "f": 11},
+        "5": {"e": 40, "b": 10},
+        "6": {"f": 20},
+    }
+    kinds: list[dict[str, int]] = [{"a": 12, "b": 10}] * 3 + [{"a": 10, "c": 10}] * 4
+    kinds += [{"d": 10, "f": 10}, {"e": 10, "b": 5}] * 4
+    pods: Wanted = dict(zip("ABCDEFGHIJKLMNO", kinds, strict=True))
+    return small_instance(orders, pods, arrivals_s={"4": 30, "5": 30, "6": 60})
 
 
 def _reordered() -> TrialWorld:

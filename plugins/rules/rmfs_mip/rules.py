@@ -9,7 +9,6 @@ from attrs import define, evolve, field, validators
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport, hookimpl
 from rmfs_mip.period.effort import Effort
-from rmfs_mip.period.oversize import Oversize
 from rmfs_mip.period.period import Period, Preference, Stock
 from rmfs_mip.period.solution import Model, Solution
 from rmfs_mip.printed.constraints import violation
@@ -19,10 +18,11 @@ from rmfs_mip.proof.parts import with_joining_lines
 from rmfs_mip.proof.steps import proof_of
 from rmfs_mip.proof.ties import break_ties
 from rmfs_rule_helpers import OVERSIZE_WAIT_S
+from rmfs_rule_helpers.oversize import Oversize, with_oversize
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
-    from rmfs_core.warehouse import Pod, WarehouseView
+    from rmfs_core.warehouse import Pod, Station, WarehouseView
 
 
 @define(kw_only=True)
@@ -127,20 +127,21 @@ class _Joint:
     def assign_orders_and_pods(self, warehouse: WarehouseView, rng: np.random.Generator) -> JointDecision:
         """Solve one period; it may be that of an order which is too large for any station to take it beside others."""
         stock = self._stock_of(warehouse)
-        large = Oversize.of(warehouse, self.model, self.max_wait_s)
-        if large is not None and large.waited and not large.station.load:
-            alone = self._alone(warehouse, stock, large)
-            if alone.assignments:
-                return alone
-            large = None  # the free items are not enough
-        without = large.station if large is not None and large.waited else None
-        period = Period.of(warehouse, stock, packing=self._packing_capacity is not None, without=without)
-        if self.preferred_pods != "idle":
-            period = evolve(period, preference=self._preference(period, rng))
-        decision = _decision(period, self.solve(period)) if period.stations else JointDecision()
-        if large is None or decision.assignments or large.station.load:
-            return decision
-        return self._alone(warehouse, stock, large)  # nothing else needs the empty station
+        large = Oversize.of(
+            warehouse,
+            self.max_wait_s,
+            splits=self.model is not Model.INTEGRATED and self._packing_capacity != 0,
+            over_time=self.model is Model.SPLIT_OVER_TIME,
+        )
+
+        def decide(without: Station | None) -> JointDecision:
+            """Solve the period of all orders, with a station that takes nothing now."""
+            period = Period.of(warehouse, stock, packing=self._packing_capacity is not None, without=without)
+            if self.preferred_pods != "idle":
+                period = evolve(period, preference=self._preference(period, rng))
+            return _decision(period, self.solve(period)) if period.stations else JointDecision()
+
+        return with_oversize(warehouse, large, decide, lambda large: self._alone(warehouse, stock, large))
 
     def _alone(self, warehouse: WarehouseView, stock: Stock, large: Oversize) -> JointDecision:
         """Assign all that is left of an order to an empty station, or nothing."""

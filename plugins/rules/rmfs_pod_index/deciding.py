@@ -21,7 +21,7 @@ from rmfs_pod_index.urging import next_urgent
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
-    from rmfs_core.warehouse import WarehouseView
+    from rmfs_core.warehouse import Station, WarehouseView
     from rmfs_pod_index.rule import PodIndex
 
 NOBODY = np.zeros((0, 2), np.int64)
@@ -37,10 +37,12 @@ class Deciding:
         What is known of the run.
     warehouse
         The warehouse.
+    without
+        A station that takes nothing now.
     """
 
-    def __init__(self, known: Known, warehouse: WarehouseView) -> None:
-        self.rule, self.known, self.warehouse = known.rule, known, warehouse
+    def __init__(self, known: Known, warehouse: WarehouseView, without: Station | None = None) -> None:
+        self.rule, self.known, self.warehouse, self._without = known.rule, known, warehouse, without
         self.account, self._moved = known.shown(warehouse)
         self.period = self.account.period
 
@@ -50,7 +52,8 @@ class Deciding:
         if need != NEVER and not (known.urge_ticks and known.at_work):
             need = NONE  # where no pod waits to be wanted enough
         self._begin()
-        told = [self.warehouse.now_tick, known.at_work, need, *known.room, *known.load, *known.inbound]
+        room = [0 if self._without and station == self._without.id else free for station, free in enumerate(known.room)]
+        told = [self.warehouse.now_tick, known.at_work, need, *room, *known.load, *known.inbound]
         seen = *self.account.parts, np.array(told, np.int64), self._moved
         if decide(*seen, NOBODY, False):
             leaving = np.array([(pod.id, pod.cell) for pod in self.warehouse.leaving_pods], np.int64)

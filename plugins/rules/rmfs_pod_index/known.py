@@ -10,6 +10,7 @@ from rmfs_core.clock import to_ticks
 from rmfs_pod_index.account import join, move, update
 from rmfs_pod_index.period import CLOSE, NONE, OF_LINES, Account, Ints, Period, new_account
 from rmfs_pod_index.urging import next_urgent
+from rmfs_rule_helpers import largest_capacity
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import WarehouseView
@@ -67,6 +68,7 @@ class Known:
         self.room, self.load, self.inbound = [0] * n_stations, [0] * n_stations, [0] * n_stations
         self._counted, self._shares = [-1] * n_stations, [NO_SHARE] * n_stations
         self.counts_orders = any(station.counts_orders for station in self._stations)
+        self._limit = largest_capacity(warehouse)
         self.at_work, self.need, self.wakes = False, NEVER, NEVER
         self._changes = -1
         self._quiet_until = self._wakes_until = 0
@@ -75,6 +77,11 @@ class Known:
         """Whether it is what is known of a run, in which no pod was given a new SKU since."""
         known = self._log is warehouse.backlog_log() and self._free is warehouse.free_items_log()
         return known and self._entries == len(self._free.items.sku)
+
+    @property
+    def oversize(self) -> bool:
+        """Whether some line, of an order that may be gone, has more items than any station takes."""
+        return self._largest > self._limit
 
     def hear(self, warehouse: WarehouseView) -> None:
         """Take in what joined and left the backlog since the last time, and look at the stations."""

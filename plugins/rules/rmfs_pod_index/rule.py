@@ -8,8 +8,11 @@ from attrs import define, field, validators
 
 from rmfs_core import JointDecision, hookimpl
 from rmfs_core.clock import to_seconds
+from rmfs_pod_index.alone import assign_alone
 from rmfs_pod_index.deciding import Deciding, prepare
 from rmfs_pod_index.known import NEVER, Known
+from rmfs_rule_helpers import OVERSIZE_WAIT_S
+from rmfs_rule_helpers.oversize import Oversize, with_oversize
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -52,6 +55,9 @@ class PodIndex:
     the rule wakes up then.
 
     A line that no single pod can serve is brought by several, when there is nothing else to send.
+
+    Lines of more items than any station takes are left for last. What is left of such an order goes to an empty
+    station, which takes nothing else, when nothing else can be assigned or the order has waited for max_wait_s.
 
     References
     ----------
@@ -167,6 +173,15 @@ class PodIndex:
             "doc": "How long before an order is due what its lines are worth more has fallen to 37 %",
         },
     )
+    max_wait_s: float = field(
+        default=OVERSIZE_WAIT_S,
+        validator=validators.ge(0),
+        metadata={
+            "unit": "s",
+            "doc": "Seconds in the backlog after which the oldest order with a line of more items than any station "
+            "takes gets a station of its own: one takes nothing else until it is empty, and then that order alone",
+        },
+    )
     _known: Known | None = field(default=None, init=False, eq=False, repr=False)
 
     @hookimpl
@@ -175,9 +190,17 @@ class PodIndex:
         if self._known is not None and self._known.still_nothing(warehouse):
             return NOTHING
         known = self._about(warehouse)
-        if not any(known.room) or known.nothing_to_do(warehouse):
+        if not any(known.room):
             return NOTHING
-        return Deciding(known, warehouse).decision()
+        if not known.oversize:
+            return NOTHING if known.nothing_to_do(warehouse) else Deciding(known, warehouse).decision()
+        large = Oversize.of(warehouse, self.max_wait_s, splits=True, over_time=True)
+        return with_oversize(
+            warehouse,
+            large,
+            lambda without: Deciding(known, warehouse, without).decision(),
+            lambda large: assign_alone(warehouse, large),
+        )
 
     @hookimpl
     def wake_at(self, warehouse: WarehouseView) -> float | None:

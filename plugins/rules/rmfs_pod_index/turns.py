@@ -94,7 +94,12 @@ def find_nearest(p, station):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def find_scattered(p, station):  # type: ignore[no-untyped-def]
-    """Find pods for the oldest line that wants several items, which pods have together: those with the most first."""
+    """Find pods for the oldest line that wants several items, which pods have together: those with the most first.
+
+    Returns
+    -------
+    The line, NONE for none.
+    """
     oldest = NONE
     for sku in p.wanted[: p.numbers[WANTED]]:
         line, held = p.skus[sku].head, -1
@@ -110,7 +115,7 @@ def find_scattered(p, station):  # type: ignore[no-untyped-def]
                     oldest = line
             line = p.lines[line].after
     if oldest == NONE:
-        return
+        return NONE
     sku = p.lines[oldest].sku
     missing = p.lines[oldest].quantity - p.available[sku, station]
     while missing > 0:
@@ -123,6 +128,7 @@ def find_scattered(p, station):  # type: ignore[no-untyped-def]
         p.numbers[FOUND] += 1
         p.pods[most].able = False
         missing -= items
+    return oldest
 
 
 @njit(cache=True)
@@ -160,9 +166,9 @@ def decide(words, at, ticks, placed, told, moved, leaving, asked):  # type: igno
         for station in p.turn[: p.numbers[LENGTH]]:
             line, most = best_covered(p, station)
             if p.stations[station].inbound < p.weights[0].most_pods:
-                bring_pods(p, station, line, most)
+                scattered = bring_pods(p, station, line, most)
                 if p.numbers[FOUND]:
-                    line = send_found(p, station)
+                    line = send_found(p, station, scattered)
             if line != NONE:
                 take(p, line, station)
             here = p.stations[station]
@@ -204,14 +210,20 @@ def end(p):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def send_found(p, station):  # type: ignore[no-untyped-def]
-    """Send the pods found to a station, and return the best line that they bring; NONE for none."""
+def send_found(p, station, scattered):  # type: ignore[no-untyped-def]
+    """Send the pods found to a station, and return the line that they are for, NONE for none.
+
+    The one that only all of them bring, or else the best one. If another line were taken in place of the one that needs
+    them all, that one might no longer fit, and pods would come for nothing.
+    """
     found = p.found[: p.numbers[FOUND]]
     for pod in found:
         for entry in range(p.first[pod], p.first[pod + 1]):
             p.skus[p.entries[entry].sku].there = p.available[p.entries[entry].sku, station]
     for pod in found:
         send(p, pod, station)
+    if scattered != NONE:
+        return scattered
     line, most = NONE, 0.0
     for pod in found:
         for entry in range(p.first[pod], p.first[pod + 1]):
@@ -223,8 +235,13 @@ def send_found(p, station):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def bring_pods(p, station, line, most):  # type: ignore[no-untyped-def]
-    """Find the pods that are sent to a station instead of taking its best covered line, if that is better."""
-    weights = p.weights[0]
+    """Find the pods that are sent to a station instead of taking its best covered line, if that is better.
+
+    Returns
+    -------
+    The line that only all of them together bring, NONE where there is one pod or none.
+    """
+    weights, scattered = p.weights[0], NONE
     p.numbers[FOUND] = 0
     if find_able(p, station):
         bound = 0.0 if line == NONE else weights.stay * most / (weights.handle_s * p.lines[line].quantity)
@@ -232,9 +249,10 @@ def bring_pods(p, station, line, most):  # type: ignore[no-untyped-def]
         if p.numbers[FOUND] > 1:
             find_nearest(p, station)
         if p.numbers[FOUND] == 0 and line == NONE:
-            find_scattered(p, station)
+            scattered = find_scattered(p, station)
         for pod in p.urgent[: p.numbers[URGENT]]:
             p.pods[pod].able = False
+    return scattered
 
 
 @njit(cache=True)

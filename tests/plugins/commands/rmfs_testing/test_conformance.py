@@ -322,7 +322,7 @@ def test_rules_that_do_nothing_wrong_have_no_findings(rule: object) -> None:
     """All worlds are run, and the report has the time of each hook's calls."""
     report = check_rule(rule)
     assert report.findings == ()
-    assert len(report.worlds) == 27
+    assert len(report.worlds) == 30
     assert all(
         times.calls >= len(report.worlds) and 0 < times.total_s / times.calls <= times.longest_s
         for times in report.times.values()

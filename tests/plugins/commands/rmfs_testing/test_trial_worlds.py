@@ -118,6 +118,24 @@ def test_one_order_fits_no_station_beside_others() -> None:
     assert max(order.items for order in world.instance.orders) > max(world.scenario.stations.item_capacity)
 
 
+def test_some_lines_fit_no_station_beside_others() -> None:
+    """Two orders have such lines, one of them only such: however orders are split, they go alone."""
+    world = WORLDS["a line longer than the largest station"]
+    largest = max(world.scenario.stations.item_capacity)
+    longer = [[quantity > largest for _, quantity in order.lines] for order in world.instance.orders]
+    assert sum(any(lines) for lines in longer) == 2
+    assert [all(lines) for lines in longer].count(True) == 1
+
+
+def test_lines_of_many_items_are_brought_by_several_pods() -> None:
+    """They have 10 to 40 items, and few pods hold as many."""
+    instance = WORLDS["lines of 10 to 40 items"].instance
+    lines = [line for order in instance.orders for line in order.lines]
+    assert (min(quantity for _, quantity in lines), max(quantity for _, quantity in lines)) == (10, 40)
+    most = {sku: max(dict(pod.contents).get(sku, 0) for pod in instance.pods) for sku, _ in lines}
+    assert sum(quantity > most[sku] for sku, quantity in lines) > len(lines) / 2
+
+
 def test_orders_come_later() -> None:
     """None is there at the start, and the last long after the one before."""
     ticks = [order.arrival_tick for order in WORLDS["later orders"].instance.orders]

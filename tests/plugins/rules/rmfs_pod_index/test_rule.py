@@ -198,6 +198,54 @@ def test_a_line_that_no_pod_has_enough_for_is_brought_by_several() -> None:
     assert sorted(trips) == [("q", 0), ("r", 0)]
 
 
+def test_of_two_lines_that_several_pods_bring_the_one_is_taken_that_they_were_sent_for() -> None:
+    """The oldest line needs four pods; three of them bring another one, after which it would fit no more."""
+    orders = {"1": {"a": 40, "c": 20}, "2": {"b": 30}}
+    pods = {name: {"a": 12, "b": 10} if name in "pqr" else {"a": 10, "c": 10} for name in "pqrstuv"}
+    taken, trips = decide(small_world(orders, pods, capacities=[60]), most_pods=1)
+    assert taken == [("1", 0, (0,))]
+    assert [name for name, _ in trips[:3]] == ["p", "q", "r"]
+    assert len(trips) == 4
+
+
+@pytest.mark.parametrize("parameters", [{}, {"packing_capacity": 1}])
+def test_a_line_of_more_items_than_a_station_takes_goes_to_an_empty_one(parameters: dict[str, Any]) -> None:
+    """Both pods are sent for it; the other line of an order, which fits, goes first."""
+    pods = {"p": {"a": 2, "b": 1}, "q": {"a": 2}}
+    world = small_world({"1": {"a": 4}}, pods, capacities=[3, 3])
+    assert decide(world, **parameters) == ([("1", 0, ())], [("p", 0), ("q", 0)])
+    world = small_world({"1": {"a": 4, "b": 1}}, pods, capacities=[3, 3])
+    assert decide(world, **parameters) == ([("1", 0, (1,))], [("p", 0)])
+
+
+@pytest.mark.parametrize("parameters", [{}, {"packing_capacity": 1}])
+def test_orders_with_long_lines_are_completed(tmp_path: Path, parameters: dict[str, Any]) -> None:
+    """One line of four items at stations that take three, from two pods; then two such lines and a short one."""
+    lines = ["1,0,A,4", "2,10,A,5", "2,10,B,7", "2,10,C,1", "3,10,C,2"]
+    stock = [f"{pod},{sku},3" for pod in ("p", "q", "r") for sku in "ABC"]
+    (tmp_path / "orders.csv").write_text("\n".join(["order,arrival_s,sku,quantity", *lines]), encoding="utf-8")
+    (tmp_path / "pods.csv").write_text("\n".join(["pod,sku,quantity", *stock]), encoding="utf-8")
+    files = [f"instance.{kind}_file={tmp_path / kind}.csv" for kind in ("orders", "pods")]
+    given = [f"rules.poa_pps.{name}={value}" for name, value in parameters.items()]
+    rules = ["rules.poa_pps=pod-index", *given, "rules.pp=free-flow", "stations.item_capacity=3"]
+    result = run("examples/from-csv", overrides=[*files, *rules])
+    assert result.status == "complete"
+    assert result.orders[0]["parts"] == result.orders[0]["stations"].count(" ") + 1 == 1
+
+
+def test_a_station_is_emptied_for_a_line_that_has_waited(put_at_station: Put) -> None:
+    """From max_wait_s on it takes no other order, which the other one does."""
+    orders = {"1": {"a": 4}, "2": {"b": 1}, "3": {"b": 1}, "4": {"b": 1}}
+    world = small_world(orders, {"p": ["a"], "q": ["b"], "r": ["b"]}, capacities=[3, 3], robots=3)
+    for pod, station in ((1, 0), (2, 1)):
+        put_at_station(world, pod, station)
+        world.assign(world.orders[1 + station], world.stations[station], [1])
+    world.now = 599_999
+    assert decide(world)[0] == [("4", 0, (1,))]
+    world.now = 600_000
+    assert decide(world)[0] == [("4", 1, (1,))]
+
+
 def test_packing_stations_have_room_for_so_many_split_orders() -> None:
     """One place: the second order may not be begun, the third is whole."""
     orders = {"1": ["a", "x"], "2": ["a", "y"], "3": ["a"]}
