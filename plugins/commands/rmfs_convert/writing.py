@@ -8,9 +8,9 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-import click
 from attrs import frozen
 
+from rmfs_cli.screen import tell
 from rmfs_convert.history import Learned
 from rmfs_convert.lines import OrderLines, Sku
 from rmfs_convert.placement import items_on
@@ -82,7 +82,7 @@ def check_share(file: Path, rows: int, left: int, told: str, force: bool) -> Non
 def _warn_of_share(rows: int, left: int) -> None:
     if left > MANY_LEFT_OUT * rows:
         share = f"{left / rows:.0%}".replace("%", " %")
-        click.echo(f"Warning: {left:,} of {rows:,} rows ({share}) are left out.", err=True)
+        tell(f"Warning: {left:,} of {rows:,} rows ({share}) are left out.", err=True)
 
 
 def write_pods(stock: StockTable, folder: Path) -> None:
@@ -96,12 +96,12 @@ def write_pods(stock: StockTable, folder: Path) -> None:
         if made:
             write_text(place / SCENARIO, scenario_of(len(stock.pods)))
     for sentence in stock.sentences():
-        click.echo(sentence)
+        tell(sentence)
     _warn_of_share(stock.rows, stock.dropped.unasked)
-    click.echo(f"Wrote {folder / 'pods.csv'}: {stock.total()}.")
+    tell(f"Wrote {folder / 'pods.csv'}: {stock.total()}.")
     if made:
         orders = "" if (folder / "orders.csv").exists() else f"; it needs {folder / 'orders.csv'}"
-        click.echo(f"Wrote {scenario}; run it with: rmfs run {scenario}{orders}")
+        tell(f"Wrote {scenario}; run it with: rmfs run {scenario}{orders}")
 
 
 def write(lines: OrderLines, folder: Path, zero: Moment, stock: Stock | None) -> None:
@@ -116,13 +116,13 @@ def write(lines: OrderLines, folder: Path, zero: Moment, stock: Stock | None) ->
     _tell_kept(lines, totals)
     clock, skus = lines.cleaner.reader.clock, len(lines.skus())
     start = " (`instance.start`)" if clock.dated else ""
-    click.echo(
+    tell(
         f"Wrote {folder / 'orders.csv'}: {counted(lines.n_orders, 'order')}, {counted(lines.n_lines, 'line')}, "
         f"{counted(totals['items'], 'item')} of {counted(skus, 'SKU')}; "
         f"time 0 is {clock.iso(zero)}{start}, the last order arrives {totals['last'] / 3_600_000:.1f} hours later."
     )
     for sentence in told:
-        click.echo(sentence)
+        tell(sentence)
 
 
 def _start(lines: OrderLines, zero: Moment) -> str | None:
@@ -156,7 +156,7 @@ def _write_stock(stock: Stock, place: Path, folder: Path, start: str | None) -> 
 def tell_history(past: OrderLines, table: Path) -> None:
     """Say what a table of history has that nothing is learned from."""
     for part in past.cleaner.left_out():
-        click.echo(f"Left out of {table}: {part}.")
+        tell(f"Left out of {table}: {part}.")
     _warn_of_share(past.cleaner.rows, past.cleaner.dropped.unasked)
 
 
@@ -164,37 +164,35 @@ def _tell_left_out(lines: OrderLines) -> None:
     cleaner = lines.cleaner
     if lines.heads is not None:
         for sentence in lines.heads.sentences():
-            click.echo(sentence)
+            tell(sentence)
     blank = f", and {cleaner.blank:,} without any entry" if cleaner.blank else ""
-    click.echo(f"Read {counted(cleaner.rows, 'row')}{blank}.")
+    tell(f"Read {counted(cleaner.rows, 'row')}{blank}.")
     for part in cleaner.left_out():
-        click.echo(f"Left out: {part}.")
+        tell(f"Left out: {part}.")
     for _, part in cleaner.emptied.parts():
-        click.echo(f"Left empty: {part}.")
+        tell(f"Left empty: {part}.")
     for reason, number in lines.left_out.items():
-        click.echo(f"Left out: {counted(number, 'order')} with {reason}.")
+        tell(f"Left out: {counted(number, 'order')} with {reason}.")
     if lines.shortened:
-        click.echo(f"Shortened: {counted(lines.shortened, 'order')} without a line that is left out (--whole-orders).")
+        tell(f"Shortened: {counted(lines.shortened, 'order')} without a line that is left out (--whole-orders).")
     _warn_of_share(cleaner.rows, cleaner.dropped.unasked)
 
 
 def _tell_kept(lines: OrderLines, totals: Counter[str]) -> None:
     if number := lines.cleaner.reader.names.respelled:
-        click.echo(
-            f"Names with accents apart from their letters (NFD): {number:,}; they are spelled as one sign (NFC)."
-        )
+        tell(f"Names with accents apart from their letters (NFD): {number:,}; they are spelled as one sign (NFC).")
     if lines.joined:
-        click.echo(f"SKUs that an order repeats: {counted(lines.joined, 'row')}; quantities are added up.")
+        tell(f"SKUs that an order repeats: {counted(lines.joined, 'row')}; quantities are added up.")
     for what, kind, chosen in _DIFFERENT:
         if number := lines.several[what]:
-            click.echo(f"Lines with different {kind}: {counted(number, 'order')}; {chosen} is the order's.")
+            tell(f"Lines with different {kind}: {counted(number, 'order')}; {chosen} is the order's.")
     if totals["early"]:
-        click.echo(f"Due before time 0: {counted(totals['early'], 'order')}; 0 is written.")
+        tell(f"Due before time 0: {counted(totals['early'], 'order')}; 0 is written.")
     if len(lines.offsets) > 1:
         found = listed(map(offset, lines.offsets))
-        click.echo(f"Times with offsets from UTC of {found}: hours of the day are by the clock of time 0.")
+        tell(f"Times with offsets from UTC of {found}: hours of the day are by the clock of time 0.")
     largest = (f"{items:,} of {_short(sku)} (order {_short(name)})" for name, sku, items in lines.largest(LARGEST))
-    click.echo(f"Largest lines: {', '.join(largest)}.")
+    tell(f"Largest lines: {', '.join(largest)}.")
 
 
 def _short(name: str) -> str:
