@@ -60,8 +60,9 @@ TESTS_OF_SEVERAL = {
 """Test files named after what they show, because it is of several code files."""
 
 PRIVATE = re.compile(r"_[A-Za-z](\w*[^\W_])?")
-DOCUMENTED = ("os._exit",)
-"""Underscored names that are public all the same."""
+DOCUMENTED = ("os._exit", "dispatcher._cache")
+"""Underscored names that are public all the same; and where numba's compiled functions keep their cache, which
+`rmfs_core.jit` replaces: pyproject.toml bounds numba's version for it."""
 
 OF_NAMED_TUPLES = ("_asdict", "_fields", "_make", "_replace")
 """Likewise, of named tuples: without the underscore they could clash with fields."""
