@@ -244,8 +244,10 @@ class Simulation:
         start = self.now
         self.warehouse.occupy_picker(station, start + to_ticks(self.scenario.stations.store_s or 10.0))
         yield self._until(self.warehouse.picker_free(station))
-        self.warehouse.store_bundle(bundle, pod)
+        served = self.warehouse.store_bundle(bundle, pod)
         self._tell(events.BundleStored(self.now, start, visit, station.id, pod.id, bundle.id, bundle.sku, bundle.items))
+        for order in served:
+            self._tell(events.OrderInStock(tick=self.now, order=order.id))
         self.decisions.round()
 
     def _release(self, request: Request) -> None:
@@ -304,8 +306,10 @@ class Simulation:
 
     def _refill(self) -> None:
         """Let the next orders arrive where the backlog is to be kept filled."""
+        stock = self.warehouse.stock
+        there = len(self.warehouse.backlog) + (len(stock.waiting) if stock is not None else 0)
         wanted = self.scenario.instance.arrivals.backlog or 0
-        for _ in range(min(wanted - len(self.warehouse.backlog), len(self._coming))):
+        for _ in range(min(wanted - there, len(self._coming))):
             self._arrive(self._coming.pop())
 
     def _starting(self, story: Callable[..., Process]) -> Callable[..., Any]:

@@ -93,6 +93,9 @@ class PairScores:
         joined, left = log.joined(self._joined), log.left(self._left)
         if joined.size or left:
             self._take_in(joined, left, warehouse)
+            for order in warehouse.orders_since(self._arrived):
+                self._arrived += 1
+                self._end = max(self._end, order.id + 1)
         for table, now in enumerate(available):
             self._work.note(table, now, self._now, self._changes, self._recent)
         if self._late_first and len(late := self._due.before(warehouse.now_s)):
@@ -236,6 +239,7 @@ class PairScores:
 
         self._work: Any = pair_search
         self._joined = self._left = self._parts = self._first = self._number = self._used = 0
+        self._arrived, self._end = 0, 1  # orders that arrived, and the id after the highest of theirs
         self._largest = largest
         self._large: list[int] = []  # places of orders larger than any station, oldest first
         self._due = Calendar()  # of the places of orders, by when they will be late
@@ -319,11 +323,16 @@ class PairScores:
         return found
 
     def _draw(self, key: int) -> Ints:
-        """Draw places of orders that go before others which are alike."""
+        """Draw orders that go before others which are alike, of all that arrived since the oldest; return their places.
+
+        They are drawn by id, so it makes no difference when they joined; whatever is not here is drawn for nothing.
+        """
         from rmfs_rule_helpers import drawing  # compiled, as above
 
-        drawn: Ints = drawing.draws(key, self._first, self._number)
-        return drawn
+        ids = self._ids[: self._number]
+        drawn = drawing.draws(key, ids[self._first], self._end)
+        places: Ints = ids.searchsorted(drawn)
+        return places[ids.take(places, mode="clip") == drawn]
 
     def _first_drawn(
         self, drawn: Ints, than: tuple[int, int], stations: Ints, extra: NDArray[np.float64], lanes: Ints
