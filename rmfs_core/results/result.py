@@ -40,6 +40,8 @@ class Result:
         Message of the error that ended a failed run.
     interrupted
         Whether a keyboard interrupt ended the run. (Not in the files.)
+    waiting_for_stock
+        In words, how many orders wait for stock at the end, and of which SKUs; empty if none does. (Not in the files.)
     described
         The metrics that observers describe, by name. (Not in the files.)
     hook_calls
@@ -57,6 +59,7 @@ class Result:
     periods: list[Row] = field(factory=list, repr=False)
     error: str | None = None
     interrupted: bool = False
+    waiting_for_stock: str = ""
     described: dict[str, Metric] = field(factory=dict, repr=False)
     hook_calls: dict[str, int] = field(factory=dict, repr=False)
 

@@ -190,6 +190,7 @@ class PreparedRun:
             periods=periods,
             error=str(error) if isinstance(error, RmfsError) else None if error is None else one_line(error),
             interrupted=self.interrupted,
+            waiting_for_stock=self.simulation.waiting_for_stock(),
             hook_calls=dict(context.asker.calls),
         )
 

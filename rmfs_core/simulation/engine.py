@@ -378,6 +378,14 @@ class Simulation:
         waiting = [b.name for b in (*self.warehouse.bundles.values(), *at_stations) if b.pod is None and b.size > room]
         return f"; no pod has room for bundles: {first_few(waiting)}" if waiting else ""
 
+    def waiting_for_stock(self) -> str:
+        """Say how many orders wait for stock, and of which SKUs; nothing if none does."""
+        stock, skus = self.warehouse.stock, self._info.instance.skus
+        if stock is None or not stock.waiting:
+            return ""
+        wait = f"{counted(len(stock.waiting), 'order')} {'wait' if len(stock.waiting) > 1 else 'waits'}"
+        return f"{wait} for stock of {first_few([skus[sku] for sku in stock.missing])}"
+
     def _away(self) -> str:
         low = sum(robot.low for robot in self.warehouse.robots)
         off = sum(not robot.on_duty for robot in self.warehouse.robots)
@@ -392,10 +400,11 @@ class Simulation:
         waiting = len(self.warehouse.backlog)
         closed = sum(not station.open for station in self.warehouse.stations)
         shut = f"; {counted(closed, 'station')} closed" if closed else ""
+        lacking = f"; {found}" if (found := self.waiting_for_stock()) else ""
         uncovered = sum(len(station.uncovered_requests) for station in self.warehouse.stations)
         return (
             f"The run stands still at {to_seconds(self.now):.3f} s: {len(left)} orders are not complete "
-            f"({waiting} in the backlog{shut}; {uncovered} open requests that no inbound pod can serve; "
+            f"({waiting} in the backlog{lacking}{shut}; {uncovered} open requests that no inbound pod can serve; "
             f"{len(self.warehouse.waiting)} pods waiting for a robot{self._away()}), and no rule decides anything "
             f"(asked last: {asked}){self._too_large()}{self._without_room()}."
         )

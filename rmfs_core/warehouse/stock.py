@@ -47,6 +47,12 @@ class Stock:
         unclaimed = self.unclaimed
         return next((sku for sku, quantity in order.open_lines if unclaimed[sku] < quantity), None)
 
+    @property
+    def missing(self) -> list[int]:
+        """SKUs of which there is too little for an order that waits, ascending."""
+        lines = (line for order in self.waiting.values() for line in order.lines)
+        return sorted({sku for sku, quantity in lines if self.unclaimed[sku] < quantity})
+
     def serve(self, order: Order) -> bool:
         """Let an order claim all its open lines, if there is enough; else it waits."""
         if (sku := self.lacking(order)) is not None:

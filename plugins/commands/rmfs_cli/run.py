@@ -190,6 +190,8 @@ def _report(console: Console, result: Result, folder: Path, record: Sequence[str
     if result.status == "partial":
         total, left = len(result.orders), sum(row["completed_s"] is None for row in result.orders)
         say(console, f"The run ended with {left:,} of {total:,} orders left; metrics are of what was done.")
+    if result.waiting_for_stock:
+        say(console, f"At the end {result.waiting_for_stock}.")
     if (warmup := result.scenario.run.warmup_s) is not None:
         say(console, f"Metrics count what happens from {duration(warmup)} on (run.warmup_s).")
     observers = [observer for observer, _ in make_observers(quiet=True)]
