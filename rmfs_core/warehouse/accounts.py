@@ -48,9 +48,9 @@ def lines_of(orders: Sequence[Order]) -> BacklogLines:
 class BacklogLog:
     """Lines that joined the backlog and that left it so far, for rules that keep an account of it from call to call.
 
-    A rule remembers how many of each it has seen, and asks for what came since. Orders join by age: when one joins late,
-    because it had to wait for stock, a new log begins, in which all orders of the backlog join anew. So another log means
-    another run, or such an order: whatever a rule has derived from the last one is void.
+    A rule remembers how many of each it has seen, and asks for what came since. Orders join by age: when one joins
+    late, because it had to wait for stock, a new log begins, in which all orders of the backlog join anew. So another
+    log means another run, or such an order: whatever a rule has derived from the last one is void.
     """
 
     def __init__(self) -> None:
@@ -146,7 +146,7 @@ class Backlog(Sequence[Order]):
         self._tuple = self._lines = None
 
     def add_late(self, orders: Sequence[Order]) -> None:
-        """Take in orders that had to wait, the oldest first; a new log begins if one is older than some that are there."""
+        """Take in orders that had to wait, the oldest first; a new log begins if one is older than others there."""
         youngest = next(reversed(self._orders.values()), None)
         for order in orders:
             self.add(order)

@@ -43,7 +43,7 @@ class WarehouseView(ReadOnly):
         return tuple(self._state.arrived.values())
 
     def orders_since(self, number: int = 0) -> list[Order]:
-        """Orders that have arrived, in the order of arrival, but for so many: for rules that count each of them once."""
+        """Orders that have arrived, the first ``number`` left out, for rules that look at each of them once."""
         return self._state.arrivals[number:]
 
     @property

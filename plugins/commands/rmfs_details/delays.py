@@ -24,10 +24,11 @@ from rmfs_details.spans import Handlers
 COLUMNS = ("backlog_s", "other_parts_s", "fetch_s", "driving_s", "queueing_s", "station_s")
 """Columns besides order and turnover_s, in the order of time: they follow each other and add up to it.
 
-``backlog_s``: from its arrival, or from ``stock_s`` on, until its first lines are assigned. ``other_parts_s``: from then on, until its last lines are. What
-follows is that of the pod that its last item is picked from, on the way of that pick: ``fetch_s`` until a robot sets
-out with the pod for the station, ``driving_s`` until it joins the queue, ``queueing_s`` until it stands at the station,
-and ``station_s`` until the pick is done. What of these came before the last assignment counts as nothing."""
+``backlog_s``: from its arrival, or from ``stock_s`` on, until its first lines are assigned. ``other_parts_s``: from
+then on, until its last lines are. What follows is that of the pod that its last item is picked from, on the way of that
+pick: ``fetch_s`` until a robot sets out with the pod for the station, ``driving_s`` until it joins the queue,
+``queueing_s`` until it stands at the station, and ``station_s`` until the pick is done. What of these came before the
+last assignment counts as nothing."""
 
 WAITED = "stock_s"
 """Column ahead of these where stock can run out: from the arrival until the pods hold enough for the order."""

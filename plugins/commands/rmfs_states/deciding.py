@@ -115,7 +115,12 @@ class Answer:
     def to_dict(self) -> dict[str, Any]:
         """Return the answer as `rmfs decide` prints it: JSON's objects, lists and values."""
         asked = {"rule": self.rule, "distribution": self.distribution, "version": self.version}
-        found = {"due": self.due, "waiting_for_stock": [*self.waiting_for_stock], "report": self.report, "outcome": self.outcome and asdict(self.outcome)}
+        found = {
+            "due": self.due,
+            "waiting_for_stock": [*self.waiting_for_stock],
+            "report": self.report,
+            "outcome": self.outcome and asdict(self.outcome),
+        }
         return (
             asked | {"decides": self.decides.label} | self.decision | {key: told for key, told in found.items() if told}
         )

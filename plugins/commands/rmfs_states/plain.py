@@ -60,7 +60,11 @@ class OrderMemento:
         """Return what an order is now."""
         parts = tuple(PartMemento(part.station, part.skus, part.period) for part in order.parts)
         lines = tuple((sku, n) for sku, n in order.lines)
-        return cls(OrderData(order.name, order.arrival_tick, lines, order.due_tick, order.priority), parts, order.waits_for_stock)
+        return cls(
+            OrderData(order.name, order.arrival_tick, lines, order.due_tick, order.priority),
+            parts,
+            order.waits_for_stock,
+        )
 
 
 @frozen

@@ -79,8 +79,8 @@ class OrderState:
     """An order: what is left of it to assign and to pick, and the part that each SKU belongs to.
 
     A part is what one period assigns to a station: (station, period), with the items left to pick (or to handle) and
-    its size. ``waits`` says that it waits for stock. ``in_hand`` are its items that are picked and still to be handled; ``last_tick`` is when the last one was
-    picked (or handled).
+    its size. ``waits`` says that it waits for stock. ``in_hand`` are its items that are picked and still to be handled;
+    ``last_tick`` is when the last one was picked (or handled).
     """
 
     unassigned: dict[int, int]
