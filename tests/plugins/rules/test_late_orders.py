@@ -62,6 +62,7 @@ class Doubter:
         view = question.warehouse
         if question.decides is not self.role:
             return
+        assert list(view.backlog) == sorted(view.backlog, key=lambda order: (order.arrival_tick, order.id))
         if (log := view.backlog_log()) not in self.logs:
             self.logs.append(log)
         rule = self.other if self.filtered else self.kind(**self.parameters)
@@ -83,7 +84,7 @@ class Doubter:
 def doubt(role: Role, name: str, *overrides: str, filtered: bool = False, **parameters: Any) -> None:
     """Doubt every decision of a run in which orders join the backlog late."""
     doubter = Doubter(role, name, filtered=filtered, **parameters)
-    chosen = [f"rules.{role.key}={name}", *(f"rules.{role.key}.{key}={value}" for key, value in parameters.items())]
+    chosen = [f"rules.{role.key}={name}", *(f"rules.{role.key}.{key}={str(value).lower()}" for key, value in parameters.items())]
     chosen = ["rules.poa=", "rules.pps=", *chosen] if role is Role.POA_PPS else chosen
     rmfs_core.run("examples/replenished", overrides=[*SHORT, *BUSY, *chosen, *overrides], observers=[doubter])
     assert doubter.late > 10
