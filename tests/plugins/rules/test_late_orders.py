@@ -84,7 +84,10 @@ class Doubter:
 def doubt(role: Role, name: str, *overrides: str, filtered: bool = False, **parameters: Any) -> None:
     """Doubt every decision of a run in which orders join the backlog late."""
     doubter = Doubter(role, name, filtered=filtered, **parameters)
-    chosen = [f"rules.{role.key}={name}", *(f"rules.{role.key}.{key}={str(value).lower()}" for key, value in parameters.items())]
+    chosen = [
+        f"rules.{role.key}={name}",
+        *(f"rules.{role.key}.{key}={str(value).lower()}" for key, value in parameters.items()),
+    ]
     chosen = ["rules.poa=", "rules.pps=", *chosen] if role is Role.POA_PPS else chosen
     rmfs_core.run("examples/replenished", overrides=[*SHORT, *BUSY, *chosen, *overrides], observers=[doubter])
     assert doubter.late > 10

@@ -30,10 +30,7 @@ def bring(world: Warehouse, sku: int, items: int) -> list[str]:
     bundle = world.bundle_arrives(sku, items)
     world.assign_bundle(bundle, world.stations[1])
     world.bind_bundle(bundle, world.pods[0])
-    served = [order.name for order in world.store_bundle(bundle, world.pods[0])]
-    world.pods[0]._itinerary.clear()
-    world.stations[1]._inbound.clear()
-    return served
+    return [order.name for order in world.store_bundle(bundle, world.pods[0])]
 
 
 def names(view: WarehouseView) -> tuple[list[str], list[str]]:
