@@ -18,7 +18,7 @@ RULES = ROOT / "plugins" / "rules"
 COMMANDS = ROOT / "plugins" / "commands"
 PUBLIC = ROOT / "docs" / "reference" / "api.md"
 
-MOST_LINES, MOST_FILES, MOST_FOLDERS = 12_339, 79, 8
+MOST_LINES, MOST_FILES, MOST_FOLDERS = 12_544, 80, 8
 """The kernel's budget. A capability may raise it by at most 300 lines, with its reason in the changelog."""
 
 NAMES_A_PLUGIN = {

@@ -93,9 +93,6 @@ class PairScores:
         joined, left = log.joined(self._joined), log.left(self._left)
         if joined.size or left:
             self._take_in(joined, left, warehouse)
-            for order in warehouse.orders_since(self._arrived):
-                self._arrived += 1
-                self._end = max(self._end, order.id + 1)
         for table, now in enumerate(available):
             self._work.note(table, now, self._now, self._changes, self._recent)
         if self._late_first and len(late := self._due.before(warehouse.now_s)):
@@ -280,6 +277,10 @@ class PairScores:
         """Take in lines that joined and left."""
         joined, before = rows.shape[1], self._number
         self._make_room(joined)
+        if warehouse is not None:
+            come = warehouse.orders_since(self._arrived)
+            self._arrived += len(come)
+            self._end = max([self._end, *(order.id + 1 for order in come)])
         if warehouse is not None and (self._rank is not None or self._late_first):
             orders = [warehouse.order(order) for order, _ in groupby(rows[0].tolist())]
             if self._rank is not None:
@@ -330,9 +331,10 @@ class PairScores:
         from rmfs_rule_helpers import drawing  # compiled, as above
 
         ids = self._ids[: self._number]
-        drawn = drawing.draws(key, ids[self._first], self._end)
-        places: Ints = ids.searchsorted(drawn)
-        return places[ids.take(places, mode="clip") == drawn]
+        drawn: Ints = drawing.draws(key, ids[self._first], self._end)
+        places = ids.searchsorted(drawn)
+        found: Ints = places[ids.take(places, mode="clip") == drawn]
+        return found
 
     def _first_drawn(
         self, drawn: Ints, than: tuple[int, int], stations: Ints, extra: NDArray[np.float64], lanes: Ints

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 import rmfs_core
 from replenished import RULES as REPLENISHED
 from replenished import prepared, replenished_world, scenario_of
-from rmfs_core import StandstillError
+from rmfs_core import StandstillError, hookimpl
 from rmfs_core.events import BundleStored, OrderArrived, OrderAssigned, OrderCompleted, OrderInStock
+from rmfs_core.info import RunInfo
 from rmfs_core.scenario.model import RuleChoice
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_core.warehouse.stock import Stock
@@ -215,12 +216,12 @@ class Watch:
 
     most, waited = 0, False
 
-    @rmfs_core.hookimpl
-    def run_started(self, run: rmfs_core.RunInfo) -> None:
+    @hookimpl
+    def run_started(self, run: RunInfo) -> None:
         """Keep the view."""
         self.view = run.warehouse
 
-    @rmfs_core.hookimpl
+    @hookimpl
     def on_event(self, event: object) -> None:
         """Count."""
         if isinstance(event, OrderArrived):

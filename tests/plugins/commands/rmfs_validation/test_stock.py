@@ -56,8 +56,8 @@ def test_an_order_that_is_not_told_of(short: Trace) -> None:
 
 def test_an_order_that_is_told_of_and_did_not_wait(short: Trace) -> None:
     """No bundle has come for it."""
-    i = next(i for i, event in enumerate(short.events) if isinstance(event, OrderAssigned))
-    false = OrderInStock(short.events[i].tick, short.events[i].order)
+    i, event = next((i, event) for i, event in enumerate(short.events) if isinstance(event, OrderAssigned))
+    false = OrderInStock(event.tick, event.order)
     found = faults(short, [*short.events[:i], false, *short.events[i:]])
     assert "is said to be in stock" in next(text for kind, text in found if kind == "in-stock")
 
@@ -66,8 +66,8 @@ def test_an_order_that_is_assigned_while_it_waits(short: Trace) -> None:
     """Told of after it was assigned."""
     i, late = next((i, event) for i, event in enumerate(short.events) if isinstance(event, OrderInStock))
     events = [*short.events[:i], *short.events[i + 1 :]]
-    at = max(j for j in range(i) if isinstance(events[j], OrderAssigned))
-    early = evolve(events[at], order=late.order)
+    at, before = max((j, event) for j, event in enumerate(events[:i]) if isinstance(event, OrderAssigned))
+    early = evolve(before, order=late.order)
     kinds = {kind for kind, _ in faults(short, [*events[:at], early, *events[at:]])}
     assert "assigned-without-stock" in kinds
 
