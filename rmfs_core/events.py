@@ -26,7 +26,14 @@ class Event:
 
 @frozen
 class OrderArrived(Event):
-    """An order joined the backlog."""
+    """An order has arrived: it is in the backlog, unless the stock cannot serve it yet."""
+
+    order: int
+
+
+@frozen
+class OrderInStock(Event):
+    """An order that had to wait for stock has joined the backlog: the pods hold enough for all its lines now."""
 
     order: int
 

@@ -18,7 +18,7 @@ RULES = ROOT / "plugins" / "rules"
 COMMANDS = ROOT / "plugins" / "commands"
 PUBLIC = ROOT / "docs" / "reference" / "api.md"
 
-MOST_LINES, MOST_FILES, MOST_FOLDERS = 13_000, 85, 8
+MOST_LINES, MOST_FILES, MOST_FOLDERS = 13_200, 85, 8
 """The kernel's budget: round numbers with room, to be lowered when the kernel becomes smaller."""
 
 NAMES_A_PLUGIN = {
@@ -51,6 +51,7 @@ TESTS_OF_SEVERAL = {
     "tests/plugins/rules/rmfs_mip/test_folders.py": "which folder of the package imports which",
     "tests/plugins/rules/rmfs_mip/test_order_capacity.py": "order capacity in all folders of the package",
     "tests/plugins/rules/rmfs_mip/test_propositions.py": "what the paper proves, in all models",
+    "tests/plugins/rules/test_late_orders.py": "orders that had to wait for stock, in all rules that keep accounts",
     "tests/plugins/rules/test_oracles.py": "rules against literal versions of their definitions",
     "tests/rmfs_core/simulation/test_invariants.py": "what holds in every run, whatever rules and worlds",
     "tests/rmfs_core/simulation/test_no_standstill.py": "random worlds run to their end, batteries included",

@@ -39,7 +39,7 @@ class Result:
     error
         Message of the error that ended a failed run.
     notes
-        Sentences on what may be a surprise: why no order is complete.
+        Sentences on what may be a surprise: why no order is complete, how many orders wait for stock at the end.
     interrupted
         Whether a keyboard interrupt ended the run. (Not in the files.)
     described

@@ -191,7 +191,7 @@ class PreparedRun:
             error=str(error) if isinstance(error, RmfsError) else None if error is None else one_line(error),
             interrupted=self.interrupted,
             hook_calls=dict(context.asker.calls),
-            notes=[note] if self.status == "partial" and (note := self.simulation.nothing_done()) else [],
+            notes=[*self.simulation.notes()] if self.status == "partial" else [],
         )
 
 

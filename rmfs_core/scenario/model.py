@@ -344,6 +344,11 @@ class RulesSection:
     activate: RuleChoice | None = key("Activation: which stations take orders; left out: all that are open", None)
     idle: RuleChoice | None = key("Robots without a task: where they rest and charge; left out: where they are", None)
     move: RuleChoice | None = key("Active repositioning: idle robots carry stored pods elsewhere; left out: none", None)
+    wait_for_stock: bool | None = key(
+        "Whether an order that the pods hold too little for stays out of the backlog until bundles are stored; left "
+        "out: yes",
+        None,
+    )
     filters: tuple[RuleChoice, ...] = key("Backlog prefilters, applied in this order", ())
     observers: tuple[RuleChoice, ...] = key("Observers to register, besides those of every run", ())
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from functools import partial
 from itertools import groupby
 from pathlib import Path
@@ -129,7 +129,14 @@ class Simulation:
             step()
         self.status = "complete" if self._completed == orders else "partial"
 
-    def nothing_done(self) -> str | None:
+    def notes(self) -> Iterator[str]:
+        """Yield sentences on what may be a surprise at the end of a run that is not complete."""
+        if (why := self._nothing_done()) is not None:
+            yield why
+        if lacking := self._waiting_for_stock():
+            yield f"At the end {lacking}."
+
+    def _nothing_done(self) -> str | None:
         """Say in a sentence why no order is complete; None where one is, and where there are none."""
         warehouse, arrived = self.warehouse, self.warehouse.arrived.values()
         if self._completed or not warehouse.orders:
@@ -266,8 +273,10 @@ class Simulation:
         start = self.now
         self.warehouse.occupy_picker(station, start + to_ticks(self.scenario.stations.store_s or 10.0))
         yield self._until(self.warehouse.picker_free(station))
-        self.warehouse.store_bundle(bundle, pod)
+        served = self.warehouse.store_bundle(bundle, pod)
         self._tell(events.BundleStored(self.now, start, visit, station.id, pod.id, bundle.id, bundle.sku, bundle.items))
+        for order in served:
+            self._tell(events.OrderInStock(tick=self.now, order=order.id))
         self.decisions.round()
 
     def _release(self, request: Request) -> None:
@@ -326,8 +335,10 @@ class Simulation:
 
     def _refill(self) -> None:
         """Let the next orders arrive where the backlog is to be kept filled."""
+        stock = self.warehouse.stock
+        there = len(self.warehouse.backlog) + (len(stock.waiting) if stock is not None else 0)
         wanted = self.scenario.instance.arrivals.backlog or 0
-        for _ in range(min(wanted - len(self.warehouse.backlog), len(self._coming))):
+        for _ in range(min(wanted - there, len(self._coming))):
             self._arrive(self._coming.pop())
 
     def _starting(self, story: Callable[..., Process]) -> Callable[..., Any]:
@@ -396,6 +407,14 @@ class Simulation:
         waiting = [b.name for b in (*self.warehouse.bundles.values(), *at_stations) if b.pod is None and b.size > room]
         return f"; no pod has room for bundles: {first_few(waiting)}" if waiting else ""
 
+    def _waiting_for_stock(self) -> str:
+        """Say how many orders wait for stock, and of which SKUs; nothing if none does."""
+        stock, skus = self.warehouse.stock, self._info.instance.skus
+        if stock is None or not stock.waiting:
+            return ""
+        wait = f"{counted(len(stock.waiting), 'order')} {'wait' if len(stock.waiting) > 1 else 'waits'}"
+        return f"{wait} for stock of {first_few([skus[sku] for sku in stock.missing])}"
+
     def _away(self) -> str:
         low = sum(robot.low for robot in self.warehouse.robots)
         off = sum(not robot.on_duty for robot in self.warehouse.robots)
@@ -410,10 +429,11 @@ class Simulation:
         waiting = len(self.warehouse.backlog)
         closed = sum(not station.open for station in self.warehouse.stations)
         shut = f"; {counted(closed, 'station')} closed" if closed else ""
+        lacking = f"; {found}" if (found := self._waiting_for_stock()) else ""
         uncovered = sum(len(station.uncovered_requests) for station in self.warehouse.stations)
         return (
             f"The run stands still at {to_seconds(self.now):.3f} s: {len(left)} orders are not complete "
-            f"({waiting} in the backlog{shut}; {uncovered} open requests that no inbound pod can serve; "
+            f"({waiting} in the backlog{lacking}{shut}; {uncovered} open requests that no inbound pod can serve; "
             f"{len(self.warehouse.waiting)} pods waiting for a robot{self._away()}), and no rule decides anything "
             f"(asked last: {asked}){self._too_large()}{self._without_room()}."
         )

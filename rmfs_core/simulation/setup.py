@@ -91,7 +91,9 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
     travel.load_searches()
     room = scenario.instance.pod_capacity or UNLIMITED
     battery, stored = battery_of(scenario, travel), places[:n_pods]
-    warehouse = Warehouse(instance, travel, stations, robots, stored, places[n_pods:standing], room, battery)
+    waits = scenario.rules.wait_for_stock is not False
+    empty = places[n_pods:standing]
+    warehouse = Warehouse(instance, travel, stations, robots, stored, empty, room, battery, wait_for_stock=waits)
     if instance.restocked and not warehouse.storing:
         expected = "expected `I` in the map, `layout.replenishment_east` or `_west`, or `stations.also_replenish`"
         raise InputError("instance.replenishment", f"found no replenishment station; {expected}")

@@ -11,6 +11,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from rmfs_core.warehouse.parts import Order, OrderLine, Pod
+from rmfs_core.warehouse.stock import by_age
 
 
 @frozen(eq=False)
@@ -47,7 +48,9 @@ def lines_of(orders: Sequence[Order]) -> BacklogLines:
 class BacklogLog:
     """Lines that joined the backlog and that left it so far, for rules that keep an account of it from call to call.
 
-    A rule remembers how many of each it has seen, and asks for what came since; another run has another log.
+    A rule remembers how many of each it has seen, and asks for what came since. Orders join by age: when one joins
+    late, because it had to wait for stock, a new log begins, in which all orders of the backlog join anew. So another
+    log means another run, or such an order: whatever a rule has derived from the last one is void.
     """
 
     def __init__(self) -> None:
@@ -68,7 +71,7 @@ class BacklogLog:
         return self._left[since:]
 
     def _add(self, order: Order) -> None:
-        """Take in the lines of an order that arrived."""
+        """Take in the lines of an order; those that are assigned already join and leave at once."""
         begin, end = self._joined, self._joined + len(order.lines)
         while end > len(self._open):
             self._rows = np.concatenate([self._rows, np.empty_like(self._rows)], axis=1)
@@ -76,6 +79,10 @@ class BacklogLog:
         self._rows.T[begin:end] = [(order.id, *line) for line in order.lines]
         self._open[begin:end] = True
         self._first[order.id], self._joined = begin, end
+        if len(order._open) < len(order.lines):
+            for line in order.lines:
+                if line.sku not in order._open:
+                    self._close(order, line)
 
     def _close(self, order: Order, line: OrderLine) -> None:
         """Mark a line as assigned."""
@@ -134,9 +141,20 @@ class Backlog(Sequence[Order]):
         self._orders[order.id] = order
         self.log._add(order)
         self.sizes[order.open_items] += 1
-        for line in order.lines:
+        for line in order._open.values():
             self.line_sizes[line.quantity] += 1
         self._tuple = self._lines = None
+
+    def add_late(self, orders: Sequence[Order]) -> None:
+        """Take in orders that had to wait, the oldest first; a new log begins if one is older than others there."""
+        youngest = next(reversed(self._orders.values()), None)
+        for order in orders:
+            self.add(order)
+        if youngest is not None and by_age(orders[0]) < by_age(youngest):
+            self._orders = {order.id: order for order in sorted(self._orders.values(), key=by_age)}
+            self.log = BacklogLog()
+            for order in self._orders.values():
+                self.log._add(order)
 
     def close(self, order: Order, skus: Sequence[int]) -> list[OrderLine]:
         """Assign open lines of an order, which leaves with the last one; return them."""

@@ -54,6 +54,7 @@ class Order(ReadOnly):
         "_now",
         "_open",
         "_parts",
+        "_waits",
         "arrival_s",
         "arrival_tick",
         "due_s",
@@ -78,6 +79,12 @@ class Order(ReadOnly):
         self.items = data.items
         self._open: dict[int, OrderLine] = {line.sku: line for line in self.lines}
         self._parts: list[Part] = []
+        self._waits = False
+
+    @property
+    def waits_for_stock(self) -> bool:
+        """Whether it is kept out of the backlog until the pods hold enough for all its lines."""
+        return self._waits
 
     @property
     def slack_s(self) -> float | None:

@@ -13,6 +13,7 @@ from rmfs_core.warehouse.accounts import Backlog, FreeItemsLog
 from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Part, Pod, Request, Robot, Station, put
 from rmfs_core.warehouse.promises import Promises, serves_none
+from rmfs_core.warehouse.stock import Stock, by_age
 from rmfs_core.world import Instance
 from rmfs_core.world.travel import Travel
 
@@ -38,6 +39,8 @@ class Warehouse:
         Space on each pod; a sequence has that of each.
     battery
         Makes a robot's battery with this clock; None: they have none.
+    wait_for_stock
+        Whether orders that the stock cannot serve stay out of the backlog.
     """
 
     def __init__(
@@ -50,6 +53,8 @@ class Warehouse:
         blocked: Iterable[int] = (),
         pod_capacity: int | Sequence[int] = UNLIMITED,
         battery: Callable[[Callable[[], int]], Battery] | None = None,
+        *,
+        wait_for_stock: bool = True,
     ) -> None:
         self.now = self.changes = 0
         self.changed_pods: list[int] = []
@@ -59,6 +64,7 @@ class Warehouse:
         self.unlimited_stock = instance.unlimited_stock
         self.orders = tuple(Order(i, data, lambda: self.now) for i, data in enumerate(instance.orders))
         self.arrived: dict[int, Order] = {}
+        self.arrivals: list[Order] = []
         self.sizes = instance.sizes or (1,) * self.n_skus
         capacities = [pod_capacity] * len(pod_cells) if isinstance(pod_capacity, int) else pod_capacity
         self.pods = tuple(
@@ -66,6 +72,7 @@ class Warehouse:
             for i, (data, cell, capacity) in enumerate(zip(instance.pods, pod_cells, capacities, strict=True))
         )
         self.free_items = FreeItemsLog(self.pods)
+        self.stock = Stock(self.pods) if wait_for_stock and not self.unlimited_stock else None
         self.homes = tuple(pod_cells)
         self.stations = tuple(stations)
         self.picking = tuple(station for station in stations if station.picks)
@@ -184,15 +191,46 @@ class Warehouse:
         station._changes += 1
 
     def order_arrives(self, order: Order, tick: int | None = None) -> None:
-        """Put an order into the backlog; ``tick``: when, where the order did not know it."""
+        """Put an order into the backlog, or let it wait for stock; ``tick``: when, where the order did not know it."""
         if tick is not None:
             put(order, "arrival_tick", tick)
             put(order, "arrival_s", to_seconds(tick))
         self.changes += 1
         self.arrived[order.id] = order
-        self.backlog.add(order)
+        self.arrivals.append(order)
+        if self.stock is None or self.stock.serve(order):
+            self.backlog.add(order)
         for line in order.lines:
             self.open_demand[line.sku] += line.quantity
+
+    def begin_to_wait(self, told: Mapping[int, bool]) -> None:
+        """Let orders wait for stock from now on, in a warehouse that is under way.
+
+        Parameters
+        ----------
+        told
+            Whether orders wait, by id. Of the others those wait that the stock cannot serve: those that are begun come
+            first, then the older ones.
+        """
+        self.stock, shown = Stock(self.pods), []
+        for station in self.stations:
+            for request in station._requests.values():
+                self.stock.claim(request.sku, 1)
+        known = {order.id: bool(order._parts) or not told.get(order.id, True) for order in self.backlog}
+        for order in sorted(self.backlog, key=lambda order: (not known[order.id], by_age(order))):
+            if known[order.id]:
+                for sku, items in order.open_lines:
+                    self.stock.claim(sku, items)
+            elif told.get(order.id):
+                lacks = self.stock.lacking(order)
+                self.stock.wait(order, order.lines[0].sku if lacks is None else lacks)
+            else:
+                self.stock.serve(order)
+        if self.stock.waiting:
+            shown = [order for order in self.backlog if not order._waits]
+            self.backlog = Backlog()
+            for order in shown:
+                self.backlog.add(order)
 
     def assign(self, order: Order, station: Station, skus: Sequence[int], period: int = 1) -> int:
         """Turn open lines of an order into requests at a station; return their number of items.
@@ -261,8 +299,11 @@ class Warehouse:
         self.bind(pod, self.stations[bundle._station])
         return self.stations[bundle._station]
 
-    def store_bundle(self, bundle: Bundle, pod: Pod) -> None:
-        """Put the items of a bundle on its pod; requests at stations that it is bound for may have waited for them."""
+    def store_bundle(self, bundle: Bundle, pod: Pod) -> Sequence[Order]:
+        """Put the items of a bundle on its pod; return the orders that had to wait for them, the oldest first.
+
+        Requests at stations that the pod is bound for may have waited for them, too.
+        """
         assert bundle._station is not None
         del self.stations[bundle._station]._bundles[bundle.id], pod._bundles[bundle.id]
         self.stations[bundle._station]._changes += 1
@@ -279,6 +320,11 @@ class Warehouse:
         pod._touched.add((pod, bundle.sku))
         for station in pod._itinerary:
             self.promises.promise_items(pod, self.stations[station])
+        served = self.stock.stored(bundle.sku, bundle.items) if self.stock is not None else ()
+        if served:
+            self.changes += 1
+            self.backlog.add_late(served)
+        return served
 
     def take_task(self, robot: Robot, pod: Pod) -> None:
         """Give a waiting pod to a robot."""

@@ -42,6 +42,19 @@ class WarehouseView(ReadOnly):
         """All orders that have arrived, in the order of arrival, whatever became of them."""
         return tuple(self._state.arrived.values())
 
+    def orders_since(self, number: int = 0) -> list[Order]:
+        """Orders that have arrived, the first ``number`` left out, for rules that look at each of them once."""
+        return self._state.arrivals[number:]
+
+    @property
+    def orders_waiting_for_stock(self) -> tuple[Order, ...]:
+        """Orders that the pods cannot serve, oldest first: they are not in ``backlog`` until bundles are stored.
+
+        An order is when what the pods hold, less what open requests and the orders of the backlog take, is too little
+        for one of its lines. None where stock is unlimited, or with ``rules.wait_for_stock = false``.
+        """
+        return () if self._state.stock is None else tuple(self._state.stock.waiting.values())
+
     @property
     def filtered(self) -> bool:
         """Whether prefilters have left orders out of ``backlog``."""
@@ -49,7 +62,10 @@ class WarehouseView(ReadOnly):
 
     @property
     def backlog(self) -> tuple[Order, ...]:
-        """Orders with open lines, oldest first (arrival, then id); what the prefilters left when POA is decided."""
+        """Orders with open lines, oldest first (arrival, then id); what the prefilters left when POA is decided.
+
+        Whatever the stock cannot serve is not among them: see ``orders_waiting_for_stock``.
+        """
         return self._state.backlog.orders if self._backlog is None else self._backlog
 
     @property
@@ -223,7 +239,10 @@ class WarehouseView(ReadOnly):
         return self._state.size_at(order, station)
 
     def open_demand(self) -> NDArray[np.int64]:
-        """Items wanted per SKU id and not yet picked: assigned, queued and backlog. Shape (n_skus,)."""
+        """Items wanted per SKU id and not yet picked, of all orders that arrived, also those that wait for stock.
+
+        Shape (n_skus,).
+        """
         return self._state.open_demand.copy()
 
     def available(self) -> NDArray[np.int64]:

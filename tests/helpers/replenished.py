@@ -36,9 +36,15 @@ def two_sided_layout() -> Layout:
 
 
 def replenished_world(
-    orders: Wanted, pods: Wanted, *, pod_capacity: int = UNLIMITED, bundle_capacity: int = 2, sizes: Sequence[int] = ()
+    orders: Wanted,
+    pods: Wanted,
+    *,
+    pod_capacity: int = UNLIMITED,
+    bundle_capacity: int = 2,
+    sizes: Sequence[int] = (),
+    wait_for_stock: bool = False,
 ) -> Warehouse:
-    """Return a warehouse at time 0 with all orders in the backlog, and no bundles yet."""
+    """Return a warehouse at time 0 with all orders in the backlog, unless they wait for stock, and no bundles yet."""
     layout = two_sided_layout()
     locations = layout.storage_locations
     instance = evolve(small_instance(orders, pods), sizes=tuple(sizes), restocked=True)
@@ -48,7 +54,9 @@ def replenished_world(
     ]
     robots = [Robot(i, locations[-1 - i], NORTH) for i in range(2)]
     places, travel = locations[: len(instance.pods)], travel_on(layout, Motion())
-    warehouse = Warehouse(instance, travel, stations, robots, places, pod_capacity=pod_capacity)
+    warehouse = Warehouse(
+        instance, travel, stations, robots, places, pod_capacity=pod_capacity, wait_for_stock=wait_for_stock
+    )
     for order in warehouse.orders:
         warehouse.order_arrives(order)
     return warehouse

@@ -139,6 +139,13 @@ REPLENISHMENT: tuple[Metric, ...] = (
     Metric("items_per_replenishment_visit", "  items per visit", "", 2, "Items stored per such visit."),
     Metric("stock_outs", "Stock-outs", "", 0, "Times that no pod had any item of a SKU left."),
     Metric(
+        "turnover_stock_s",
+        "Waiting for stock",
+        "s",
+        1,
+        "The part of the turn-over time until the pods hold enough for an order, mean over completed orders.",
+    ),
+    Metric(
         "items_in_stock_mean", "Items in stock", "", 1, "Items on all pods of SKUs that can run out, mean over time."
     ),
     Metric("skus_in_stock_mean", "SKUs in stock", "", 1, "SKUs of which a pod has an item, mean over time."),

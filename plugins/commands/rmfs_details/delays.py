@@ -12,6 +12,7 @@ from rmfs_core.events import (
     OrderArrived,
     OrderAssigned,
     OrderCompleted,
+    OrderInStock,
     PodLifted,
     QueueJoined,
     VisitEnded,
@@ -23,10 +24,14 @@ from rmfs_details.spans import Handlers
 COLUMNS = ("backlog_s", "other_parts_s", "fetch_s", "driving_s", "queueing_s", "station_s")
 """Columns besides order and turnover_s, in the order of time: they follow each other and add up to it.
 
-``backlog_s``: until its first lines are assigned. ``other_parts_s``: from then on, until its last lines are. What
-follows is that of the pod that its last item is picked from, on the way of that pick: ``fetch_s`` until a robot sets
-out with the pod for the station, ``driving_s`` until it joins the queue, ``queueing_s`` until it stands at the station,
-and ``station_s`` until the pick is done. What of these came before the last assignment counts as nothing."""
+``backlog_s``: from its arrival, or from ``stock_s`` on, until its first lines are assigned. ``other_parts_s``: from
+then on, until its last lines are. What follows is that of the pod that its last item is picked from, on the way of that
+pick: ``fetch_s`` until a robot sets out with the pod for the station, ``driving_s`` until it joins the queue,
+``queueing_s`` until it stands at the station, and ``station_s`` until the pick is done. What of these came before the
+last assignment counts as nothing."""
+
+WAITED = "stock_s"
+"""Column ahead of these where stock can run out: from the arrival until the pods hold enough for the order."""
 
 HANDLING = "handling_s"
 """Further column where ``stations.release`` is ``"handled"``: from the last pick until its item is handled."""
@@ -43,8 +48,11 @@ class Delays:
 
     def __init__(self, run: RunInfo) -> None:
         self._orders = run.instance.orders
-        self.columns = (*COLUMNS, HANDLING) if run.scenario.stations.release == "handled" else COLUMNS
+        self._handled = run.scenario.stations.release == "handled"
+        self._waits = run.instance.restocked and run.scenario.rules.wait_for_stock is not False
+        self.columns = (*((WAITED,) if self._waits else ()), *COLUMNS, *((HANDLING,) if self._handled else ()))
         """Columns besides order and turnover_s."""
+        self._in_stock: dict[int, int] = {}
         self._arrival = {i: order.arrival_tick for i, order in enumerate(self._orders)}  # until it arrives otherwise
         self._first: dict[int, int] = {}
         self._last: dict[int, int] = {}
@@ -54,6 +62,7 @@ class Delays:
         """Of each completed order, the ticks that the columns have in seconds."""
         self.handlers: Handlers = {
             OrderArrived: self._arrived,
+            OrderInStock: self._joined_late,
             OrderAssigned: self._assigned,
             PodLifted: self._set_out,
             QueueJoined: self._joined,
@@ -65,6 +74,9 @@ class Delays:
 
     def _arrived(self, event: OrderArrived) -> None:
         self._arrival[event.order] = event.tick
+
+    def _joined_late(self, event: OrderInStock) -> None:
+        self._in_stock[event.order] = event.tick
 
     def _assigned(self, event: OrderAssigned) -> None:
         self._first.setdefault(event.order, event.tick)
@@ -90,9 +102,12 @@ class Delays:
         last = self._last.pop(order)
         set_out, joined, started, picked = self._served.pop(order)
         ends = [self._first.pop(order), last, max(set_out, last), max(joined, last), max(started, last), picked]
-        if len(ends) < len(self.columns):
+        if self._handled:
             ends.append(event.tick)
-        self.times[order] = array("q", map(sub, ends, (self._arrival.pop(order), *ends)))
+        arrival = self._arrival.pop(order)
+        if self._waits:
+            ends.insert(0, self._in_stock.pop(order, arrival))
+        self.times[order] = array("q", map(sub, ends, (arrival, *ends)))
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each order; no times where it is not complete."""

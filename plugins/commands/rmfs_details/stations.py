@@ -10,6 +10,7 @@ from rmfs_core.events import (
     ItemPicked,
     OrderArrived,
     OrderAssigned,
+    OrderInStock,
     QueueJoined,
     StationClosed,
     StationOpened,
@@ -43,12 +44,13 @@ class Stations:
     def __init__(self, run: RunInfo) -> None:
         self._names = [station.name for station in run.warehouse.stations]
         self._stations = [_Station() for _ in self._names]
-        self._backlog = Count()
+        self._backlog, self._view = Count(), run.warehouse
         self._has_hours = run.scenario.stations.open is not None or run.scenario.rules.activate is not None
         for station, known in zip(run.warehouse.stations, self._stations, strict=True):
             known.queue.add(0, len(station.line))
         self.handlers: Handlers = {
-            OrderArrived: lambda event: self._backlog.add(event.tick, 1),
+            OrderArrived: self._arrived,
+            OrderInStock: lambda event: self._backlog.add(event.tick, 1),
             OrderAssigned: self._assigned,
             QueueJoined: lambda event: self._stations[event.station].queue.add(event.tick, 1),
             VisitStarted: self._started,
@@ -56,6 +58,10 @@ class Stations:
             StationOpened: lambda event: self._stations[event.station].open.add(event.tick, 1),
             StationClosed: lambda event: self._stations[event.station].open.add(event.tick, -1),
         }
+
+    def _arrived(self, event: OrderArrived) -> None:
+        if not self._view.order(event.order).waits_for_stock:
+            self._backlog.add(event.tick, 1)
 
     def _assigned(self, event: OrderAssigned) -> None:
         self._stations[event.station].requests.add(event.tick, event.items)
@@ -79,8 +85,9 @@ class Stations:
 
         ``busy_s``, ``waiting_s`` and ``idle_s`` add up to the time between them: the picker handles an item; or does
         not, though items are to be picked there (they wait for pods); or nothing is to be picked. ``starved_s`` is
-        the part of ``idle_s`` in which orders wait in the backlog. Where stations open and close, the three add up to
-        ``open_s``, the time in which a station is open or still finishes what it has.
+        the part of ``idle_s`` in which orders are in the backlog, those that wait for stock left out. Where stations
+        open and close, the three add up to ``open_s``, the time in which a station is open or still finishes what it
+        has.
         """
         orders_wait = self._backlog.above_zero(begin, end)
         found = []

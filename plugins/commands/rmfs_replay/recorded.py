@@ -105,4 +105,5 @@ def _shown(content: Mapping[str, Any], decides: Role) -> int:
     return sum(
         len(order["lines"]) > sum(len(part["skus"]) for part in order.get("parts") or ())
         for order in content["orders"].values()
+        if not order.get("waits_for_stock")
     )

@@ -93,7 +93,7 @@ def _schemas(rules: Sequence[str]) -> dict[str, Any]:
     answer = {
         **dict.fromkeys(("rule", "distribution", "version", "decides"), TEXT),
         **{key: {"type": "array", "items": OBJECT} for key in ("assignments", "trips", "tasks", "bundles", "stores")},
-        "active": {"type": "array", "items": TEXT},
+        **{key: {"type": "array", "items": TEXT} for key in ("active", "waiting_for_stock")},
         "cell": {"type": "integer"},
         **dict.fromkeys(("due", "report", "outcome"), OBJECT),
         **dict.fromkeys(("warehouse", "revision"), TEXT),

@@ -98,6 +98,8 @@ class Answer:
         What the decision comes to; None for those of robots, places and stations.
     due
         Orders decided on that have a due time: when, their priority, and what is left until then.
+    waiting_for_stock
+        Orders that the rule was not shown, because the pods hold too little for them, the oldest first.
     """
 
     rule: str
@@ -108,11 +110,17 @@ class Answer:
     report: dict[str, Any] | None
     outcome: Outcome | BundleOutcome | None
     due: Mapping[str, Mapping[str, float]] = field(factory=dict)
+    waiting_for_stock: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return the answer as `rmfs decide` prints it: JSON's objects, lists and values."""
         asked = {"rule": self.rule, "distribution": self.distribution, "version": self.version}
-        found = {"due": self.due, "report": self.report, "outcome": self.outcome and asdict(self.outcome)}
+        found = {
+            "due": self.due,
+            "waiting_for_stock": [*self.waiting_for_stock],
+            "report": self.report,
+            "outcome": self.outcome and asdict(self.outcome),
+        }
         return (
             asked | {"decides": self.decides.label} | self.decision | {key: told for key, told in found.items() if told}
         )
@@ -136,7 +144,9 @@ def ask(opened: OpenState, rule: BoundRule) -> Answer:
     assert decision is not None  # it could be carried out
     report = decision.pop("report", None)
     due = due_times(opened.state, [given["order"] for given in decision.get("assignments", ())])
-    return Answer(rule.name, rule.source.distribution, rule.source.version, rule.role, decision, report, outcome, due)
+    waiting = [order.name for order in opened.view.orders_waiting_for_stock] if rule.role.assigns else []
+    asked = rule.name, rule.source.distribution, rule.source.version, rule.role
+    return Answer(*asked, decision, report, outcome, due, tuple(waiting))
 
 
 def decide_instead(

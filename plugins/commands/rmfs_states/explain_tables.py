@@ -228,13 +228,19 @@ def _free(station: Station) -> str:
     return f"{station.free_capacity} of {station.capacity} {unit}" if station.open else "closed"
 
 
+def _waiting(opened: OpenState) -> str:
+    """Say how many orders wait for stock."""
+    number = len(opened.view.orders_waiting_for_stock)
+    return f"; {number:,} more {'waits' if number == 1 else 'wait'} for stock" if number else ""
+
+
 def _print_backlog(console: Console, opened: OpenState, assigned: Mapping[str, Sequence[str]], limit: int) -> None:
     backlog, whole = opened.view.backlog, opened.warehouse.backlog
     items = sum(order.open_items for order in backlog)
     hidden = f" (the prefilters left out {len(whole) - len(backlog)} more)" if len(whole) > len(backlog) else ""
     say(
         console,
-        f"Backlog: {counted(len(backlog), 'order')} with {counted(items, 'open item')}{hidden}; "
+        f"Backlog: {counted(len(backlog), 'order')} with {counted(items, 'open item')}{hidden}{_waiting(opened)}; "
         f"decided for: {len(assigned):,}.",
     )
     due = ("Due in", "Priority") if any(order.due_s is not None or order.priority for order in backlog) else ()

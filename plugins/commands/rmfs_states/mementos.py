@@ -96,8 +96,17 @@ def _orders(state: State, names: Names) -> tuple[OrderMemento, ...]:
             path = ("orders", name, "parts", i)
             station = names.station(part.station, *path, "station")
             parts.append(PartMemento(station, tuple(names.sku(sku, *path, "skus") for sku in part.skus), part.period))
-        orders.append(OrderMemento(order, tuple(parts)))
+        orders.append(OrderMemento(order, tuple(parts), _waits(state, names, name, begun=bool(parts))))
     return tuple(orders)
+
+
+def _waits(state: State, names: Names, name: str, *, begun: bool) -> bool | None:
+    """Return whether an order waits for stock; not if the rule is shown it."""
+    told, shown = state.orders[name].waits_for_stock, name in (state.backlog or ())
+    if told and (begun or shown):
+        why = "`backlog` names it" if shown else "lines of it are assigned"
+        names.wrong(("orders", name, "waits_for_stock"), f"found true for an order that waits no more: {why}")
+    return False if shown else told
 
 
 def _requested(state: State, names: Names) -> Requested:

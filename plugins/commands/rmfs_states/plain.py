@@ -49,17 +49,22 @@ class BundleMemento(NamedTuple):
 
 @frozen
 class OrderMemento:
-    """An order that has arrived, and what was assigned of it."""
+    """An order that has arrived, what was assigned of it, and whether it waits for stock; None: if it must."""
 
     data: OrderData
     parts: tuple[PartMemento, ...]
+    waits: bool | None = field(default=None, eq=bool)
 
     @classmethod
     def of(cls, order: Order) -> OrderMemento:
         """Return what an order is now."""
         parts = tuple(PartMemento(part.station, part.skus, part.period) for part in order.parts)
         lines = tuple((sku, n) for sku, n in order.lines)
-        return cls(OrderData(order.name, order.arrival_tick, lines, order.due_tick, order.priority), parts)
+        return cls(
+            OrderData(order.name, order.arrival_tick, lines, order.due_tick, order.priority),
+            parts,
+            order.waits_for_stock,
+        )
 
 
 @frozen

@@ -43,6 +43,7 @@ def restore(memento: Memento, travel: Travel) -> Warehouse:
         [p.home if p.cell is None else p.cell for p in memento.pods],
         memento.blocked,
         [p.capacity for p in memento.pods],
+        wait_for_stock=False,
     )
     warehouse.homes = tuple(p.home for p in memento.pods)
     warehouse.advance(memento.now)
@@ -54,6 +55,8 @@ def restore(memento: Memento, travel: Travel) -> Warehouse:
         warehouse.occupy_picker(station, told.picker_free or 0)
         warehouse.staff(station, told.staffed, told.changes)
         warehouse.activate(station, told.active)
+    if not warehouse.unlimited_stock:
+        warehouse.begin_to_wait({i: o.waits for i, o in enumerate(memento.orders) if o.waits is not None})
     _bind(warehouse, memento)
     _carry(warehouse, memento)
     _store(warehouse, memento)

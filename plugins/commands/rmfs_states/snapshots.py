@@ -15,6 +15,7 @@ from rmfs_core.events import (
     ItemPicked,
     OrderArrived,
     OrderAssigned,
+    OrderInStock,
     PodLifted,
     PodStored,
     TripDecided,
@@ -80,7 +81,7 @@ class Snapshots:
         """Take note of the orders and pods that an event tells of."""
         if isinstance(event, OrderArrived):
             self._orders[event.order] = self._view.order(event.order).name
-        if isinstance(event, (OrderArrived, OrderAssigned)):
+        if isinstance(event, (OrderArrived, OrderInStock, OrderAssigned)):
             self._told_of_orders[event.order] = None
         elif isinstance(event, (TripDecided, PodLifted, ItemPicked, BundleStored, VisitEnded, PodStored)):
             self._told_of_pods.add(event.pod)
@@ -135,6 +136,8 @@ class Snapshots:
         state: dict[str, Any] = {"lines": lines, "arrival_s": to_seconds(order.data.arrival_tick)}
         if order.data.due_tick is not None:
             state["due_s"] = to_seconds(order.data.due_tick)
+        if self._view.replenishment_stations:
+            state["waits_for_stock"] = bool(order.waits)
         return state | ({"priority": order.data.priority} if order.data.priority else {}) | {"parts": parts}
 
     def _pod(self, pod: PodMemento) -> dict[str, Any]:

@@ -199,6 +199,11 @@ class OrderState:
     arrival_s: float = key("When it arrived", 0.0, unit="s", check=_TIME)
     due_s: float | None = key("When it shall be complete; left out: whenever", None, unit="s", check=_TIME)
     priority: int = key("How urgent it is, higher first", 0, check=_number(0))
+    waits_for_stock: bool | None = key(
+        "Whether it waits for stock, so that no rule is shown it; left out: it does if what the pods hold, less the "
+        "stations' requests, is too little for it; orders that are begun take their share first, then the older ones",
+        None,
+    )
     parts: tuple[PartState, ...] | None = key(
         "What was assigned so far, also what is picked already; left out: the lines that stations have requests of. "
         "Every other line is open: in the backlog",
@@ -331,6 +336,8 @@ class State:
             raise ValueError(
                 "found opening hours, or a busy picker, in a state of version 1; expected version 2 with them"
             )
+        if self.version == VERSIONS[0] and any(o.waits_for_stock is not None for o in self.orders.values()):
+            raise ValueError("found `waits_for_stock` in a state of version 1; expected version 2 with it")
         stores = any(s.bundle_capacity for s in self.stations.values())
         if self.version == VERSIONS[0] and (stores or self.bundles is not None):
             raise ValueError(

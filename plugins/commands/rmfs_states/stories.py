@@ -63,9 +63,21 @@ class _Waiting:
 def order_story(decisions: Iterable[Recorded], order: str) -> Iterator[Episode]:
     """Tell why an order waited, where its lines were assigned, and which pods were sent for them."""
     waiting: _Waiting | None = None
+    without_stock: _Waiting | None = None
     for decision in decisions:
         if order not in decision.content["orders"]:
             continue
+        given = decision.content["orders"][order]
+        if given.get("waits_for_stock"):
+            without_stock = without_stock or _Waiting(decision, decision, "")
+            without_stock.last = decision
+            without_stock.reason = f"waits for stock since {given['arrival_s']:,.0f} s"
+            continue
+        if without_stock is not None:
+            since = f"waited for stock from {given['arrival_s']:,.0f} s"
+            without_stock.reason = f"{since} to {decision.time_s:,.0f} s"
+            yield without_stock.episode()
+            without_stock = None
         here = [_episode(decision, what) for what in _done_for(decision, order)]
         reason = None
         if decision.decides.assigns:
@@ -77,8 +89,9 @@ def order_story(decisions: Iterable[Recorded], order: str) -> Iterator[Episode]:
         if reason is not None:
             waiting = waiting or _Waiting(decision, decision, reason)
             waiting.last = decision
-    if waiting is not None:
-        yield waiting.episode()
+    for left in (without_stock, waiting):
+        if left is not None:
+            yield left.episode()
 
 
 def pod_story(decisions: Iterable[Recorded], pod: str) -> Iterator[Episode]:

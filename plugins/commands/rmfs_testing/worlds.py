@@ -92,7 +92,7 @@ def small_world(
     bundle_capacity: int = 0,
     pod_capacity: int | None = None,
 ) -> Warehouse:
-    """Return a warehouse at time 0 with all orders in the backlog.
+    """Return a warehouse at time 0 with all orders in the backlog, whatever the pods hold.
 
     Pods stand in the first storage locations in reading order, robots under the last ones.
 
@@ -137,6 +137,7 @@ def small_world(
         [Robot(i, locations[-1 - i], NORTH) for i in range(robots)],
         locations[: len(instance.pods)],
         pod_capacity=pod_capacity or UNLIMITED,
+        wait_for_stock=False,
     )
     for order in warehouse.orders:
         warehouse.order_arrives(order)

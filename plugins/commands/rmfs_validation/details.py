@@ -19,6 +19,7 @@ from rmfs_core.events import (
 )
 from rmfs_trace.reader import Trace
 from rmfs_validation.robots import recompute_robots
+from rmfs_validation.stock import joined_at, lets_wait
 from rmfs_validation.tables import (
     FOR_ROOM,
     STATES,
@@ -33,6 +34,8 @@ from rmfs_validation.tables import (
 PARTS = ("backlog_s", "other_parts_s", "fetch_s", "driving_s", "queueing_s", "station_s")
 HANDLED = (*PARTS, "handling_s")
 """Where orders are complete only when their last item is handled."""
+WAITED = "stock_s"
+"""The first part, where orders may wait for stock."""
 
 
 def recompute_details(trace: Trace) -> dict[str, float | None]:
@@ -105,8 +108,10 @@ def delays_of(trace: Trace) -> list[Row]:
     steps: dict[int, list[tuple[int, int, str]]] = defaultdict(list)  # pod -> place in the trace, tick, kind
     assigned: dict[int, list[int]] = defaultdict(list)
     last_pick: dict[int, tuple[int, int, int]] = {}
-    columns = HANDLED if trace.scenario.get("stations", {}).get("release") == "handled" else PARTS
-    arrivals = arrivals_of(trace)
+    handled = trace.scenario.get("stations", {}).get("release") == "handled"
+    waits = trace.instance.restocked and lets_wait(trace)
+    columns = (*((WAITED,) if waits else ()), *(HANDLED if handled else PARTS))
+    arrivals, joined = arrivals_of(trace), joined_at(trace)
     found: list[Row] = []
     for place, event in enumerate(trace.events):
         match event:
@@ -126,9 +131,9 @@ def delays_of(trace: Trace) -> list[Row]:
         for kinds in (("VisitStarted",), ("QueueJoined",), ("PodLifted", "VisitEnded")):
             place, tick = next(((p, t) for p, t, kind in reversed(steps[pod]) if p < place and kind in kinds), (-1, 0))
             at.append(tick)
-        bounds = [arrivals[i], assigned[i][0], assigned[i][-1]]
+        bounds = [arrivals[i], *([joined.get(i, arrivals[i])] if waits else []), assigned[i][0], assigned[i][-1]]
         bounds += [max(tick, assigned[i][-1]) for tick in reversed(at)]
-        bounds += [done[i]] if columns is PARTS else [picked, done[i]]
+        bounds += [picked, done[i]] if handled else [done[i]]
         parts = [(later - earlier) / TICKS_PER_S for earlier, later in pairwise(bounds)]
         whole = (done[i] - arrivals[i]) / TICKS_PER_S
         found.append({"order": order.name, "turnover_s": whole, **dict(zip(columns, parts, strict=True))})

@@ -110,6 +110,8 @@ KINDS: dict[str, str] = {
     # Orders
     "arrival": "an order arrives at another time than it should, or twice",
     "assigned-before-arrival": "an order is assigned before it arrived",
+    "assigned-without-stock": "an order is assigned while the pods hold too little for it",
+    "in-stock": "an order that waited for stock joins the backlog at another time than it should",
     "line-assigned": "a line is assigned that the order does not have or that was assigned before",
     "items": "a part has another number of items than its lines",
     "complete-flag": "an order is said to be fully assigned and is not, or the other way round",

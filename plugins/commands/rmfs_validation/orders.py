@@ -13,6 +13,7 @@ from rmfs_core.events import (
     OrderArrived,
     OrderAssigned,
     OrderCompleted,
+    OrderInStock,
     TripDecided,
 )
 from rmfs_core.roles import Role
@@ -168,8 +169,9 @@ class OrderCheck:
 class DecisionCheck:
     """Periods count up, and each decision reports the backlog it saw and the assignments and trips it had."""
 
-    def __init__(self, case: Case) -> None:
+    def __init__(self, case: Case, state: State) -> None:
         self.case = case
+        self.state = state
         self.period = 0
         self.assignments = 0
         self.trips = 0
@@ -181,6 +183,7 @@ class DecisionCheck:
         self.named = {role: name_of(rules[role.key]) for role in DECISIONS if rules.get(role.key)}
         self.handlers: Handlers = {
             OrderArrived: self.arrived,
+            OrderInStock: self.in_stock,
             OrderAssigned: self.assigned,
             TripDecided: self.trip,
             BundleArrived: self.bundle_arrived,
@@ -201,7 +204,11 @@ class DecisionCheck:
         """Count."""
         self.bundles_bound += 1
 
-    def arrived(self, event: OrderArrived) -> None:  # noqa: ARG002
+    def arrived(self, event: OrderArrived) -> None:
+        """Count, but for an order that waits for stock."""
+        self.backlog += not self.state.orders[event.order].waits
+
+    def in_stock(self, event: OrderInStock) -> None:  # noqa: ARG002
         """Count."""
         self.backlog += 1
 

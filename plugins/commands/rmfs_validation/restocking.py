@@ -13,11 +13,14 @@ from rmfs_core.events import (
     BundleAssigned,
     BundleStored,
     ItemPicked,
+    OrderArrived,
+    OrderCompleted,
     PodStored,
     TaskAssigned,
     VisitEnded,
 )
 from rmfs_trace.reader import Trace
+from rmfs_validation.stock import joined_at, lets_wait
 from rmfs_validation.tables import HOUR, Row, measured_from
 
 
@@ -115,10 +118,22 @@ def recompute_replenishment(trace: Trace) -> dict[str, float | None]:
         "replenishment_visits": visits,
         "items_per_replenishment_visit": items / visits if visits else None,
         "stock_outs": outs,
+        **_waited(trace, begin),
         "items_in_stock_mean": float(means[0]),
         "skus_in_stock_mean": float(means[1]),
         "replenishment_robot_percent": 100 * _replenishing_ticks(trace, begin) / busy if busy else None,
     }
+
+
+def _waited(trace: Trace, begin: int) -> dict[str, float | None]:
+    """Return how long completed orders waited for stock; nothing where none does."""
+    if not lets_wait(trace):
+        return {}
+    arrived = {e.order: e.tick for e in trace.events if isinstance(e, OrderArrived)}
+    joined = joined_at(trace)
+    done = [e.order for e in trace.events if isinstance(e, OrderCompleted) and e.tick >= begin]
+    waits = [joined.get(order, arrived[order]) - arrived[order] for order in done if arrived.get(order, -1) >= begin]
+    return {"turnover_stock_s": float(np.mean(waits)) / TICKS_PER_S if waits else None}
 
 
 def _replenishing_ticks(trace: Trace, begin: int) -> int:

@@ -79,8 +79,8 @@ class OrderState:
     """An order: what is left of it to assign and to pick, and the part that each SKU belongs to.
 
     A part is what one period assigns to a station: (station, period), with the items left to pick (or to handle) and
-    its size. ``in_hand`` are its items that are picked and still to be handled; ``last_tick`` is when the last one was
-    picked (or handled).
+    its size. ``waits`` says that it waits for stock. ``in_hand`` are its items that are picked and still to be handled;
+    ``last_tick`` is when the last one was picked (or handled).
     """
 
     unassigned: dict[int, int]
@@ -89,6 +89,7 @@ class OrderState:
     left: Counter[tuple[int, int]] = Factory(Counter)
     size: Counter[tuple[int, int]] = Factory(Counter)
     arrived: bool = False
+    waits: bool = False
     in_hand: int = 0
     last_tick: int = 0
     completed: bool = False

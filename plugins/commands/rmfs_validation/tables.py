@@ -31,6 +31,7 @@ from rmfs_core.events import (
     VisitStarted,
 )
 from rmfs_trace.reader import Trace
+from rmfs_validation.stock import joined_at
 
 Row = dict[str, float | str | None]
 STATES = ("idle", "to_pod", "to_station", "queue", "station", "storing")
@@ -122,14 +123,12 @@ def stations_of(trace: Trace) -> list[Row]:
     end = max(trace.tick, begin)
     steps: dict[int, dict[str, list[tuple[int, int]]]] = defaultdict(lambda: defaultdict(list))
     totals: Counter[tuple[int, str]] = Counter()
-    backlog: list[tuple[int, int]] = []
+    backlog = [(tick, 1) for tick in joined_at(trace).values()]
     for pod in trace.pods:
         if pod["robot"] is not None:
             steps[pod["bound_for"][0]]["queue"].append((0, 1))
     for event in trace.events:
         match event:
-            case OrderArrived():
-                backlog.append((event.tick, 1))
             case OrderAssigned():
                 steps[event.station]["wanted"].append((event.tick, event.items))
                 backlog.append((event.tick, -int(event.complete)))

@@ -26,6 +26,7 @@ from rmfs_validation.replenishing import BundleCheck
 from rmfs_validation.resting import RestCheck
 from rmfs_validation.shifts import ShiftCheck
 from rmfs_validation.state import State
+from rmfs_validation.stock import StockCheck
 
 
 def faults_of(
@@ -64,6 +65,7 @@ def faults_of(
         collisions = case.avoids_collisions
     lines, orders, pods = LineCheck(case, state, collisions=collisions), OrderCheck(case, state), PodCheck(case, state)
     picks, bundles, shifts = PickCheck(case, state), BundleCheck(case, state), ShiftCheck(case, state)
+    stock, decisions = StockCheck(case, state), DecisionCheck(case, state)
     # The way is checked while a robot is still where its run starts, the decision before its parts take up capacity.
     checks = (
         WayCheck(case, state),
@@ -72,7 +74,8 @@ def faults_of(
         bundles,
         lines,
         picks,
-        DecisionCheck(case),
+        stock,
+        decisions,
         shifts,
         orders,
         RestCheck(case, state),
@@ -86,6 +89,7 @@ def faults_of(
     orders.at_end()
     pods.at_end()
     bundles.at_end()
+    stock.at_end()
     shifts.at_end()
     if whole:
         if collisions:

@@ -19,16 +19,17 @@ class Ordered:
     """Counts the items ordered until now by SKU; each order is looked at once in a run."""
 
     def __init__(self) -> None:
-        self._log: object = None
+        self._run: object = None
 
     def items(self, warehouse: WarehouseView) -> Ids:
         """Return the number of items by SKU of all orders that have arrived."""
-        log = warehouse.backlog_log()
-        if log is not self._log:  # another run
-            self._log, self._counted, self._items = log, 0, np.zeros(warehouse.n_skus, np.int64)
-        _, skus, items = log.joined(self._counted)
-        np.add.at(self._items, skus, items)
-        self._counted += len(skus)
+        run = warehouse.free_items_log()
+        if run is not self._run:  # another run
+            self._run, self._counted, self._items = run, 0, np.zeros(warehouse.n_skus, np.int64)
+        for order in warehouse.orders_since(self._counted):
+            self._counted += 1
+            for sku, quantity in order.lines:
+                self._items[sku] += quantity
         return self._items
 
 

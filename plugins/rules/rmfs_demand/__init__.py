@@ -24,9 +24,9 @@ class Demand:
 
         sum over the SKUs i of p of min(D_i, n_ip)
 
-    is sent; D_i is the open demand of the whole system (items assigned, queued and in the backlog, not yet picked) and
-    n_ip the number of items on the pod. Ties go to the pod with the shorter loaded driving time to the station, then to
-    the lowest id. The station with the fewest inbound pods chooses first.
+    is sent; D_i is the open demand of the whole system (items of all orders that have arrived, not yet picked; orders
+    that wait for stock count as well) and n_ip the number of items on the pod. Ties go to the pod with the shorter
+    loaded driving time to the station, then to the lowest id. The station with the fewest inbound pods chooses first.
 
     References
     ----------

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from itertools import groupby
-from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,7 +20,7 @@ class Ordered:
     _items: NDArray[np.int64] = field(init=False, factory=lambda: np.zeros(0, np.int64))
     _pairs: dict[int, Counter[int]] = field(init=False, factory=dict)
     _counted: int = field(init=False, default=0)
-    _log: object = field(init=False, default=None)
+    _run: object = field(init=False, default=None)
 
     def items(self, warehouse: WarehouseView) -> NDArray[np.int64]:
         """Return the number of items by SKU of all orders that have arrived."""
@@ -38,14 +36,13 @@ class Ordered:
         return together
 
     def _look(self, warehouse: WarehouseView) -> None:
-        log = warehouse.backlog_log()
-        if log is not self._log:  # another run
-            self._log, self._counted = log, 0
+        run = warehouse.free_items_log()
+        if run is not self._run:  # another run
+            self._run, self._counted = run, 0
             self._items, self._pairs = np.zeros(warehouse.n_skus, np.int64), {}
-        joined = log.joined(self._counted)
-        self._counted += joined.shape[1]
-        for _, lines in groupby(joined.T.tolist(), itemgetter(0)):
-            wanted = {sku: quantity for _, sku, quantity in lines}
+        for order in warehouse.orders_since(self._counted):
+            self._counted += 1
+            wanted = dict(order.lines)
             for sku, quantity in wanted.items():
                 self._items[sku] += quantity
                 pairs = self._pairs.setdefault(sku, Counter())

@@ -19,7 +19,7 @@ OTHER = 0x632BE59BD9B4E019
 
 @njit(cache=True)
 def draws(key, first, end):  # type: ignore[no-untyped-def]
-    """Draw places of orders from the first to before the end, some perhaps twice; the earlier one goes first."""
+    """Draw ids of orders from the first to before the end, some perhaps twice; the earlier one goes first."""
     drawn = np.empty(DRAWS, np.int64)
     for turn in range(DRAWS):
         drawn[turn] = first + np.int64(lot(np.uint64(key) ^ np.uint64(OTHER), turn) * (end - first))

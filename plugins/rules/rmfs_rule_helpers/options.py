@@ -84,16 +84,14 @@ def by_lot(warehouse: WarehouseView, key: int) -> NDArray[np.float64]:
     """Return which order of the backlog goes before which others that are alike: those drawn first, then by lot."""
     from rmfs_rule_helpers.drawing import DRAWS, draws  # compiled: imported when needed, for it takes its time
 
-    rows = warehouse.backlog_log().joined()[0]
-    joined = rows[np.flatnonzero(np.diff(rows, prepend=-1))]
-    place = {order: number for number, order in enumerate(joined.tolist())}
-    places = np.array([place[order.id] for order in warehouse.backlog], np.int64)
-    rank = lots(key, np.array([order.id for order in warehouse.backlog], np.uint64))
-    if len(places):
-        turns = np.full(len(joined), DRAWS)
-        drawn = draws(key, places.min(), len(joined))
+    ids = np.array([order.id for order in warehouse.backlog], np.int64)
+    rank = lots(key, ids.astype(np.uint64))
+    if len(ids):
+        end = 1 + max(order.id for order in warehouse.orders)
+        turns = np.full(end, DRAWS)
+        drawn = draws(key, ids.min(), end)
         turns[drawn[::-1]] = np.arange(DRAWS)[::-1]  # of an order that is drawn twice, the first time
-        rank += turns[places]
+        rank += turns[ids]
     return rank
 
 

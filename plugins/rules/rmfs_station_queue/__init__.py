@@ -64,6 +64,7 @@ class StationQueue:
 
     _scores: PairScores = field(init=False, factory=lambda: PairScores(by_due_time, tables=2), repr=False, eq=False)
     _places: dict[int, int] = field(init=False, factory=dict, repr=False, eq=False)  # of queued orders, in the scores
+    _log: object = field(init=False, default=None, repr=False, eq=False)  # whose lines the scores are made of
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
@@ -73,7 +74,9 @@ class StationQueue:
     def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
         """Fill the queues, and then the stations from them."""
         if self._robots is not warehouse.robots:  # another run
-            self._robots, self.queue_of, self._places = warehouse.robots, {}, {}
+            self._robots, self.queue_of = warehouse.robots, {}
+        if self._log is not warehouse.backlog_log():  # the scores begin anew
+            self._log, self._places = warehouse.backlog_log(), {}
         self.queue_of = {  # of a station that closes they queue elsewhere
             order: at
             for order, at in self.queue_of.items()

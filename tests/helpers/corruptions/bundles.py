@@ -54,3 +54,42 @@ def a_station_that_holds_a_bundle_more(raw: Raw) -> None:
 def a_replenishment_station_for_picking(raw: Raw) -> None:
     """The header says that orders are picked at all stations."""
     del _with(raw.header["layout"], "replenishing")["replenishing"]
+
+
+IN_STOCK = "order_in_stock"
+dropped("an order that is not said to be in stock", IN_STOCK)
+dropped("the last order that is not said to be in stock", IN_STOCK, at=0.99)
+doubled("an order that is in stock twice", IN_STOCK)
+changed("another order that is in stock", IN_STOCK, lambda line: {"order": line["order"] ^ 1})
+changed("an order in stock a tick later", IN_STOCK, lambda line: {"tick": line["tick"] + 1})
+
+
+@kind
+def an_order_in_stock_before_its_bundle_is_stored(raw: Raw) -> None:
+    """The bundle is stored right after it."""
+    i = raw.place(IN_STOCK)
+    raw.move(i, raw.preceding(i, STORED))
+
+
+@kind
+def an_order_in_stock_after_it_was_assigned(raw: Raw) -> None:
+    """It is assigned while the pods hold too little for it."""
+    i = raw.place(IN_STOCK)
+    order = raw.events[i]["order"]
+    raw.move(i, raw.following(i, "order_assigned", lambda line: line["order"] == order) + 1)
+
+
+@kind
+def an_order_assigned_that_waits(raw: Raw) -> None:
+    """As soon as it has arrived."""
+    i = raw.place(IN_STOCK)
+    order = raw.events[i]["order"]
+    to = raw.following(raw.place("order_arrived", lambda line: line["order"] == order), "decision_made")
+    raw.move(raw.following(i, "order_assigned", lambda line: line["order"] == order), to)
+
+
+@kind
+def orders_that_do_not_wait(raw: Raw) -> None:
+    """The scenario in the header says that none does."""
+    raw.place(IN_STOCK)
+    raw.scenario["rules"]["wait_for_stock"] = False

@@ -301,11 +301,11 @@ def test_why_no_order_is_complete_is_said(
     given = small_instance({"1": ["a"]}, {"p": ["a"]})
     simulation = tiny_run(given, change=lambda one: evolve(change(one), run=RunSection(until_s=until_s))).simulation
     simulation.run()
-    assert simulation.nothing_done() == f"No order is complete at {until_s:.3f} s: {sentence}"
+    assert [*simulation.notes()] == [f"No order is complete at {until_s:.3f} s: {sentence}"]
 
 
 def test_where_an_order_is_complete_nothing_is_said(tiny_run: Prepare) -> None:
     """Nor where there are none."""
     simulation = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]})).simulation
     simulation.run()
-    assert simulation.nothing_done() is None
+    assert [*simulation.notes()] == []

@@ -11,6 +11,7 @@ import rmfs_core
 from rmfs_core import hookimpl
 from rmfs_core.info import Question
 from rmfs_core.warehouse import Station, WarehouseView, lines_of
+from rmfs_core.warehouse.accounts import Backlog
 from rmfs_core.warehouse.parts import UNLIMITED
 from rmfs_testing import small_world
 from standing import put_at_station
@@ -29,6 +30,29 @@ def test_the_backlog_as_arrays_follows_what_joins_and_leaves() -> None:
     assert [order.id for order in backlog.orders] == [1]
     assert world.orders[0] not in backlog
     assert (dict(backlog.sizes), dict(backlog.line_sizes), backlog.log.left()) == ({3: 1}, {3: 1}, [0, 1])
+
+
+def test_a_new_log_begins_when_an_order_joins_late() -> None:
+    """All that are there join anew, by age, and lines that are assigned leave at once; younger ones join the log."""
+    world = small_world({"1": ["a"], "2": {"a": 1, "b": 2}, "3": ["b"], "4": ["a"]}, {"p": ["a", "b"]}, capacities=[9])
+    first, second, third, fourth = world.orders
+    backlog, station = Backlog(), world.stations[0]
+    for order in (second, third):
+        backlog.add(order)
+    backlog.close(second, [0])
+    log = backlog.log
+    backlog.add_late([fourth])
+    assert backlog.log is log
+    backlog.add_late([first])
+    assert backlog.log is not log
+    assert backlog.orders == (first, second, third, fourth)
+    assert backlog.log.joined().T.tolist() == [[0, 0, 1], [1, 0, 1], [1, 1, 2], [2, 1, 1], [3, 0, 1]]
+    assert backlog.log.left() == [1]
+    assert backlog.lines.order_id.tolist() == [0, 1, 2, 3]
+    assert (dict(backlog.sizes), dict(backlog.line_sizes)) == ({2: 1, 1: 3}, {2: 1, 1: 3})
+    backlog.close(second, [1])
+    assert backlog.log.left() == [1, 2]
+    assert station.load == 0
 
 
 def test_open_lines_of_any_orders_as_arrays() -> None:

@@ -11,7 +11,7 @@ from attrs import define
 
 import rmfs_core
 from replenished import scenario_of
-from rmfs_core.events import BundleArrived, BundleStored, ItemPicked, PodStored, TaskAssigned, VisitEnded
+from rmfs_core.events import BundleArrived, BundleStored, ItemPicked, OrderInStock, PodStored, TaskAssigned, VisitEnded
 from rmfs_trace import Trace, read_trace
 
 SUPPLY = {"process": "reorder-point", "reorder_point": 1, "order_up_to": 6, "lead_s": 200.0}
@@ -99,6 +99,29 @@ def test_share_of_robots_that_replenish(run: Run) -> None:
             total += storing * (event.tick - since)
     assert total > 0
     assert run.metrics["replenishment_robot_percent"] == pytest.approx(100 * total / run.trace.tick)
+
+
+def test_time_that_orders_wait_for_stock(run: Run) -> None:
+    """From the arrival to the event; what follows in delays.csv adds up to the turn-over time with it."""
+    served = {event.order: event.tick for event in run.of(OrderInStock)}
+    assert len(served) > 3
+    waits = [
+        served.get(i, order.arrival_tick) - order.arrival_tick for i, order in enumerate(run.trace.instance.orders)
+    ]
+    rows = run.rows("delays.csv")
+    assert [float(row["stock_s"]) for row in rows] == [tick / 1000 for tick in waits]
+    for row in rows:
+        parts = [float(value) for column, value in row.items() if column not in ("order", "turnover_s")]
+        assert sum(parts) == pytest.approx(float(row["turnover_s"]))
+    assert run.metrics["turnover_stock_s"] == pytest.approx(sum(waits) / len(waits) / 1000)
+
+
+def test_nothing_of_waiting_where_no_order_waits(tmp_path: Path) -> None:
+    """With the key that switches it off."""
+    over = ["rules.wait_for_stock=false", "instance.orders=5", "rules.pp=free-flow"]
+    result = rmfs_core.run("examples/replenished", overrides=over, out=tmp_path)
+    assert "turnover_stock_s" not in result.metrics
+    assert (tmp_path / "delays.csv").read_text(encoding="utf-8").startswith("order,turnover_s,backlog_s,")
 
 
 def test_visits_to_replenishment_stations_are_counted_apart(run: Run) -> None:

@@ -10,8 +10,10 @@ import pytest
 import rmfs_core
 from rmfs_cli.main import main
 from rmfs_core import InputError
+from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice
 from rmfs_states import decide, read_recording, state_from_dict
+from rmfs_states.rebuilding import open_state
 from rmfs_states.stories import pod_story
 
 
@@ -132,3 +134,82 @@ def test_a_run_explains_what_was_decided_for_bundles(tmp_path: Path, capsys: pyt
     assert f"bundles {store['bundle']} to pod {store['pod']}" in shown
     told = [episode.what for episode in pod_story(read_recording(tmp_path), store["pod"])]
     assert any(what.startswith(f"chosen for bundle {store['bundle']}: ") for what in told)
+
+
+NEW = {"format": "rmfs-state", "version": 2}
+
+
+def asked(**orders: dict[str, Any]) -> dict[str, Any]:
+    """Return the answer of a rule that assigns orders, the only place of a station among it."""
+    given = NEW | {
+        "pods": {"P": {"contents": {"tea": 3}}},
+        "stations": {"n": {"order_capacity": 1}},
+        "orders": {"old": {"lines": {"milk": 1}}, "new": {"lines": {"tea": 1}}} | orders,
+    }
+    return decide(state_from_dict(given), RuleChoice("pod-match")).to_dict()
+
+
+def test_orders_that_stock_cannot_serve_are_not_shown() -> None:
+    """The younger order is assigned, and the answer names the one that waits; what a state says of it counts."""
+    answer = asked()
+    assert [given["order"] for given in answer["assignments"]] == ["new"]
+    assert answer["waiting_for_stock"] == ["old"]
+    answer = asked(old={"lines": {"milk": 1}, "waits_for_stock": False})
+    assert [given["order"] for given in answer["assignments"]] == ["old"]
+    assert "waiting_for_stock" not in answer
+    answer = asked(new={"lines": {"tea": 1}, "waits_for_stock": True})
+    assert (answer["assignments"], answer["waiting_for_stock"]) == ([], ["old", "new"])
+
+
+def test_the_oldest_orders_take_their_share_of_stock_first() -> None:
+    """Two items are left for orders, as one of three is requested; an order that is begun keeps what it wants."""
+    stations = {"n": {"item_capacity": 9, "requests": [{"order": "B", "sku": "tea"}]}}
+    orders = {
+        "A": {"lines": {"tea": 1}, "arrival_s": 30},
+        "B": {"lines": {"tea": 1, "jam": 1}, "arrival_s": 20},
+        "C": {"lines": {"tea": 2}, "arrival_s": 10},
+        "D": {"lines": {"jam": 1}, "arrival_s": 5},
+    }
+    given = NEW | {"pods": {"P": {"contents": {"tea": 3, "jam": 1}}}, "stations": stations, "orders": orders}
+    answer = decide(state_from_dict(given), RuleChoice("first-come")).to_dict()
+    assert [one["order"] for one in answer["assignments"]] == ["C", "B"]
+    assert answer["waiting_for_stock"] == ["D", "A"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"version": 1}, "`waits_for_stock` in a state of version 1; expected version 2"),
+        ({"backlog": ["A"]}, r"orders\.A\.waits_for_stock: found true .* waits no more: `backlog` names it"),
+        (
+            {"stations": {"n": {"order_capacity": 1, "requests": [{"order": "A", "sku": "tea"}]}}},
+            r"orders\.A\.waits_for_stock: found true .*: lines of it are assigned",
+        ),
+    ],
+)
+def test_an_order_that_waits_is_neither_shown_nor_begun(changes: dict[str, Any], problem: str) -> None:
+    """With the place, and one sentence."""
+    orders = {"A": {"lines": {"tea": 1, "jam": 1}, "waits_for_stock": True}}
+    given = NEW | {"pods": {"P": {"contents": {"tea": 3}}}, "stations": {"n": {"order_capacity": 1}}, "orders": orders}
+    with pytest.raises(InputError, match=problem):
+        decide(state_from_dict(given | changes), RuleChoice("first-come"))
+
+
+def test_recorded_states_say_which_orders_wait(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What was decided in each can be carried out there, and the backlog is that which the rule saw."""
+    over = ["instance.replenishment.lead_s=1800", "instance.orders=60", "rules.pp=free-flow"]
+    rmfs_core.run("examples/replenished", overrides=over, out=tmp_path, record=["decisions"])
+    seen, waiting = 0, list[int]()
+    for recorded in read_recording(tmp_path):
+        if recorded.decides is Role.POA:
+            opened = open_state(recorded.state())
+            told = {name for name, order in recorded.content["orders"].items() if order["waits_for_stock"]}
+            assert {order.name for order in opened.view.orders_waiting_for_stock} == told
+            answer = decide(recorded.state(), RuleChoice("pod-match")).to_dict()
+            assert answer["assignments"] == (recorded.decision or {})["assignments"]
+            assert set(answer.get("waiting_for_stock", ())) == told
+            seen, waiting = seen + 1, waiting + [recorded.period] * bool(told)
+    assert seen > 30
+    assert len(waiting) > 10
+    main(["explain", str(tmp_path), "--period", str(waiting[-1])])
+    assert " more wait" in capsys.readouterr().out

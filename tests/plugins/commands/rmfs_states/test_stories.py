@@ -60,6 +60,25 @@ def test_a_wait_is_told_once() -> None:
     assert episode.what == "it fitted a station, but the rule assigned nothing"
 
 
+def test_a_wait_for_stock() -> None:
+    """From its arrival to the first decision, of any kind, that has it in the backlog; one that goes on, too."""
+    orders = content(4)["orders"]
+    waits = {"orders": orders | {"A": orders["A"] | {"arrival_s": 0.5, "waits_for_stock": True}}}
+    there = {"orders": orders | {"A": orders["A"] | {"arrival_s": 0.5, "waits_for_stock": False}}}
+    assigned = {"assignments": [{"order": "A", "station": "s", "skus": ["milk", "tea"]}]}
+    decisions = [
+        decision(1, "POA", content(4, **waits), {"assignments": []}),
+        decision(2, "TA", content(4, **waits), {"tasks": []}),
+        decision(3, "TA", content(4, **there), {"tasks": []}),
+        decision(4, "POA", content(4, **there), assigned),
+    ]
+    first, last = order_story(decisions, "A")
+    assert (first.what, first.times_s) == ("waited for stock from 0 s to 3 s", (1.0, 2.0))
+    assert last.what == "assigned to station s: SKUs milk, tea"
+    (still,) = order_story(decisions[:2], "A")
+    assert still.what == "waits for stock since 0 s"
+
+
 def test_a_wait_for_stations_to_open() -> None:
     """All stations closed, or those with room: it is said."""
     full = {"item_capacity": 1, "requests": []}

@@ -1,0 +1,83 @@
+"""Which orders the stock can serve, and which wait for it."""
+
+from __future__ import annotations
+
+from bisect import insort
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from operator import attrgetter
+
+from rmfs_core.warehouse.parts import Order, Pod
+
+by_age = attrgetter("arrival_tick", "id")
+"""Key by which the older order comes first."""
+
+
+class Stock:
+    """Items that no order has claimed, and the orders that wait for more of them.
+
+    An order claims its open lines when it joins the backlog. Assigning turns claims into requests, and a pick takes an
+    item and its request away alike, so what is unclaimed changes only when an order joins and when a bundle is stored::
+
+        unclaimed = items on all pods - open requests - open lines of the backlog
+
+    Each order that waits watches one SKU that it lacks, and is looked at again only when there is more of that.
+
+    Parameters
+    ----------
+    pods
+        What there is.
+    """
+
+    def __init__(self, pods: Iterable[Pod]) -> None:
+        self.unclaimed: defaultdict[int, int] = defaultdict(int)
+        self.waiting: dict[int, Order] = {}
+        """By id, the oldest first."""
+        self._watching: defaultdict[int, list[Order]] = defaultdict(list)
+        for pod in pods:
+            for sku, items in pod.contents.items():
+                self.unclaimed[sku] += items
+
+    def claim(self, sku: int, items: int) -> None:
+        """Claim items, whether or not they are there."""
+        self.unclaimed[sku] -= items
+
+    def lacking(self, order: Order) -> int | None:
+        """Return the first SKU of which there is too little for an order's open lines; None: there is enough of all."""
+        unclaimed = self.unclaimed
+        return next((sku for sku, quantity in order.open_lines if unclaimed[sku] < quantity), None)
+
+    @property
+    def missing(self) -> list[int]:
+        """SKUs of which there is too little for an order that waits, ascending."""
+        lines = (line for order in self.waiting.values() for line in order.lines)
+        return sorted({sku for sku, quantity in lines if self.unclaimed[sku] < quantity})
+
+    def serve(self, order: Order) -> bool:
+        """Let an order claim all its open lines, if there is enough; else it waits."""
+        if (sku := self.lacking(order)) is not None:
+            self.wait(order, sku)
+            return False
+        for wanted, quantity in order.open_lines:
+            self.unclaimed[wanted] -= quantity
+        return True
+
+    def wait(self, order: Order, sku: int) -> None:
+        """Let an order wait until there is more of a SKU."""
+        order._waits = True
+        self.waiting[order.id] = order
+        insort(self._watching[sku], order, key=by_age)
+
+    def stored(self, sku: int, items: int) -> Sequence[Order]:
+        """Take in items that came; return the orders that wait no more, the oldest first."""
+        self.unclaimed[sku] += items
+        watching, served = self._watching.pop(sku, []), []
+        for looked_at, order in enumerate(watching):
+            if self.unclaimed[sku] <= 0:
+                self._watching[sku] += watching[looked_at:]
+                break
+            if self.serve(order):
+                order._waits = False
+                del self.waiting[order.id]
+                served.append(order)
+        return served

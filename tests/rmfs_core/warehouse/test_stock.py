@@ -1,0 +1,232 @@
+"""Orders that the stock can serve, and those that wait for it."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+from attrs import evolve
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import rmfs_core
+from replenished import RULES as REPLENISHED
+from replenished import prepared, replenished_world, scenario_of
+from rmfs_core import StandstillError, hookimpl
+from rmfs_core.events import BundleStored, OrderArrived, OrderAssigned, OrderCompleted, OrderInStock
+from rmfs_core.info import RunInfo
+from rmfs_core.scenario.model import RuleChoice
+from rmfs_core.warehouse import Warehouse, WarehouseView
+from rmfs_core.warehouse.stock import Stock
+from rmfs_core.world import BundleData, Instance
+from rmfs_testing import small_instance
+
+POA = ("common-lines", "earliest-due", "first-come", "least-slack", "near-best-pod", "pod-match", "random")
+RULES = (*(f"poa={name}" for name in (*POA, "station-queue", "workload")), "poa_pps=two-stage", "poa_pps=pod-index")
+SLOW = ("integrated", "split-among-stations", "split-over-time", "alternating", "lns")
+
+
+def bring(world: Warehouse, sku: int, items: int) -> list[str]:
+    """Store a bundle on the first pod; return the names of the orders that wait no more."""
+    bundle = world.bundle_arrives(sku, items)
+    world.assign_bundle(bundle, world.stations[1])
+    world.bind_bundle(bundle, world.pods[0])
+    return [order.name for order in world.store_bundle(bundle, world.pods[0])]
+
+
+def names(view: WarehouseView) -> tuple[list[str], list[str]]:
+    """Return the orders of the backlog, and those that wait."""
+    return [order.name for order in view.backlog], [order.name for order in view.orders_waiting_for_stock]
+
+
+def test_the_oldest_orders_take_their_share_first() -> None:
+    """Two items for three orders; one that lacks a line claims nothing, so a younger one is served."""
+    orders = {"1": {"a": 1}, "2": {"a": 1, "b": 1}, "3": {"a": 1}, "4": {"a": 1}}
+    view = WarehouseView(world := replenished_world(orders, {"p": {"a": 2}}, wait_for_stock=True))
+    assert names(view) == (["1", "3"], ["2", "4"])
+    assert [order.waits_for_stock for order in view.orders] == [False, True, False, True]
+    assert view.open_demand().tolist() == [4, 1]
+    assert [order.name for order in view.orders_since(2)] == ["3", "4"]
+    assert world.stock is not None
+    assert world.stock.missing == [0, 1]
+
+
+def test_orders_are_looked_at_again_when_there_is_more_of_what_they_lack() -> None:
+    """The oldest that a bundle is enough for goes first, and stands at its age; a line of two SKUs needs both."""
+    orders = {"1": {"a": 3}, "2": {"a": 1, "b": 1}, "3": {"a": 1}, "4": {"c": 1}}
+    view = WarehouseView(world := replenished_world(orders, {"p": {"c": 1}}, wait_for_stock=True))
+    assert names(view) == (["4"], ["1", "2", "3"])
+    before = view.backlog_log()
+    assert bring(world, 2, 5) == []  # order 2 lacks the other SKU as well
+    assert view.backlog_log() is before
+    changes = view.changes()
+    assert bring(world, 1, 2) == ["2", "3"]  # order 1 wants more than that
+    assert view.changes() > changes
+    assert names(view) == (["2", "3", "4"], ["1"])
+    assert view.backlog_log() is not before
+    assert view.backlog_log().joined()[0].tolist() == [1, 1, 2, 3]
+    assert bring(world, 1, 2) == []
+    assert bring(world, 1, 1) == ["1"]
+    assert names(view) == (["1", "2", "3", "4"], [])
+    assert [order.waits_for_stock for order in view.orders] == [False] * 4
+
+
+def test_assigning_and_picking_leave_what_is_unclaimed_as_it_is() -> None:
+    """Claims become requests, and requests go with the items."""
+    world = replenished_world({"1": {"a": 1}, "2": {"a": 2}}, {"p": {"a": 3}}, wait_for_stock=True)
+    assert world.stock is not None
+    assert dict(world.stock.unclaimed) == {0: 0}
+    world.assign(world.orders[0], world.stations[0], [0])
+    world.bind(world.pods[0], world.stations[0])
+    world.fulfil(world.stations[0].open_requests[0], world.pods[0])
+    assert dict(world.stock.unclaimed) == {0: 0}
+    assert dict(Stock(world.pods).unclaimed) == {0: 2}
+
+
+def test_nothing_waits_for_what_never_runs_out_or_where_nothing_is_to_wait() -> None:
+    """A pod with enough of a SKU; and the key that switches it off."""
+    orders = {str(i): {"a": 9, "b": 1} for i in range(5)}
+    world = replenished_world(orders, {"p": ["a", "b"], "q": {"a": 1}}, wait_for_stock=True)
+    assert len(world.backlog) == 5
+    view = WarehouseView(replenished_world({"1": {"a": 1}}, {"p": {"b": 1}}))
+    assert names(view) == (["1"], [])
+
+
+def test_orders_begin_to_wait_in_a_warehouse_under_way() -> None:
+    """Those that are begun keep what they want; then the older ones; and whatever is told counts."""
+    orders = {"1": {"a": 2}, "2": {"a": 1, "b": 1}, "3": {"a": 1}, "4": {"a": 1}}
+    view = WarehouseView(world := replenished_world(orders, {"p": {"a": 3, "b": 1}}))
+    world.assign(world.orders[1], world.stations[0], [1])  # its other line is in the backlog
+    before = view.backlog_log()
+    world.begin_to_wait({})
+    assert names(view) == (["1", "2"], ["3", "4"])
+    assert view.backlog_log() is not before
+    assert view.backlog_lines.order_id.tolist() == [0, 1]
+    told = WarehouseView(world := replenished_world(orders, {"p": {"a": 3, "b": 1}}))
+    world.begin_to_wait({0: True, 3: False})
+    assert names(told) == (["2", "3", "4"], ["1"])
+    enough = WarehouseView(world := replenished_world(orders, {"p": {"a": 9, "b": 9}}))
+    before = enough.backlog_log()
+    world.begin_to_wait({})
+    assert names(enough) == (["1", "2", "3", "4"], [])
+    assert enough.backlog_log() is before
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.data())
+def test_who_waits_is_who_would_by_a_look_at_all_of_them(data: st.DataObject) -> None:
+    """What is kept is what adding up pods, requests and backlog gives; no claim is ever broken."""
+    lines = st.dictionaries(st.sampled_from("abc"), st.integers(1, 3), min_size=1)
+    orders = {str(i): held for i, held in enumerate(data.draw(st.lists(lines, min_size=1, max_size=9)))}
+    held = data.draw(st.dictionaries(st.sampled_from("abc"), st.integers(1, 4), min_size=1))
+    world = replenished_world(orders, {"p": held}, wait_for_stock=True)
+    for _ in range(data.draw(st.integers(0, 8))):
+        if len(world.backlog) and data.draw(st.booleans()):
+            order = data.draw(st.sampled_from(world.backlog.orders))
+            world.assign(order, world.stations[0], [order.open_lines[0].sku])
+        else:
+            waiting = list(world.stock.waiting.values()) if world.stock is not None else []
+            sku, items = data.draw(st.integers(0, world.n_skus - 1)), data.draw(st.integers(1, 3))
+            left = unclaimed(world)
+            left[sku] += items
+            expected = []
+            for order in waiting:
+                if all(left[wanted] >= quantity for wanted, quantity in order.lines):
+                    left.subtract(dict(order.lines))
+                    expected.append(order.name)
+            assert bring(world, sku, items) == expected
+        assert world.stock is not None
+        left = unclaimed(world)
+        assert {sku: n for sku, n in world.stock.unclaimed.items() if n} == {sku: n for sku, n in left.items() if n}
+        assert min(left.values(), default=0) >= 0
+
+
+def unclaimed(world: Warehouse) -> Counter[int]:
+    """Add up what pods hold, less open requests and the backlog's open lines."""
+    left = Counter[int]()
+    for pod in world.pods:
+        left.update(dict(pod.contents))
+    for station in world.stations:
+        left.subtract(Counter(request.sku for request in station.open_requests))
+    for order in world.backlog.orders:
+        left.subtract(dict(order.open_lines))
+    return left
+
+
+def without_lamps(*bundles: BundleData) -> Instance:
+    """Return six orders, of which the first two want a SKU that is on no pod."""
+    orders = {"gone-1": {"lamp": 1}, "gone-2": {"lamp": 1}}
+    orders |= {f"ok-{i}": {"mug" if i < 3 else "tea": 1} for i in range(1, 5)}
+    return evolve(small_instance(orders, {"A1": {"mug": 20}, "A2": {"tea": 20}}), bundles=bundles)
+
+
+@pytest.mark.parametrize("rule", [*RULES, *(pytest.param(f"poa_pps={name}", marks=pytest.mark.slow) for name in SLOW)])
+def test_orders_that_stock_cannot_serve_take_no_places(rule: str) -> None:
+    """Two places of the only station; four orders are done within two minutes, the others after their bundle came."""
+    key, name = rule.split("=")
+    stations = {"order_capacity": 2, "queue_length": 3}
+    scenario = scenario_of({"process": "file", "file": "bundles.csv"}, robots=3, stations=stations)
+    pps = None if key == "poa_pps" else scenario.rules.pps
+    none: dict[str, RuleChoice | None] = {"poa": None, "poa_pps": None}
+    scenario = evolve(scenario, rules=evolve(scenario.rules, **none | {"pps": pps, key: RuleChoice(name)}))
+    run = prepared(scenario, without_lamps(BundleData("D-1", 7_200_000, 2, 5)))
+    run.simulation.run()
+    done = {event.order: event.tick for event in run.of(OrderCompleted)}
+    assert max(done[order] for order in (2, 3, 4, 5)) < 150_000
+    assert min(done[order] for order in (0, 1)) > 7_200_000
+    (stored,) = run.of(BundleStored)
+    told = [(event.order, event.tick) for event in run.of(OrderInStock)]
+    assert told == [(0, stored.tick), (1, stored.tick)]
+
+
+def test_every_order_is_shown_at_once_where_that_is_told() -> None:
+    """With the key that switches waiting off, orders without stock take the places."""
+    scenario = scenario_of(
+        {"process": "file", "file": "bundles.csv"},
+        stations={"order_capacity": 2, "queue_length": 3},
+        rules=REPLENISHED | {"wait_for_stock": False, "poa": "first-come"},
+    )
+    run = prepared(scenario, without_lamps(BundleData("D-1", 600_000, 2, 5)))
+    run.simulation.run()
+    assert [event.order for event in run.of(OrderAssigned)][:2] == [0, 1]
+    assert run.of(OrderInStock) == []
+
+
+def test_a_run_says_which_orders_wait_for_stock_at_its_end() -> None:
+    """In the error of a standstill, and in the result of a run that ends before the bundle comes."""
+    run = prepared(scenario_of({"process": "file", "file": "bundles.csv"}), without_lamps())
+    with pytest.raises(StandstillError, match="2 orders wait for stock of"):
+        run.simulation.run()
+    lead = "instance.replenishment.lead_s=3600"
+    result = rmfs_core.run("examples/replenished", overrides=[lead, "run.until_s=2000", "rules.pp=free-flow"])
+    (note,) = result.notes
+    assert note.startswith("At the end ")
+    assert note.split(" for stock of ")[0].endswith("orders wait")
+
+
+def test_a_backlog_that_is_kept_filled_counts_orders_that_wait() -> None:
+    """Else orders would come without end while none of them can be served."""
+    over = ["instance.arrivals={process='refill', backlog=10}", "instance.replenishment.lead_s=3600"]
+    come = Watch()
+    rmfs_core.run("examples/replenished", overrides=[*over, "run.until_s=3000", "rules.pp=free-flow"], observers=[come])
+    assert come.most == 10
+    assert come.waited
+
+
+class Watch:
+    """Observer that has the most orders which were in the backlog or waited for stock."""
+
+    most, waited = 0, False
+
+    @hookimpl
+    def run_started(self, run: RunInfo) -> None:
+        """Keep the view."""
+        self.view = run.warehouse
+
+    @hookimpl
+    def on_event(self, event: object) -> None:
+        """Count."""
+        if isinstance(event, OrderArrived):
+            waiting = len(self.view.orders_waiting_for_stock)
+            self.most = max(self.most, self.view.backlog_size + waiting)
+            self.waited |= waiting > 0
