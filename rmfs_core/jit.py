@@ -2,19 +2,68 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from hashlib import sha256
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
+import numba
 import numpy as np
-from numba import njit
-from numba.core import caching
+from numba.core.caching import FunctionCache
 
 __all__ = ["inlined", "njit"]
 
-_OPTIONS: dict[str, Any] = {"cache": True, "forceinline": True, "_nrt": False}
-inlined = njit(**_OPTIONS)
+
+class _Cache(FunctionCache):
+    """Machine code of one function, which is another one as soon as anything that it is made of is another one.
+
+    Numba itself looks at the file of a function only, not at functions and constants of other files.
+    """
+
+    def _index_key(self, signature: Any, codegen: Any) -> Any:
+        made_of = repr(list(_parts(self._py_func, set())))
+        return *super()._index_key(signature, codegen), sha256(made_of.encode()).hexdigest()
+
+    def load_overload(self, signature: Any, target: Any) -> Any:
+        """Return the machine code; None, so that numba compiles anew, where what it names was moved or replaced."""
+        try:
+            return super().load_overload(signature, target)
+        except Exception:  # whatever an old cache leads to: modules and names that are gone, files cut short
+            return None
+
+    def save_overload(self, signature: Any, data: Any) -> None:
+        """Keep the machine code; begin a new index where numba fails to read the old one, for the same reasons."""
+        try:
+            super().save_overload(signature, data)
+        except OSError:
+            raise
+        except Exception:
+            self.flush()
+            super().save_overload(signature, data)
+
+
+def njit(*, cache: bool, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a function as ``numba.njit`` does, with these options.
+
+    Parameters
+    ----------
+    cache
+        Keep the machine code on disk. It is compiled anew when the function, one that it calls, or a constant of these
+        changes, in whichever file it is.
+    options
+        Those of ``numba.njit``.
+    """
+
+    def compiled(function: Callable[..., Any]) -> Any:
+        dispatcher = numba.njit(**options)(function)
+        if cache and hasattr(dispatcher, "enable_caching"):  # not where NUMBA_DISABLE_JIT is set
+            dispatcher._cache = _Cache(function)
+        return dispatcher
+
+    return compiled
+
+
+inlined = njit(cache=True, forceinline=True, _nrt=False)
 """Compile a helper into the searches that call it.
 
 A search hands a dozen arrays from helper to helper. Calls with so many arguments, and numba's counting of references to
@@ -62,48 +111,3 @@ def _names(code: CodeType) -> Iterator[str]:
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
             yield from _names(constant)
-
-
-def _begin(cache: Any, function: Any, _begin: Any = caching.Cache.__init__) -> None:
-    _begin(cache, function)
-    cache.function = function
-
-
-def _of_all(cache: Any, signature: Any) -> Any:
-    """Return a signature that changes with a function or constant of another file: numba looks at a function's own."""
-    if not hasattr(cache, "function"):  # compiled by others, before this module was there
-        return signature
-    try:
-        made_of = repr(list(_parts(cache.function, set())))
-    except Exception:  # what others compile may name whatever there is
-        return signature
-    return signature, sha256(made_of.encode()).hexdigest()
-
-
-def _load(cache: Any, signature: Any, *target: Any, _load: Any = caching.Cache.load_overload) -> Any:
-    """Let numba compile anew where it fails to load what it has cached, of code that was moved or replaced since."""
-    try:
-        return _load(cache, _of_all(cache, signature), *target)
-    except Exception:  # whatever an old cache leads to: modules and names that are gone, files cut short
-        return None
-
-
-def _save(cache: Any, signature: Any, *data: Any, _save: Any = caching.Cache.save_overload) -> None:
-    _save(cache, _of_all(cache, signature), *data)
-
-
-def _save_anew(file: Any, *arguments: Any, _save: Any = caching.IndexDataCacheFile.save) -> None:
-    """Let numba begin a new index where it fails to read the one of what it has cached, for the same reasons."""
-    try:
-        _save(file, *arguments)
-    except OSError:
-        raise
-    except Exception:
-        file.flush()
-        _save(file, *arguments)
-
-
-caching.Cache.__init__ = _begin  # type: ignore[method-assign]
-caching.Cache.load_overload = _load  # type: ignore[method-assign]
-caching.Cache.save_overload = _save  # type: ignore[method-assign]
-caching.IndexDataCacheFile.save = _save_anew  # type: ignore[method-assign]

@@ -59,3 +59,16 @@ class Timetable:
         times = (time - tick - self.zero for span in self.spans for time in span[:2])
         later = sorted(tick + (time % DAY or DAY) for time in times)
         return next((time for time in later if self.at(time) != self.at(tick)), None)
+
+
+ALWAYS = Timetable(((0, 0, 1),))
+
+
+def first_common(*groups: Iterable[Timetable]) -> int | None:
+    """Return the first tick of a run at which one of each group has a number above 0; None: there is never one."""
+    given = [list(group) for group in groups]
+    begins = {(begin - one.zero) % DAY for group in given for one in group for begin, *_ in one.spans}
+    for tick in sorted({0, *begins}):
+        if all(any(one.at(tick) for one in group) for group in given):
+            return tick
+    return None

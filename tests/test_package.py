@@ -6,12 +6,15 @@ import re
 import subprocess
 import sys
 import tarfile
+import tomllib
 import zipfile
 from collections.abc import Callable
+from email import message_from_bytes
 from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
+from packaging.specifiers import SpecifierSet
 
 ROOT = Path(__file__).resolve().parent.parent
 Built = Callable[..., tuple[Path, Path]]
@@ -62,6 +65,32 @@ def test_the_sdist_holds_what_it_takes_to_build_and_test(built: Built) -> None:
         files = (file for file in (ROOT / folder).rglob("*") if file.is_file() and "__pycache__" not in file.parts)
         found |= {file.relative_to(ROOT).as_posix() for file in files}
     assert found <= names
+
+
+PYTHONS = ("3.11", "3.12", "3.13", "3.14")
+
+
+def test_the_pythons_it_installs_on_are_the_same_everywhere() -> None:
+    """Above the last one HiGHS has no wheels that python-mip works with: classifiers, README and pages say the same."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    allowed = SpecifierSet(project["requires-python"])
+    assert tuple(f"3.{minor}" for minor in range(30) if allowed.contains(f"3.{minor}.1")) == PYTHONS
+    prefix = "Programming Language :: Python :: 3."
+    assert [one for one in project["classifiers"] if one.startswith(prefix)] == [
+        f"Programming Language :: Python :: {version}" for version in PYTHONS
+    ]
+    for page in ("README.md", "CONTRIBUTING.md", "docs/tutorial/first-run.md"):
+        assert f"Python {PYTHONS[0]} to {PYTHONS[-1]}" in (ROOT / page).read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_pip_is_told_the_pythons_it_installs_on(built: Built) -> None:
+    """The wheel's metadata has the bounds, so that pip on another Python says them in place of building HiGHS."""
+    wheel = zipfile.ZipFile(built()[1])
+    (name,) = (name for name in wheel.namelist() if name.endswith(".dist-info/METADATA"))
+    described = message_from_bytes(wheel.read(name))
+    assert SpecifierSet(described["Requires-Python"]) == SpecifierSet(">=3.11,<3.15")
+    assert {f"Programming Language :: Python :: {one}" for one in PYTHONS} <= set(described.get_all("Classifier", []))
 
 
 @pytest.mark.slow

@@ -38,6 +38,8 @@ class Result:
         Rows of the tables, as in orders.csv, visits.csv and periods.csv.
     error
         Message of the error that ended a failed run.
+    notes
+        Sentences on what may be a surprise: why no order is complete.
     interrupted
         Whether a keyboard interrupt ended the run. (Not in the files.)
     described
@@ -56,6 +58,7 @@ class Result:
     visits: list[Row] = field(factory=list, repr=False)
     periods: list[Row] = field(factory=list, repr=False)
     error: str | None = None
+    notes: list[str] = field(factory=list)
     interrupted: bool = False
     described: dict[str, Metric] = field(factory=dict, repr=False)
     hook_calls: dict[str, int] = field(factory=dict, repr=False)
@@ -70,6 +73,8 @@ class Result:
         }
         if self.error is not None:
             content["error"] = self.error
+        if self.notes:
+            content["notes"] = self.notes
         return content | {"metrics": self.metrics, "timing": self.timing}
 
     def _repr_html_(self) -> str:
@@ -79,7 +84,7 @@ class Result:
             head = f'<tr><th colspan="3" style="text-align:left">{escape(heading)}</th></tr>'
             tables += f"<table>{head}{''.join(map(self._row, metrics))}</table>"
         head = f"<b>{escape(self.status)}</b>, seed {escape(str(self.seed))}"
-        head += f": {escape(self.error)}" if self.error else ""
+        head += f": {escape(' '.join([self.error or '', *self.notes]).strip())}" if self.error or self.notes else ""
         return f'<div>{head}<div style="display:flex;flex-wrap:wrap;align-items:start;gap:0 2em">{tables}</div></div>'
 
     def _row(self, metric: Metric) -> str:

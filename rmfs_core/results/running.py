@@ -191,6 +191,7 @@ class PreparedRun:
             error=str(error) if isinstance(error, RmfsError) else None if error is None else one_line(error),
             interrupted=self.interrupted,
             hook_calls=dict(context.asker.calls),
+            notes=[note] if self.status == "partial" and (note := self.simulation.nothing_done()) else [],
         )
 
 
@@ -258,6 +259,7 @@ def prepare(
     """
     with located(scenario):
         rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules, objects=objects)
+        scenario = evolve(scenario, rules=rules.with_file_names(scenario.rules))
         instance, layout = make_instance(scenario), make_layout(scenario)
     tables = Tables()
     for observer, name in (*told, (tables, None)):  # whatever another observer does wrong, the tables have it already
@@ -269,13 +271,14 @@ def prepare(
 
 
 def versions_of(rules: RuleSet, scenario: Scenario) -> dict[str, str]:
-    """Return the versions of everything that takes part in a run: of a rule's file its digest, it has no other.
+    """Return the versions of everything that takes part in a run, and digests of files of code and of parameters.
 
     A file in the scenario's folder is named as seen from there, any other by its absolute path.
     """
     found, folder = versions_of_observers() | dict(rules.distributions), scenario.folder
     if scenario.instance.orders_file is None:
         found |= dict([entrypoints.origin(generator_of(scenario.instance)[0])])
+    found |= {one.name: one.digest() for one in rules.files}
     for file in map(Path, rules.inline_files):
         name = file.relative_to(folder) if file.is_relative_to(folder) else file
         found[name.as_posix()] = f"sha256:{hashlib.sha256(file.read_bytes()).hexdigest()}"

@@ -9,19 +9,42 @@ import typing
 from collections.abc import Mapping
 from contextlib import suppress
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import attrs
 
 from rmfs_core.errors import InputError
-from rmfs_core.scenario.structuring import strict_converter
+from rmfs_core.rules.parts import FileProblem, find_file, parts_now
+from rmfs_core.scenario.structuring import KeyProblem, strict_converter
 from rmfs_core.scenario.tomltext import shown
 from rmfs_core.wording import did_you_mean, listed, one_line
 
 MOST, MOST_NESTED = 1e12, 20
 """Numbers are smaller: rules count in 64 bits (infinite: if metadata has ``infinite``); tables in one another."""
-_converter = strict_converter()
 _WORDS = {int: "a whole number", float: "a number", str: "a text", bool: "true or false", type(None): "nothing"}
+_WORDS[Path] = "the name of a file"
+
+
+def _file(value: Any, _: Any) -> Path:
+    if not isinstance(value, str):
+        raise KeyProblem(f"expected the name of a file, found {shown(value)}")
+    return find_file(value)
+
+
+def _file_or(value: Any, kind: Any) -> Any:
+    """`Path | str`, `Path | None`: a text is a file's name."""
+    others: Any = typing.Union[tuple(part for part in typing.get_args(kind) if part is not Path)]  # noqa: UP007
+    return _file(value, Path) if isinstance(value, str) else _converter.structure(value, others)
+
+
+def _may_be_file(kind: Any) -> bool:
+    return typing.get_origin(kind) in (typing.Union, types.UnionType) and Path in typing.get_args(kind)
+
+
+_converter = strict_converter()
+_converter.register_structure_hook(Path, _file)
+_converter.register_structure_hook_func(_may_be_file, _file_or)
 
 
 def parameters_of(rule: type) -> dict[str, attrs.Attribute[Any]]:
@@ -41,6 +64,8 @@ def values_of(rule: object) -> dict[str, Any]:
 def _plain(value: Any, around: int = 0) -> Any:
     if value is None or isinstance(value, bool | int | float | str):
         return value
+    if isinstance(value, Path):
+        return value.as_posix()
     if isinstance(value, list | tuple) and around < MOST_NESTED:
         return [_plain(entry, around + 1) for entry in value]
     if isinstance(value, Mapping) and around < MOST_NESTED:
@@ -60,7 +85,10 @@ def build(rule: type, values: Mapping[str, Any], place: str, rule_name: str) -> 
         if field.default is attrs.NOTHING and name not in values:
             raise InputError(f"{place}.{name}", f"{rule_name} needs the parameter `{name}`, which is missing")
     hints = type_hints(rule)
-    ready = {name: _structure(valid[name], hints, value, f"{place}.{name}") for name, value in values.items()}
+    parts_now().classes.append(rule)
+    named = {name: field.default for name, field in valid.items() if isinstance(field.default, Path)}
+    given = {**{name: str(default) for name, default in named.items()}, **values}
+    ready = {name: _structure(valid[name], hints, value, f"{place}.{name}") for name, value in given.items()}
     try:
         return rule(**ready)
     except Exception as error:
@@ -76,24 +104,32 @@ def type_hints(rule: type) -> Mapping[str, Any]:
     found: dict[str, Any] = {}
     for cls in reversed(rule.__mro__):
         for name, hint in inspect.get_annotations(cls).items():
-            with suppress(NameError):
-                alone = {"__annotations__": {name: hint}, "__module__": cls.__module__}
-                found |= typing.get_type_hints(type(name, (), alone))
+            alone = type(name, (), {"__annotations__": {name: hint}, "__module__": cls.__module__})
+            for known in (None, {"Path": Path}):  # imported under TYPE_CHECKING alone, it counts all the same
+                with suppress(NameError):
+                    found |= typing.get_type_hints(alone, localns=known)
+                    break
     return found
 
 
 def _structure(field: attrs.Attribute[Any], hints: Mapping[str, Any], value: Any, place: str) -> Any:
     kind = hints.get(field.name)
-    if field.converter is not None or kind is None or kind is Any:
+    if (field.converter is not None and not _names_files(kind)) or kind is None or kind is Any:
         return value
     try:
         structured = _converter.structure(value, kind)
+    except FileProblem as error:
+        raise InputError(place, str(error)) from None
     except Exception as error:
         raise InputError(place, f"expected {type_name(kind)}, found {shown(value)}") from error
     fits = not isinstance(structured, int | float) or abs(structured) < MOST  # NaN does not
     if not fits and not (structured == float("inf") and field.metadata.get("infinite")):
         raise InputError(place, f"expected {type_name(kind)} below {MOST:g}, found {shown(value)}")
     return structured
+
+
+def _names_files(kind: Any) -> bool:
+    return kind is Path or any(map(_names_files, typing.get_args(kind)))
 
 
 def type_name(kind: Any) -> str:

@@ -23,12 +23,14 @@ from rmfs_core.rules.hooks import (
     new_manager,
     require_attrs_class,
 )
-from rmfs_core.rules.parameters import build, values_of
+from rmfs_core.rules.parameters import build, parameters_of, values_of
+from rmfs_core.rules.parts import NamedFile, Parts, add_paths, made_in, with_given
 from rmfs_core.rules.sources import INLINE, OBJECT, RuleSource, RuleSources, source_of
 from rmfs_core.rules.traits import RuleTraits, installed_version
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.scenario.rulenames import rule_choices
 from rmfs_core.scenario.source import KeyPath, dotted
+from rmfs_core.scenario.structuring import fields_of
 from rmfs_core.wording import nearest, one_line, shown_short
 
 LIBRARIES = ("attrs", "numba", "numpy", "pluggy", "rmfs", "simpy")
@@ -54,6 +56,8 @@ class BoundRule:
         ``RuleSet.pm.hook``.)
     wake
         Asks it when to wake up; None for a rule that does not implement `wake_at`.
+    parts
+        What it is made of: files that its parameters name, and classes, with those of rules that it asks in turn.
     """
 
     role: Role
@@ -62,6 +66,7 @@ class BoundRule:
     traits: RuleTraits
     hook: pluggy.HookCaller
     wake: pluggy.HookCaller | None = None
+    parts: Parts = field(factory=Parts)
 
     call: Callable[..., Any] = field()
     """Calls the rule's hook, past pluggy, with those arguments that it takes."""
@@ -115,6 +120,8 @@ class RuleSet:
         Version of every distribution that takes part, by name, python included.
     inline_files
         Files beside the scenario that code was loaded from.
+    files
+        Files that parameters of rules name.
     """
 
     pm: pluggy.PluginManager
@@ -134,6 +141,7 @@ class RuleSet:
     observers: tuple[BoundRule, ...] = ()
     distributions: dict[str, str] = field(factory=dict)
     inline_files: tuple[str, ...] = ()
+    files: tuple[NamedFile, ...] = ()
 
     @classmethod
     def load(
@@ -174,6 +182,7 @@ class RuleSet:
             filters=tuple(filters),
             observers=tuple(observers),
             distributions=_versions(bound),
+            files=tuple(one for rule in bound for one in rule.parts.files),
             inline_files=tuple(dict.fromkeys(rule.source.file for rule in bound if rule.source.file is not None)),
         )
 
@@ -188,6 +197,13 @@ class RuleSet:
     def deciding_bundles(self) -> tuple[BoundRule, ...]:
         """The rules for ROA and RPS, in the order in which they are asked."""
         return tuple(rule for rule in (self.roa_rps, self.roa, self.rps) if rule is not None)
+
+    def with_file_names(self, rules: RulesSection) -> RulesSection:
+        """Return the choices that it was loaded from with files named as the scenario calls them, wherever given."""
+        names = {id(one.text): one.name for one in self.files}
+        keys = fields_of(RulesSection)
+        changed = {key: with_given(getattr(rules, key), lambda text: names.get(id(text), str(text))) for key in keys}
+        return evolve(rules, **changed)
 
     def register_observer(self, observer: object, described: str | None = None) -> None:
         """Register an object whose ``@hookimpl`` methods observe the run. Decision hooks it may have are not called.
@@ -285,6 +301,7 @@ class _Created:
     source: RuleSource
     instance: Any
     traits: RuleTraits
+    parts: Parts
     hooks: set[str] = field(factory=lambda: {*OBSERVER_HOOKS, WAKE})
     registered: _Registered | None = None
 
@@ -308,7 +325,7 @@ def bind(
     for role, choice, chosen_at in chosen:
         given = (there or {}).get(chosen_at)
         place = chosen_at if given is None else f"argument {chosen_at}"
-        key = (choice.rule, json.dumps(dict(choice.parameters), sort_keys=True, default=repr))
+        key = (choice.rule, json.dumps(with_given(choice.parameters, repr), sort_keys=True, default=repr))
         if given is not None:
             key, source = (str(id(given)), ""), source_of(given)
         else:
@@ -316,8 +333,11 @@ def bind(
         name = source.describe()
         rule = check_rule_class(place, source.target, name, role)
         if key not in created:
-            instance = build(rule, choice.parameters, place, name) if given is None else given
-            created[key] = _Created(source, instance, RuleTraits.of(instance, place, name))
+            with made_in(sources.folder) as parts:
+                instance = build(rule, choice.parameters, place, name) if given is None else given
+                for field_ in parameters_of(rule).values() if given is not None else ():
+                    add_paths(getattr(given, field_.name))
+            created[key] = _Created(source, instance, RuleTraits.of(instance, place, name), parts)
         if role not in (able := created[key].traits.decides):
             raise InputError(place, f"{name} decides {decided(able)}, with its parameters; expected {role.label}")
         called = created[key].traits.hook(role)
@@ -335,7 +355,7 @@ def bind(
         others = [plugin for plugin in manager.get_plugins() if plugin is not one.registered]
         hook, wake = (manager.subset_hook_caller(name, remove_plugins=others) for name in (one.traits.hook(role), WAKE))
         wakes = wake if wake.get_hookimpls() else None
-        bound.append(BoundRule(role, one.source, one.instance, one.traits, hook, wakes))
+        bound.append(BoundRule(role, one.source, one.instance, one.traits, hook, wakes, one.parts))
     return manager, bound
 
 

@@ -369,7 +369,8 @@ class RunSection:
     )
     warmup_s: float | None = key("Simulated time from which on metrics count", None, unit="s", check=POSITIVE)
     standstill_s: float = key(
-        "Simulated time that a robot may be on its way to one place; one that then gets no farther ends the run",
+        "Simulated time in which a robot on its way may come no nearer to its goal; after that the run ends with an "
+        "error. At least ten times what driving across the layout takes",
         3600.0,
         unit="s",
         check=POSITIVE,

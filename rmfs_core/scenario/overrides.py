@@ -14,7 +14,7 @@ from attrs import evolve, frozen
 from rmfs_core.errors import InputError
 from rmfs_core.roles import Role
 from rmfs_core.scenario.model import DRAWN, GENERATED, RuleChoice, Scenario
-from rmfs_core.scenario.rulenames import file_name_from, rule_name_from
+from rmfs_core.scenario.rulenames import file_name_from, given_in, rule_name_from
 from rmfs_core.scenario.structuring import fields_of, section_class
 from rmfs_core.scenario.tomltext import read_toml, shown
 from rmfs_core.wording import nearest
@@ -132,7 +132,10 @@ def anchored(override: Override, there: Path, folder: Path) -> Override:
             return rule_name_from(value, there, folder)
         return file_name_from(value, there, folder) if path in DATA_FILES else value
 
-    return evolve(override, value=within(override.value, override.path))
+    value = within(override.value, override.path)
+    if override.path[0] == "rules" and not there.samefile(folder):
+        value = given_in(value, override.path, str(there))
+    return evolve(override, value=value)
 
 
 def _applied(table: dict[str, Any], override: Override, path: tuple[str, ...]) -> dict[str, Any]:

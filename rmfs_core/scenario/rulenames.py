@@ -5,11 +5,34 @@ from __future__ import annotations
 import os.path
 from collections.abc import Collection, Iterator
 from pathlib import Path
+from typing import Any, Self
 
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.scenario.source import KeyPath
 from rmfs_core.scenario.structuring import KeyProblem, fields_of
 from rmfs_core.wording import nearest
+
+
+class GivenText(str):
+    """A parameter's text that is not from the scenario's file: should it name a file, that is looked up in ``there``.
+
+    Whether it names one, only the rule knows.
+    """
+
+    __slots__ = ("there",)
+    there: str
+
+    def __new__(cls, text: str, there: str) -> Self:
+        """Return the text; what it is compared with sees nothing else."""
+        given = super().__new__(cls, text)
+        given.there = there
+        return given
+
+    def __getnewargs__(self) -> tuple[str, str]:  # type: ignore[override] # pickle hands them to __new__
+        return str(self), self.there
+
+    def __repr__(self) -> str:
+        return f"{super().__repr__()} in {self.there}"
 
 
 def rule_choices(rules: RulesSection) -> Iterator[tuple[KeyPath, RuleChoice]]:
@@ -46,6 +69,19 @@ def rule_name_from(name: str, there: str | Path, folder: str | Path) -> str:
         return name
     found = file_name_from(file, there, folder)
     return f"{found if Path(found).is_absolute() else f'./{found}'}:{class_name}"
+
+
+def given_in(value: Any, path: tuple[str, ...], there: str) -> Any:
+    """Return the value of a key below ``rules`` with the texts of parameters as given in ``there``.
+
+    Names of rules stay as they are, and so do texts that were given elsewhere.
+    """
+    if isinstance(value, list):
+        return [given_in(entry, path, there) for entry in value]
+    if isinstance(value, dict):
+        return {key: given_in(entry, (*path, key), there) for key, entry in value.items()}
+    plain = isinstance(value, str) and not isinstance(value, GivenText)
+    return GivenText(value, there) if plain and path[2:] not in ((), ("rule",)) else value
 
 
 def inline_parts(name: str) -> tuple[str, str]:

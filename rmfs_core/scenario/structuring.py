@@ -64,7 +64,7 @@ def strict_converter() -> cattrs.Converter:
 
     def exactly(what: str, *kinds: type) -> Callable[[Any, Any], Any]:
         def structure_value(value: Any, _: Any) -> Any:
-            if type(value) not in kinds:
+            if type(value) not in kinds and not (str in kinds and isinstance(value, str)):
                 raise KeyProblem(f"expected {what}, found {shown(value)}")
             return kinds[0](value)
 

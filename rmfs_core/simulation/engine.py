@@ -22,8 +22,9 @@ from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving import WAYS
 from rmfs_core.simulation.driving.base import Process
 from rmfs_core.simulation.rounds import Decisions
-from rmfs_core.simulation.setup import open_warehouse, unmet_needs
+from rmfs_core.simulation.setup import open_warehouse, shifts_of, unmet_needs
 from rmfs_core.simulation.supply import Supply
+from rmfs_core.timetable import first_common
 from rmfs_core.traffic import roads_on
 from rmfs_core.warehouse import Bundle, Order, Pod, Request, Robot, Station
 from rmfs_core.warehouse.promises import next_request
@@ -127,6 +128,27 @@ class Simulation:
                 warehouse.advance(upcoming)  # type: ignore[arg-type]  # a whole number of ticks
             step()
         self.status = "complete" if self._completed == orders else "partial"
+
+    def nothing_done(self) -> str | None:
+        """Say in a sentence why no order is complete; None where one is, and where there are none."""
+        warehouse, arrived = self.warehouse, self.warehouse.arrived.values()
+        if self._completed or not warehouse.orders:
+            return None
+        head = f"No order is complete at {to_seconds(self.now):.3f} s: "
+        if not arrived:
+            return f"{head}the first one arrives at {min(order.arrival_s for order in warehouse.orders):.3f} s."
+        stations, robots = shifts_of(self._hours, len(warehouse.picking))
+        for what, groups in (
+            ("no station is open", [stations]),
+            ("no robot is on duty", [robots]),
+            ("no robot is on duty while a station is open", [stations, robots]),
+        ):
+            first = first_common(*groups)
+            if first is None or first >= self.now:
+                return f"{head}{what} {'at any time' if first is None else f'before {to_seconds(first):.3f} s'}."
+        picked = sum(order.items - order.unpicked_items for order in arrived)
+        of = f"{len(arrived):,} of {counted(len(warehouse.orders), 'order')}"
+        return f"{head}{of} arrived, with {counted(picked, 'item')} picked."
 
     # Processes
 

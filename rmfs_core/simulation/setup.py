@@ -15,7 +15,7 @@ from rmfs_core.motion import Motion
 from rmfs_core.randomness import stream
 from rmfs_core.rules import BoundRule
 from rmfs_core.scenario.model import RobotsSection, Scenario
-from rmfs_core.timetable import DAY, Timetable, read_spans
+from rmfs_core.timetable import ALWAYS, Timetable, read_spans
 from rmfs_core.warehouse import Robot, Station, Warehouse
 from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.parts import UNLIMITED
@@ -100,7 +100,7 @@ def open_warehouse(scenario: Scenario, instance: Instance, layout: Layout) -> Op
 
 def hours_of(scenario: Scenario, stations: int) -> dict[int | None, Timetable]:
     """Return the timetables of a scenario with so many picking stations; InputError where they make no sense."""
-    zero, given = Calendar(scenario.instance.start).zero(0) % DAY, scenario.stations.open
+    zero, given = Calendar(scenario.instance.start).time_of_day(), scenario.stations.open
     ids = [str(number) for number in range(1, stations + 1)]
     spans = given if isinstance(given, Mapping) else {} if given is None else dict.fromkeys(ids, given)
     for name in spans:
@@ -111,6 +111,11 @@ def hours_of(scenario: Scenario, stations: int) -> dict[int | None, Timetable]:
     hours: dict[int | None, Timetable] = {ids.index(i): Timetable(read_spans(of), zero) for i, of in spans.items()}
     robots, available = scenario.robots.count, scenario.robots.available
     return hours if available is None else hours | {None: Timetable(read_spans(available, robots), zero)}
+
+
+def shifts_of(hours: Mapping[int | None, Timetable], stations: int) -> tuple[list[Timetable], list[Timetable]]:
+    """Return the timetables of all picking stations, and that of the robots, given those that `hours_of` returns."""
+    return [hours.get(number, ALWAYS) for number in range(stations)], [hours.get(None, ALWAYS)]
 
 
 def battery_of(scenario: Scenario, travel: Travel) -> Callable[[Callable[[], int]], Battery] | None:

@@ -6,7 +6,7 @@ from rmfs_core.world.grid import EAST, NORTH, SOUTH, STEPS, WEST, CellKind, Layo
 from rmfs_core.world.instance import BundleData, Instance, OrderData, PodData
 from rmfs_core.world.instance_making import make_instance
 from rmfs_core.world.layout_making import check_layout, make_layout, reached
-from rmfs_core.world.textmap import parse_map
+from rmfs_core.world.textmap import check_size, parse_map
 
 __all__ = [
     "EAST",
@@ -24,6 +24,7 @@ __all__ = [
     "StationCells",
     "block_map",
     "check_layout",
+    "check_size",
     "make_instance",
     "make_layout",
     "parse_map",

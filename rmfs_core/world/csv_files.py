@@ -6,8 +6,9 @@ import csv
 import math
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -32,8 +33,8 @@ _DATES = {"arrival_s": "arrival", "due_s": "due"}  # these may stand in place of
 _NAMES = ("bundle", "order", "pod", "robot", "sku")
 _SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}  # that are taken for commas elsewhere
 _WARNED, _MOST_OF_A_LINE = set[str](), 1_000_000  # signs: a device may have no line's end
-_MOST_ITEMS = 1_000_000
-_TEN_YEARS = 3_653 * DAY  # what comes later has a wrong year, or counts from 1970
+MOST_ITEMS = 1_000_000  # of a row: with more a run would go on for years
+TEN_YEARS = 3_653 * DAY  # what comes later has a wrong year, or counts from 1970
 
 Place = tuple[int, int, str]  # as in PodData
 Wrong = Callable[[InputError], None]
@@ -65,7 +66,7 @@ def read_instance(orders_file: Path, pods_file: Path, start: str | None = None, 
         CSV with the columns ``pod,sku,quantity``, and perhaps ``row`` and ``column`` of the storage location in which
         the pod stands at time 0. An empty quantity is an unlimited number of items.
     start
-        Time 0 as ISO 8601; None: midnight before the earliest of the times that are dates.
+        Time 0 as ISO 8601; None: midnight before the earliest of the times that are dates, by the clock of its offset.
     wrong
         Called with each mistake: an `InputError` with file, line and column. It raises the first unless told otherwise.
     """
@@ -112,7 +113,7 @@ def read_bundles(file: Path, wrong: Wrong = refuse) -> dict[str, tuple[int, str,
     def add(line: int, row: dict[str, str]) -> None:
         place = f"{file}, line {line}"
         tick = _tick(row.get("arrival_s", ""), f"{place}, arrival_s")
-        if tick > _TEN_YEARS:
+        if tick > TEN_YEARS:
             late = f"found {row['arrival_s']}; expected a time within ten years from time 0 on"
             raise InputError(f"{place}, arrival_s", late)
         items = _quantity(row["items"], file, line, "a whole number >= 1", column="items")
@@ -146,7 +147,8 @@ def read_skus(file: Path, wrong: Wrong = refuse) -> dict[str, dict[str, float]]:
 def _read_orders(file: Path, start: str | None, wrong: Wrong) -> list[tuple[OrderData, dict[str, int]]]:
     """Return each order, still without lines, and its quantities by SKU; by arrival, then by first appearance."""
     calendar = Calendar(start)
-    read = {"arrival_s": _tick, "arrival": calendar.tick, "due_s": _tick, "due": calendar.tick, "priority": _priority}
+    dates = {date: partial(calendar.tick, column=date) for date in _DATES.values()}
+    read: dict[str, Callable[[str, str], int]] = {"arrival_s": _tick, "due_s": _tick, "priority": _priority, **dates}
     orders: dict[str, tuple[int, dict[str, str], dict[str, int | None], dict[str, int]]] = {}
 
     def add(line: int, row: dict[str, str]) -> None:
@@ -156,8 +158,8 @@ def _read_orders(file: Path, start: str | None, wrong: Wrong) -> list[tuple[Orde
             if column in read
         }
         items = _quantity(row["quantity"], file, line, "a whole number >= 1")
-        if items > _MOST_ITEMS:  # a run would go on for years
-            found = f"found {items:,} items; expected at most {_MOST_ITEMS:,}"
+        if items > MOST_ITEMS:
+            found = f"found {items:,} items; expected at most {MOST_ITEMS:,}"
             raise InputError(f"{file}, line {line}, quantity", found)
         _, first, first_told, lines = orders.setdefault(row["order"], (line, row, told, {}))
         for column, value in told.items():
@@ -167,14 +169,13 @@ def _read_orders(file: Path, start: str | None, wrong: Wrong) -> list[tuple[Orde
         lines[row["sku"]] = lines.get(row["sku"], 0) + items
 
     _each_row(_returning(_rows(file, ORDER_COLUMNS, DUE_COLUMNS, wrong), file, "order"), add, wrong)
-    dates = [[tick for _, _, told, _ in orders.values() if (tick := told.get(date))] for date in _DATES.values()]
-    zero = calendar.zero(min(dates[0] or dates[1])) if any(dates) else 0
+    zero = calendar.zero(_DATES.values())
     found = []
     for name, (line, row, told, lines) in orders.items():
         arrival, due = (
             told.get(column) if (tick := told.get(date)) is None else tick - zero for column, date in _DATES.items()
         )
-        if arrival is None or not 0 <= arrival <= _TEN_YEARS:
+        if arrival is None or not 0 <= arrival <= TEN_YEARS:
             column = "arrival" if "arrival" in row else "arrival_s"
             problem = f"found {row[column]}; expected a time within ten years from time 0 (`instance.start`) on"
             wrong(InputError(f"{file}, line {line}, {column}", problem))
@@ -327,14 +328,15 @@ def _natural(name: str) -> tuple[list[tuple[int, int, str]], str]:
 
 
 class Calendar:
-    """Reads the times of a file; their offset from UTC is that of the first one, if it has one."""
+    """Reads the times of a file; time 0 is the start, or else midnight by the clock of the earliest time."""
 
     def __init__(self, start: str | None) -> None:
         self._start = start
         self._first: datetime | None = None
+        self._earliest: dict[str, tuple[int, int]] = {}  # by column: tick, and ticks ahead of UTC
 
-    def tick(self, text: str, place: str) -> int:
-        """Return a time in ticks since 1970, as its own clock shows it; the place is where a wrong one stands."""
+    def tick(self, text: str, place: str, column: str) -> int:
+        """Return a time in ticks since 1970, in UTC if it has an offset; the place is where a wrong one stands."""
         try:
             moment = datetime.fromisoformat(text)
         except ValueError:
@@ -343,10 +345,18 @@ class Calendar:
         self._first = self._first or moment
         if (moment.tzinfo is None) != (self._first.tzinfo is None):
             raise InputError(place, f'expected an offset from UTC in all times or in none, found "{text}"')
-        if moment.tzinfo is not None:
-            moment = moment.astimezone(self._first.tzinfo)
-        return round(moment.replace(tzinfo=UTC).timestamp() * TICKS_PER_S)
+        now, offset = moment.replace(tzinfo=moment.tzinfo or UTC), moment.utcoffset()
+        found = round(now.timestamp() * TICKS_PER_S), to_ticks(offset.total_seconds() if offset else 0)
+        self._earliest[column] = min(found, self._earliest.get(column, found))
+        return found[0]
 
-    def zero(self, earliest: int) -> int:
-        """Return time 0 in ticks since 1970: the start, or else midnight before the earliest time."""
-        return earliest - earliest % DAY if self._start is None else self.tick(self._start, "instance.start")
+    def zero(self, columns: Iterable[str] = ()) -> int:
+        """Return time 0 in these ticks: the start, or midnight before the earliest in the first column with times."""
+        if self._start is not None:
+            return self.tick(self._start, "instance.start", "start")
+        tick, ahead = next((self._earliest[column] for column in columns if column in self._earliest), (0, 0))
+        return tick - (tick + ahead) % DAY
+
+    def time_of_day(self) -> int:
+        """Return the ticks from midnight to time 0, by the clock of the start; 0 without a start."""
+        return 0 if self._start is None else (self.zero() + self._earliest["start"][1]) % DAY

@@ -54,7 +54,7 @@ def unchecked_instance(scenario: Scenario, wrong: Wrong = refuse) -> Instance:
     ``wrong`` is called with each mistake in its files, as `read_instance` does.
     """
     section, folder = scenario.instance, Path(scenario.folder)
-    Calendar(section.start).zero(0)  # whether or not it is used, what is wrong with it is said
+    Calendar(section.start).zero()  # whether or not it is used, what is wrong with it is said
     if section.orders_file is None or section.pods_file is None:
         if isinstance(profile := section.arrivals.profile, str):
             section = evolve(section, arrivals=evolve(section.arrivals, profile=read_profile(folder / profile)))

@@ -12,7 +12,9 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Sequence
+from copy import copy
 from functools import cached_property, lru_cache
+from threading import Lock
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -40,14 +42,52 @@ ROWS_BYTES = 64 << 20
 Table: TypeAlias = NDArray[np.int32] | NDArray[np.int64]
 
 
-@lru_cache(maxsize=8)
 def travel_on(layout: Layout, motion: Motion) -> Travel:
-    """Return the travel times of a layout and kind of robot; runs of one process share them."""
+    """Return the travel times of a layout and kind of robot for one run; the tables are those of all runs."""
+    return _first_on(layout, motion).for_a_run()
+
+
+@lru_cache(maxsize=8)
+def _first_on(layout: Layout, motion: Motion) -> Travel:
     return Travel(layout, motion)
 
 
+class _Tables:
+    """Tables that were searched for, which runs share, also those of several threads.
+
+    Those of stations, which every trip needs, stay; of the others the least recently used go first.
+    """
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._of_stations: dict[tuple[int, int, bool], Table] = {}
+        self._others: OrderedDict[tuple[int, int, bool], Table] = OrderedDict()
+        self._bytes = 0
+
+    def get(self, key: tuple[int, int, bool]) -> Table | None:
+        """Return a table, which is now the most recently used one; None if it is not there."""
+        if (table := self._of_stations.get(key)) is not None:
+            return table
+        with self._lock:
+            if (table := self._others.get(key)) is not None:
+                self._others.move_to_end(key)
+        return table
+
+    def keep(self, key: tuple[int, int, bool], table: Table, *, of_station: bool) -> None:
+        """Add a table that no run changes any more."""
+        table.setflags(write=False)
+        with self._lock:
+            if of_station:
+                self._of_stations[key] = table
+            elif key not in self._others:
+                self._others[key] = table
+                self._bytes += table.nbytes
+            while self._bytes > TABLES_BYTES and len(self._others) > 1:
+                self._bytes -= self._others.popitem(last=False)[1].nbytes
+
+
 class Travel:
-    """Travel times of one layout and one kind of robot.
+    """Travel times of one layout and one kind of robot, for one run: searches write on arrays of its own.
 
     Parameters
     ----------
@@ -82,11 +122,17 @@ class Travel:
         self._passable: dict[tuple[int, bool], NDArray[np.bool_]] = {}
         for array in (self.runs, self.turns, self.offsets, self._floor, self._under):
             array.setflags(write=False)
-        self._tables: OrderedDict[tuple[int, int, bool], Table] = OrderedDict()
-        self._of_stations: dict[tuple[int, int, bool], Table] = {}
-        self._bytes = 0
+        self._tables = _Tables()
         self.seconds = 0.0
         """Wall-clock seconds that tables have taken so far."""
+
+    def for_a_run(self) -> Travel:
+        """Return the same travel times for another run, which may be in another thread."""
+        other = copy(self)
+        for name in ("_work", "_times", "_near", "_near_table", "_rows"):
+            vars(other).pop(name, None)
+        other.seconds = 0.0
+        return other
 
     @property
     def layout(self) -> Layout:
@@ -168,8 +214,9 @@ class Travel:
         returned, as many as the fastest and ``spare_ticks``; `UNREACHABLE` if all are right. Any other time is too low,
         but with the way there no less than these ticks. Valid until the next call of this or of `nearest`.
         """
-        if self._lanes[goal] >= 0 or (goal, WAYS_TO, loaded) in self._tables:
-            return self.ways_to(goal, loaded), clock.UNREACHABLE
+        known = self._tables.get((goal, WAYS_TO, loaded))
+        if known is not None or self._lanes[goal] >= 0:
+            return self.ways_to(goal, loaded) if known is None else known, clock.UNREACHABLE
         started, start, table = perf_counter(), 4 * cell + heading, self._near
         within = self._search.times_near(goal, table, start, spare_ticks, *self._grid(goal, loaded), self._work)
         self.seconds += perf_counter() - started
@@ -268,22 +315,10 @@ class Travel:
 
     def _table(self, key: tuple[int, int, bool]) -> Any:
         """Return a table as it was kept, or else search for it and keep it: from a cell and heading, or to the cell."""
-        table: Table | None = self._of_stations.get(key)
-        if table is not None:
-            return table
         table = self._tables.get(key)
-        if table is not None:
-            self._tables.move_to_end(key)
-            return table
-        table = self._search_for(*key)
-        table.setflags(write=False)
-        if self._lanes[key[0]] >= 0:
-            self._of_stations[key] = table  # needed for every trip
-        else:
-            self._tables[key] = table
-            self._bytes += table.nbytes
-        while self._bytes > TABLES_BYTES and len(self._tables) > 1:
-            self._bytes -= self._tables.popitem(last=False)[1].nbytes
+        if table is None:
+            table = self._search_for(*key)
+            self._tables.keep(key, table, of_station=self._lanes[key[0]] >= 0)
         return table
 
     def _search_for(self, cell: int, heading: int, loaded: bool) -> Any:

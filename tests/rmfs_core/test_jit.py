@@ -90,3 +90,33 @@ def test_what_another_file_brings_is_part_of_the_code(
     assert (run_cached(CALLING), run_cached(CALLING)) == ("20 0\n", "20 1\n")
     (tmp_path / "helping.py").write_text(HELPING.replace(*edit), encoding="utf-8")
     assert run_cached(CALLING) == told
+
+
+FOREIGN = """
+import sys
+import numba
+class Lazy:
+    asked = []
+    def __getattr__(self, name):
+        self.asked.append(name)
+        raise AttributeError(name)
+lazy = Lazy()
+if "rmfs" in sys.argv:
+    import rmfs_core.jit
+@numba.njit(cache=True)
+def own(number): return number + 1
+print(own(1), sum(own.stats.cache_hits.values()), Lazy.asked)
+"""
+
+
+def test_compiled_code_of_others_is_left_alone(tmp_path: Path) -> None:
+    """A foreign function that was cached without rmfs is a cache hit with it, and nothing of its module is touched."""
+    variables = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
+    (tmp_path / "foreign.py").write_text(FOREIGN, encoding="utf-8")
+
+    def told(*arguments: str) -> str:
+        command = [sys.executable, "-c", "import foreign", *arguments]
+        return subprocess.run(command, env=variables, capture_output=True, text=True, check=True).stdout
+
+    assert told() == "2 0 []\n"
+    assert told("rmfs") == told() == "2 1 []\n"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rmfs_core.timetable import DAY, Span, Timetable, read_spans
+from rmfs_core.timetable import ALWAYS, DAY, Span, Timetable, first_common, read_spans
 
 MINUTE = 60_000
 HOUR = 60 * MINUTE
@@ -103,3 +103,23 @@ def test_stations_have_no_number() -> None:
         ValueError, match=r"two times of the day that differ, such as .*; found \['06:00', '07:00', 1\]"
     ):
         read_spans([("06:00", "07:00", 1)])
+
+
+@pytest.mark.parametrize(
+    ("stations", "robots", "first"),
+    [
+        ([ALWAYS], [ALWAYS], 0),
+        ([timetable(("06:00", "10:00"))], [ALWAYS], 6 * HOUR),
+        ([timetable(("06:00", "10:00"))], [timetable(("09:00", "16:00"), most=4)], 9 * HOUR),
+        ([timetable(("06:00", "10:00"))], [timetable(("10:00", "06:00"), most=4)], None),
+        ([timetable(("06:00", "10:00")), ALWAYS], [timetable(("10:00", "06:00"), most=4)], 0),
+        ([ALWAYS], [timetable(("06:00", "10:00", 0), most=4)], None),
+        ([timetable(("06:00", "10:00")), timetable(("22:00", "02:00"))], [timetable(("01:00", "03:00"))], HOUR),
+        ([timetable(("06:00", "10:00"), zero=8 * HOUR)], [timetable(("05:00", "07:00"), zero=8 * HOUR)], 22 * HOUR),
+    ],
+)
+def test_when_one_of_each_group_is_there_first(
+    stations: list[Timetable], robots: list[Timetable], first: int | None
+) -> None:
+    """From time 0 of the run on, which may be any time of the day; None where they never meet."""
+    assert first_common(stations, robots) == first

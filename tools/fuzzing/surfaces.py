@@ -308,19 +308,48 @@ def of_bench(draft: Draft) -> None:
         draft.arguments += ["--set", possible_argument(f"{key}={plain_text(nasty(draft.random))}")]
 
 
+CELLS = (
+    *("1.000", "1.234,00", "1 000", "1'000", "2,5", "-3", "(2)", "1e9", "999999999999", "0", "\u0663", "1000001"),
+    *("20240229", "240229", "45351,25", "1709251200", "1709251200000", "9999-12-31", "1900-01-01", "2034-12-01T06:00"),
+    *("2024-03-31T02:30", "2024-10-27T02:30", "2024-03-01T06:30+02:00", "2024-03-01T06:30Z", "01.03.2024 06:30"),
+    *("06:30", '"', '"a', 'a"b', "\r", "caf\u00e9", "cafe\u0301", "\0", "\t", ",", "nr", "A", "", " "),
+    *("\u2028", "x" * 140_000),
+)  # fmt: skip
+"""What exports of other programs have in their cells."""
+
+OF_CONVERT = (
+    *(("--time", "when"), ("--time", "when", "--due", "due"), ("--quantity", "pieces"), ("--priority", "urgent")),
+    *(("--pods", "3"), ("--pods", "3", "--skus-per-pod", "2", "--placement", "co-purchase"), ("--items", "5")),
+    *(("--start", "2024-03-01T00:00"), ("--from", "2024-03-01T07:00"), ("--until", "2024-03-01T07:30Z")),
+    *(("--time-format", "%Y-%m-%dT%H:%M"), ("--time-format", "unix"), ("--time-format", "%d %d"), ("--start", "0")),
+    *(("--zone", "Europe/Berlin"), ("--decimal", ","), ("--thousands", "."), ("--decimal", ".", "--thousands", ",")),
+    *(("--encoding", "utf-16"), ("--encoding", "cp1252"), ("--encoding", "shift_jis"), ("--separator", "tab")),
+    *(("--leave-out-sku", "A"), ("--most-quantity", "2"), ("--whole-orders",), ("--force",)),
+    ("--time-of-day", "due"),
+)
+
+
+def export_cell(data: bytes, random: Random) -> bytes:
+    """Put one of `CELLS` into a table, in a row or in all of a column; now and then encoded otherwise."""
+    rows = [line.split(";") for line in data.decode("utf-8", "surrogateescape").splitlines()] or [[""]]
+    cell, text = random.randrange(len(rows[0]) or 1), random.choice(CELLS)
+    for row in rows[1:] if random.random() < 0.3 else [random.choice(rows)]:
+        row[cell : cell + 1] = [text]
+    encoding = random.choice(("utf-8", "utf-8", "utf-8", "utf-8", "utf-16", "cp1252", "utf-8-sig"))
+    return "\n".join([*(";".join(row) for row in rows), ""]).encode(encoding, "ignore")
+
+
 def of_convert(draft: Draft) -> None:
     """Tables of order lines, and how they are converted."""
     draft.need("lines.csv")
     draft.arguments = ["convert", "orders", "lines.csv", "--out", "out", "--order", "nr", "--sku", "article"]
     draft.arguments += ["--separator", ";"]
-    options = (
-        *(("--time", "when"), ("--time", "when", "--due", "due"), ("--quantity", "pieces"), ("--priority", "urgent")),
-        *(("--pods", "3"), ("--pods", "3", "--skus-per-pod", "2", "--placement", "co-purchase"), ("--items", "5")),
-        *(("--start", "2024-03-01T00:00"), ("--from", "2024-03-01T07:00"), ("--time-format", "%Y-%m-%dT%H:%M")),
-    )
-    for chosen in draft.random.sample(options, draft.random.randint(0, 4)):
+    for chosen in draft.random.sample(OF_CONVERT, draft.random.randint(0, 5)):
         draft.arguments += chosen
-    if draft.random.random() < 0.7:
+    chance = draft.random.random()
+    if chance < 0.4:
+        draft.change("lines.csv", export_cell)
+    elif chance < 0.7:
         draft.change("lines.csv", partial(mutate_table, separator=";"))
     else:
         draft.arguments = mutate_arguments(draft.arguments, draft.random)

@@ -26,8 +26,8 @@ from rmfs_core.scenario.rulenames import is_inline, rule_choices
 from rmfs_core.scenario.source import KeyPath, dotted, undotted
 from rmfs_core.scenario.structuring import KeyProblem, fields_of, section_class
 from rmfs_core.simulation.engine import Simulation
-from rmfs_core.simulation.setup import open_warehouse, unmet_needs
-from rmfs_core.timetable import read_spans
+from rmfs_core.simulation.setup import hours_of, open_warehouse, shifts_of, unmet_needs
+from rmfs_core.timetable import first_common
 from rmfs_core.wording import first_few, sentence
 from rmfs_core.world import Instance, Layout, make_layout
 from rmfs_core.world.csv_files import read_skus
@@ -207,13 +207,16 @@ class _Check:
         if is_inline(choice.rule) and self.allow_inline:
             file = str(Path(folder) / choice.rule.rpartition(":")[0])
             self.found.inline_files += [file] if file not in self.found.inline_files else []
+        named = choice.parameters
         while True:
             place = dotted(("rules", *path))
             try:
                 return load_rule(choice, roles, folder=folder, allow_inline=self.allow_inline, place=place)
             except InputError as error:
-                self.note(error.place, error.problem)
                 name = undotted(error.place)[-1]
+                if error.place != place and name in named and name not in choice.parameters:
+                    return None  # it cannot do without what was refused
+                self.note(error.place, error.problem)
                 if error.place == place or name not in choice.parameters:
                     return None
                 rest = {key: value for key, value in choice.parameters.items() if key != name}
@@ -301,7 +304,8 @@ class _Check:
                 self.found.notes.append(
                     f"Note: {problem.problem.partition(';')[0]}; rules that do not split them give each an empty one."
                 )
-        self.found.notes += [*_starving(scenario, instance, rules), *_misspelt(scenario, instance), *_idle(scenario)]
+        self.found.notes += [*_starving(scenario, instance, rules), *_misspelt(scenario, instance)]
+        self.found.notes += idle_notes(scenario, layout)
 
 
 def _starving(scenario: Scenario, instance: Instance, rules: RuleSet) -> list[str]:
@@ -333,12 +337,18 @@ def _misspelt(scenario: Scenario, instance: Instance) -> list[str]:
     return notes
 
 
-def _idle(scenario: Scenario) -> list[str]:
-    """Say that no robot ever works, where that is so."""
-    available, most = scenario.robots.available, scenario.robots.count
-    if available is None or any(number for _, _, number in read_spans(available, most)):
-        return []
-    return ["Note: `robots.available` has no robot on duty at any time."]
+def idle_notes(scenario: Scenario, layout: Layout) -> list[str]:
+    """Say that no robot ever works, or none while a station is open, where that is so."""
+    picking = len(layout.stations) - layout.replenishing
+    stations, robots = shifts_of(hours_of(scenario, picking), picking)
+    if first_common(robots) is None:
+        return ["Note: `robots.available` has no robot on duty at any time."]
+    if first_common(stations, robots) is None:
+        return [
+            "Note: no robot is on duty while a station is open (`robots.available`, `stations.open`), so robots work "
+            "off only what stations took before they closed."
+        ]
+    return []
 
 
 def _mended_opening(scenario: Scenario, path: KeyPath, layout: Layout) -> Scenario:

@@ -86,12 +86,14 @@ def run(
     until then.
     """
 
-    from rmfs_cli.checking import load_checked
+    from rmfs_cli.checking import idle_notes, load_checked
     from rmfs_cli.compiling import compiling_announced
     from rmfs_cli.progress import run_display
     from rmfs_cli.summary import print_profile, print_summary
     from rmfs_core import run as simulate
     from rmfs_core.errors import RunError
+    from rmfs_core.scenario import located
+    from rmfs_core.world import make_layout
 
     _check_recorders(record)
     recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
@@ -99,6 +101,10 @@ def run(
     name = scenario_name(scenario)
     folder = default_folder(name, resolved.seed, overrides) if out is None else out
     notes = notes_console(quiet=quiet)
+    if resolved.robots.available is not None:
+        with located(resolved):
+            for note in idle_notes(resolved, make_layout(resolved)):
+                say(notes, note)
     if not no_inline_rules:
         _announce_inline_rules(notes, resolved)
     progress: RunDisplay | None = None if quiet else run_display(notes, name)
@@ -190,6 +196,8 @@ def _report(console: Console, result: Result, folder: Path, record: Sequence[str
     if result.status == "partial":
         total, left = len(result.orders), sum(row["completed_s"] is None for row in result.orders)
         say(console, f"The run ended with {left:,} of {total:,} orders left; metrics are of what was done.")
+    for note in result.notes:
+        say(console, note)
     if (warmup := result.scenario.run.warmup_s) is not None:
         say(console, f"Metrics count what happens from {duration(warmup)} on (run.warmup_s).")
     observers = [observer for observer, _ in make_observers(quiet=True)]

@@ -32,7 +32,7 @@ def load_rule(
     roles
         The roles that it may play; the one of them that its class can play is the rule's.
     folder
-        Where the file of an inline rule is.
+        Where the file of an inline rule is, and files that parameters name.
     allow_inline
         Whether such a file may be loaded at all.
     place

@@ -3,76 +3,44 @@
 from __future__ import annotations
 
 import csv
-import re
 import sqlite3
 import tempfile
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import Self, TextIO
+from typing import NoReturn, Self, TextIO
 
-from attrs import define, field, frozen
+from attrs import frozen
 
-from rmfs_convert.tables import batches
-from rmfs_convert.times import Clock, ClockError
+from rmfs_convert.cleaning import Cleaner
+from rmfs_convert.tables import Table
+from rmfs_convert.tally import SHOWN
+from rmfs_convert.time_formats import Moment
 from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.errors import InputError
+from rmfs_core.world.csv_files import TEN_YEARS
 
-SHOWN = 3
-"""Rows that are named as examples of what was dropped."""
-
-_WHOLE = re.compile(r"[0-9]{1,9}(\.0*)?")
 _SCHEMA = """
 PRAGMA journal_mode = OFF;
 PRAGMA synchronous = OFF;
 PRAGMA cache_size = -65536;
 PRAGMA temp_store = FILE;
 CREATE TABLE line (
-  name TEXT NOT NULL, sku TEXT NOT NULL, tick INTEGER NOT NULL, quantity INTEGER NOT NULL, due INTEGER, priority INTEGER
+  name TEXT NOT NULL, sku TEXT NOT NULL, tick INTEGER NOT NULL, ahead INTEGER NOT NULL, quantity INTEGER NOT NULL,
+  due INTEGER, priority INTEGER, row INTEGER NOT NULL
 );
+CREATE TABLE lost (name TEXT NOT NULL);
 """
 
 
 @frozen
-class Columns:
-    """Names of the columns of a table of order lines.
+class Span:
+    """Which orders are kept, by their arrival, and time 0; None: all, and the midnight before the first."""
 
-    None: the table has none. Then every line is one item, arrives at 0, is due whenever, and has no priority.
-    """
-
-    order: str
-    sku: str
-    time: str | None = None
-    quantity: str | None = None
-    due: str | None = None
-    priority: str | None = None
-
-
-@define
-class Dropped:
-    """Rows that were left out for one reason.
-
-    Parameters
-    ----------
-    rows
-        How many.
-    examples
-        Numbers of the first of them and what was found there.
-    """
-
-    rows: int = 0
-    examples: list[tuple[int, str]] = field(factory=list)
-
-    def note(self, row: int, found: str) -> None:
-        """Count a row."""
-        self.rows += 1
-        if len(self.examples) < SHOWN:
-            self.examples.append((row, found))
-
-
-_Line = tuple[str, str, int, int, int | None, int | None]
-"""Order, SKU, tick, items, tick at which it is due, priority."""
+    begin: Moment | None = None
+    end: Moment | None = None
+    start: Moment | None = None
 
 
 @frozen
@@ -89,29 +57,29 @@ class OrderLines:
 
     Parameters
     ----------
-    clock
-        Reads the times.
+    cleaner
+        Makes order lines of rows.
 
     Attributes
     ----------
-    rows
-        Rows read.
-    dropped
-        Rows that were left out, by reason.
-    emptied
-        Fields that were left empty, by reason: due times and priorities that cannot be read.
     several
         Orders whose lines differ in their times, due times and priorities, by what they differ in: the earliest time,
         the earliest due time and the highest priority is the order's.
+    left_out
+        Orders that were left out whole, by reason.
+    shortened
+        Orders that are kept, and lost a line.
+    offsets
+        Ticks by which the clocks of the kept lines are ahead of UTC.
     """
 
-    def __init__(self, clock: Clock | None = None) -> None:
-        self.clock = clock or Clock()
-        self.rows = 0
-        self.dropped: dict[str, Dropped] = {}
-        self.emptied: dict[str, Dropped] = {}
+    def __init__(self, cleaner: Cleaner) -> None:
+        self.cleaner = cleaner
         self.several: dict[str, int] = {}
-        self._columns = Columns("", "")
+        self.left_out: dict[str, int] = {}
+        self.shortened = 0
+        self.offsets: list[int] = []
+        self._file = "the table"
         self._folder = tempfile.TemporaryDirectory(prefix="rmfs-convert-")
         self._base = sqlite3.connect(Path(self._folder.name) / "lines.sqlite", isolation_level=None)
         self._base.executescript(_SCHEMA)
@@ -125,104 +93,152 @@ class OrderLines:
         self._base.close()
         self._folder.cleanup()
 
-    def read(self, file: Path, columns: Columns, separator: str = ",") -> None:
+    def read(self, table: Table) -> None:
         """Take in a table.
 
         Raises
         ------
         InputError
-            When the file cannot be read, lacks a column, or none of its rows is an order line.
+            When the file cannot be read, lacks a column, has numbers that may mean two things, or none of its rows is
+            an order line.
         """
-        self._columns = columns
+        columns, self._file = self.cleaner.columns, str(table.file)
         given = (columns.time, columns.quantity, columns.due, columns.priority)
-        names = [columns.order, columns.sku, *(name for name in given if name is not None)]
-        for batch in batches(file, names, separator):
+        names = [name for name in (columns.order, columns.sku, *given, columns.time_of_day) if name is not None]
+        for batch in table.batches(names):
             texts = dict(zip(names, batch.columns, strict=True))
+            if columns.time is not None and columns.time_of_day is not None:
+                both = zip(texts[columns.time], texts[columns.time_of_day], strict=True)
+                texts[columns.time] = [f"{(day or '').strip()} {(time or '').strip()}".strip() for day, time in both]
             fields = [[None] * len(batch.columns[0]) if name is None else texts[name] for name in given]
             rows = zip(batch.columns[0], batch.columns[1], *fields, strict=True)
             self._base.execute("BEGIN")
-            self._base.executemany(
-                "INSERT INTO line VALUES (?, ?, ?, ?, ?, ?)", self._clean(file, enumerate(rows, batch.first_row))
-            )
+            lines = self.cleaner.lines(self._file, enumerate(rows, batch.first_row))
+            self._base.executemany("INSERT INTO line VALUES (?, ?, ?, ?, ?, ?, ?, ?)", lines)
+            self._keep_lost()
             self._base.execute("COMMIT")
+            self.cleaner.ask(self._file)
+        self.cleaner.check_choice()
         if self._count("SELECT count(*) FROM line") == 0:
-            reasons = "; ".join(f"{what.rows:,} with {why}" for why, what in self.dropped.items())
-            raise InputError(str(file), f"has no order line that could be kept: {reasons or 'it has no rows'}")
+            self._refuse_all()
 
-    def _clean(self, file: Path, rows: Iterable[tuple[int, tuple[str | None, ...]]]) -> Iterator[_Line]:
-        columns = self._columns
-        for row, fields in rows:
-            self.rows += 1
-            name, wanted, time, amount, due, priority = [(field or "").strip() for field in fields]
-            time, amount = time if columns.time else "0", amount if columns.quantity else "1"
-            if not name:
-                self._drop("no order", row, "")
-            elif not wanted:
-                self._drop("no SKU", row, name)
-            elif not _WHOLE.fullmatch(amount) or (items := int(float(amount))) < 1:
-                self._drop("a quantity that is no whole number from 1 on (returns, weights)", row, amount)
-            elif (tick := self._tick(file, row, time)) is None:
-                self._drop("no time that can be read", row, time)
-            else:
-                yield name, wanted, tick, items, self._due(file, row, due), self._priority(row, priority)
+    def _keep_lost(self) -> None:
+        self._base.executemany("INSERT INTO lost VALUES (?)", [(name,) for name in self.cleaner.lost])
+        self.cleaner.lost.clear()
 
-    def _due(self, file: Path, row: int, text: str) -> int | None:
-        if text and (tick := self._tick(file, row, text)) is not None:
-            return tick
-        if text:
-            self.emptied.setdefault("a due time that cannot be read", Dropped()).note(row, text)
-        return None
+    def _refuse_all(self) -> NoReturn:
+        found = "; ".join(self.cleaner.left_out()) or "it has no rows"
+        raise InputError(self._file, f"has no order line that could be kept: {found}")
 
-    def _priority(self, row: int, text: str) -> int | None:
-        if _WHOLE.fullmatch(text):
-            return int(float(text))
-        if text:
-            self.emptied.setdefault("a priority that is no whole number from 0 on", Dropped()).note(row, text)
-        return None
-
-    def _drop(self, reason: str, row: int, found: str) -> None:
-        self.dropped.setdefault(reason, Dropped()).note(row, found)
-
-    def _tick(self, file: Path, row: int, text: str) -> int | None:
-        try:
-            return self.clock.tick(text)
-        except ClockError as error:
-            raise InputError(f"{file}, row {row}", str(error)) from None
-        except (ValueError, OverflowError):
-            return None
-
-    def gather(self, begin: int | None = None, end: int | None = None) -> int:
-        """Bring the lines of each order together; return the time, in ticks, of the first order.
+    def gather(self, span: Span | None = None, whole: bool = False) -> Moment:
+        """Bring the lines of each order together; return time 0.
 
         Parameters
         ----------
-        begin, end
-            Orders that arrive before ``begin``, or at ``end`` or later, are left out (ticks).
+        span
+            Orders that arrive before its begin, or at its end or later, are left out.
+        whole
+            Whether orders that lost a line are left out.
+
+        Raises
+        ------
+        InputError
+            When no order is left, or the first arrives before time 0.
         """
+        span = span or Span()
         self._base.executescript(
             "CREATE TABLE whole AS SELECT name, min(tick) AS tick, min(rowid) AS first, min(due) AS due,"
             " max(priority) AS priority, min(tick) < max(tick) AS times, min(due) < max(due) AS dues,"
             " min(priority) < max(priority) AS priorities FROM line GROUP BY name;"
         )
-        kept = "tick >= ifnull(?, tick) AND tick < ifnull(?, tick + 1)"
-        left_out = self._count(f"SELECT count(*) FROM whole WHERE NOT ({kept})", begin, end)
-        if left_out:
-            self.dropped["a time outside the chosen span (orders)"] = Dropped(left_out)
-        self._base.execute(f"DELETE FROM whole WHERE NOT ({kept})", (begin, end))
-        if self.n_orders == 0:
-            raise InputError(
-                "--from, --until", f"all {left_out:,} orders are outside; expected a span with some of them"
-            )
-        for what in ("times", "dues", "priorities"):
-            self.several[what] = self._count(f"SELECT count(*) FROM whole WHERE {what}")
+        self._count_orders_lost()
+        self._choose(span)
         self._base.executescript(
             "CREATE UNIQUE INDEX whole_name ON whole (name);"
             "CREATE TABLE packed AS SELECT whole.tick AS tick, whole.first AS first, line.name, line.sku,"
-            " sum(line.quantity) AS quantity, min(line.rowid) AS row, count(*) AS rows"
+            " sum(line.quantity) AS quantity, min(line.row) AS row, count(*) AS rows"
             " FROM line JOIN whole USING (name) GROUP BY line.name, line.sku;"
-            "DROP TABLE line;"
         )
-        return self._count("SELECT min(tick) FROM whole")
+        self._leave_out_large()
+        self._leave_out_shortened(whole)
+        zero = self._zero(span.start)
+        self._leave_out_late(zero)
+        kept = self._base.execute("SELECT DISTINCT ahead FROM line WHERE name IN (SELECT name FROM whole)")
+        self.offsets = sorted(ahead for (ahead,) in kept)
+        self._base.executescript("DROP TABLE line; DROP TABLE lost;")
+        for what in ("times", "dues", "priorities"):
+            self.several[what] = self._count(f"SELECT count(*) FROM whole WHERE {what}")
+        return zero
+
+    def _count_orders_lost(self) -> None:
+        """Count the orders none of whose rows is kept."""
+        if found := self._count("SELECT count(*) FROM (SELECT name FROM lost EXCEPT SELECT name FROM whole)"):
+            self.left_out["no row that is kept"] = found
+
+    def _choose(self, span: Span) -> None:
+        """Leave out the orders outside a span."""
+        begin, end = (None if moment is None else moment.tick for moment in (span.begin, span.end))
+        kept = "tick >= ifnull(?, tick) AND tick < ifnull(?, tick + 1)"
+        found = self._base.execute(f"DELETE FROM whole WHERE NOT ({kept})", (begin, end)).rowcount
+        if found:
+            self.left_out["a time outside the chosen span"] = found
+        if self.n_orders == 0:
+            raise InputError(
+                "--from, --until", f"all orders ({found:,}) are outside; expected a span with some of them"
+            )
+
+    def _leave_out_large(self) -> None:
+        """Leave out lines that are too large once rows of a SKU are added up."""
+        large = self._base.execute(
+            "SELECT row, quantity, name, sku FROM packed WHERE quantity > ? ORDER BY row", (self.cleaner.choice.most,)
+        ).fetchall()
+        for row, quantity, name, _ in large:
+            self.cleaner.drop_large(row, quantity, name)
+        self._keep_lost()
+        self._base.executemany("DELETE FROM packed WHERE name = ? AND sku = ?", [one[2:] for one in large])
+        self._base.execute("DELETE FROM whole WHERE name NOT IN (SELECT name FROM packed)")
+
+    def _leave_out_shortened(self, whole: bool) -> None:
+        """Count the orders that lost a line, or leave them out."""
+        lost = "name IN (SELECT name FROM lost)"
+        self.shortened = self._count(f"SELECT count(*) FROM whole WHERE {lost}")
+        if whole and self.shortened:
+            self.left_out["a line that is left out (--whole-orders)"] = self.shortened
+            self._base.executescript(f"DELETE FROM packed WHERE {lost}; DELETE FROM whole WHERE {lost};")
+            self.shortened = 0
+        if self.n_orders == 0:
+            self._refuse_all()
+
+    def _zero(self, start: Moment | None) -> Moment:
+        """Return time 0: the start, or the midnight before the first order by the clock of its time."""
+        clock = self.cleaner.reader.clock
+        tick, ahead = self._base.execute(
+            "SELECT tick, min(ahead) FROM line WHERE tick = (SELECT min(tick) FROM whole)"
+            " AND name IN (SELECT name FROM whole)"
+        ).fetchone()
+        first = Moment(tick, ahead)
+        if start is not None and start.tick > tick:
+            raise InputError("--start", f"found {clock.iso(start)}, but the first order arrives at {clock.iso(first)}")
+        return clock.midnight_before(first) if start is None else start
+
+    def _leave_out_late(self, zero: Moment) -> None:
+        """Leave out the orders that a run would refuse, since they arrive years after time 0."""
+        late = f"SELECT name FROM whole WHERE tick > {zero.tick + TEN_YEARS}"
+        rows = self._count(f"SELECT count(*) FROM line WHERE name IN ({late})")
+        if rows:
+            shown = self._base.execute(
+                f"SELECT row, tick, ahead FROM line WHERE name IN ({late}) ORDER BY row LIMIT {SHOWN}"
+            ).fetchall()
+            iso = self.cleaner.reader.clock.iso
+            reason = f"a time more than ten years after time 0 ({iso(zero)}; --from leaves out what is earlier)"
+            for row, tick, ahead in shown:
+                self.cleaner.dropped.note(reason, row, iso(Moment(tick, ahead)))
+            self.cleaner.dropped.reasons[reason].rows = rows
+            self._base.execute(f"DELETE FROM packed WHERE name IN ({late})")
+            self._base.execute(f"DELETE FROM whole WHERE tick > {zero.tick + TEN_YEARS}")
+        if self.n_orders == 0:
+            found = "; ".join(self.cleaner.left_out())
+            raise InputError(self._file, f"has no order in time: {found}; expected another --start or --time-format")
 
     @property
     def n_orders(self) -> int:
@@ -238,6 +254,12 @@ class OrderLines:
     def joined(self) -> int:
         """Rows that went into another row of the same order and SKU."""
         return self._count("SELECT ifnull(sum(rows - 1), 0) FROM packed")
+
+    def largest(self, number: int) -> list[tuple[str, str, int]]:
+        """Return order, SKU and items of the lines with most items."""
+        return self._base.execute(
+            "SELECT name, sku, quantity FROM packed ORDER BY quantity DESC, row LIMIT ?", (number,)
+        ).fetchall()
 
     def skus(self) -> list[Sku]:
         """Return the SKUs that are wanted, most order lines first, then by name."""
@@ -260,7 +282,7 @@ class OrderLines:
             yield found
 
     def write(self, stream: TextIO, start: int) -> Counter[str]:
-        """Write the orders, by arrival, with time 0 at ``start``; return totals.
+        """Write the orders, by arrival, with time 0 at the tick ``start``; return totals.
 
         The columns are ``order,arrival_s,sku,quantity``, and ``due_s`` and ``priority`` where the table has them.
 
@@ -271,7 +293,7 @@ class OrderLines:
             before ``start``, for which 0 is written.
         """
         writer = csv.writer(stream, lineterminator="\n")
-        more = {"due_s": self._columns.due, "priority": self._columns.priority}
+        more = {"due_s": self.cleaner.columns.due, "priority": self.cleaner.columns.priority}
         shown = [column for column, name in more.items() if name is not None]
         writer.writerow(("order", "arrival_s", "sku", "quantity", *shown))
         totals: Counter[str] = Counter()

@@ -1,18 +1,20 @@
-"""Times of order lines: ISO 8601, seconds, or a format that the user names."""
+"""Times of a table, of one kind, with the clock that they are read from."""
 
 from __future__ import annotations
 
-import re
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
+from functools import lru_cache
+from zoneinfo import ZoneInfo
 
+from rmfs_convert.numeric_dates import NumericDates
+from rmfs_convert.time_formats import ABSOLUTE, EPOCH, LOCAL, OF_DAY, SECONDS, Moment, reader_of
 from rmfs_core.clock import TICKS_PER_S
-
-_NUMBER = re.compile(r"[0-9]{1,12}(\.[0-9]+)?")
-_EPOCH = datetime(1970, 1, 1)
+from rmfs_core.errors import InputError
+from rmfs_core.timetable import DAY
 
 
 class ClockError(ValueError):
-    """Times of one table have a zone here and none there, or are dates here and seconds there."""
+    """Times of one table have an offset from UTC here and none there, or are dates here and seconds there."""
 
 
 class Clock:
@@ -21,51 +23,97 @@ class Clock:
     Parameters
     ----------
     pattern
-        How a time is written, as `datetime.datetime.strptime` has it; None: ISO 8601, or a number of seconds.
+        How a time is written: as `datetime.datetime.strptime` has it, or one of `NUMBERS`; None: ISO 8601, or a number
+        of seconds.
+    zone
+        Time zone of times without an offset, by whose clock all times are shown; None: they stay as they are.
+
+    Attributes
+    ----------
+    numbers
+        What the numbers look like that were read without a pattern.
     """
 
-    def __init__(self, pattern: str | None = None) -> None:
+    def __init__(self, pattern: str | None = None, zone: ZoneInfo | None = None) -> None:
         self.pattern = pattern
+        self.numbers = NumericDates()
+        self._zone = zone
         self._kind: str | None = None
+        self._read = lru_cache(4096)(reader_of(pattern, zone))  # lines of an order have the same time
 
     @property
     def dated(self) -> bool:
-        """Whether the times seen so far are dates, not mere numbers of seconds."""
-        return self._kind not in (None, "seconds")
+        """Whether the times seen so far are dates."""
+        return self._kind in (LOCAL, ABSOLUTE)
 
-    def tick(self, text: str) -> int:
-        """Return a time in ticks (1 ms) since 1970, or since 0 where times are numbers of seconds.
+    @property
+    def of_day(self) -> bool:
+        """Whether the times seen so far are times of the day."""
+        return self._kind == OF_DAY
+
+    def read(self, text: str, row: int = 1) -> Moment:
+        """Return a time in a row of the table.
 
         Raises
         ------
         ClockError
             When it is of another kind than the ones before.
+        UnusableError
+            When it stands for no time, as 1900-01-01 and 9999-12-31 do, or no clock ever showed it.
         ValueError
             When it is no time.
         """
-        if self.pattern is None and _NUMBER.fullmatch(text):
-            self._is("seconds")
-            return round(float(text) * TICKS_PER_S)
-        moment = datetime.strptime(text, self.pattern) if self.pattern else datetime.fromisoformat(text)
-        if moment.tzinfo is not None:
-            self._is("dates with a zone")
-            moment = moment.astimezone(UTC).replace(tzinfo=None)
-        else:
-            self._is("dates without a zone")
-        return (moment - _EPOCH) // timedelta(milliseconds=1)
+        kind, moment = self._read(text)
+        if kind != self._kind:
+            if self._kind is not None:
+                raise ClockError(f"found {kind} where the rows before have {self._kind}; expected one kind of time")
+            self._kind = kind
+        if kind == SECONDS and self.pattern is None:
+            self.numbers.note(text, row)
+        return moment
 
-    def midnight_before(self, tick: int) -> int:
-        """Return the midnight at or before a time; 0 where times are numbers of seconds."""
-        day = 86_400 * TICKS_PER_S
-        return tick // day * day if self.dated else 0
+    def option(self, option: str, text: str) -> Moment:
+        """Return a time that is given by an option: written as in the table, or in ISO 8601.
 
-    def iso(self, tick: int) -> str:
-        """Return a time as text."""
+        Raises
+        ------
+        InputError
+            When it is no time, or of another kind than those of the table.
+        """
+        for read in (self._read, reader_of(None, self._zone)):
+            try:
+                kind, moment = read(text)
+            except (ValueError, OverflowError):
+                continue
+            if self._kind in (None, kind):
+                return moment
+            raise InputError(option, f'found "{text}", but the times of the table are {self._kind}; {self._expected()}')
+        raise InputError(
+            option, f'found "{text}"; expected a time such as 2024-03-01T06:00, or as --time-format has it'
+        )
+
+    def _expected(self) -> str:
+        examples = {SECONDS: "21600", OF_DAY: "06:00", LOCAL: "2024-03-01T06:00", ABSOLUTE: "2024-03-01T06:00+01:00"}
+        return f"expected one of that kind, such as {examples[self._kind or LOCAL]}"
+
+    def midnight_before(self, moment: Moment) -> Moment:
+        """Return the midnight at or before a time, by the clock that it was read from; 0 where times are no dates."""
         if not self.dated:
-            return f"{tick / TICKS_PER_S:g} s"
-        return (_EPOCH + timedelta(milliseconds=tick)).isoformat(sep=" ")
+            return Moment(0)
+        return Moment(moment.tick - (moment.tick + moment.ahead) % DAY, moment.ahead)
 
-    def _is(self, kind: str) -> None:
-        if self._kind not in (None, kind):
-            raise ClockError(f"found {kind} where the rows before have {self._kind}; expected one kind of time")
-        self._kind = kind
+    def iso(self, moment: Moment) -> str:
+        """Return a time as text: a date in ISO 8601, a time of the day, or seconds."""
+        if self._kind == SECONDS or self._kind is None:
+            return f"{moment.tick / TICKS_PER_S:.16g} s"
+        shown = EPOCH + timedelta(milliseconds=moment.tick + moment.ahead)
+        if self._kind == OF_DAY:
+            return shown.time().isoformat()
+        return shown.isoformat() + (offset(moment.ahead) if self._kind == ABSOLUTE else "")
+
+
+def offset(ahead: int) -> str:
+    """Return an offset from UTC as text: ``+02:00``."""
+    minutes, seconds = divmod(abs(ahead) // TICKS_PER_S, 60)
+    text = f"{'-' if ahead < 0 else '+'}{minutes // 60:02}:{minutes % 60:02}"
+    return f"{text}:{seconds:02}" if seconds else text

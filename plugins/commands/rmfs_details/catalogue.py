@@ -183,3 +183,27 @@ MEASURES = (
     *(evolve(metric, group="Due times") for metric in (*LATENESS, *map(on_time, range(10)))),
 )
 """All of them, with the first ten priorities; the summary of a run shows those of all groups but the first."""
+
+MORE_IS_BETTER = frozenset(
+    {
+        "orders_completed",
+        "pile_on",
+        "orders_per_hour",
+        "picks_per_hour",
+        "picker_utilisation",
+        "orders_per_visit",
+        "open_utilisation_percent",
+        "on_time_percent",
+        *(on_time(priority).name for priority in range(10)),
+        "bundles_stored",
+        "items_stored",
+        "items_per_replenishment_visit",
+        "items_in_stock_mean",
+        "skus_in_stock_mean",
+        "charge_lowest_percent",
+    }
+)
+"""Metrics that are to be large: a limit of "at most" makes no sense for them."""
+
+FROM_ORDERS = frozenset({"orders_total", "picks", "items_per_line"})
+"""Metrics that depend on the orders alone, not on robots, stations or rules."""

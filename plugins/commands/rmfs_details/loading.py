@@ -44,6 +44,7 @@ def load_result(folder: str | Path) -> Result:
         timing=content["timing"],
         described=described_by(observer for observer, _ in make_observers(quiet=True)),
         error=content.get("error"),
+        notes=list(content.get("notes", [])),
         orders=tables["orders"],
         visits=tables["visits"],
         periods=tables["periods"],

@@ -19,7 +19,7 @@ from rmfs_experiments.compare import BOUND
 from rmfs_experiments.experiment import Job
 from rmfs_experiments.keys import run_key
 from rmfs_experiments.rows import Row
-from rmfs_experiments.sources import digest_of
+from rmfs_experiments.sources import digest_of, sources_of_generator
 from rmfs_experiments.watching import Watcher
 
 BOUNDS_FOLDER = "bounds"
@@ -51,8 +51,9 @@ def add_bounds(jobs: Sequence[Job], rows: Sequence[Row], store: Path, watcher: W
     for job in jobs:
         world = job.instance, job.rule_set
         if world not in of_seed:
-            counting = evolve(_NO_RULES, move=job.scenario.rules.move)  # the one rule that bounds depend on
-            of_seed[world] = run_key(evolve(job.scenario, rules=counting), versions, sources)
+            moving = None if job.scenario.rules.move is None else _ANY  # all that bounds depend on of the rules
+            counted = evolve(job.scenario, rules=evolve(_NO_RULES, move=moving))
+            of_seed[world] = run_key(counted, versions, sources_of_generator(counted) | sources)
         keys.append(of_seed[world](job.seed))
         different.setdefault(keys[-1], job)
     found = {key: _stored(folder / f"{key}.json") for key in different}

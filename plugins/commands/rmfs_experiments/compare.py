@@ -11,7 +11,7 @@ after Holm (1979, A simple sequentially rejective multiple test procedure, Scand
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import lru_cache
 from statistics import fmean, stdev
 from typing import Any, NamedTuple
@@ -33,11 +33,15 @@ BOUND = "bound."
 
 OVERALL = "overall"
 CONFIDENCE = 0.95
+FEWEST_SEEDS = 3
+"""With fewer seeds there are neither intervals nor p-values."""
+_ROUNDING = 1e-9
+"""Values that differ by less than this share of the largest are the same but for errors of rounding."""
 
 
 @frozen
 class Interval:
-    """A mean with its 95 % interval and p-value; None where they are not defined (fewer than two values).
+    """A mean with its 95 % interval and p-value; None where they would tell nothing, see `interval`.
 
     Parameters
     ----------
@@ -162,6 +166,8 @@ class Comparison:
         Metrics that observers describe, by name.
     fronts
         Pairs of metrics in which rule sets are held against each other.
+    fixed
+        Instance sets whose orders are the same for every seed: seeds are no replications of the demand.
     """
 
     baseline: str
@@ -173,6 +179,12 @@ class Comparison:
     by: tuple[str, ...] = ("instance",)
     measures: Mapping[str, Metric] = field(factory=dict)
     fronts: tuple[tuple[str, str], ...] = ()
+    fixed: tuple[str, ...] = ()
+
+    @property
+    def tested(self) -> bool:
+        """Whether any difference has an interval and a p-value."""
+        return any(one.difference.p is not None or one.relative.p is not None for one in self.paired)
 
     def described(self, metric: str) -> Metric:
         """Return how a metric is shown: under its name when nobody describes it."""
@@ -219,6 +231,7 @@ def summary(
     by: Sequence[str] = ("instance",),
     measures: Mapping[str, Metric] | None = None,
     fronts: Sequence[tuple[str, str]] = (),
+    fixed: Collection[str] = (),
 ) -> Comparison:
     """Compare every rule set with the baseline.
 
@@ -237,6 +250,8 @@ def summary(
         Metrics that observers describe, by name.
     fronts
         Pairs of metrics in which rule sets are held against each other.
+    fixed
+        Instances whose orders are the same for every seed.
 
     Raises
     ------
@@ -266,6 +281,7 @@ def summary(
         tuple(by),
         measures or {},
         tuple(fronts),
+        tuple(name for name, members in sets.items() if any(row["instance"] in fixed for row in members)),
     )
 
 
@@ -317,7 +333,7 @@ def _by_seed(rows: Rows, metric: str, rule_set: str, baseline: str) -> tuple[lis
 
 def _family(name: str, rows: Rows, metric: str, rule_sets: Sequence[str], baseline: str) -> list[Paired]:
     """Compare the rule sets with the baseline in one metric on one instance set."""
-    found, differences, relative = [], [], []
+    found, differences, relative, amounts = [], [], [], []
     for rule_set in rule_sets:
         seeds, left_out = _by_seed(rows, metric, rule_set, baseline)
         number = sum(map(len, seeds))
@@ -329,8 +345,18 @@ def _family(name: str, rows: Rows, metric: str, rule_sets: Sequence[str], baseli
         defined = all(base != 0 for pairs in seeds for _, base, _ in pairs)
         differences.append([fmean(figure - base for figure, base, _ in pairs) for pairs in compared])
         relative.append([fmean(figure / base - 1 for figure, base, _ in pairs) for pairs in compared if defined])
-    of_all = zip(found, intervals(differences), intervals(relative), strict=True)
+        amounts.append(all(own >= 0 and base > 0 for pairs in compared for own, base, _ in pairs))
+    shares = [
+        _at_least(-1.0, share) if amount else share for share, amount in zip(intervals(relative), amounts, strict=True)
+    ]
+    of_all = zip(found, intervals(differences), shares, strict=True)
     return [evolve(one, difference=difference, relative=share) for one, difference, share in of_all]
+
+
+def _at_least(least: float, found: Interval) -> Interval:
+    """Return an interval without what lies below the least that its values can be."""
+    low, low_holm = (None if bound is None else max(bound, least) for bound in (found.low, found.low_holm))
+    return evolve(found, low=low, low_holm=low_holm)
 
 
 def _with_bound(one: Paired, seeds: Sequence[Pairs]) -> Paired:
@@ -355,18 +381,20 @@ def _mean(values: Sequence[float]) -> float | None:
 def interval(values: Sequence[float]) -> Interval:
     """Return the mean of independent values with its 95 % Student t interval and the p-value of it being 0.
 
-    One value has no interval. Values that are all the same have one of width 0, and a p-value of 1 if they are 0, of
-    0 if they are not.
+    Fewer than `FEWEST_SEEDS` values have neither, nor have values that are all the same (but for errors of rounding):
+    how much they vary is not known, and the test is not defined.
     """
     from scipy.special import stdtr  # imported here: it takes a while
 
     mean = _mean(values)
-    if mean is None or len(values) == 1:
+    if mean is None or len(values) < FEWEST_SEEDS or _all_the_same(values):
         return Interval(mean)
     low, high = _bounds(values, CONFIDENCE)
-    error = _error(values)
-    p = float(2 * stdtr(len(values) - 1, -abs(mean) / error)) if error else 1.0 if mean == 0 else 0.0
-    return Interval(mean, low, high, p)
+    return Interval(mean, low, high, float(2 * stdtr(len(values) - 1, -abs(mean) / _error(values))))
+
+
+def _all_the_same(values: Sequence[float]) -> bool:
+    return max(values) - min(values) <= _ROUNDING * max(map(abs, values))
 
 
 def intervals(family: Sequence[Sequence[float]]) -> list[Interval]:

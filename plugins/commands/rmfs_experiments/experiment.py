@@ -282,7 +282,7 @@ class Experiment:
                         observed = bool(rules.pm.hook.measured.get_hookimpls())
                         measures = of_all | described_by(rules.instances)
                         versions = versions_of(rules, scenario)
-                        loaded[chosen] = _Loaded(versions, measures, observed, sources_of(rules))
+                        loaded[chosen] = _Loaded(versions, measures, observed, sources_of(rules, scenario))
                     code = loaded[chosen]
                     key = run_key(scenario, code.versions, code.sources)
                 for seed in self.seeds:

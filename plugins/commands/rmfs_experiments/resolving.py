@@ -13,7 +13,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.scenario import Scenario, scenario_from_dict, scenario_to_dict
 from rmfs_core.scenario.model import replaced_keys
 from rmfs_core.scenario.overrides import Override, apply_overrides, data_files
-from rmfs_core.scenario.rulenames import is_inline, rule_choices
+from rmfs_core.scenario.rulenames import given_in, is_inline, rule_choices
 from rmfs_core.scenario.tomltext import shown
 
 Changes = Mapping[str, Any]
@@ -32,7 +32,8 @@ def resolve(base: Scenario, changes: Changes, folder: str, place: str) -> Scenar
     changes
         Dotted keys and values.
     folder
-        Where files that the changes name are looked up.
+        Where files that the changes name are looked up. (Those that the base names are where the base is; of data and
+        code all have to be in one folder.)
     place
         What a message calls it.
 
@@ -41,9 +42,15 @@ def resolve(base: Scenario, changes: Changes, folder: str, place: str) -> Scenar
     InputError
         When the result is no scenario.
     """
-    overrides = [Override(f"{key} = {shown(value)}", tuple(key.split(".")), value) for key, value in changes.items()]
+    overrides = []
+    for key, value in changes.items():
+        path = tuple(key.split("."))
+        named = given_in(value, path, folder) if path[0] == "rules" else value
+        overrides.append(Override(f"{key} = {shown(value)}", path, named))
     with located_in(place):
-        data = apply_overrides(scenario_to_dict(base), overrides)
+        data = scenario_to_dict(base)
+        data["rules"] = given_in(data["rules"], ("rules",), base.folder)
+        data = apply_overrides(data, overrides)
     scenario = scenario_from_dict(data, base.folder, place)
     for override in overrides:
         section, *rest = override.path

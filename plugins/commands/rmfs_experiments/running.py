@@ -6,6 +6,7 @@ from collections.abc import Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from contextlib import closing, nullcontext
 from pathlib import Path
+from typing import Any
 
 from attrs import field, frozen
 
@@ -37,6 +38,8 @@ class ExperimentResult:
         How many runs were computed now; the others were stored already.
     measures
         Metrics that observers describe, by name.
+    fixed
+        Instances whose orders are the same for every seed, as they come from a file.
     """
 
     experiment: Experiment
@@ -44,6 +47,7 @@ class ExperimentResult:
     versions: dict[str, str] = field(factory=dict, repr=False)
     computed: int = 0
     measures: dict[str, Metric] = field(factory=dict, repr=False)
+    fixed: frozenset[str] = frozenset()
 
     @property
     def failed(self) -> list[Row]:
@@ -67,7 +71,8 @@ class ExperimentResult:
         if len(self.failed) < len(self.rows):
             one.check_metrics({*CATALOGUE, *self.measures, *_metrics(self.rows)})
         by = one.by or ("instance",)
-        return summary(self.rows, one.baseline, one.metrics, by=by, measures=self.measures, fronts=one.fronts)
+        about: dict[str, Any] = {"measures": self.measures, "fronts": one.fronts, "fixed": self.fixed}
+        return summary(self.rows, one.baseline, one.metrics, by=by, **about)
 
 
 def run_experiment(
@@ -154,7 +159,8 @@ def run_experiment(
         add_bounds(all_jobs, rows, runs.folder, watcher)
     versions = {name: version for job in all_jobs for name, version in job.versions.items()}
     measures = {name: metric for job in all_jobs for name, metric in job.measures.items()}
-    return ExperimentResult(experiment, rows, dict(sorted(versions.items())), len(todo), measures)
+    fixed = frozenset(job.instance for job in all_jobs if job.scenario.instance.orders_file is not None)
+    return ExperimentResult(experiment, rows, dict(sorted(versions.items())), len(todo), measures, fixed)
 
 
 def _is_stored(job: Job, runs: RunStore, watcher: Watcher) -> bool:

@@ -1,9 +1,10 @@
 """Which code a run is made by: digests of the sources of every import package that takes part.
 
 A version says too little: that of an editable install, or of a package that is found by its path, stays when its code
-changes. What takes part is the kernel, what rules share, the packages of the selected rules, of the observers of every
-run and of the generators of instances, and what these import of their own distributions, of this project, or from
-outside of the folders of installed packages. Other libraries are known by their versions.
+changes. What takes part is the kernel, what rules share, the packages of the selected rules and of those that they ask
+in turn, of the observers of every run and of the generator of the instance, and what these import of their own
+distributions, of this project, or from outside of the folders of installed packages. Other libraries are known by their
+versions.
 """
 
 from __future__ import annotations
@@ -18,12 +19,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cache, lru_cache
 from importlib.machinery import ModuleSpec
-from importlib.metadata import PackageNotFoundError, distribution
+from importlib.metadata import EntryPoint, PackageNotFoundError, distribution
 from importlib.util import find_spec
 from pathlib import Path
 
 from rmfs_core import entrypoints
 from rmfs_core.rules import RuleSet
+from rmfs_core.scenario import Scenario
+from rmfs_core.world.instance_making import generator_of
 
 KERNEL = "rmfs_core"
 ALWAYS = (KERNEL, "rmfs_rule_helpers")
@@ -37,37 +40,56 @@ _IMPORTS = re.compile(
 _NO_SOURCES = frozenset({"__pycache__"})
 
 
-def sources_of(rules: RuleSet) -> dict[str, str]:
+def sources_of(rules: RuleSet, scenario: Scenario) -> dict[str, str]:
     """Return the digest of every import package that takes part in a run, by name.
 
     Files are read again only when they changed.
 
     Parameters
     ----------
-    rules
-        The rules of the run.
+    rules, scenario
+        The rules of the run, and what else it is made by.
     """
     bound = [*rules.deciding, *rules.observers]
-    offered, told = entrypoints.offers(entrypoints.RULES), entrypoints.offers(entrypoints.OBSERVERS)
-    entries = [offered[rule.name][0] for rule in bound if rule.name in offered]
-    entries += [same[0] for same in (*told.values(), *entrypoints.offers(entrypoints.INSTANCES).values())]
+    classes = {cls for rule in bound for cls in (type(rule.instance), *rule.parts.classes)}
+    roots = {_root(cls.__module__) for cls in classes}
+    offered = {name: same[0] for name, same in entrypoints.offers(entrypoints.RULES).items()}
+    selected = {rule.name for rule in bound}
+    entries = [entry for name, entry in offered.items() if name in selected or _root(entry.module) in roots]
+    entries += [same[0] for same in entrypoints.offers(entrypoints.OBSERVERS).values()]
+    entries += _generator(scenario)
     names = {*ALWAYS, *(entry.module for entry in entries)}
-    names |= {kind.__module__ for rule in bound for kind in type(rule.instance).__mro__}
+    names |= {kind.__module__ for cls in classes for kind in cls.__mro__}
+    return _digests(names, entries, map(Path, rules.inline_files))
+
+
+def sources_of_generator(scenario: Scenario) -> dict[str, str]:
+    """Return the digests of what generates a scenario's instance; of nothing where the instance is read from files."""
+    entries = _generator(scenario)
+    return _digests((entry.module for entry in entries), entries)
+
+
+def digest_of(package: str) -> str:
+    """Return the digest of an import package's files."""
+    return _digest(package)[0]
+
+
+def _generator(scenario: Scenario) -> list[EntryPoint]:
+    return [] if scenario.instance.orders_file is not None else [generator_of(scenario.instance)[0]]
+
+
+def _digests(modules: Iterable[str], entries: Iterable[EntryPoint], files: Iterable[Path] = ()) -> dict[str, str]:
+    """Return the digests of the packages of modules, and of what these and files import, by name."""
     own = {name for entry in entries for name in _packages_of(entrypoints.origin(entry)[0])}
     found: dict[str, str] = {}
-    roots = {root for name in names if (root := _root(name))}
-    waiting = [*roots, *(root for file in rules.inline_files for root in _followed(_read(Path(file))[1], own))]
+    roots = {root for name in modules if (root := _root(name))}
+    waiting = [*roots, *(root for file in files for root in _followed(_read(file)[1], own))]
     while waiting:
         package = waiting.pop()
         if package not in found:
             found[package], imported = _digest(package)
             waiting += _followed(imported, own) if package != KERNEL else []  # the kernel imports no plugin
     return dict(sorted(found.items()))
-
-
-def digest_of(package: str) -> str:
-    """Return the digest of an import package's files."""
-    return _digest(package)[0]
 
 
 def changed_since(sources: Mapping[str, str]) -> list[str]:

@@ -11,6 +11,7 @@ from attrs import frozen
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_CELLS
 from rmfs_core.wording import shown_short
+from rmfs_core.world import check_size
 from rmfs_core.world.textmap import FLOOR_SIGN
 from rmfs_import.notes import Notes
 from rmfs_plan.movingai import grid_rows, read_text
@@ -142,6 +143,7 @@ def _size(text: str, place: str, expected: str) -> tuple[int, int]:
     sizes = (int(match[1]), int(match[2])) if match else (0, 0)
     if not 1 <= sizes[0] * sizes[1] <= MOST_CELLS:
         raise InputError(place, f"expected {expected}, {MOST_CELLS:,} cells at most, found {shown_short(text)}")
+    check_size(*sizes, place)
     return sizes
 
 

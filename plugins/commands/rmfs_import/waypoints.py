@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_CELLS
-from rmfs_core.world import CellKind, Layout, StationCells, check_layout, parse_map, reached
+from rmfs_core.world import CellKind, Layout, StationCells, check_layout, check_size, parse_map, reached
 from rmfs_core.world.textmap import FLOOR_SIGN, QUEUE_SIGN
 from rmfs_import.notes import Notes
 
@@ -287,6 +287,7 @@ def _grid(
     )
     if width * height > MOST_CELLS:
         raise InputError(place, f"found {width:,} x {height:,} m; expected at most {MOST_CELLS:,} cells of 1 m x 1 m")
+    check_size(width, height, place)
     cells: dict[int, int] = {}
     taken: dict[int, int] = {}
     for number, (column, row) in found.items():

@@ -11,7 +11,7 @@ import click
 
 from rmfs_cli import completion
 from rmfs_cli.notes import notes_console
-from rmfs_cli.options import json_option, no_inline_option
+from rmfs_cli.options import OutPath, json_option, no_inline_option
 from rmfs_cli.screen import new_table, output_console, print_json
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 SHOWN = 12
 """Robots that the table lists, those with the longest delay first."""
+PLAN_FILE, PATHS_FILE = "plan.json", "paths.csv"
 
 
 @click.command(short_help="Plan the paths of robots on a map, without orders.")
@@ -45,9 +46,9 @@ SHOWN = 12
     type=click.IntRange(min=0),
     default=10,
     show_default=True,
-    help="Queries for each robot, on average, to shorten paths when all have one; 0: one order of robots.",
+    help="Queries for each robot, on average, to shorten paths of groups when all have one; 0: one order of robots.",
 )
-@click.option("--out", metavar="DIR", help="Folder to write plan.json and paths.csv to.")
+@click.option("--out", type=OutPath(), metavar="DIR", help=f"Folder to write {PLAN_FILE} and {PATHS_FILE} to.")
 @no_inline_option
 @json_option
 def plan(
@@ -58,16 +59,17 @@ def plan(
     values: tuple[str, ...],
     scen: str | None,
     effort: int,
-    out: str | None,
+    out: Path | None,
     no_inline_rules: bool,
     as_json: bool,
 ) -> None:
     """Plan the paths of robots on MAP, a MovingAI map or a text map.
 
     Each robot has one trip: random ones, or those of a scenario. Paths are planned one robot after another; a robot
-    that finds none takes priority over others, and when all have paths, these are made shorter (--effort). The paths
-    are checked for collisions. Exit code 1 when a robot finds no path, or when robots collide under a rule that keeps
-    them apart; under free-flow, which keeps none apart, collisions are counted only.
+    that finds none takes priority over others, and when all have paths, these are made shorter: for groups of robots
+    (--effort), then for each robot alone. The paths are checked for collisions. Exit code 1 when a robot finds no path,
+    or when robots collide under a rule that keeps them apart; under free-flow, which keeps none apart, collisions are
+    counted only.
     """
 
     from rmfs_cli.choices import option_named, with_parameters
@@ -87,6 +89,7 @@ def plan(
     with compiling_announced(notes_console()):
         trips = random_trips(roads, agents, seed, map_file) if scen is None else read_trips(scen, roads.layout, agents)
         _check_reach(roads, trips, scen or map_file)
+        folder = None if out is None else _checked_folder(out)
         started = time.perf_counter()
         plans = _plan(roads, planner, trips, effort, stream(seed, "priorities"))
         wall_s = time.perf_counter() - started
@@ -99,8 +102,8 @@ def plan(
         print_json({**_document(plans, hits, about), "trips": rows})
     else:
         _print(output_console(), title, roads, plans, hits, wall_s)
-    if out is not None:
-        _write(out, roads, plans, hits, about)
+    if folder is not None:
+        _write(folder, roads, plans, hits, about)
     stuck = [str(number) for number, one in enumerate(plans, 1) if not one.arrived]
     if stuck:
         more = f" and {len(stuck) - SHOWN} more" if len(stuck) > SHOWN else ""
@@ -213,14 +216,29 @@ def _row(roads: Roads, robot: int, one: Plan) -> dict[str, Any]:
     }
 
 
-def _write(out: str, roads: Roads, plans: Sequence[Plan], hits: Sequence[Collision], about: Mapping[str, Any]) -> None:
-    from rmfs_core.results.files import json_ready, output_folder, to_csv, to_json, write_text
+def _checked_folder(out: Path) -> Path:
+    """Return the folder to write to, which is there and takes both files; refuse any other before the search."""
+    from rmfs_core.errors import InputError
+    from rmfs_core.results.files import output_folder
 
     folder = output_folder(out)
+    for name in (PLAN_FILE, PATHS_FILE):
+        if (folder / name).is_dir():
+            raise InputError(str(folder / name), "cannot be written: a folder has that name")
+    return folder
+
+
+def _write(
+    folder: Path, roads: Roads, plans: Sequence[Plan], hits: Sequence[Collision], about: Mapping[str, Any]
+) -> None:
+    """Write both files, or none."""
+    from rmfs_core.results.files import json_ready, staged, to_csv, to_json, write_text
+
     rows = [row for robot, one in enumerate(plans, 1) for row in _legs(roads, robot, one)]
-    write_text(folder / "plan.json", to_json(json_ready(_document(plans, hits, about)), indent=2) + "\n")
     columns = ("robot", "leg", "start_s", "wait_s", "turn_s", "run_s", "from_x", "from_y", "to_x", "to_y", "end_s")
-    write_text(folder / "paths.csv", to_csv(columns, rows))
+    with staged(folder) as path:
+        write_text(path / PLAN_FILE, to_json(json_ready(_document(plans, hits, about)), indent=2) + "\n")
+        write_text(path / PATHS_FILE, to_csv(columns, rows))
 
 
 def _legs(roads: Roads, robot: int, one: Plan) -> list[dict[str, object]]:

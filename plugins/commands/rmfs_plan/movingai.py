@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 
 from rmfs_core.errors import InputError
 from rmfs_core.wording import shown_short
-from rmfs_core.world import EAST, NORTH, SOUTH, WEST, CellKind, Layout, parse_map
+from rmfs_core.world import EAST, NORTH, SOUTH, WEST, CellKind, Layout, check_size, parse_map
+from rmfs_core.world.textmap import LONGEST_SIDE
 
 FREE, BLOCKED = ".GS", "@OTW"
-MOST = 1_000_000
-"""Cells that a map may be wide or high."""
 MOST_SIGNS = 100_000_000
 """Signs that are read of a file; a device may have no end."""
 
@@ -54,9 +53,10 @@ def grid_rows(text: str, path: str | Path, known: str) -> list[str]:
     lines = text.splitlines()
     header = dict(line.split(maxsplit=1) for line in lines[:3] if len(line.split()) == 2)
     height, width = (
-        _number(header.get(key, ""), f"{path}", f"a line `{key} N`, N from 1 to {MOST:,}", least=1)
+        _number(header.get(key, ""), f"{path}", f"a line `{key} N`, N from 1 to {LONGEST_SIDE:,}", least=1)
         for key in ("height", "width")
     )
+    check_size(width, height, str(path))
     if len(lines) < 4 or lines[3].strip() != "map":
         raise InputError(f"{path}:4", "expected the line `map` after type, height and width")
     rows = lines[4 : 4 + height]
@@ -109,7 +109,7 @@ def _trip(fields: list[str], layout: Layout, place: str) -> Trip:
     if len(fields) < 8:
         raise InputError(place, f"found {len(fields)} field(s); expected bucket, map, width, height, start x, start y, "
                                 "goal x, goal y and optimal length")  # fmt: skip
-    numbers = [_number(text, place, "a whole number") for text in fields[2:8]]
+    numbers = [_number(text, place, f"a whole number from 0 to {LONGEST_SIDE:,}") for text in fields[2:8]]
     width, height = numbers[:2]
     if (width, height) != (layout.width, layout.height):
         raise InputError(place, f"found a map of {width} x {height} cells; the map given has "
@@ -127,7 +127,7 @@ def _trip(fields: list[str], layout: Layout, place: str) -> Trip:
 
 def _number(text: str, place: str, expected: str, least: int = 0) -> int:
     text = text.strip()
-    if not re.fullmatch("[0-9]{1,7}", text) or not least <= int(text) <= MOST:
+    if not re.fullmatch("[0-9]{1,9}", text) or not least <= int(text) <= LONGEST_SIDE:
         raise InputError(place, f"expected {expected}, found {shown_short(text)}")
     return int(text)
 

@@ -7,7 +7,9 @@ again later. Each time that a robot fails, the others have to keep off its start
 from ever getting away is somebody in a hurry.
 
 When all have paths, these are made shorter: a robot with a delay and some of those in its way give up theirs and plan
-again in another order; what costs less is kept.
+again in another order; what costs less is kept. At last each robot plans again alone, all others keeping their paths,
+until none arrives earlier: delays that were drawn (a robot that has failed often may set out later than at once) are
+taken back where nobody needs them.
 
 Nothing depends on seconds: effort is counted in queries.
 
@@ -62,8 +64,8 @@ def plan_by_priorities(
     trips
         One for each robot.
     effort
-        How many queries for each robot, on average, go into shorter paths; until all have one, there may be `PATIENCE`
-        times as many, and at least `LEAST` in all.
+        How many queries for each robot, on average, go into shorter paths of groups; until all have one, there may be
+        `PATIENCE` times as many, and at least `LEAST` in all. Those of robots alone at the end are not limited.
     rng
         Draws groups and orders.
 
@@ -72,16 +74,17 @@ def plan_by_priorities(
     tuple[Plan, ...]
         Where some have found no path, those of planning in one order.
     """
-    search = _Search(roads, planner, trips, rng)
+    search = Search(roads, planner, trips, rng)
     most = effort * len(trips)
     if search.find(max(PATIENCE * most, LEAST)):
         search.shorten(sum(search.queries) + most)
+        search.shorten_alone()
         return search.plans()
     plans = plan_trips(roads, planner, trips)
     return tuple(evolve(plan, queries=plan.queries + n) for plan, n in zip(plans, search.queries, strict=True))
 
 
-class _Search:
+class Search:
     """Paths that keep clear of each other, and who has none yet."""
 
     def __init__(self, roads: Roads, planner: Planner, trips: Sequence[Trip], rng: np.random.Generator) -> None:
@@ -264,6 +267,14 @@ class _Search:
             self.table.commit(robot, occupied)
             self.paths[robot], self.occupied[robot] = path, occupied
         return False
+
+    def shorten_alone(self) -> None:
+        """Plan each robot again while all others keep their paths, one after another, until none arrives earlier."""
+        robot = fruitless = 0
+        while fruitless < len(self.trips):
+            earlier = self._cost([robot]) > self.fastest[robot] and self._again([robot])
+            fruitless = 0 if earlier else fruitless + 1
+            robot = (robot + 1) % len(self.trips)
 
     def plans(self) -> tuple[Plan, ...]:
         """Return what became of each trip, when each robot has a path."""

@@ -40,7 +40,11 @@ def _check_lines(*options: str) -> None:
     "requests say which one they ask.",
 )
 @click.option(
-    "--set", "settings", multiple=True, metavar="PARAMETER=VALUE", help="Set a parameter of the rule. Repeatable."
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="PARAMETER=VALUE",
+    help="Set a parameter of the rule; a file that it names is looked up in the current folder. Repeatable.",
 )
 @decides_option(DECIDING, help="What to ask of a rule that decides several things. [default: what the state says]")
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at.")

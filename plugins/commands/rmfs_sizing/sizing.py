@@ -111,11 +111,12 @@ def size(
     Raises
     ------
     InputError
-        When the layout has no room for a range, or the metric is unknown.
+        When the layout has no room for a range, or the metric is unknown, not measured, or better when larger.
     RunError
         When a run ends without any result. (One that a rule's misbehaviour ends makes its size fail.)
     """
     worlds = Worlds(scenario, target.seeds[:FIRST_LOOK])
+    target.check(worlds.instances)
     fixed = worlds.n_stations
     if worlds.on_a_map and stations not in (None, (fixed, fixed)):
         raise InputError("--stations", f"the map of the scenario has {fixed}; expected a scenario without a map")

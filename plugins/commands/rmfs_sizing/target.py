@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from typing import NoReturn
+
 from attrs import frozen
 
+from rmfs_core.errors import InputError
 from rmfs_core.results.catalogue import Metric, show
-from rmfs_details.catalogue import MEASURES, METRICS
+from rmfs_core.world import Instance
+from rmfs_details.catalogue import FROM_ORDERS, LATENESS, MEASURES, METRICS, MORE_IS_BETTER
 
 KNOWN = {metric.name: metric for group in METRICS.values() for metric in group} | {one.name: one for one in MEASURES}
 """Metrics of every run, by name."""
+
+ON_TIME = "on_time_percent_priority_"
+"""Before a priority: it may be any."""
+
+EXPECTED = "expected one of which less is better, such as turnover_p95_s"
 
 
 @frozen
@@ -31,6 +41,25 @@ class Target:
     most: float
     confidence: float = 0.95
     seeds: tuple[int, ...] = tuple(range(1, 17))
+
+    @property
+    def option(self) -> str:
+        """What messages call it."""
+        return f"--most {self.metric}={self.most:g}"
+
+    def check(self, instances: Collection[Instance]) -> None:
+        """Raise `InputError` for a metric of which "at most" says nothing, whatever is run, with these orders."""
+        if self.metric in MORE_IS_BETTER or self.metric.startswith(ON_TIME):
+            raise InputError(self.option, f"more of `{self.metric}` is better; {EXPECTED}")
+        if self.metric in FROM_ORDERS:
+            raise InputError(self.option, f"`{self.metric}` is the same for every number of robots; {EXPECTED}")
+        due = any(order.due_tick is not None for instance in instances for order in instance.orders)
+        if not due and self.metric in {metric.name for metric in LATENESS}:
+            self.refuse("no order has a due time")
+
+    def refuse(self, why: str) -> NoReturn:
+        """Raise `InputError` since no run has the metric."""
+        raise InputError(self.option, f"these runs have no `{self.metric}`: {why}; expected one that they have")
 
     @property
     def described(self) -> Metric:

@@ -83,6 +83,8 @@ class Trials:
 
         Raises
         ------
+        InputError
+            When runs have no such metric.
         RunError
             When a run ends without any result, as when its worker is killed: it says nothing of the size.
         """
@@ -105,6 +107,9 @@ class Trials:
             if lost is not None:  # a worker's death says nothing of the size, and what follows would rest on it
                 raise RunError(f"{counted(stations, robots)}, seed {lost['seed']}: {lost['error']}")
             found = evolve(found, seeds=n_seeds)
+            complete = [row for row in rows if row["status"] == "complete"]
+            if complete and not any(target.metric in row for row in complete):
+                target.refuse("nothing in them measures it")
             problems = [problem for row in rows if (problem := _problem(row, target.metric)) is not None]
             if problems:
                 failed = sum(row["status"] == "failed" for row in rows)
@@ -127,7 +132,7 @@ class Trials:
             metrics=(self.target.metric,),
             folder=self.worlds.scenario.folder,
             place=self.name,
-            metrics_place=f"--most {self.target.metric}={self.target.most:g}",
+            metrics_place=self.target.option,
         )
         return run_experiment(
             experiment,

@@ -35,7 +35,11 @@ def _print_schema(ctx: click.Context, _parameter: click.Parameter, wanted: bool)
     help="Rule to ask: a name, or ./file.py:Class.",
 )
 @click.option(
-    "--set", "settings", multiple=True, metavar="PARAMETER=VALUE", help="Set a parameter of the rule. Repeatable."
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="PARAMETER=VALUE",
+    help="Set a parameter of the rule; a file that it names is looked up in the current folder. Repeatable.",
 )
 @decides_option(DECIDING, help="What to ask of a rule that decides several things.")
 @click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Seed of the rule's random generator.")

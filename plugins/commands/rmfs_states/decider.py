@@ -15,6 +15,7 @@ from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule
 from rmfs_core.rules.hooks import marked_methods, require_attrs_class, roles_of
 from rmfs_core.rules.parameters import build
+from rmfs_core.rules.parts import made_in
 from rmfs_core.rules.sources import RuleSources
 from rmfs_core.scenario.model import RuleChoice
 from rmfs_core.scenario.rulenames import is_inline
@@ -42,7 +43,7 @@ class Decider:
     decides
         What to ask of a rule that decides several things; by default what the ``ask`` of a state says.
     folder
-        Where the file of an inline rule is.
+        Where the file of an inline rule is, and files that parameters name.
     allow_inline
         Whether such a file may be loaded at all.
 
@@ -65,7 +66,8 @@ class Decider:
         source = self._sources.find(choice.rule, "rule")
         kind = require_attrs_class("rule", source.target, source.describe())
         if decides is None and len({*roles_of(kind)} & {*DECIDING}) > 1:
-            build(kind, choice.parameters, "rule", source.describe())  # which role it plays, a state will say
+            with made_in(folder):
+                build(kind, choice.parameters, "rule", source.describe())  # which role it plays, a state will say
         else:
             self._rule(decides)
 
@@ -93,7 +95,8 @@ class Decider:
         if preferred not in self._rules:
             roles = DECIDING if self.decides is None else (self.decides,)
             rule = load_rule(self.choice, roles, preferred=preferred, sources=self._sources)
-            hook = cast(pluggy.HookCaller, _Afresh.of(rule, self.choice.parameters))  # is called as one
+            afresh = _Afresh.of(rule, self.choice.parameters, self._sources.folder)
+            hook = cast(pluggy.HookCaller, afresh)  # is called as one
             self._rules[preferred] = evolve(rule, hook=hook, call=hook)
         return self._rules[preferred]
 
@@ -107,15 +110,17 @@ class _Afresh:
     method: str
     arguments: tuple[str, ...]
     parameters: Mapping[str, Any]
+    folder: str
 
     @classmethod
-    def of(cls, rule: BoundRule, parameters: Mapping[str, Any]) -> _Afresh:
+    def of(cls, rule: BoundRule, parameters: Mapping[str, Any], folder: str) -> _Afresh:
         (implementation,) = rule.hook.get_hookimpls()
         method = marked_methods(type(rule.instance))[rule.hook.name]
-        return cls(rule.hook.name, rule, method, implementation.argnames, parameters)
+        return cls(rule.hook.name, rule, method, implementation.argnames, parameters, folder)
 
     def __call__(self, **given: Any) -> Any:
-        instance = build(type(self.rule.instance), self.parameters, "rule", self.rule.describe())
+        with made_in(self.folder):
+            instance = build(type(self.rule.instance), self.parameters, "rule", self.rule.describe())
         return getattr(instance, self.method)(*(given[name] for name in self.arguments))
 
 
@@ -144,7 +149,7 @@ def decide(
     InputError, RuleError
         As `Decider` and its `decide`.
     """
-    asked = repr((choice, decides, sys.path))  # what is installed may change with the path
+    asked = repr((choice, decides, folder, sys.path))  # what is installed may change with the path
     decider = _last.pop(asked, None) or Decider(choice, decides=decides, folder=folder, allow_inline=allow_inline)
     if not is_inline(choice.rule):  # a file may change
         _last[asked] = decider

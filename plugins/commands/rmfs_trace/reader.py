@@ -18,7 +18,7 @@ from rmfs_core.events import Event
 from rmfs_core.motion import Motion
 from rmfs_core.roles import Role
 from rmfs_core.wording import one_line, shown_short
-from rmfs_core.world import BundleData, Instance, Layout, OrderData, PodData, StationCells
+from rmfs_core.world import BundleData, Instance, Layout, OrderData, PodData, StationCells, check_size
 from rmfs_trace.json_lines import read_json_lines
 from rmfs_trace.writer import EVENTS, FILE, FORMAT, NOT_TRACED, VERSION, header
 
@@ -256,7 +256,7 @@ def _trace(path: str, first: Mapping[str, Any]) -> Trace:
     try:
         return Trace(
             scenario=first["scenario"],
-            layout=_layout(first["layout"]),
+            layout=_layout(first["layout"], f"{path}, line 1"),
             motion=Motion(**first["motion"]),
             instance=_instance(first),
             pods=tuple({key: pod[key] for key in ("cell", "robot", "bound_for")} for pod in first["pods"]),
@@ -275,8 +275,9 @@ def _trace(path: str, first: Mapping[str, Any]) -> Trace:
         raise InputError(f"{path}, line 1", f"the header is not as the format has it: {error}") from error
 
 
-def _layout(table: Mapping[str, Any]) -> Layout:
+def _layout(table: Mapping[str, Any], place: str) -> Layout:
     width, height = table["width"], table["height"]
+    check_size(width, height, place)
 
     def cells(rows: list[str]) -> np.ndarray[Any, np.dtype[np.int8]]:
         if len(rows) != height or any(len(row) != width for row in rows):

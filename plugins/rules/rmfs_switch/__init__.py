@@ -19,6 +19,7 @@ from rmfs_core.rules.hooks import (
     roles_of,
 )
 from rmfs_core.rules.parameters import build
+from rmfs_core.rules.parts import made_in, parts_now
 from rmfs_core.rules.sources import RuleSources
 from rmfs_core.rules.traits import RuleTraits
 from rmfs_core.scenario.rulenames import is_inline
@@ -133,9 +134,11 @@ class Switch:
         validator=_last_always, metadata={"doc": "The rules and when each decides; the first that holds counts"}
     )
     _asked: list[_Asked] = field(init=False, repr=False, eq=False)
+    _folder: str = field(init=False, repr=False, eq=False)  # where files that the rules' parameters name are
     _robots: tuple[Robot, ...] = field(init=False, default=(), repr=False, eq=False)  # whose run it is
 
     def __attrs_post_init__(self) -> None:
+        self._folder = parts_now().folder
         try:
             self._asked = self._new()
         except InputError as error:
@@ -180,7 +183,8 @@ class Switch:
     def _ask(self, hook: str, warehouse: WarehouseView, **arguments: Any) -> Any:
         if self._robots is not warehouse.robots:  # another run: what rules remember is of the last one
             if self._robots:
-                self._asked = self._new()
+                with made_in(self._folder):
+                    self._asked = self._new()
             self._robots = warehouse.robots
         return getattr(self._deciding(warehouse).hook, hook)(warehouse=warehouse, **arguments)
 

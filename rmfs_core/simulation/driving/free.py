@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import simpy
 
-from rmfs_core.clock import to_seconds
+from rmfs_core.clock import UNREACHABLE, to_seconds
 from rmfs_core.events import QueueJoined
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving.base import Driving, Process
@@ -54,14 +54,15 @@ class FreeDriving(Driving):
 
     def _drive(self, robot: Robot, goal: int) -> Process:
         """Drive to a cell, one event a leg; the rule is asked again where its path ends before the goal."""
-        run = self.run
-        started = run.warehouse.now
+        run, travel, loaded = self.run, self.run.warehouse.travel, robot.pod is not None
+        nearest, nearer = UNREACHABLE + 1, run.warehouse.now
         while robot.cell != goal:
-            if run.warehouse.now - started > self.standstill_ticks:
-                where = run.warehouse.travel.layout.where(goal)
-                under_way_s = to_seconds(run.warehouse.now - started)
-                problem = f"robot {robot.name} has been on its way to {where} for {under_way_s:.0f} s"
-                raise run.asker.error(self.rule, f"{problem} without arriving (run.standstill_s)")
+            if (ticks := travel.ticks(robot.cell, robot.heading, goal, loaded)) < nearest:
+                nearest, nearer = ticks, run.warehouse.now
+            if run.warehouse.now - nearer > self.standstill_ticks:
+                since_s = to_seconds(run.warehouse.now - nearer)
+                problem = f"robot {robot.name} has come no nearer to {travel.layout.where(goal)} for {since_s:.0f} s"
+                raise run.asker.error(self.rule, f"{problem} ({self.allowed})")
             for to, wait in self.path(robot, goal).tolist():
                 start = run.warehouse.now
                 heading, turn, ticks = self.turn_and_run(robot, to)

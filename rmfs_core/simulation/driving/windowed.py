@@ -20,8 +20,9 @@ The line at a station is in the order in which the reserved paths enter its queu
 way there loses its place. A robot is planned for to the place behind those ahead of it, and leaves the line when it
 begins its first run away from the station.
 
-There is no proof against deadlock: a robot that finds no path, or has been refused for thirty seconds, when it has been
-on its way to one place for longer than ``run.standstill_s``, ends the run with an error that says who waits for whom.
+There is no proof against deadlock: a robot that finds no path, or has been refused for thirty seconds, when it has come
+no nearer to its goal than ever before for longer than `Driving.standstill_ticks`, ends the run with an error that says
+who waits for whom. Time that it drives nearer does not count, however slow it is.
 
 Source: M. Merschformann, L. Xie, D. Erdmann, Multi-agent path finding with kinematic constraints for robotic mobile
 fulfillment systems, arXiv:1706.09347.
@@ -37,7 +38,7 @@ from itertools import pairwise, takewhile
 import numpy as np
 from attrs import define, evolve
 
-from rmfs_core.clock import far, to_seconds
+from rmfs_core.clock import UNREACHABLE, far, to_seconds
 from rmfs_core.errors import StandstillError
 from rmfs_core.randomness import stream
 from rmfs_core.simulation.context import RunContext
@@ -58,10 +59,11 @@ class Progress:
 
     Parameters
     ----------
-    set_out
-        Tick at which it was given its goal, or the place ahead in its line.
     moved
-        Tick at which its last run ended or ends, or ``set_out`` if that is later.
+        Tick at which its last run ended or ends, or at which it was given its goal, or the place ahead in its line.
+    nearest, nearer
+        Ticks from the goal, other robots ignored, of the nearest stop that it asked for a path at and found none, and
+        ``moved`` as it was then.
     entry
         Tick at which its path enters the queue of the station it goes to.
     leaves
@@ -72,8 +74,9 @@ class Progress:
         Whether it came into its lane by a shortcut or a second entrance: nobody gets a place ahead of it any more.
     """
 
-    set_out: int = 0
     moved: int = 0
+    nearest: int = UNREACHABLE + 1
+    nearer: int = 0
     entry: int = -1
     leaves: Station | None = None
     refused: int | None = None
@@ -137,8 +140,8 @@ class WindowedDriving(ReservedDriving):
 
     def _start_clocks(self, course: Course) -> None:
         progress = self._progress_of[course.robot.id]
-        progress.set_out = progress.moved = self.run.warehouse.now
-        progress.refused = None
+        progress.moved = progress.nearer = self.run.warehouse.now
+        progress.nearest, progress.refused = UNREACHABLE + 1, None
 
     def leave_station(self, course: Course) -> None:
         """Note that a robot goes elsewhere; it stays in the line until it begins a run away."""
@@ -203,7 +206,10 @@ class WindowedDriving(ReservedDriving):
             legs = NO_LEGS
         progress = self._progress_of[course.robot.id]
         if not len(legs) or (progress.refused is not None and self._has_stood_long(course)):
-            if self.run.warehouse.now - progress.set_out > self.standstill_ticks:
+            ticks = self.run.warehouse.travel.ticks(query.cell, query.heading, course.goal, query.loaded)
+            if ticks < progress.nearest:
+                progress.nearest, progress.nearer = ticks, progress.moved
+            if self.run.warehouse.now - progress.nearer > self.standstill_ticks:
                 raise StandstillError(self.who_waits_for_whom(course))
             legs = self._step_aside(course, query, legs)
         if len(legs):
@@ -351,10 +357,10 @@ class WindowedDriving(ReservedDriving):
         """Return the message of a run that ends because a robot got no farther."""
         sentences = [self.waits_for(other) for other in self.courses if other is course or self._stands(other)]
         now = self.run.warehouse.now
-        on_its_way_s = to_seconds(now - self._progress_of[course.robot.id].set_out)
+        since_s = to_seconds(now - self._progress_of[course.robot.id].nearer)
         return (
-            f"The run stands still at {to_seconds(now):.3f} s: robot {course.robot.name} has been on its way for "
-            f"{on_its_way_s:.0f} s (run.standstill_s). {'; '.join(sentences)}. Paths were planned by "
+            f"The run stands still at {to_seconds(now):.3f} s: robot {course.robot.name} has come no nearer to its "
+            f"goal for {since_s:.0f} s ({self.allowed}). {'; '.join(sentences)}. Paths were planned by "
             f'{self.rule.describe()}, which has no proof against deadlock; rules.pp = "sipp" has.'
         )
 

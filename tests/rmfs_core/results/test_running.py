@@ -1,6 +1,7 @@
 """Running a scenario into a folder."""
 
 import gzip
+import hashlib
 import json
 import re
 import signal
@@ -303,3 +304,63 @@ def test_a_mistake_in_an_object_is_no_line_of_the_scenario() -> None:
         rmfs_core.run("examples/small", overrides=["rules.poa_pps=pod-index"], rules={"poa": Oldest()})
     with pytest.raises(rmfs_core.RuleError, match=r'^rule "Oldest" \(.* object\), assign_orders, at 0\.000 s: raised '):
         rmfs_core.run("examples/small", rules={"poa": Oldest("many")})  # type: ignore[arg-type]
+
+
+def test_a_run_without_a_complete_order_says_why(tmp_path: Path) -> None:
+    """The first order of the shipped day arrives in the morning: in `notes`, in the file and when read back."""
+    result = rmfs_core.run("grocery-day", overrides=["run.until_s=3600"], out=tmp_path)
+    (note,) = result.notes
+    assert note == "No order is complete at 3600.000 s: the first one arrives at 22434.600 s."
+    assert json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))["notes"] == [note]
+    assert load_result(tmp_path).notes == [note]
+    assert note in result._repr_html_()
+    done = rmfs_core.run("examples/small", overrides=["instance.orders=2"])
+    assert (done.notes, "notes" in done.to_dict()) == ([], False)
+
+
+READING = """
+from pathlib import Path
+from attrs import define
+from rmfs_core import hookimpl
+
+@define
+class Reading:
+    file: Path
+    more: Path | None = None
+
+    @hookimpl
+    def choose_storage_location(self, warehouse):
+        free = sorted(warehouse.free_storage_locations)
+        return free[int(self.file.read_text()) % len(free)]
+"""
+
+
+def test_files_of_parameters_stand_in_the_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With their digests, named as seen from the scenario: beside it, or where `--set` or an object named them."""
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    rules = '[rules]\npoa = "pod-match"\npps = "demand"\npp = "free-flow"\n'
+    text = f'[instance]\norders = 5\n{rules}pr = {{ rule = "./r.py:Reading", file = "w.txt" }}\n'
+    (folder / "s.toml").write_text(text, encoding="utf-8")
+    (folder / "r.py").write_text(READING, encoding="utf-8")
+    (folder / "w.txt").write_text("0", encoding="utf-8")
+    (tmp_path / "w.txt").write_text("40", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    digests = [f"sha256:{hashlib.sha256(content).hexdigest()}" for content in (b"0", b"40")]
+    plain = rmfs_core.run("folder/s.toml", out="out")
+    assert json.loads((tmp_path / "out" / "result.json").read_text("utf-8"))["versions"]["w.txt"] == digests[0]
+    given = rmfs_core.run("folder/s.toml", overrides=["rules.pr.file=w.txt", "rules.pr.more=folder/w.txt"])
+    outside = str(tmp_path / "w.txt")
+    assert (given.versions[outside], given.versions["w.txt"]) == (digests[1], digests[0])
+    assert given.scenario.rules.pr.parameters == {"file": outside, "more": "w.txt"}
+    assert given.metrics["distance_m"] != plain.metrics["distance_m"]
+    monkeypatch.syspath_prepend(folder)
+    rule = import_module("r").Reading(Path("w.txt"))
+    told = rmfs_core.run("folder/s.toml", rules={"pr": rule})
+    assert told.versions[outside] == digests[1]
+    assert told.metrics == given.metrics
+    (folder / "w.txt").unlink()
+    with pytest.raises(rmfs_core.InputError) as caught:
+        rmfs_core.run("folder/s.toml", out="new")
+    assert str(caught.value) == "folder/s.toml, line 7, rules.pr.file: there is no file folder/w.txt"
+    assert not (tmp_path / "new").exists()

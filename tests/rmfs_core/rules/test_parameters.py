@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, Literal, Optional
 
 import pytest
@@ -133,11 +134,11 @@ def test_a_class_is_built_from_its_parameters() -> None:
 
 def test_an_objects_parameters_are_told_as_a_scenario_has_them() -> None:
     """Those that are not the class's defaults; of what no file can hold there is the type, the same in every run."""
-    shelf = Shelf(3, depth=2.5, labels=["a"], anything={"by": len, "pair": (1, 2)})
+    shelf = Shelf(3, depth=2.5, labels=["a"], anything={"by": len, "pair": (1, 2), "file": Path("a/b")})
     assert values_of(shelf) == {
         "width": 3,
         "labels": ["a"],
-        "anything": {"by": "<builtin_function_or_method>", "pair": [1, 2]},
+        "anything": {"by": "<builtin_function_or_method>", "pair": [1, 2], "file": "a/b"},
         "doubled": 2,
     }
 
@@ -171,6 +172,7 @@ def test_what_is_unknown_is_said_before_what_is_missing() -> None:
         (tuple[int, ...], "a list, each a whole number"),
         (tuple[int, str], "a list of a whole number and a text"),
         (list[tuple[int, int]], "a list, each a list of a whole number and a whole number"),
+        (Path | None, "the name of a file or nothing"),
         (Shelf, "Shelf"),
         (Any, "Any"),
     ],

@@ -234,3 +234,24 @@ def keys_of_files(section: type, path: tuple[str, ...] = ()) -> Iterator[tuple[s
 def test_every_key_that_names_a_file_is_known_as_one() -> None:
     """Else its file is looked up in another place, and a change in it goes unnoticed."""
     assert set(keys_of_files(Scenario)) == set(DATA_FILES)
+
+
+def test_texts_of_parameters_are_given_where_the_command_is_called(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Only the rule knows whether they name files; those of the scenario's file, and one called beside it, stay."""
+    (tmp_path / "own.toml").write_text(
+        '[rules]\npoa = { rule = "pod-match", a = "w" }\npps = "demand"\n', encoding="utf-8"
+    )
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path / "other")
+    given = load_scenario("../own.toml", ["rules.poa.b=w", 'rules.pps={rule="demand", c=["w"]}']).rules
+    assert given.poa is not None
+    assert given.pps is not None
+    assert (given.poa.parameters, given.pps.parameters) == ({"a": "w", "b": "w"}, {"c": ["w"]})
+    assert type(given.poa.parameters["a"]) is str
+    assert given.poa.parameters["b"].there == given.pps.parameters["c"][0].there == str(tmp_path / "other")
+    monkeypatch.chdir(tmp_path)
+    beside = load_scenario("own.toml", ["rules.poa.b=w"]).rules.poa
+    assert beside is not None
+    assert type(beside.parameters["b"]) is str

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import json
+import pickle
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,7 +12,15 @@ import pytest
 
 from rmfs_core.entrypoints import RULES, offers
 from rmfs_core.scenario.model import RuleChoice, RulesSection
-from rmfs_core.scenario.rulenames import check_rule_name, inline_parts, is_inline, rule_choices, rule_name_from
+from rmfs_core.scenario.rulenames import (
+    GivenText,
+    check_rule_name,
+    given_in,
+    inline_parts,
+    is_inline,
+    rule_choices,
+    rule_name_from,
+)
 from rmfs_core.scenario.structuring import KeyProblem
 
 Install = Callable[..., None]
@@ -107,3 +118,24 @@ def test_a_name_that_no_file_can_have_is_kept(tmp_path: Path, name: str) -> None
     assert rule_name_from(name, tmp_path, tmp_path / "home") == name
     with pytest.raises(KeyProblem, match="there is no file"):
         check_rule_name(name, tmp_path, ())
+
+
+def test_texts_of_parameters_know_where_they_were_given() -> None:
+    """Those below a rule, in lists and tables, too; names of rules, and what was given elsewhere, stay."""
+    kept = GivenText("x", "/first")
+    rules = {"poa": {"rule": "a", "file": "x", "deep": [{"file": "x", "n": 1}], "kept": kept}, "pps": "b"}
+    given = given_in(rules, ("rules",), "/there")
+    assert given == rules
+    assert type(given["poa"]["rule"]) is type(given["pps"]) is str
+    assert given["poa"]["file"].there == given["poa"]["deep"][0]["file"].there == "/there"
+    assert given["poa"]["kept"].there == "/first"
+    assert type(given_in(["a"], ("rules", "filters"), "/there")[0]) is str
+    assert given_in("w", ("rules", "poa", "file"), "/there").there == "/there"
+
+
+def test_a_given_text_is_a_text() -> None:
+    """Written like any other, copied and sent to workers with where it was given, which its repr tells."""
+    text = GivenText("x", "/there")
+    assert (text, json.dumps([text]), repr(text)) == ("x", '["x"]', "'x' in /there")
+    for same in (copy.deepcopy(text), pickle.loads(pickle.dumps(text))):
+        assert (same, same.there) == ("x", "/there")

@@ -277,3 +277,35 @@ def test_whatever_the_hours_every_order_is_completed_in_time(tiny_run: Prepare, 
     run.simulation.run()
     assert run.simulation.status == "complete"
     assert recorder.faults(run.simulation.now, "complete", rules, collisions=rules["pp"] == "sipp") == []
+
+
+@pytest.mark.parametrize(
+    ("stations", "robots", "until_s", "sentence"),
+    [
+        ((("06:00", "10:00"),), None, 3600.0, "no station is open before 21600.000 s."),
+        (None, (("12:00", "16:00"),), 3600.0, "no robot is on duty before 43200.000 s."),
+        (
+            (("00:00", "00:01"),),
+            (("00:01", "24:00"),),
+            61.0,
+            "no robot is on duty while a station is open at any time.",
+        ),
+        (None, None, 1.0, "1 of 1 order arrived, with 0 items picked."),
+    ],
+)
+def test_why_no_order_is_complete_is_said(
+    tiny_run: Prepare, stations: Any, robots: tuple[Span, ...] | None, until_s: float, sentence: str
+) -> None:
+    """Where hours are the reason, what is missing and from when on it is there."""
+    change = hours(stations, robots)
+    given = small_instance({"1": ["a"]}, {"p": ["a"]})
+    simulation = tiny_run(given, change=lambda one: evolve(change(one), run=RunSection(until_s=until_s))).simulation
+    simulation.run()
+    assert simulation.nothing_done() == f"No order is complete at {until_s:.3f} s: {sentence}"
+
+
+def test_where_an_order_is_complete_nothing_is_said(tiny_run: Prepare) -> None:
+    """Nor where there are none."""
+    simulation = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]})).simulation
+    simulation.run()
+    assert simulation.nothing_done() is None

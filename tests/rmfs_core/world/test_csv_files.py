@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rmfs_core.errors import InputError
-from rmfs_core.world import Instance, OrderData, PodData, read_instance
+from rmfs_core.world import Calendar, Instance, OrderData, PodData, read_instance
 from rmfs_core.world.csv_files import read_bundles, read_robots, read_skus
 
 ORDERS = "order,arrival_s,sku,quantity\n"
@@ -250,10 +250,35 @@ def test_dates_count_from_the_start_of_the_scenario(tmp_path: Path) -> None:
 
 
 def test_offsets_from_utc(tmp_path: Path) -> None:
-    """Times with an offset are shown by the clock of the first one: its midnight is time 0."""
+    """Times with an offset are shown by the clock of the earliest arrival: its midnight is time 0."""
     rows = DATED + "1,2024-03-01T00:30+02:00,a,1,2024-02-29T23:30Z\n"
     order = read(tmp_path, rows).orders[0]
     assert (order.arrival_tick, order.due_tick) == (1_800_000, 5_400_000)
+
+
+@pytest.mark.parametrize(
+    ("rows", "arrivals"),
+    [
+        (("1,2024-07-01T04:00:00Z,a,1,", "2,2024-07-01T06:30:00+02:00,a,1,"), [14_400_000, 16_200_000]),
+        (("1,2024-07-01T00:30:00+02:00,a,1,", "2,2024-07-01T05:10:00Z,a,1,"), [1_800_000, 25_800_000]),
+        # an order due before all, by another clock, and one instant written in two ways
+        (("1,2024-07-01T00:30:00+02:00,a,1,2024-06-30T20:00Z", "2,2024-07-01T05:10:00Z,a,1,"), [1_800_000, 25_800_000]),
+        (("1,2024-07-01T00:30:00+02:00,a,1,", "1,2024-06-30T22:30:00Z,b,1,"), [81_000_000]),
+    ],
+)
+def test_time_zero_does_not_depend_on_the_order_of_rows(
+    tmp_path: Path, rows: tuple[str, str], arrivals: list[int]
+) -> None:
+    """Whichever row is first, the clock is that of the earliest arrival."""
+    for sorted_rows in (rows, rows[::-1]):
+        orders = read(tmp_path, DATED + "".join(f"{row}\n" for row in sorted_rows)).orders
+        assert [order.arrival_tick for order in orders] == arrivals
+
+
+def test_the_time_of_day_is_that_of_the_start() -> None:
+    """By its own clock; midnight without a start."""
+    assert Calendar("2024-07-01T06:00+02:00").time_of_day() == 6 * 3_600_000
+    assert Calendar(None).time_of_day() == 0
 
 
 def test_pods_may_have_places(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ import pytest
 from rmfs_cli.map_drawing import draw_map
 from rmfs_core.errors import InputError
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST, check_layout, parse_map
+from rmfs_core.world.textmap import LONGEST_SIDE
 
 TINY = """
 ..#
@@ -114,10 +115,20 @@ def test_cells_before_a_station_may_be_kept_clear() -> None:
     assert draw_map(layout).splitlines()[1].strip("┌│") == "→→⇒⇒O"
 
 
-def test_a_map_that_no_memory_has_room_for_is_refused() -> None:
-    """A single line may be as long as a file."""
-    with pytest.raises(InputError, match=r"hall.txt: found 3000 rows of up to 3000 cells; expected 4,000,000 in all"):
-        parse_map("#\n" * 2999 + "#" * 3000, "hall.txt")
+@pytest.mark.parametrize(
+    ("width", "height"), [(3000, 3000), (3_000_000, 1), (1, 3_000_000), (LONGEST_SIDE + 1, 2), (1, LONGEST_SIDE + 1)]
+)
+def test_a_map_that_no_memory_has_room_for_is_refused(width: int, height: int) -> None:
+    """All in all, or in a row or column: a single line may be as long as a file."""
+    expected = "expected at most 5,000 in a row or column and 4,000,000 in all"
+    with pytest.raises(InputError) as caught:
+        parse_map("#\n" * (height - 1) + "#" * width, "hall.txt")
+    assert str(caught.value) == f"hall.txt: found a map of {width:,} x {height:,} cells; {expected}"
+
+
+def test_the_longest_row_that_may_be_is_read() -> None:
+    """One cell fewer than what is refused."""
+    assert parse_map("." * LONGEST_SIDE, "hall.txt").width == LONGEST_SIDE
 
 
 def test_replenishment_stations_come_after_picking_stations() -> None:

@@ -13,7 +13,8 @@ from rmfs_core.clock import UNREACHABLE, far
 from rmfs_core.motion import Motion
 from rmfs_core.scenario.model import LayoutSection
 from rmfs_core.world import EAST, NORTH, WEST, CellKind, Layout, block_map, parse_map
-from rmfs_core.world.travel import SPARE_TICKS, Travel
+from rmfs_core.world.travel import SPARE_TICKS, Travel, travel_on
+from rmfs_plan.movingai import open_layout
 from rmfs_testing import small_layout
 
 OPEN = parse_map("#......#\n........\n..qO....\n........", "open")
@@ -180,9 +181,10 @@ def test_nothing_is_longer_than_a_long_way() -> None:
 
 
 def test_a_run_may_be_longer_than_two_bytes_count() -> None:
-    """65,536 cells straight on, and one aside."""
+    """65,536 cells straight on, and one aside; on a layout that no map may have."""
     width = 65_537
-    travel, motion = Travel(parse_map("." * width + "\n" + "@" * (width - 1) + ".", "long"), Motion()), Motion()
+    free = np.array([[True] * width, [False] * (width - 1) + [True]])
+    travel, motion = Travel(open_layout(free), Motion()), Motion()
     ticks = motion.run_ticks(1) + motion.turn_ticks(NORTH, WEST) + motion.run_ticks(width - 1)
     assert travel.ticks(2 * width - 1, NORTH, 0, True) == ticks
 
@@ -260,6 +262,18 @@ def test_tables_are_kept_within_their_memory(monkeypatch: pytest.MonkeyPatch) ->
     kept = [location for location in reversed(tables) if travel.times_to(location, False) is tables[location]]
     assert kept == list(reversed(tables))[:3]
     assert (travel.times_to(layout.storage_locations[0], False) == first).all()
+
+
+def test_runs_share_tables_and_no_array_that_a_search_writes_on() -> None:
+    """What one run found near a goal stays while another run, perhaps of another thread, looks elsewhere."""
+    layout = small_layout()
+    one, other = travel_on(layout, Motion()), travel_on(layout, Motion())
+    station, near, far_off = layout.stations[0].station, layout.storage_locations[0], layout.storage_locations[-1]
+    times, _ = one.times_near(station, 0, near, True)
+    found = times.copy()
+    other.times_near(station, 0, far_off, True)
+    assert (times == found).all()
+    assert one.times_to(near, False) is other.times_to(near, False)
 
 
 def test_no_way_is_said() -> None:

@@ -7,16 +7,43 @@ from collections.abc import Callable
 from attrs import evolve
 
 from rmfs_core.results.catalogue import Metric, show
-from rmfs_experiments.compare import Interval, Paired
+from rmfs_core.wording import first_few
+from rmfs_experiments.compare import FEWEST_SEEDS, Comparison, Interval, Paired
 
 NONE = "-"
 MINUS = "\N{MINUS SIGN}"
-CAPTION = (
-    'Differences from "{}": a value for each seed, the mean over its pairs of runs of the same instance; over seeds '
-    "their mean and p of the paired t test, after Holm for the number of rule sets. Intervals hold for all rule sets "
-    "at once with 95 %, and agree with p beside them. Runs that are not complete do not count."
+_DIFFERENCES = 'Differences from "{}": a value for each seed, the mean over its pairs of runs of the same instance'
+_TEST = (
+    "; over seeds their mean and p of the paired t test, after Holm for the number of rule sets. Intervals hold for "
+    "all rule sets at once with 95 %, and agree with p beside them."
 )
-"""What the figures beside a baseline are; its name goes in."""
+NO_TEST = (
+    f"With fewer than {FEWEST_SEEDS} seeds, or with the same difference in every seed, there is neither interval nor "
+    "p: they would tell nothing."
+)
+_FIXED = (
+    "rders come from a file and are the same for every seed: seeds change only where pods and robots start, and what "
+    "rules draw. Intervals and p hold for these orders, not for those of other days."
+)
+_COMPLETE = "Runs that are not complete do not count."
+
+
+def caption(comparison: Comparison) -> str:
+    """Return what the figures beside a baseline are, and what p holds for."""
+    what = _DIFFERENCES.format(comparison.baseline)
+    sentences = [f"{what}{_TEST}" if comparison.tested else f"{what}.", _COMPLETE]
+    others = (one for one in comparison.paired if one.rule_set != comparison.baseline)
+    if any(one.difference.mean is not None and one.difference.p is None for one in others):
+        sentences.insert(1, NO_TEST)
+    return " ".join([*sentences, *filter(None, [fixed(comparison)])])
+
+
+def fixed(comparison: Comparison) -> str | None:
+    """Return what p says nothing of where seeds do not repeat the demand; None where they do, or there is no p."""
+    if not comparison.fixed or not comparison.tested:
+        return None
+    everywhere = len(comparison.fixed) == len(comparison.instance_sets)
+    return f"O{_FIXED}" if everywhere else f"In {first_few(comparison.fixed)} o{_FIXED}"
 
 
 def title(metric: Metric) -> str:

@@ -120,7 +120,7 @@ def _metric_grid(comparison: Comparison, metric: str) -> Grid:
         times = (numbers.times(one.times_bound),) if bounded else ()
         mean = numbers.value(shown_as, one.mean)
         rows.append((one.instances, one.rule_set, numbers.seeds(one), mean, *times, *differences))
-    notes = (numbers.CAPTION.format(comparison.baseline),)
+    notes = (numbers.caption(comparison),)
     return Grid(numbers.title(shown_as), notes, columns, rows, range(2, len(columns)))
 
 

@@ -16,10 +16,6 @@ MOST_SETS = 6
 MOST_ERRORS = 5
 WIDE = 120
 """Columns from which on absolute differences are shown beside the relative ones."""
-FEW = (
-    'Differences from "{}": a value for each seed, the mean over its pairs of runs of the same instance. Of one or two '
-    "seeds there are no intervals here, nor p: they would tell nothing. Runs that are not complete do not count."
-)
 OF_BOUND = "x bound: how many times what no rules can beat, mean over the same runs."
 
 
@@ -42,15 +38,9 @@ def print_comparison(console: Console, result: ExperimentResult, comparison: Com
                 console.print(sentence, style="yellow", highlight=False, markup=False)
     for first, second in comparison.fronts:
         print_named(console, _front(comparison, first, second, shown))
-    caption = numbers.CAPTION.format(comparison.baseline) if _tested(comparison) else FEW.format(comparison.baseline)
-    console.print(caption, style="dim", highlight=False, markup=False)
+    console.print(numbers.caption(comparison), style="dim", highlight=False, markup=False)
     if any(map(comparison.bounded, comparison.metrics)):
         console.print(OF_BOUND, style="dim", highlight=False, markup=False)
-
-
-def _tested(comparison: Comparison) -> bool:
-    """Whether there are seeds enough for intervals that tell something."""
-    return max((one.seeds for one in comparison.paired), default=0) > 2
 
 
 def _counts(comparison: Comparison) -> Table:
@@ -80,7 +70,7 @@ def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: b
     absolute = wide or not relative
     table = new_table(numbers.title(shown_as))
     table.add_column("Rule set")
-    tested = _tested(comparison)
+    tested = comparison.tested
     p = ["p (Holm)"] * tested
     columns = (["Difference", *p] if absolute else []) + (["Relative", *p] if relative else [])
     bounded = comparison.bounded(metric)

@@ -182,6 +182,18 @@ def test_needs_and_parameters_of_rules_from_files(tmp_path: Path, monkeypatch: p
     assert "--no-inline-rules refuses" in problems("paper-250", *chosen[:1], allow_inline=False)[0]
 
 
+def test_a_file_that_a_parameter_names_and_that_is_not_there(tmp_path: Path) -> None:
+    """Is one mistake, with its key: that the parameter is missing without it is none."""
+    rule = RULE.replace("    size: int = 1", "    size: Path").replace(
+        "from attrs", "from pathlib import Path\nfrom attrs", 1
+    )
+    (tmp_path / "mine.py").write_text(rule, encoding="utf-8")
+    scenario = '[rules]\npps = "demand"\npoa = { rule = "./mine.py:Mine", size = "w.txt" }\n'
+    file = tmp_path / "s.toml"
+    file.write_text(scenario, encoding="utf-8")
+    assert problems(file) == [f"{file}, line 3, rules.poa.size: there is no file {tmp_path}/w.txt"]
+
+
 def test_orders_that_a_rule_does_not_split_are_named_beside_other_mistakes() -> None:
     """A joint rule that keeps orders whole is held against their size, whatever else is wrong."""
     found = problems("paper-250-integrated", "stations.item_capacity=3", "stations.oversize=refuse", "robots.count=0")
@@ -307,3 +319,12 @@ def test_that_there_are_no_orders_is_noted(tmp_path: Path, capsys: pytest.Captur
     assert check_scenario("examples/small", files, None, allow_inline=False).notes == ["Note: there are no orders."]
     main(["run", "examples/small", *(f"--set={file}" for file in files), "--out", str(tmp_path / "out")])
     assert "There were no orders" in capsys.readouterr().out
+
+
+def test_robots_and_stations_that_never_meet_are_noted() -> None:
+    """Nothing is wrong, since robots work off what stations took; but it is a surprise."""
+    hours = ('stations.open=[["06:00", "10:00"]]', 'robots.available=[["12:00", "16:00"]]')
+    (note,) = check_scenario("examples/small", hours, None, allow_inline=False).notes[-1:]
+    assert note.startswith("Note: no robot is on duty while a station is open (`robots.available`, `stations.open`)")
+    met = (hours[0], 'robots.available=[["09:59", "16:00"]]')
+    assert not any("on duty" in one for one in check_scenario("examples/small", met, None, allow_inline=False).notes)

@@ -234,3 +234,14 @@ def test_no_name_is_no_file_and_no_folder(folder: Path, capsys: pytest.CaptureFi
     assert exit_code("run", "small.toml", "--out", "") == 2
     assert "'--out': expected a name, found nothing" in capsys.readouterr().err
     assert not (folder / "result.json").exists()
+
+
+def test_robots_and_stations_that_never_meet_are_said_before_and_after(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A note before the run, and at its end why no order is complete."""
+    hours = ("--set", 'stations.open=[["06:00", "10:00"]]', "--set", 'robots.available=[["12:00", "16:00"]]')
+    assert exit_code("run", "examples/small", *hours, "--set", "run.until_s=40000", "--out", "never") == 0
+    out, err = capsys.readouterr()
+    assert "Note: no robot is on duty while a station is open" in " ".join(err.split())
+    assert "No order is complete at 40000.000 s: no robot is on duty before 43200.000 s." in " ".join(out.split())

@@ -53,7 +53,7 @@ def test_lines_are_brought_together_by_order(tmp_path: Path, capsys: pytest.Capt
     assert 'Left out: 1 with no time that can be read: row 8 "yesterday".' in said
     assert "SKUs that an order repeats: 1 row; quantities are added up." in said
     assert "Lines with different times: 1 order; the earliest is the order's." in said
-    assert "3 orders, 4 lines, 7 items of 4 SKUs; time 0 is 2024-03-01 00:00:00" in said
+    assert "3 orders, 4 lines, 7 items of 4 SKUs; time 0 is 2024-03-01T00:00:00 (`instance.start`)" in said
 
 
 def test_compressed_and_parquet_tables_give_the_same(tmp_path: Path) -> None:
@@ -115,7 +115,7 @@ def test_a_span_of_time(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
         "A-7,600,tea,3",
         "A-7,600,spoon,1",
     ]
-    assert "Left out: 2 with a time outside the chosen span (orders)." in capsys.readouterr().out
+    assert "Left out: 2 orders with a time outside the chosen span." in capsys.readouterr().out
 
 
 def test_the_least_that_is_needed(tmp_path: Path) -> None:
@@ -133,22 +133,48 @@ def test_the_least_that_is_needed(tmp_path: Path) -> None:
         ("o,s\n1,a\n", ["--sku", "ss"], 'line 1: there is no column "ss" (did you mean `s`?); found o and s'),
         ("o,s\n", [], "has no order line that could be kept: it has no rows"),
         ("o,s\n1,\n", [], "has no order line that could be kept: 1 with no SKU"),
-        ("o,s\n1,a,b\n", [], "is no table that can be read: "),
-        ("", [], "is no table that can be read: "),
-        ("o,s,t\n1,a,5\n2,a,2024-01-01\n", ["--time", "t"], "row 2: found dates without a zone where the rows before"),
-        ("o,s,t\n1,a,5\n", ["--time", "t", "--start", "9"], "--start: found 9, but the first order arrives at 5 s"),
+        ("o,s\n1,a,b\n", [], "row 1: expected 2 fields as in the header, found 3: '1,a,b'"),
+        ("", [], 'line 1: there is no column "o"; found nothing'),
+        ("o,s,s\n1,a,b\n", [], 'line 1: found the column "s" 2 times; expected each once'),
+        ("o\ts\n1\ta\n", [], "found tabs: say --separator tab"),
+        ("o,s,t\n1,a,5\n2,a,2024-01-01\n", ["--time", "t"], "row 2, t: found dates without an offset where"),
+        ("o,s,t\n1,a,5\n", ["--time", "t", "--start", "9"], "--start: found 9 s, but the first order arrives at 5 s"),
         ("o,s,d\n1,a,5\n", ["--due", "d"], "--due: found no --time; expected both"),
         ("o,s\n1,a\n", ["--priority", "urgency"], 'there is no column "urgency"; found o and s'),
         (
             "o,s,t\n1,a,5\n",
             ["--time", "t", "--from", "noon"],
-            "--from: expected a time such as 2024-03-01T06:00, or as --time-format has it",
+            '--from: found "noon"; expected a time such as 2024-03-01T06:00, or as --time-format has it',
         ),
-        ("o,s,t\n1,a,5\n", ["--time", "t", "--from", "9"], "--from, --until: all 1 orders are outside"),
+        ("o,s,t\n1,a,5\n", ["--time", "t", "--from", "9"], "--from, --until: all orders (1) are outside"),
         (
             "o,s\n1,a\n1,b\n1,c\n",
             ["--pods", "1", "--skus-per-pod", "2"],
             "2 places for 3 SKUs; expected --skus-per-pod 3",
+        ),
+        (
+            "o,s,t\n1,a,5\n",
+            ["--time", "t", "--until", "2024-03-01"],
+            '--until: found "2024-03-01", but the times of the table are seconds; expected one of that kind, such as',
+        ),
+        *(
+            ("o,s\n1,a\n", [option, "2024-03-01"], f"{option}: found no --time; expected the column")
+            for option in ("--from", "--until", "--start")
+        ),
+        ("o,s,t\n1,a,20240229\n", ["--time", "t"], 't: found numbers such as "20240229" in row 1, which may be dates'),
+        ("o,s,q\n1,a,1.000\n", ["--quantity", "q"], 'row 1, q: found "1.000", which may be 1 or 1000; expected'),
+        (
+            "o,s,t\n1,a,1709251200000000\n",
+            ["--time", "t"],
+            "has no order in time: 1 with a time more than ten years after time 0 (0 s; --from leaves out what is "
+            'earlier): row 1 "1709251200000000 s"; expected another --start or --time-format',
+        ),
+        ("o,s\n1,a\n", ["--leave-out-sku", "b"], '--leave-out-sku: no row has the SKU "b"'),
+        (
+            "o,s,t\n1,a,13.03.2024\n2,a,14.03.2024\n3,a,2024-03-15\n",
+            ["--time", "t"],
+            '2 of 3 rows would be left out: 2 with no time that can be read: row 1 "13.03.2024", row 2 "14.03.2024"; '
+            "perhaps --time-format %d.%m.%Y; expected at most half, or --force",
         ),
         ("o,s\n1,a\n", ["--separator", "é"], "--separator: found 'é'; expected one sign of ASCII"),
         ("o,s\n1,a\n", ["--separator", "::"], "--separator: found '::'; expected one sign"),
@@ -173,3 +199,57 @@ def test_files_that_are_there_are_kept(tmp_path: Path, capsys: pytest.CaptureFix
         main(["convert", "orders", str(table(tmp_path)), *COLUMNS, "--out", str(tmp_path)])
     assert "--force replaces it" in capsys.readouterr().err
     assert (tmp_path / "orders.csv").read_text(encoding="utf-8") == "mine"
+
+
+def test_most_rows_are_left_out_only_by_force(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What options ask to leave out does not count; more than a tenth is a warning."""
+    file = table(tmp_path, "o,s,q\n" + "1,a,1\n" + "2,a,-1\n" * 2)
+    command = ["convert", "orders", str(file), "--order", "o", "--sku", "s", "--quantity", "q", "--out", str(tmp_path)]
+    with pytest.raises(SystemExit) as stopped:
+        main(command)
+    assert stopped.value.code == 2
+    assert not (tmp_path / "orders.csv").exists()
+    main([*command, "--force"])
+    assert "Warning: 2 of 3 rows (67 %) are left out.\n" in capsys.readouterr().err
+    table(tmp_path, "o,s,q\n" + "1,a,1\n" + "2,b,1\n" * 2)
+    main([*command, "--force", "--leave-out-sku", "b"])
+    told = capsys.readouterr()
+    assert 'Left out: 2 with a SKU to leave out: row 2 "b", row 3 "b".' in told.out
+    assert told.err == ""
+
+
+def test_an_order_of_the_opening_hour_is_served_at_once(tmp_path: Path) -> None:
+    """06:00+02:00 is 06:00 for stations that open then, with seconds from midnight or from another time 0."""
+    file = table(tmp_path, "order,sku,qty,ts\n1,A,1,2024-07-01T06:00:00+02:00\n2,B,2,2024-07-01T21:59:00+02:00\n")
+    columns = ["--order", "order", "--sku", "sku", "--quantity", "qty", "--time", "ts", "--pods", "3"]
+    for number, start in enumerate(([], ["--start", "2024-07-01T05:00+02:00"])):
+        folder = tmp_path / str(number)
+        main(["convert", "orders", str(file), *columns, "--skus-per-pod", "2", "--out", str(folder), *start])
+        overrides = ['stations.open=[["06:00", "22:00"]]', "layout.stations_east=1"]
+        first, last = rmfs_core.run(folder / "scenario.toml", overrides=overrides).orders
+        assert first["arrival_s"] == (3600 if start else 21_600)
+        assert first["turnover_s"] < 120
+        assert last["turnover_s"] < 120
+
+
+def test_an_export_of_an_erp_system(tmp_path: Path) -> None:
+    """German headers, semicolons, decimal commas, another encoding, local times in a zone, postage as a line."""
+    file = tmp_path / "Auftr\u00e4ge.csv"
+    rows = [
+        "Auftrag;Artikel;Menge;Erfa\u00dft;L\u00e4nge",
+        '4711;"Schraube 3,5\r\nverzinkt";1.000,000;26.10.2024 23:30;1',
+        "4711;B;2,000;26.10.2024 23:30;1",
+        "4712;VERSAND;1,000;27.10.2024 06:00;1",
+        "4712;B;3,000;27.10.2024 06:00;1",
+    ]
+    file.write_bytes("\r\n".join(rows).encode("cp1252"))
+    columns = ["--order", "Auftrag", "--sku", "Artikel", "--quantity", "Menge", "--time", "Erfa\u00dft"]
+    kind = ["--separator", ";", "--encoding", "cp1252", "--decimal", ",", "--time-format", "%d.%m.%Y %H:%M"]
+    options = ["--zone", "Europe/Berlin", "--leave-out-sku", "VERSAND", "--pods", "2", "--out", str(tmp_path)]
+    main(["convert", "orders", str(file), *columns, *kind, *options])
+    assert (tmp_path / "orders.csv").read_text(encoding="utf-8").splitlines()[1:] == [
+        '4711,84600,"Schraube 3,5 verzinkt",1000',
+        "4711,84600,B,2",
+        "4712,111600,B,3",  # 25 hours of that day
+    ]
+    assert 'start = "2024-10-26T00:00:00+02:00"' in (tmp_path / "scenario.toml").read_text(encoding="utf-8")

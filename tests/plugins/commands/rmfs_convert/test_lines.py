@@ -1,32 +1,37 @@
-"""Order lines: cleaned, brought together by order, and written as orders."""
+"""Order lines: brought together by order, and written as orders."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
-from rmfs_convert.lines import Columns, OrderLines, Sku
+from rmfs_convert.cleaning import Choice, Cleaner, Columns, Reader
+from rmfs_convert.lines import OrderLines, Sku, Span
+from rmfs_convert.tables import Table
+from rmfs_convert.time_formats import Moment
 from rmfs_core.errors import InputError
 
 ALL = Columns("order", "sku", "time", "qty")
+Read = Callable[..., OrderLines]
 
 
 @pytest.fixture
-def lines() -> Iterator[OrderLines]:
-    """Return an empty collection of order lines."""
-    with OrderLines() as found:
-        yield found
+def read(tmp_path: Path) -> Iterator[Read]:
+    """Return what takes in a table of rows: order, sku, time, quantity, due time, priority."""
+    with ExitStack() as stack:
 
+        def lines_of(*rows: str, columns: Columns = ALL, choice: Choice | None = None) -> OrderLines:
+            file = tmp_path / "lines.csv"
+            file.write_text("".join(f"{row}\n" for row in ("order,sku,time,qty,due,prio", *rows)), encoding="utf-8")
+            lines = stack.enter_context(OrderLines(Cleaner(columns, Reader(), choice or Choice())))
+            lines.read(Table(file))
+            return lines
 
-def read(lines: OrderLines, folder: Path, *rows: str, columns: Columns = ALL) -> OrderLines:
-    """Take in a table of these rows: order, sku, time, quantity."""
-    file = folder / "lines.csv"
-    file.write_text("".join(f"{row}\n" for row in ("order,sku,time,qty", *rows)), encoding="utf-8")
-    lines.read(file, columns)
-    return lines
+        yield lines_of
 
 
 def written(lines: OrderLines, start: int = 0) -> list[str]:
@@ -36,97 +41,135 @@ def written(lines: OrderLines, start: int = 0) -> list[str]:
     return stream.getvalue().splitlines()[1:]
 
 
-def test_an_order_has_each_sku_once_and_its_earliest_time(lines: OrderLines, tmp_path: Path) -> None:
+def test_an_order_has_each_sku_once_and_its_earliest_time(read: Read) -> None:
     """Orders by time, then as they stand in the table; within an order SKUs as they stand there."""
-    read(lines, tmp_path, "B,tea,9,1", "A,jam,5,2", "B,tea,7,3", "B,jam,9,1", "C,tea,5,1")
-    assert lines.gather() == 5000
+    lines = read(*(f"{row},," for row in ("B,tea,9,1", "A,jam,5,2", "B,tea,7,3", "B,jam,9,1", "C,tea,5,1")))
+    assert lines.gather() == Moment(0)
     assert written(lines) == ["A,5,jam,2", "C,5,tea,1", "B,7,tea,4", "B,7,jam,1"]
-    assert (lines.rows, lines.n_orders, lines.n_lines, lines.joined, lines.several["times"]) == (5, 3, 4, 1, 1)
+    assert (lines.n_orders, lines.n_lines, lines.joined, lines.several["times"]) == (3, 4, 1, 1)
+    assert lines.largest(2) == [("B", "tea", 4), ("A", "jam", 2)]
 
 
-def test_time_zero_is_chosen_when_writing(lines: OrderLines, tmp_path: Path) -> None:
+def test_time_zero_is_chosen_when_writing(read: Read) -> None:
     """Arrivals are seconds after it, whole where they are whole; totals say how many items and how long."""
-    read(lines, tmp_path, "A,tea,10,2", "B,tea,12.5,1")
-    lines.gather()
+    lines = read("A,tea,10,2,,", "B,tea,12.5,1,,")
+    assert lines.gather(Span(start=Moment(10_000))) == Moment(10_000)
     stream = io.StringIO()
     totals = lines.write(stream, 10_000)
     assert stream.getvalue() == "order,arrival_s,sku,quantity\nA,0,tea,2\nB,2.5,tea,1\n"
     assert (totals["items"], totals["last"]) == (3, 2500)
 
 
-def test_each_row_left_out_has_its_reason(lines: OrderLines, tmp_path: Path) -> None:
-    """The first thing that is wrong with it; some are named, all are counted."""
-    wrong = [",tea,1,1", "A,,1,1", "A,tea,1,0", "A,tea,1,-1", "A,tea,1,1.5", "A,tea,1,", "A,tea,noon,1", " , ,x,x"]
-    read(lines, tmp_path, "A, tea ,1, 2 ", *wrong)
-    quantity = "a quantity that is no whole number from 1 on (returns, weights)"
-    assert {reason: (what.rows, what.examples) for reason, what in lines.dropped.items()} == {
-        "no order": (2, [(2, ""), (9, "")]),
-        "no SKU": (1, [(3, "A")]),
-        quantity: (4, [(4, "0"), (5, "-1"), (6, "1.5")]),
-        "no time that can be read": (1, [(8, "noon")]),
-    }
-    lines.gather()
-    assert written(lines) == ["A,1,tea,2"]
+@pytest.mark.parametrize("rows", [(1, 0), (0, 1)])
+def test_time_zero_is_midnight_by_the_clock_of_the_first_order(read: Read, rows: tuple[int, int]) -> None:
+    """Whatever row it is in, and whatever the clock of the others; 06:00+02:00 is 06:00."""
+    both = ("A,tea,2024-07-01T06:00+02:00,1,,", "B,tea,2024-07-01T05:00Z,1,,")
+    lines = read(*(both[i] for i in rows))
+    zero = lines.gather()
+    assert lines.cleaner.reader.clock.iso(zero) == "2024-07-01T00:00:00+02:00"
+    assert written(lines, zero.tick) == ["A,21600,tea,1", "B,25200,tea,1"]
+    assert lines.offsets == [0, 7_200_000]
 
 
-def test_columns_that_a_table_has_not(lines: OrderLines, tmp_path: Path) -> None:
+def test_an_order_before_time_zero_is_refused(read: Read) -> None:
+    """Time 0 would have to be earlier."""
+    lines = read("A,tea,2024-07-01T06:00,1,,")
+    start = lines.cleaner.reader.clock.option("--start", "2024-07-01T07:00")
+    with pytest.raises(
+        InputError, match="--start: found 2024-07-01T07:00:00, but the first order arrives at 2024-07-01T06"
+    ):
+        lines.gather(Span(start=start))
+
+
+def test_the_time_of_the_day_may_be_in_a_column_of_its_own(read: Read) -> None:
+    """Beside the date, as exports of ERP systems have it."""
+    columns = Columns("order", "sku", "time", "qty", time_of_day="due")
+    lines = read("A,tea,2024-03-01,1,06:10,", "B,tea, 20240301 ,1,061500,", "C,tea,2024-03-01,1,,", columns=columns)
+    assert written(lines, lines.gather().tick) == ["C,0,tea,1", "A,22200,tea,1", "B,22500,tea,1"]
+
+
+def test_columns_that_a_table_has_not(read: Read) -> None:
     """Every line is one item, and every order is there from the start."""
-    read(lines, tmp_path, "A,tea,x,x", "A,tea,x,x", columns=Columns("order", "sku"))
-    assert lines.gather() == 0
+    lines = read("A,tea,x,x,,", "A,tea,x,x,,", columns=Columns("order", "sku"))
+    assert lines.gather() == Moment(0)
     assert written(lines) == ["A,0,tea,2"]
 
 
-def test_orders_outside_a_span_are_left_out_whole(lines: OrderLines, tmp_path: Path) -> None:
+def test_orders_outside_a_span_are_left_out_whole(read: Read) -> None:
     """The begin belongs to it, the end does not; what counts is the order's time, its earliest."""
-    read(lines, tmp_path, "A,tea,4.999,1", "A,tea,6,1", "B,tea,5,1", "C,tea,7,1", "D,tea,8,1")
-    assert lines.gather(begin=5000, end=8000) == 5000
+    lines = read(*(f"{row},1,," for row in ("A,tea,4.999", "A,tea,6", "B,tea,5", "C,tea,7", "D,tea,8")))
+    lines.gather(Span(Moment(5000), Moment(8000)))
     assert written(lines) == ["B,5,tea,1", "C,7,tea,1"]
-    assert lines.dropped["a time outside the chosen span (orders)"].rows == 2
+    assert lines.left_out == {"a time outside the chosen span": 2}
+    assert lines.cleaner.dropped.unasked == 0
 
 
-def test_a_span_without_orders_is_refused(lines: OrderLines, tmp_path: Path) -> None:
+def test_a_span_without_orders_is_refused(read: Read) -> None:
     """The sentence says how many there are outside."""
-    read(lines, tmp_path, "A,tea,4,1", "B,tea,9,1")
-    with pytest.raises(InputError, match=r"^--from, --until: all 2 orders are outside; expected a span with some"):
-        lines.gather(begin=5000, end=8000)
+    lines = read("A,tea,4,1,,", "B,tea,9,1,,")
+    with pytest.raises(InputError, match=r"^--from, --until: all orders \(2\) are outside; expected a span with some"):
+        lines.gather(Span(Moment(5000), Moment(8000)))
 
 
-def test_nothing_to_keep_is_refused(lines: OrderLines, tmp_path: Path) -> None:
+def test_nothing_to_keep_is_refused(read: Read) -> None:
     """With what was wrong with the rows, by number."""
-    with pytest.raises(InputError, match=r"has no order line that could be kept: 2 with no SKU; 1 with no order$"):
-        read(lines, tmp_path, "A,,1,1", "B,,1,1", ",tea,1,1")
+    with pytest.raises(
+        InputError, match=r'could be kept: 2 with no SKU: row 1 "A", row 2 "B"; 1 with no order: row 3$'
+    ):
+        read("A,,1,1,,", "B,,1,1,,", ",tea,1,1,,")
 
 
-def test_times_of_two_kinds_are_refused(lines: OrderLines, tmp_path: Path) -> None:
-    """With the row where the second kind begins."""
-    with pytest.raises(InputError, match=r"lines.csv, row 2: found dates without a zone where the rows before have"):
-        read(lines, tmp_path, "A,tea,4,1", "B,tea,2024-03-01,1")
+def test_an_order_that_loses_a_line_is_shortened(read: Read) -> None:
+    """It is counted; one of which nothing is left is another thing."""
+    rows = (
+        "A,tea,1,1,,",
+        "A,jam,1,-1,,",
+        "B,tea,1,1,,",
+        "C,jam,1,-1,,",
+        "C,jam,1,-2,,",
+        "D,rye,1,5,,",
+        "D,rye,2,5,,",
+        "D,jam,1,1,,",
+    )
+    lines = read(*rows, choice=Choice(most=9))
+    lines.gather()
+    assert lines.shortened == 2
+    assert lines.left_out == {"no row that is kept": 1}
+    assert written(lines) == ["A,1,tea,1", "B,1,tea,1", "D,1,jam,1"]
+    assert '1 with more than 9 items in a line: row 6 "10"' in lines.cleaner.left_out()
+    lines = read(*rows, choice=Choice(most=9))
+    lines.gather(whole=True)
+    assert (lines.shortened, written(lines)) == (0, ["B,1,tea,1"])
+    assert lines.left_out["a line that is left out (--whole-orders)"] == 2
 
 
-def test_skus_by_their_lines_and_orders_by_arrival(lines: OrderLines, tmp_path: Path) -> None:
+def test_what_a_run_would_refuse_is_left_out(read: Read) -> None:
+    """Orders that arrive years later, and SKUs of an order that are too many items in all rows together."""
+    lines = read(
+        "A,tea,2024-03-01,600000,,", "A,tea,2024-03-01,600000,,", "B,tea,2024-03-02,1,,", "C,tea,2034-04-01,1,,"
+    )
+    lines.gather()
+    assert [row[0] for row in written(lines)] == ["B"]
+    late = "more than ten years after time 0 (2024-03-02T00:00:00; --from leaves out what is earlier)"
+    assert lines.cleaner.left_out() == [
+        '1 with more than 1,000,000 items in a line: row 1 "1,200,000"',
+        f'1 with a time {late}: row 4 "2034-04-01T00:00:00"',
+    ]
+
+
+def test_skus_by_their_lines_and_orders_by_arrival(read: Read) -> None:
     """Most order lines first, then by name; a basket has each SKU of an order once."""
-    read(lines, tmp_path, "B,tea,9,1", "B,rye,9,1", "A,jam,5,20", "B,tea,9,3", "C,tea,9,1")
+    lines = read(*(f"{row},," for row in ("B,tea,9,1", "B,rye,9,1", "A,jam,5,20", "B,tea,9,3", "C,tea,9,1")))
     lines.gather()
     assert lines.skus() == [Sku("tea", 2, 5), Sku("jam", 1, 20), Sku("rye", 1, 1)]
     assert list(lines.baskets(9)) == [["jam"], ["tea", "rye"], ["tea"]]
     assert list(lines.baskets(2)) == [["jam"], ["tea", "rye"]]
 
 
-def test_several_tables_are_one(lines: OrderLines, tmp_path: Path) -> None:
-    """An order may be spread over them."""
-    read(lines, tmp_path, "A,tea,4,1")
-    read(lines, tmp_path, "A,jam,3,1")
-    lines.gather()
-    assert lines.rows == 2
-    assert written(lines) == ["A,3,tea,1", "A,3,jam,1"]
-
-
-def test_due_times_and_priorities(lines: OrderLines, tmp_path: Path) -> None:
-    """An order has the earliest and the highest of its lines; what cannot be read is left empty, and said."""
-    file = tmp_path / "lines.csv"
-    rows = ["A,tea,5,60,1", "A,jam,5,30,3", "B,tea,6,,", "C,tea,7,soon,-1", "D,tea,8,2,2.0", "A,rye,5,45,"]
-    file.write_text("".join(f"{row}\n" for row in ("o,s,t,due,prio", *rows)), encoding="utf-8")
-    lines.read(file, Columns("o", "s", "t", due="due", priority="prio"))
+def test_due_times_and_priorities(read: Read) -> None:
+    """An order has the earliest and the highest of its lines; what cannot be read is left empty."""
+    rows = ["A,tea,5,1,60,1", "A,jam,5,1,30,3", "B,tea,6,1,,", "C,tea,7,1,soon,-1", "D,tea,8,1,2,2.0", "A,rye,5,1,45,"]
+    lines = read(*rows, columns=Columns("order", "sku", "time", due="due", priority="prio"))
     lines.gather()
     stream = io.StringIO()
     assert lines.write(stream, 5000)["early"] == 1
@@ -140,16 +183,3 @@ def test_due_times_and_priorities(lines: OrderLines, tmp_path: Path) -> None:
         "D,3,tea,1,0,2",
     ]
     assert lines.several == {"times": 0, "dues": 1, "priorities": 1}
-    assert {reason: what.examples for reason, what in lines.emptied.items()} == {
-        "a due time that cannot be read": [(4, "soon")],
-        "a priority that is no whole number from 0 on": [(4, "-1")],
-    }
-    assert not lines.dropped
-
-
-def test_due_times_are_of_the_kind_of_times(lines: OrderLines, tmp_path: Path) -> None:
-    """Seconds beside dates have no time 0 in common."""
-    file = tmp_path / "lines.csv"
-    file.write_text("o,s,t,due\n1,a,2024-03-01T06:00,500\n", encoding="utf-8")
-    with pytest.raises(InputError, match="row 1: found seconds where the rows before have dates without a zone"):
-        lines.read(file, Columns("o", "s", "t", due="due"))

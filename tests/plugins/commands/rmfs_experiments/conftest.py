@@ -48,6 +48,18 @@ class Deadly:
 
 
 @define
+class Reading:
+    """PR: a place by the number in a file."""
+
+    weights: Path
+
+    @hookimpl
+    def choose_storage_location(self, warehouse):
+        free = sorted(warehouse.free_storage_locations)
+        return free[int(self.weights.read_text()) % len(free)]
+
+
+@define
 class Raising:
     """PR: has no idea."""
 

@@ -78,11 +78,36 @@ def test_one_pair_has_no_interval() -> None:
     assert interval([]).mean is None
 
 
-def test_equal_differences_have_an_interval_of_no_width() -> None:
-    """Without variance the interval is the mean; p is 1 if that is 0, and 0 if not."""
-    nothing, always = interval([0.0, 0.0, 0.0]), interval([2.0, 2.0])
-    assert (nothing.low, nothing.high, nothing.p) == (0.0, 0.0, 1.0)
-    assert (always.low, always.high, always.p) == (2.0, 2.0, 0.0)
+@pytest.mark.parametrize("values", [[0.0] * 3, [2.0] * 20, [0.3, 0.1 + 0.2, 0.3], [1.0, 3.0]])
+def test_what_tells_nothing_has_no_interval(values: list[float]) -> None:
+    """Two values, or any number that are the same but for rounding: neither interval nor p, in no correction."""
+    found = interval(values)
+    assert (found.low, found.high, found.p) == (None, None, None)
+    of_all = intervals([values, [1.0, 2.0, 3.0]])
+    assert (of_all[0].low_holm, of_all[0].p_holm) == (None, None)
+    assert of_all[1].p_holm == of_all[1].p
+
+
+def test_nothing_is_more_than_all_less() -> None:
+    """Intervals of relative differences end at -100 % where figures are amounts; not where they may be negative."""
+    shares = {1: 0.01, 2: 0.6, 3: 0.02, 4: 0.9}
+    rows = [row("base", seed, 10.0) for seed in shares] + [row("other", seed, 10.0 * s) for seed, s in shares.items()]
+    other = summary(rows, "base", ["m"]).paired[1]
+    plain = intervals([[share - 1 for share in shares.values()]])[0]
+    assert plain.low is not None
+    assert plain.low < -1
+    assert (other.relative.low, other.relative.low_holm, other.relative.high) == (-1.0, -1.0, plain.high)
+    rows[-1]["m"] = -9.0
+    other = summary(rows, "base", ["m"]).paired[1]
+    assert other.relative.low is not None
+    assert other.relative.low < -1
+
+
+def test_instance_sets_whose_orders_stay_are_known() -> None:
+    """Those with an instance whose orders are the same for every seed; so all together."""
+    rows = [row(name, seed, 1.0, at) for name in ("base", "other") for seed in (1, 2) for at in ("day", "drawn")]
+    assert summary(rows, "base", ["m"], fixed={"day"}).fixed == ("day", "overall")
+    assert summary(rows, "base", ["m"]).fixed == ()
 
 
 def test_pairs_with_a_side_that_failed_are_left_out_and_counted() -> None:

@@ -10,7 +10,7 @@ from rmfs_core import RuleError, run
 from rmfs_core.errors import InputError
 from rmfs_core.results.running import versions_of
 from rmfs_core.rules import RuleSet
-from rmfs_core.scenario import Scenario, load_scenario
+from rmfs_core.scenario import RuleChoice, Scenario, load_scenario
 from rmfs_experiments.keys import run_key
 from rmfs_experiments.sources import sources_of
 
@@ -37,7 +37,7 @@ def scenario(folder: Path) -> Scenario:
 def key_of(scenario: Scenario, seed: int = 1) -> str:
     """Return the key of a run of a scenario with the rules that are installed."""
     rules = RuleSet.load(scenario.rules, scenario.folder)
-    return run_key(scenario, versions_of(rules, scenario), sources_of(rules))(seed)
+    return run_key(scenario, versions_of(rules, scenario), sources_of(rules, scenario))(seed)
 
 
 def test_seed_values_versions_and_code_count(scenario: Scenario) -> None:
@@ -72,6 +72,21 @@ def test_the_contents_of_files_count(scenario: Scenario, name: str) -> None:
     file = Path(scenario.folder) / name
     file.write_text(file.read_text(encoding="utf-8") + "\n", encoding="utf-8")
     assert key_of(scenario) != before
+
+
+def test_the_files_of_parameters_count(folder: Path) -> None:
+    """A policy that was trained anew is another run; the same in another folder is the same."""
+    reading = RuleChoice("./bad.py:Reading", {"weights": "w.txt"})
+    keys = []
+    for number in ("1", "2", "1"):
+        (folder / "w.txt").write_text(number, encoding="utf-8")
+        tiny = load_scenario(folder / "tiny.toml")
+        keys.append(key_of(evolve(tiny, rules=evolve(tiny.rules, pr=reading))))
+    elsewhere = folder / "elsewhere"
+    shutil.copytree(folder, elsewhere, ignore=shutil.ignore_patterns("elsewhere"))
+    keys.append(key_of(evolve(load_scenario(elsewhere / "tiny.toml"), rules=evolve(tiny.rules, pr=reading))))
+    assert keys[0] != keys[1]
+    assert keys[0] == keys[2] == keys[3]
 
 
 def test_place_and_order_do_not_count(scenario: Scenario, tmp_path: Path) -> None:

@@ -1,11 +1,14 @@
 """Scenarios of runs: a base, what axes and rule sets change, and where files are looked up."""
 
+import tomllib
 from pathlib import Path
 
 import pytest
+from attrs import evolve
 
 from rmfs_core.errors import InputError
-from rmfs_core.scenario import Scenario, load_scenario
+from rmfs_core.rules import RuleSet
+from rmfs_core.scenario import Scenario, load_scenario, scenario_from_dict
 from rmfs_experiments.resolving import resolve
 
 
@@ -49,3 +52,18 @@ def test_keys_that_would_be_ignored_are_refused() -> None:
     """The number of orders to generate has no meaning beside a file of orders."""
     with pytest.raises(InputError, match=r"instance.orders: has no meaning beside `instance.orders_file`"):
         resolve(load_scenario("examples/from-csv"), {"instance.orders": 3}, ".", "test")
+
+
+def test_files_of_parameters_are_where_they_are_named(folder: Path) -> None:
+    """Those of the base beside it, though the scenario's folder is another one; what changes name beside these."""
+    (folder / "base").mkdir()
+    (folder / "w.txt").write_text("2", encoding="utf-8")
+    data = tomllib.loads((folder / "tiny.toml").read_text("utf-8"))
+    data["rules"]["observers"] = [{"rule": "seen", "file": "w.txt"}]
+    base = scenario_from_dict(data, str(folder / "base"))
+    reading = {"rules.pr": {"rule": "./bad.py:Reading", "weights": "w.txt"}}
+    scenario = resolve(base, reading, str(folder), "test")
+    assert scenario.folder == str(folder)
+    assert scenario.rules.observers[0].parameters["file"].there == str(folder / "base")
+    loaded = RuleSet.load(evolve(scenario.rules, observers=()), scenario.folder)
+    assert [(one.name, one.file) for one in loaded.files] == [("w.txt", folder / "w.txt")]

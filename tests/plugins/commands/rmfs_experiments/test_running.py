@@ -382,3 +382,13 @@ def test_where_every_run_failed_there_is_nothing_to_say_of_metrics(
     )
     assert len(result.failed) == 4
     assert all(one.mean is None for one in result.comparison().paired)
+
+
+def test_orders_from_a_file_are_the_same_for_every_seed(experiment: Write, tmp_path: Path) -> None:
+    """The result says of which instances; drawn ones are none of them."""
+    text = 'scenarios = ["examples/from-csv", "tiny.toml"]\nseeds = [1]\nbaseline = "a"\n[[rule_sets]]\nname = "a"\n'
+    one = experiment(text + 'rules.pp = "free-flow"\n')
+    result = run_experiment(one, store=tmp_path / "runs", jobs=1)
+    (day,) = {row["instance"] for row in result.rows if "from-csv" in row["instance"]}
+    assert result.fixed == {day}
+    assert result.comparison().fixed == (day, "overall")

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, load_scenario
-from rmfs_experiments.sources import changed_since, sources_of
+from rmfs_experiments.sources import changed_since, sources_of, sources_of_generator
 
 RULE = """
 import {imported}
@@ -27,7 +27,7 @@ class Mine:
 
 def sources(scenario: Scenario) -> dict[str, str]:
     """Return the digests of what takes part in a scenario's runs."""
-    return sources_of(RuleSet.load(scenario.rules, scenario.folder))
+    return sources_of(RuleSet.load(scenario.rules, scenario.folder), scenario)
 
 
 @pytest.fixture
@@ -86,6 +86,27 @@ def test_a_changed_file_changes_its_package_alone(path: Path, folder: Path, file
     assert after.keys() == before.keys()
 
 
+def test_a_rule_that_another_asks_counts(path: Path, folder: Path) -> None:
+    """As if the scenario named it: with what its distribution imports."""
+    cases = '[{ rule = "thing", before_s = 9 }, { rule = "nearest" }]'
+    found = sources(load_scenario(folder / "tiny.toml", ["rules.pr=switch", f"rules.pr.cases={cases}"]))
+    assert {"rmfs_switch", "rmfs_nearest", "spaces.thing_rules", "thing_tools", "thing_single"} <= found.keys()
+
+
+def test_the_selected_generator_counts_alone(install: Callable[..., None], folder: Path) -> None:
+    """Another one that is installed changes nothing; with orders from a file there is none."""
+    before = sources(load_scenario(folder / "tiny.toml"))
+    modules = {"acme_days": "import acme_tools\ndef days(): ...\n", "acme_tools": "x = 1\n"}
+    install("acme", {"acme-days": "acme_days:days"}, "rmfs.instances", **modules)
+    assert sources(load_scenario(folder / "tiny.toml")) == before
+    chosen = load_scenario(folder / "tiny.toml", ["instance.generator=acme-days"])
+    assert sources(chosen).keys() - before.keys() == {"acme_days", "acme_tools"}
+    assert before.keys() - sources(chosen).keys() == {"rmfs_instances"}
+    assert sources_of_generator(chosen).keys() == {"acme_days", "acme_tools", "rmfs_core"}
+    assert sources_of_generator(load_scenario("examples/from-csv")) == {}
+    assert "rmfs_instances" not in sources(load_scenario("examples/from-csv"))
+
+
 def test_what_the_file_of_a_rule_imports_counts(path: Path, folder: Path) -> None:
     """The file itself is known by its digest among the versions."""
     (folder / "mine.py").write_text(RULE.format(imported="thing_other"), encoding="utf-8")
@@ -99,4 +120,4 @@ def test_a_process_has_the_code_it_has_imported(path: Path) -> None:
     (path / "thing_tools" / "__init__.py").write_text("three = 3\n")
     scenario = load_scenario("examples/small")
     rules = RuleSet.load(scenario.rules, scenario.folder)
-    assert changed_since(sources_of(rules)) == []
+    assert changed_since(sources_of(rules, scenario)) == []

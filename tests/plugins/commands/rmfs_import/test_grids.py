@@ -85,6 +85,7 @@ def test_every_sign_becomes_the_one_of_its_table(tmp_path_factory: pytest.TempPa
             ":1: expected rows and columns such as `33,46`, 1,000,000 cells at most, found",
         ),
         (KIVA.replace("3,6", "9999,9999"), ":1: expected rows and columns"),
+        (KIVA.replace("3,6", "1,900000"), ":1: found a map of 1 x 900,000 cells; expected at most 5,000 in a row or"),
         (KIVA.replace("3,6", "4,6"), ": found 3 rows of the map; expected 4, as its first line says"),
         (KIVA.replace("ree.r@", "ree.r"), ":6: found 5 cells; expected 6, as the first line says"),
         (KIVA.replace("ree.r@", "xee.r@"), ":6: unknown sign 'x'; expected one of . e r @"),

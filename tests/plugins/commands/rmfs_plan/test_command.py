@@ -146,6 +146,33 @@ def test_wrong_options_are_refused(
     assert problem in error
 
 
+def unplannable(*_: object) -> None:
+    """Stand in for the search where there shall be none."""
+    pytest.fail("the search began")
+
+
+def test_where_the_files_cannot_go_is_said_before_the_search(
+    room: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file in the way of the folder, or a folder in the way of a file: exit code 2, and no robot is planned for."""
+    monkeypatch.setattr("rmfs_plan.plan_by_priorities", unplannable)
+    (tmp_path / "taken" / "paths.csv").mkdir(parents=True)
+    in_the_way = f"{room}/out: found a file in the way; expected a folder, or nothing"
+    for out, problem in (
+        (room / "out", in_the_way),
+        (tmp_path / "taken", f"{tmp_path}/taken/paths.csv: cannot be written: a folder has that name"),
+    ):
+        assert ask([str(room), "--agents", "2", "--out", str(out)], capsys) == (2, "", f"Error: {problem}\n")
+
+
+def test_a_map_of_one_row_without_end_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One sentence, not a table that no memory has room for."""
+    (tmp_path / "row.txt").write_text("." * 3_000_000 + "\n", encoding="utf-8")
+    expected = "expected at most 5,000 in a row or column and 4,000,000 in all"
+    problem = f"{tmp_path}/row.txt: found a map of 3,000,000 x 1 cells; {expected}"
+    assert ask([str(tmp_path / "row.txt"), "--agents", "2"], capsys) == (2, "", f"Error: {problem}\n")
+
+
 def test_a_file_that_is_not_there_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The map's name and the system's reason."""
     code, _, error = ask([str(tmp_path / "none.map")], capsys)

@@ -61,16 +61,25 @@ def test_other_maps_are_text_maps(tmp_path: Path) -> None:
     [
         (
             "type octile\nheight x\nwidth 8\nmap\n",
-            "room.map: expected a line `height N`, N from 1 to 1,000,000, found 'x'",
+            "room.map: expected a line `height N`, N from 1 to 5,000, found 'x'",
         ),
-        ("type octile\nwidth 8\nmap\n", "room.map: expected a line `height N`, N from 1 to 1,000,000, found ''"),
+        ("type octile\nwidth 8\nmap\n", "room.map: expected a line `height N`, N from 1 to 5,000, found ''"),
         (
             "type octile\nheight 0\nwidth 8\nmap\n",
-            "room.map: expected a line `height N`, N from 1 to 1,000,000, found '0'",
+            "room.map: expected a line `height N`, N from 1 to 5,000, found '0'",
         ),
         (
             f"type octile\nheight {'9' * 5000}\nwidth 8\nmap\n",
-            f"room.map: expected a line `height N`, N from 1 to 1,000,000, found '{'9' * 79}",
+            f"room.map: expected a line `height N`, N from 1 to 5,000, found '{'9' * 79}",
+        ),
+        (
+            "type octile\nheight 1\nwidth 3000000\nmap\n",
+            "room.map: expected a line `width N`, N from 1 to 5,000, found '3000000'",
+        ),
+        (
+            "type octile\nheight 4000\nwidth 4000\nmap\n",
+            "room.map: found a map of 4,000 x 4,000 cells; expected at most 5,000 in a row or column and 4,000,000 in "
+            "all",
         ),
         ("type octile\nheight 1\nwidth 8\n....", "room.map:4: expected the line `map` after type, height and width"),
         (
@@ -114,7 +123,11 @@ def test_trips_are_read_in_order(tmp_path: Path) -> None:
         ("version 1\n0 room.map 9 4 0 0 1 0 1\n", "room.scen:2: found a map of 9 x 4 cells; the map given has 8 x 4"),
         ("version 1\n0 room.map 8 4 0 0 8 0 1\n", "room.scen:2: found the cell x 8, y 0, which is not on the map"),
         ("version 1\n\n0 room.map 8 4 0 0 1 1 1\n", "room.scen:3: found the cell x 1, y 1, which is a wall"),
-        ("version 1\n0 room.map 8 4 0 0 -1 0 1\n", "room.scen:2: expected a whole number, found '-1'"),
+        ("version 1\n0 room.map 8 4 0 0 -1 0 1\n", "room.scen:2: expected a whole number from 0 to 5,000, found '-1'"),
+        (
+            f"version 1\n0 room.map {'9' * 12} 4 0 0 1 0 1\n",
+            f"room.scen:2: expected a whole number from 0 to 5,000, found '{'9' * 12}'",
+        ),
     ],
 )
 def test_wrong_scenarios_are_refused(text: str, problem: str, tmp_path: Path) -> None:

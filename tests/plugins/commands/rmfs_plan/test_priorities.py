@@ -9,12 +9,12 @@ import pytest
 from attrs import define, field
 
 from rmfs_core.motion import Motion
-from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, roads_on
-from rmfs_core.world import parse_map
+from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, occupancy, roads_on
+from rmfs_core.world import NORTH, parse_map
 from rmfs_core.world.travel import travel_on
 from rmfs_plan import Trip, collisions, plan_by_priorities, plan_trips, random_trips, read_map, roads_of_map
 from rmfs_plan.planning import Plan
-from rmfs_plan.priorities import GROUP
+from rmfs_plan.priorities import GROUP, Search
 from rmfs_sipp import Sipp
 
 EVEN = Motion(acceleration_m_per_s2=1e12, top_speed_m_per_s=1.0, full_turn_s=4.0)
@@ -100,8 +100,36 @@ def test_the_same_seed_gives_the_same_paths(tmp_path: Path) -> None:
     assert one != other
 
 
-def test_effort_is_counted_in_queries(tmp_path: Path) -> None:
+@pytest.mark.parametrize("seed", range(1, 21))
+def test_a_drawn_wait_is_taken_back(seed: int) -> None:
+    """Two that pass in a bay halfway take 14.209 s whatever the seed, though the first delays drawn are 20 to 90 s."""
+    hall = roads_of_map(parse_map(".......\n@@@.@@@", "bay"))
+    plans = plan_by_priorities(hall, Sipp(), (Trip(0, 6), Trip(6, 0)), 10, np.random.default_rng(seed))
+    assert [plan.path.end for plan in plans] == [6, 0]
+    assert collisions(hall, [plan.path for plan in plans]) == ()
+    assert max(plan.path.end_tick for plan in plans) == 14_209
+    assert sum_of_costs(plans) == 24_376
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_no_robot_arrives_earlier_alone(seed: int, tmp_path: Path) -> None:
+    """With the paths of all others reserved, the planner finds none that ends before a robot's own."""
+    roads = shelves(tmp_path, across=3, down=6)
+    plans = searched(roads, random_trips(roads, 50, seed, "shelves"))
+    assert all(plan.arrived for plan in plans)
+    for robot, plan in enumerate(plans):
+        table = Reservations(roads.cells)
+        for other, its in enumerate(plans):
+            if other != robot:
+                table.commit(other, occupancy(roads, its.path))
+        found = Sipp().search(roads, table, Query(robot, plan.trip.start, NORTH, 0, plan.trip.goal))
+        assert found is not None
+        assert found.end_tick == plan.path.end_tick
+
+
+def test_effort_is_counted_in_queries(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Fifteen find paths, 75 shorten them, and the group under way is finished; plans report what was asked."""
+    monkeypatch.setattr(Search, "shorten_alone", lambda _: None)  # which is not limited
     roads = shelves(tmp_path, across=3, down=3)
     planner = Counting()
     plans = plan_by_priorities(roads, planner, random_trips(roads, 15, 2, "shelves"), 5, np.random.default_rng(1))

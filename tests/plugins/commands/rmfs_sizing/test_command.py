@@ -49,11 +49,10 @@ def test_the_answer_is_printed_and_kept(folder: Path, capsys: pytest.CaptureFixt
     assert capsys.readouterr().out == printed.out
     assert (out / "answer.json").read_text("utf-8") == text
     assert {path: path.stat().st_mtime_ns for path in (out / "runs").rglob("*")} == before
-    assert (
-        code_of("hall.toml", "--most", "pile_on=99", "--robot-cost", "2", "--station-cost", "3", "--json", *QUICK) == 0
-    )
+    costs = ("--robot-cost", "2", "--station-cost", "3")
+    assert code_of("hall.toml", "--most", "psv_per_order=99", *costs, "--json", *QUICK) == 0
     content = json.loads(capsys.readouterr().out)
-    assert content["metric"] == "pile_on"
+    assert content["metric"] == "psv_per_order"
     assert content["cheapest"] == {"stations": 2, "robots": 2, "cost": 10}
 
 
@@ -81,6 +80,19 @@ def test_a_run_that_fails_ends_with_code_1(folder: Path, capsys: pytest.CaptureF
         (
             ("--most", "late_percnt=2", *QUICK),
             '--most late_percnt=2: there is no metric "late_percnt" (did you mean `late_percent`',
+        ),
+        (
+            ("--most", "late_percent=2", *QUICK),
+            "--most late_percent=2: these runs have no `late_percent`: no order has a due time; expected one that",
+        ),
+        (
+            ("--most", "pile_on=2", *QUICK),
+            "--most pile_on=2: more of `pile_on` is better; expected one of which less is better, such as ",
+        ),
+        (("--most", "picks=9", *QUICK), "--most picks=9: `picks` is the same for every number of robots; expected"),
+        (
+            ("--most", "stock_outs=2", *QUICK),
+            "--most stock_outs=2: these runs have no `stock_outs`: nothing in them measures it; expected one that",
         ),
         (("--p95", "900", "--robots", "0-4"), "expected a number from 1 on, or two such as 2-6, found 0-4"),
         (("--p95", "900", "--stations", "5-2"), "or two such as 2-6, found 5-2"),

@@ -107,12 +107,11 @@ def test_what_is_impossible_is_not_run(poisson: Scenario, here: Any, tmp_path: P
 
 
 def test_a_metric_that_runs_do_not_have(poisson: Scenario, here: Any, tmp_path: Path) -> None:
-    """One that nobody knows is an error; of lateness there is none without due times."""
+    """One that nobody knows, and one that nothing in these runs measures: there is no bundle without replenishment."""
     with pytest.raises(InputError, match=r'there is no metric "turnover_p96_s" \(did you mean `turnover_p95_s`'):
         trials(poisson, Target("turnover_p96_s", 5), tmp_path, here).passes(2, 3)
-    judge = trials(poisson, Target("late_percent", 5), tmp_path, here)
-    assert not judge.passes(2, 3)
-    assert judge.judged[2, 3].reason == "seed 1 has no late_percent"
+    with pytest.raises(InputError, match="=5: these runs have no `bundle_turnover_s`: nothing in"):
+        trials(poisson, Target("bundle_turnover_s", 5), tmp_path, here).passes(2, 3)
 
 
 def test_a_size_in_words() -> None:

@@ -87,6 +87,22 @@ def test_a_file_that_has_changed(once: str, tmp_path: Path, by_hand: dict[str, A
     assert not decide(state, RuleChoice(once), **ask).decision["assignments"]
 
 
+def test_files_of_parameters_are_in_the_folder(tmp_path: Path, by_hand: dict[str, Any]) -> None:
+    """By default where the command is given; read anew in each state."""
+    code = "from pathlib import Path\n" + COUNTING.replace("    seen: list =", "    file: Path\n    seen: list =")
+    code = code.replace("if self.calls == len(self.seen) == 1", 'if self.file.read_text() == "yes"')
+    (tmp_path / "once.py").write_text(code, encoding="utf-8")
+    choice = RuleChoice("./once.py:Once", {"file": "answer.txt"})
+    with pytest.raises(InputError, match=r"rule\.file: there is no file .*answer\.txt"):
+        Decider(choice, folder=str(tmp_path))
+    (tmp_path / "answer.txt").write_text("yes", encoding="utf-8")
+    decider = Decider(choice, folder=str(tmp_path))
+    state = state_from_dict(by_hand | {"ask": {"decides": "POA"}})
+    assert len(decider.decide(state).decision["assignments"]) == 1
+    (tmp_path / "answer.txt").write_text("no", encoding="utf-8")
+    assert len(decider.decide(state).decision["assignments"]) == 0
+
+
 def test_many_rules_one_after_the_other(by_hand: dict[str, Any]) -> None:
     """More than are kept, with parameters of their own: each answers for itself."""
     by_hand["orders"] = {"B": {"lines": {"jam": 1}}}

@@ -91,6 +91,7 @@ def test_cells_are_read_by_their_digits(trace_file: Path) -> None:
         (lambda lines: [lines[0].replace('"version":1', '"version":99'), *lines[1:]], 1, "version 99"),
         (lambda lines: [lines[0].replace('"robots"', '"robot"'), *lines[1:]], 1, "lacks 'robots'"),
         (lambda lines: [lines[0].replace('"width":', '"width":1'), *lines[1:]], 1, "cells each"),
+        (lambda lines: [lines[0].replace('"width":', '"width":9999'), *lines[1:]], 1, "in a row or column"),
         (lambda lines: [*lines[:2], "{", *lines[2:]], 3, "no valid JSON"),
         (lambda lines: [*lines[:2], "[]", *lines[2:]], 3, "expected a JSON object"),
         (lambda lines: [*lines[:2], '{"e":"flew"}', *lines[2:]], 3, "'flew'"),

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from rmfs_core import InputError, load_scenario, run
+from rmfs_core.rules import RuleSet
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_switch import Case, Switch
 from rmfs_testing import check_rule, small_world
@@ -190,3 +192,34 @@ def test_what_rules_remember_of_a_run_they_forget() -> None:
     """Order 2 of the first world, which was queueing, is none in the second."""
     rule = Switch((Case("station-queue", {"queue_length": 1}),))
     assert [decide(world(3), rule), decide(world(2), rule)] == [[("2", 0)], [("1", 0)]]
+
+
+def test_files_of_the_rules_parameters_are_beside_the_scenario(install: Callable[..., None], tmp_path: Path) -> None:
+    """Also when the rules are made anew for another run; the result names them with their digests."""
+    source = """
+from pathlib import Path
+from rmfs_core import OrderAssignment
+
+@define
+class Mine:
+    file: Path
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        orders = [order for order in warehouse.backlog if order.items <= warehouse.stations[0].free_capacity]
+        return [OrderAssignment(order.id, int(self.file.read_text())) for order in orders[:1]]
+"""
+    install("acme", {"mine": "acme_rules:Mine"}, acme_rules=source)
+    (tmp_path / "station.txt").write_text("0", encoding="utf-8")
+    rule = '{ rule = "switch", cases = [{ rule = "mine", parameters = { file = "station.txt" } }] }'
+    (tmp_path / "s.toml").write_text(SCENARIO.format(rule), encoding="utf-8")
+    assert run(tmp_path / "s.toml").versions["station.txt"] == f"sha256:{sha256(b'0').hexdigest()}"
+    loaded = load_scenario(tmp_path / "s.toml")
+    bound = RuleSet.load(loaded.rules, loaded.folder).poa
+    assert bound is not None
+    for _ in range(2):
+        assert decide(world(), bound.instance) == [("0", 0)]
+    (tmp_path / "station.txt").unlink()
+    expected = r"rules\.poa: .*cases\[0\]\.parameters\.file: there is no file .*station\.txt"
+    with pytest.raises(InputError, match=expected):
+        run(tmp_path / "s.toml")

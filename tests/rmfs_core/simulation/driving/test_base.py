@@ -12,7 +12,7 @@ from rmfs_core.decisions import Path as Way
 from rmfs_core.errors import RuleError
 from rmfs_core.events import RobotMoved
 from rmfs_core.scenario.model import RunSection, Scenario
-from rmfs_core.simulation.driving.base import Driving
+from rmfs_core.simulation.driving.base import CROSSINGS, Driving
 from rmfs_core.traffic import Query, Reservations, Traffic, roads_on
 from rmfs_core.warehouse import Robot, Warehouse
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST, parse_map
@@ -160,8 +160,9 @@ def test_who_has_passed_no_cell_is_not_told(world: Warehouse, tmp_path: Path, ti
     assert events == []
 
 
-def test_patience_is_the_scenarios(world: Warehouse, tmp_path: Path) -> None:
-    """In ticks."""
+@pytest.mark.parametrize(("standstill_s", "ticks"), [(3600.0, 3_600_000), (1.5, CROSSINGS * (4_833 + 4_167 + 2_500))])
+def test_patience_is_the_scenarios(world: Warehouse, tmp_path: Path, standstill_s: float, ticks: int) -> None:
+    """In ticks; but others get the time to drive across the layout several times, and to turn."""
     given, _ = run_of(world, tmp_path)
-    patient = Scenario(rules=given.scenario.rules, run=RunSection(standstill_s=1.5))
-    assert Driving(run_of(world, tmp_path, patient)[0]).standstill_ticks == 1500
+    scenario = Scenario(rules=given.scenario.rules, run=RunSection(standstill_s=standstill_s))
+    assert Driving(run_of(world, tmp_path, scenario)[0]).standstill_ticks == ticks

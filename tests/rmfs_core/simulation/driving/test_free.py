@@ -84,7 +84,7 @@ def test_the_rule_is_asked_again_where_its_path_ends(tmp_path: Path) -> None:
 
 
 def test_who_never_arrives_ends_the_run(tmp_path: Path) -> None:
-    """The rule is named, with the robot, its goal and how long it has been on its way."""
+    """The rule is named, with the robot, its goal and how long it has come no nearer."""
     world = small_world({}, {"p": ["a"]}, robots=1, layout=LAYOUT)
     given, _ = run_of(world, tmp_path)
     scenario = Scenario(rules=given.scenario.rules, run=RunSection(standstill_s=60))
@@ -93,9 +93,23 @@ def test_who_never_arrives_ends_the_run(tmp_path: Path) -> None:
     rule.answers = {"plan_path": [Way([Leg(robot.cell, 40_000)])] * 9}
     run.env.process(FreeDriving(run).to_location(robot, 19))
     with pytest.raises(
-        RuleError, match=r"at 80\.000 s: robot 1 has been on its way to row 4, column 5 for 80 s without"
+        RuleError,
+        match=r"at 120\.000 s: robot 1 has come no nearer to row 4, column 5 for 120 s \(more than run\.standst",
     ):
         until_nothing_happens(run)
+
+
+def test_who_comes_nearer_does_not_stand_still(tmp_path: Path) -> None:
+    """However long its way takes: 300 s, when 115 s without progress would end the run."""
+    world = small_world({}, {"p": ["a"]}, robots=1, layout=LAYOUT)
+    given, _ = run_of(world, tmp_path)
+    run, rule = run_of(world, tmp_path, Scenario(rules=given.scenario.rules, run=RunSection(standstill_s=60)))
+    robot = world.robots[0]
+    rule.answers = {"plan_path": [Way([Leg(to, 90_000)]) for to in (7, 8, 9)]}
+    run.env.process(FreeDriving(run).to_location(robot, 9))
+    until_nothing_happens(run)
+    assert (robot.cell, len(rule.asked)) == (9, 3)
+    assert run.warehouse.now > 270_000
 
 
 def test_the_line_is_in_order_of_arrival(tmp_path: Path) -> None:

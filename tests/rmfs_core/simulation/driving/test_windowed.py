@@ -36,19 +36,24 @@ def test_only_the_cells_that_robots_stand_in_are_registered(tiny_run: Callable[.
     assert registered.arrays.count.sum() == 4
 
 
-def test_a_standstill_says_who_waits_for_whom(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("motion", "seconds", "waiting"), [("", r"5\d\d", 2), (", top_speed_m_per_s = 0.01", r"6\d{4}", 1)]
+)
+def test_a_standstill_says_who_waits_for_whom(tmp_path: Path, motion: str, seconds: str, waiting: int) -> None:
     """`whca-n` lets robots meet in the corridor: the error names them, their cells and who has those."""
     (tmp_path / "map.txt").write_text(CORRIDOR_MAP + "\n")
     (tmp_path / "s.toml").write_text(
         'rules = { poa = "pod-match", pps = "demand", pp = "whca-n" }\n'
         "instance = { orders = 20, skus = 4, pods = 4, skus_per_pod = 1 }\n"
-        'layout = { map_file = "map.txt", pod_fill = 0.1 }\nrobots = { count = 3 }\n'
+        'layout = { map_file = "map.txt", pod_fill = 0.1 }\nrobots = { count = 3'
+        f"{motion} }}\n"
         "stations = { queue_length = 1, item_capacity = 4 }\nrun = { standstill_s = 300.0 }\n"
     )
-    with pytest.raises(StandstillError, match=r"The run stands still at .* for 3\d\d s \(run.standstill_s\)") as caught:
+    message = rf"The run stands still at .* for {seconds} s \(more than run\.standstill_s, and than 10 times across"
+    with pytest.raises(StandstillError, match=message) as caught:
         rmfs_core.run(tmp_path / "s.toml", out=tmp_path / "out")
     text = str(caught.value)
-    assert text.count(" waits for row 1, column ") >= 2
+    assert text.count(" waits for row 1, column ") >= waiting
     assert "which robot " in text
     assert 'rule "whca-n" (rmfs' in text
     kept = load_result(tmp_path / "out")
@@ -265,6 +270,25 @@ def test_a_long_wait_in_line_is_no_standstill() -> None:
     settings = ["rules.pp=whca-n", "instance.orders=30", "robots.count=5", "layout.stations_east=1"]
     settings += ["stations.pick_s=600.0", "stations.handle_s=600.0", "run.standstill_s=900.0"]
     assert rmfs_core.run("paper-250", overrides=settings).status == "complete"
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        ["robots.top_speed_m_per_s=0.001"],
+        ["robots.acceleration_m_per_s2=0.001"],
+        ["robots.full_turn_s=3600.0"],
+        ["robots.lift_s=3600.0"],
+        ["stations.pick_s=3600.0", "stations.handle_s=3600.0"],
+        ['robots.available=[["06:00", "06:01"]]'],
+    ],
+)
+@pytest.mark.parametrize("pp", ["whca-n", "free-flow"])
+def test_what_takes_long_is_no_standstill(settings: list[str], pp: str) -> None:
+    """Robots that drive, turn, lift or wait for pickers for longer than an hour, and hours off duty, end no run."""
+    result = rmfs_core.run("examples/small", overrides=[*settings, f"rules.pp={pp}", "instance.orders=20"])
+    assert result.status == "complete"
+    assert max(row["completed_s"] for row in result.orders) > 3600
 
 
 SHORTCUT = parse_map("..........\n.v........\n.→→→→→↓...\n.↓←←←←╗...\n.→→→→→→O..\n.##.##....\n..........", "shortcut")

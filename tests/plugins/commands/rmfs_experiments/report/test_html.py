@@ -9,6 +9,7 @@ from attrs import evolve
 from rmfs_core.results.catalogue import Metric
 from rmfs_experiments import ExperimentResult
 from rmfs_experiments.report.html import report_html
+from rmfs_experiments.report.numbers import NO_TEST
 from rmfs_experiments.report.plots import Plot
 
 
@@ -34,6 +35,22 @@ def test_the_report_needs_nothing_else(result: ExperimentResult) -> None:
     assert "Is &lt;more&gt; better?" in page
     assert "rule &lt;b&gt;bad&lt;/b&gt; &amp; worse: no idea" in page
     assert "2 (2 left out)" in page
+
+
+def test_what_tells_nothing_is_the_same_as_on_the_terminal(result: ExperimentResult) -> None:
+    """Two seeds: neither interval nor p in any cell."""
+    result.rows[:] = [row for row in result.rows if row["seed"] < 3]
+    page = page_of(result)
+    assert "(no interval)</td><td>-</td>" in page
+    assert not re.search(r"\[[^<]*\]</td>|<td>(&lt; )?0\.\d+</td>\s*<td>[+\u2212]", page)
+    assert NO_TEST in page
+
+
+def test_orders_of_one_day_are_told_beside_every_p(result: ExperimentResult) -> None:
+    """Once with each metric."""
+    told = "Orders come from a file and are the same for every seed"
+    assert told not in page_of(result)
+    assert page_of(evolve(result, fixed=frozenset({"orders=50", "orders=100"}))).count(told) == 3
 
 
 def test_fronts_are_tables_too(with_front: ExperimentResult) -> None:

@@ -55,6 +55,9 @@ def test_the_summary_has_every_comparison(result: ExperimentResult) -> None:
     (one,) = [r for r in rows if (r["instances"], r["metric"], r["rule_set"]) == ("overall", "pile_on", "bad")]
     assert (one["seeds"], one["pairs"], one["left_out"], one["runs"], one["failed"]) == ("2", "4", "2", "6", "1")
     assert float(one["difference"]) == pytest.approx(2.0)
+    assert (one["p"], one["relative_low_holm"], one["relative_p_holm"]) == ("", "", "")  # two seeds
+    (one,) = [r for r in rows if (r["instances"], r["metric"], r["rule_set"]) == ("orders=50", "pile_on", "good")]
+    assert (one["seeds"], one["pairs"], one["left_out"], one["runs"], one["failed"]) == ("3", "3", "0", "3", "0")
     assert float(one["relative_low_holm"]) < float(one["relative_low"]) < float(one["relative"])
     assert 0 < float(one["relative_p"]) <= float(one["relative_p_holm"]) < 0.05
     (base,) = [r for r in rows if (r["instances"], r["metric"], r["rule_set"]) == ("overall", "pile_on", "base")]

@@ -10,6 +10,7 @@ from rich.console import Console
 from rmfs_core.results.catalogue import Metric
 from rmfs_experiments import ExperimentResult
 from rmfs_experiments.report import print_comparison
+from rmfs_experiments.report.numbers import NO_TEST
 from rmfs_experiments.report.terminal import MOST_ERRORS
 
 FAILURE = "rule <b>bad</b> & worse: no idea"
@@ -28,7 +29,7 @@ def test_the_terminal_shows_runs_and_comparisons(result: ExperimentResult) -> No
     """At 120 columns every figure has its interval, and a failed run its error; no line is longer."""
     text = printed(result, 120)
     assert f"Failed: orders=100, bad, seed 3: {FAILURE}" in text
-    assert re.search(r"good +3 +3\.200 +\+1\.000 \[\+1\.000, \+1\.000\] +< 0\.001 +\+45\.5 % \[", text)
+    assert re.search(r"good +3 +3\.200 +\+1\.000 \(no interval\) +- +\+45\.5 % \[", text)
     assert re.search(r"bad +2 \(1 left out\) +4\.150 ", text)
     assert "Picker utilisation (%)" in text
     assert re.search(r"overall *\n.*\n.*\n +bad +2 \(2 left out\) +4\.150 ", text)
@@ -50,7 +51,19 @@ def test_two_seeds_have_no_intervals(result: ExperimentResult) -> None:
         text = printed(result, width)
         assert re.search(r"good +2 +3\.150 +(\+1\.000 +)?\+46\.5 % *\n", text.replace("\u2212", "-"))
         assert "p (Holm)" not in text
-        assert "Of one or two seeds there are no intervals" in " ".join(text.split())
+        assert NO_TEST in " ".join(text.split())
+
+
+def test_orders_of_one_day_are_told(result: ExperimentResult) -> None:
+    """Where seeds do not repeat the demand; there is nothing to tell without p."""
+    told = "rders come from a file and are the same for every seed"
+    assert told not in " ".join(printed(result, 120).split())
+    some = evolve(result, fixed=frozenset({"orders=50"}))
+    assert f"In orders=50 and overall o{told}" in " ".join(printed(some, 120).split())
+    day = evolve(result, fixed=frozenset({"orders=50", "orders=100"}))
+    assert f" O{told}" in " ".join(printed(day, 120).split())
+    day.rows[:] = [row for row in day.rows if row["seed"] < 3]
+    assert told not in " ".join(printed(day, 120).split())
 
 
 def test_other_signs_of_the_two_differences_are_told(result: ExperimentResult) -> None:

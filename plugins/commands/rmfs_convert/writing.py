@@ -1,0 +1,151 @@
+"""What is made of tables, written all together or not at all, and what is said about it."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+from attrs import frozen
+
+from rmfs_convert.lines import OrderLines, Sku
+from rmfs_convert.placement import items_on
+from rmfs_convert.scenarios import scenario_of
+from rmfs_convert.time_formats import Moment
+from rmfs_convert.times import offset
+from rmfs_core.errors import InputError
+from rmfs_core.results.files import AtomicFile, output_folder, staged, write_text
+from rmfs_core.timetable import DAY
+from rmfs_core.wording import counted, listed, shown_short
+
+LARGEST = 5
+"""Lines that are named, those with most items."""
+
+MANY_LEFT_OUT = 0.1
+"""Share of the rows left out from which on there is a warning."""
+
+_DIFFERENT = (
+    ("times", "times", "the earliest"),
+    ("dues", "due times", "the earliest"),
+    ("priorities", "priorities", "the highest"),
+)
+
+
+@frozen
+class Stock:
+    """Where SKUs stand.
+
+    Parameters
+    ----------
+    skus
+        The SKUs.
+    held
+        The SKUs of each pod, as positions in ``skus``.
+    items
+        Least number of items of a SKU on each of its pods.
+    """
+
+    skus: Sequence[Sku]
+    held: Sequence[Sequence[int]]
+    items: int
+
+
+def target(out: Path, pods: bool, force: bool) -> Path:
+    """Return the folder to write to; InputError when a file is there already, unless ``force``."""
+    folder = output_folder(out)
+    names = ("orders.csv", *(("pods.csv", "scenario.toml") if pods else ()))
+    there = [str(folder / name) for name in names if (folder / name).exists()]
+    if there and not force:
+        raise InputError(", ".join(there), "found a file of that name; --force replaces it")
+    return folder
+
+
+def write(lines: OrderLines, folder: Path, zero: Moment, stock: Stock | None) -> None:
+    """Write the files, all of them or none, and say what is in them and what is not."""
+    with staged(folder) as place:
+        with AtomicFile(place / "orders.csv") as stream:
+            text = io.TextIOWrapper(stream, encoding="utf-8", newline="", write_through=True)
+            totals = lines.write(text, zero.tick)
+            text.detach()
+        told = [] if stock is None else _write_stock(stock, place, folder, _start(lines, zero))
+    _tell_left_out(lines)
+    _tell_kept(lines, totals)
+    clock, skus = lines.cleaner.reader.clock, len(lines.skus())
+    start = " (`instance.start`)" if clock.dated else ""
+    click.echo(
+        f"Wrote {folder / 'orders.csv'}: {counted(lines.n_orders, 'order')}, {counted(lines.n_lines, 'line')}, "
+        f"{counted(totals['items'], 'item')} of {counted(skus, 'SKU')}; "
+        f"time 0 is {clock.iso(zero)}{start}, the last order arrives {totals['last'] / 3_600_000:.1f} hours later."
+    )
+    for sentence in told:
+        click.echo(sentence)
+
+
+def _start(lines: OrderLines, zero: Moment) -> str | None:
+    """Return `instance.start` for time 0; None where times are no dates and begin at midnight."""
+    clock = lines.cleaner.reader.clock
+    if clock.dated:
+        return clock.iso(zero)
+    return f"2000-01-01T{clock.iso(zero)}" if clock.of_day and zero.tick % DAY else None
+
+
+def _write_stock(stock: Stock, place: Path, folder: Path, start: str | None) -> list[str]:
+    number, raised = items_on(stock.skus, stock.held, stock.items)
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("pod", "sku", "quantity"))
+    for i, pod in enumerate(stock.held, 1):
+        writer.writerows((f"P{i}", stock.skus[sku].name, number[sku]) for sku in pod)
+    write_text(place / "pods.csv", text.getvalue())
+    write_text(place / "scenario.toml", scenario_of(len(stock.held), start))
+    wanted = "since the orders want more"
+    more = f"; of {raised:,} SKUs more than {stock.items:,} on a pod, {wanted}" if raised else ""
+    places = sum(map(len, stock.held))
+    return [
+        f"Wrote {folder / 'pods.csv'}: {counted(len(stock.held), 'pod')} with {counted(places, 'place')}{more}.",
+        f"Wrote {folder / 'scenario.toml'}; run it with: rmfs run {folder / 'scenario.toml'}",
+    ]
+
+
+def _tell_left_out(lines: OrderLines) -> None:
+    cleaner = lines.cleaner
+    blank = f", and {cleaner.blank:,} without any entry" if cleaner.blank else ""
+    click.echo(f"Read {counted(cleaner.rows, 'row')}{blank}.")
+    for part in cleaner.left_out():
+        click.echo(f"Left out: {part}.")
+    for _, part in cleaner.emptied.parts():
+        click.echo(f"Left empty: {part}.")
+    for reason, number in lines.left_out.items():
+        click.echo(f"Left out: {counted(number, 'order')} with {reason}.")
+    if lines.shortened:
+        click.echo(f"Shortened: {counted(lines.shortened, 'order')} without a line that is left out (--whole-orders).")
+    left = cleaner.dropped.unasked
+    if left > MANY_LEFT_OUT * cleaner.rows:
+        share = f"{left / cleaner.rows:.0%}".replace("%", " %")
+        click.echo(f"Warning: {left:,} of {cleaner.rows:,} rows ({share}) are left out.", err=True)
+
+
+def _tell_kept(lines: OrderLines, totals: Counter[str]) -> None:
+    if number := lines.cleaner.reader.names.respelled:
+        click.echo(
+            f"Names with accents apart from their letters (NFD): {number:,}; they are spelled as one sign (NFC)."
+        )
+    if lines.joined:
+        click.echo(f"SKUs that an order repeats: {counted(lines.joined, 'row')}; quantities are added up.")
+    for what, kind, chosen in _DIFFERENT:
+        if number := lines.several[what]:
+            click.echo(f"Lines with different {kind}: {counted(number, 'order')}; {chosen} is the order's.")
+    if totals["early"]:
+        click.echo(f"Due before time 0: {counted(totals['early'], 'order')}; 0 is written.")
+    if len(lines.offsets) > 1:
+        found = listed(map(offset, lines.offsets))
+        click.echo(f"Times with offsets from UTC of {found}: hours of the day are by the clock of time 0.")
+    largest = (f"{items:,} of {_short(sku)} (order {_short(name)})" for name, sku, items in lines.largest(LARGEST))
+    click.echo(f"Largest lines: {', '.join(largest)}.")
+
+
+def _short(name: str) -> str:
+    return shown_short(name)[1:-1]
