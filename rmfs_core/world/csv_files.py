@@ -17,7 +17,7 @@ from attrs import evolve
 from rmfs_core.clock import TICKS_PER_S, to_ticks
 from rmfs_core.errors import InputError
 from rmfs_core.timetable import DAY
-from rmfs_core.wording import did_you_mean, listed, sentence
+from rmfs_core.wording import counted, did_you_mean, listed, sentence
 from rmfs_core.world.instance import Instance, OrderData, PodData
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ DUE_COLUMNS = ("due_s", "priority")  # which orders may have besides
 _DATES = {"arrival_s": "arrival", "due_s": "due"}  # these may stand in place of others, with ISO 8601 for seconds
 _NAMES = ("bundle", "order", "pod", "robot", "sku")
 _SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}  # that are taken for commas elsewhere
-_WARNED, _MOST_OF_A_LINE = {""}, 1_000_000  # signs: a device may have no line's end
+_WARNED, _MOST_OF_A_LINE = set[str](), 1_000_000  # signs: a device may have no line's end
 MOST_ITEMS = 1_000_000  # of a row: with more a run would go on for years
 TEN_YEARS = 3_653 * DAY  # what comes later has a wrong year, or counts from 1970
 
@@ -60,8 +60,8 @@ def read_instance(orders_file: Path, pods_file: Path, start: str | None = None, 
     orders_file
         CSV with the columns ``order,arrival_s,sku,quantity``, one line of an order a row, and perhaps ``due_s`` and
         ``priority`` (higher first), empty where an order has none. ``arrival`` and ``due`` in place of ``arrival_s``
-        and ``due_s`` are times as ISO 8601. Other columns are ignored, and named on standard error; rows of one order
-        need not be adjacent; a SKU that comes twice in an order is one line of both quantities.
+        and ``due_s`` are times as ISO 8601. Other columns are ignored, and named on standard error, as is the first
+        order whose rows are not adjacent; a SKU that comes twice in an order is one line of both quantities.
     pods_file
         CSV with the columns ``pod,sku,quantity``, and perhaps ``row`` and ``column`` of the storage location in which
         the pod stands at time 0. An empty quantity is an unlimited number of items.
@@ -168,7 +168,7 @@ def _read_orders(file: Path, start: str | None, wrong: Wrong) -> list[tuple[Orde
                 raise InputError(f"{file}, line {line}, {column}", f"{expected}, found {row[column] or 'nothing'}")
         lines[row["sku"]] = lines.get(row["sku"], 0) + items
 
-    _each_row(_rows(file, ORDER_COLUMNS, DUE_COLUMNS, wrong), add, wrong)
+    _each_row(_returning(_rows(file, ORDER_COLUMNS, DUE_COLUMNS, wrong), file, "order"), add, wrong)
     zero = calendar.zero(_DATES.values())
     found = []
     for name, (line, row, told, lines) in orders.items():
@@ -212,7 +212,7 @@ def _read_pods(file: Path, wrong: Wrong) -> dict[str, tuple[Place | None, dict[s
         if items != 0 or sku in contents:
             contents[sku] = None if held is None or items is None else held + items
 
-    _each_row(_rows(file, POD_COLUMNS, PLACE_COLUMNS, wrong), add, wrong)
+    _each_row(_returning(_rows(file, POD_COLUMNS, PLACE_COLUMNS, wrong), file, "pod"), add, wrong)
     return pods
 
 
@@ -273,11 +273,33 @@ def _chosen(file: Path, header: Sequence[str], columns: Sequence[str], optional:
     if twice := [name for name in read.values() if header.count(name) > 1]:
         raise InputError(f"{file}, line 1, {twice[0]}", "found this column twice; expected each once")
     left = [f"`{name}`{did_you_mean(name, known)}" for name in dict.fromkeys(header) if name not in read.values()]
-    told = f"{file}: ignored {listed(left)}." if left else ""
-    if optional and told not in _WARNED:
+    if optional and left:
+        _warn(f"{file}: ignored {listed(left)}.")
+    yield from read.values()
+
+
+def _warn(told: str) -> None:
+    """Print a sentence on standard error, the first time only."""
+    if told not in _WARNED:
         _WARNED.add(told)
         print(sentence(told), file=sys.stderr)
-    yield from read.values()
+
+
+def _returning(rows: Iterator[Row], file: Path, what: str) -> Iterator[Row]:
+    """Pass rows on, and warn of names that appear again after rows of others: perhaps these are two orders, or pods."""
+    last, known, again = "", set[str](), dict[str, int]()
+    for line, row in rows:
+        if (name := row[what]) != last:
+            if name in known:
+                again.setdefault(name, line)
+            known.add(name)
+            last = name
+        yield line, row
+    if again:
+        name, line = next(iter(again.items()))
+        others = f"; so are those of {counted(len(again) - 1, f'more {what}')}" if len(again) > 1 else ""
+        found = f"{what} {name} appears again after rows of other {what}s, and its rows are read as one {what}"
+        _warn(f"{file}, line {line}: {found}{others}.")
 
 
 def _tick(text: str, place: str) -> int:

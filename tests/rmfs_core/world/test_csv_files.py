@@ -183,6 +183,27 @@ def test_unknown_columns_are_named_once(tmp_path: Path, capsys: pytest.CaptureFi
     assert capsys.readouterr().err == f"{file}: ignored `customer` and `prioritet` (did you mean `priority`?).\n"
 
 
+def test_names_that_come_back_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The first order and the first pod whose rows come again after others' are named with their lines, once."""
+    orders = ORDERS + "a,0,x,1\nb,0,x,1\nb,0,z,1\na,0,y,2\nc,0,x,1\nb,0,y,1\na,0,x,1\n"
+    for _ in range(2):
+        instance = read(tmp_path, orders, PODS + "p,x,5\nq,y,5\np,z,5\n")
+    assert [order.name for order in instance.orders] == ["a", "b", "c"]
+    assert instance.orders[0].lines == ((0, 2), (1, 2))
+    assert capsys.readouterr().err == (
+        f"{tmp_path / 'orders.csv'}, line 5: order a appears again after rows of other orders, and its rows are read "
+        "as one order; so are those of 1 more order.\n"
+        f"{tmp_path / 'pods.csv'}, line 4: pod p appears again after rows of other pods, "
+        "and its rows are read as one pod.\n"
+    )
+
+
+def test_rows_side_by_side_are_not_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Several rows of an order or a pod in a row are what files should look like."""
+    read(tmp_path, ORDERS + "a,0,x,1\na,0,y,1\nb,0,x,1\n", PODS + "p,x,5\np,y,5\nq,x,1\n")
+    assert not capsys.readouterr().err
+
+
 def test_due_times_and_priorities(tmp_path: Path) -> None:
     """Either may be left out; an order may be due before it arrives."""
     instance = read(tmp_path, DUE + "1,10,a,1,7200.5,\n2,20,a,1,,3\n3,30,a,1,5,1\n")

@@ -417,11 +417,10 @@ def assigned_with(
     inbound = [set(pods) for pods in period.inbound]
     for pod, station in visits:
         inbound[station].add(pod)
-    there = np.array(sorted(set().union(*inbound)), dtype=np.int64)
-    items = period.stock.items
-    assert items is not None
-    number = np.where(np.isin(items.pod, there), items.number, 0)
-    stock = period.stock.with_items(items.pod, items.sku, number)
+    stock, items = period.stock, period.stock.items
+    if items is not None:
+        there = np.array(sorted(set().union(*inbound)), dtype=np.int64)
+        stock = stock.with_items(items.pod, items.sku, np.where(np.isin(items.pod, there), items.number, 0))
     sent = evolve(period, stock=stock, inbound=tuple(tuple(sorted(pods)) for pods in inbound))
     left = Reduced(sent, reduced.model)
     if not left.candidates.any():

@@ -13,7 +13,8 @@ do is taken from the period's effort (`rmfs_mip.period.effort`); one that finds 
    `by_greedy_early` has a good solution (`rmfs_mip.proof.greedy`); elsewhere it comes last, where nothing was proven.
 4. `by_relaxation`: where few orders may be split, all of this without that limit, which bounds it.
 5. `by_restriction`: there, for split-over-time with stations that are alike, also split-among-stations, whose solutions
-   are some of it; likewise integrated for split-among-stations where SKUs are scarce.
+   are some of it; likewise integrated for split-among-stations where SKUs are scarce. Then `by_few_splits` looks for
+   fewer visits by exchanging pods (`rmfs_mip.proof.splitting`).
 6. `by_fewest_visits`: where orders are assigned completely, sets of pods for one value of the objective after another
    (`rmfs_mip.proof.fewest`). This alone proves split-among-stations at t = 1.
 7. `by_whole_orders`: a solution to fall back on, which is one of all three models.
@@ -37,6 +38,7 @@ from rmfs_mip.period.period import Period
 from rmfs_mip.period.reduction import Reduced
 from rmfs_mip.period.solution import Assigned, Model, Solution, Visits
 from rmfs_mip.printed.solver import Limits
+from rmfs_mip.proof.aggregated import assigned_with
 from rmfs_mip.proof.feasible import fill, fill_with_orders, whole_order_visits
 from rmfs_mip.proof.fewest import FewestVisits
 from rmfs_mip.proof.flow import MOST_STATIONS, Network, fewest_visits, greedy_visits
@@ -51,7 +53,8 @@ from rmfs_mip.proof.patterns import (
     orders_of_lines,
 )
 from rmfs_mip.proof.pricing import SAFE
-from rmfs_mip.proof.proof import Proof
+from rmfs_mip.proof.proof import SHARE_OF_SOLVER, Proof
+from rmfs_mip.proof.splitting import visits_for_few_splits
 from rmfs_mip.proof.stocked import fill_from_stock, lines_from_stock, one_line_orders, orders_from_stock
 
 Step = Callable[[Proof], None]
@@ -193,6 +196,31 @@ def by_restriction(proof: Proof) -> None:
     restricted.take_steps()
     effort.settle(restricted.limits.effort, most)
     _offer_again(proof, restricted.incumbent)
+
+
+def by_few_splits(proof: Proof) -> None:
+    """Where few orders may be split over time and the stations are alike, look for visits that fill all places.
+
+    First as many as the bound says, which would be proven, then one more after the other.
+    """
+    reduced = proof.reduced
+    limited = proof.splits is not None and reduced.model is Model.SPLIT_OVER_TIME
+    if not limited or not proof.whole or proof.weight <= 1 or not reduced.interchangeable:
+        return
+    assert proof.splits is not None
+    least = reduced.period.visits_before + proof.weight * (sum(reduced.capacities) - reduced.reachable_sum)
+    for number in range(max(math.ceil(proof.bound - least), 1), math.ceil(proof.incumbent.objective - least)):
+        effort, target = proof.limits.effort, reduced.reachable_sum
+        visits = visits_for_few_splits(reduced, number, proof.splits, effort)
+        if visits is None:
+            continue
+        most = effort.left / SHARE_OF_SOLVER
+        limits = evolve(proof.limits, effort=effort.part(most))
+        _, parts = assigned_with(reduced, visits, proof.weight, proof.splits, limits, target)
+        effort.settle(limits.effort, most)
+        if parts is not None:
+            proof.offer(visits, parts, "search")
+            return
 
 
 def _part_of(proof: Proof, reduced: Reduced, splits: int | None, bound: float) -> Proof:
@@ -418,6 +446,7 @@ STEPS: tuple[Step, ...] = (
     by_greedy_early,
     by_relaxation,
     by_restriction,
+    by_few_splits,
     by_fewest_visits,
     by_whole_orders,
     by_patterns,
