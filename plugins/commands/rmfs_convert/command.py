@@ -25,6 +25,10 @@ BASKETS = 200_000
 LEARNING = "co-purchase"
 """The placement where there is a history, unless told."""
 
+OF_DAY = (
+    "Column with the time of the day, where --time has the date alone; --time-format is of both with a blank between."
+)
+
 
 @click.group()
 def convert() -> None:
@@ -40,7 +44,7 @@ convert.add_command(pods_command)
 @click.option("--order", required=True, metavar="COL", help="Column with the order's number or name.")
 @click.option("--sku", required=True, metavar="COL", help="Column with the SKU.")
 @click.option("--time", metavar="COL", help="Column with the time of arrival. [default: all at time 0]")
-@click.option("--time-of-day", metavar="COL", help="Column with the time of the day, where --time has the date alone.")
+@click.option("--time-of-day", metavar="COL", help=OF_DAY)
 @click.option("--quantity", metavar="COL", help="Column with the items. [default: one each]")
 @click.option("--due", metavar="COL", help="Column with the time at which an order is due. [default: none]")
 @click.option("--priority", metavar="COL", help="Column with the priority, higher first. [default: none]")
@@ -66,7 +70,7 @@ convert.add_command(pods_command)
     metavar="N",
     help="Leave out lines of more than N items. [default: 1,000,000, the most that a run takes]",
 )
-@click.option("--whole-orders", is_flag=True, help="Leave out orders that lose a line.")
+@click.option("--whole-orders", is_flag=True, help="Leave out orders that lose a line, other than one of --leave-out-sku.")
 @click.option("--pods", type=click.IntRange(1, 1_000_000), metavar="N", help="Put the SKUs on that many pods, too.")
 @click.option(
     "--skus-per-pod",
