@@ -153,5 +153,6 @@ def test_offsets_of_a_zone_are_not_the_tables() -> None:
     with pytest.raises(InputError) as caught:
         clock.option("--from", "21600")
     assert str(caught.value) == (
-        '--from: found "21600", but the times of the table are dates; expected one of that kind, such as 2024-03-01T06:00'
+        '--from: found "21600", but the times of the table are dates; '
+        "expected one of that kind, such as 2024-03-01T06:00"
     )

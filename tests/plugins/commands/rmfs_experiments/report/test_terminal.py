@@ -83,7 +83,6 @@ def test_other_signs_of_the_two_differences_are_told(result: ExperimentResult) -
     assert re.search(r"\], p [<.0-9 ]+, the other way round", " ".join(printed(result, 80).split()))
 
 
-
 def test_fronts_follow_the_metrics(with_front: ExperimentResult) -> None:
     """With the means of who is best in both; here the baseline has least of either."""
     text = printed(with_front, 80).partition("None beats these in both")[2]
