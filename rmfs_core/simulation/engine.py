@@ -252,6 +252,8 @@ class Simulation:
         served = self.warehouse.store_bundle(bundle, pod)
         self._tell(events.BundleStored(self.now, start, visit, station.id, pod.id, bundle.id, bundle.sku, bundle.items))
         for order in served:
+            if self._supply is not None:
+                self._supply.waits_no_more(order.lines)
             self._tell(events.OrderInStock(tick=self.now, order=order.id))
         self.decisions.round()
 
@@ -297,6 +299,10 @@ class Simulation:
     def _arrive(self, order: Order) -> None:
         self.warehouse.order_arrives(order, self.now)
         self._tell(events.OrderArrived(tick=self.now, order=order.id))
+        if self._supply is not None and order.waits_for_stock:
+            self._supply.waits(order.lines)
+            for line in order.lines:
+                self._order_bundles(self._supply, line.sku)
 
     def _order_bundles(self, supply: Supply, sku: int) -> None:
         """Let what is ordered of a SKU arrive after the lead time."""
