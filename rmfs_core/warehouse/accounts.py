@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -70,19 +70,24 @@ class BacklogLog:
         """Numbers, among those that joined, of the lines that left; the first ``since`` left out."""
         return self._left[since:]
 
-    def _add(self, order: Order) -> None:
-        """Take in the lines of an order; those that are assigned already join and leave at once."""
-        begin, end = self._joined, self._joined + len(order.lines)
+    def _add(self, orders: Collection[Order]) -> None:
+        """Take in the lines of orders; those that are assigned already join and leave at once."""
+        lines = [(order.id, *line) for order in orders for line in order.lines]
+        rows = np.array(lines, dtype=np.int64).reshape(-1, 3)
+        begin, end = self._joined, self._joined + len(rows)
         while end > len(self._open):
             self._rows = np.concatenate([self._rows, np.empty_like(self._rows)], axis=1)
             self._open = np.concatenate([self._open, np.empty_like(self._open)])
-        self._rows.T[begin:end] = [(order.id, *line) for line in order.lines]
+        self._rows.T[begin:end] = rows
         self._open[begin:end] = True
-        self._first[order.id], self._joined = begin, end
-        if len(order._open) < len(order.lines):
-            for line in order.lines:
-                if line.sku not in order._open:
-                    self._close(order, line)
+        self._joined = end
+        for order in orders:
+            self._first[order.id] = begin
+            begin += len(order.lines)
+            if len(order._open) < len(order.lines):
+                for line in order.lines:
+                    if line.sku not in order._open:
+                        self._close(order, line)
 
     def _close(self, order: Order, line: OrderLine) -> None:
         """Mark a line as assigned."""
@@ -136,25 +141,29 @@ class Backlog(Sequence[Order]):
             self._lines = self.log._lines()
         return self._lines
 
-    def add(self, order: Order) -> None:
-        """Take in an order that arrived."""
-        self._orders[order.id] = order
-        self.log._add(order)
-        self.sizes[order.open_items] += 1
-        for line in order._open.values():
-            self.line_sizes[line.quantity] += 1
-        self._tuple = self._lines = None
+    def add(self, *orders: Order) -> None:
+        """Take in orders that arrived, the oldest first."""
+        self._count(orders)
+        self.log._add(orders)
 
     def add_late(self, orders: Sequence[Order]) -> None:
         """Take in orders that had to wait, the oldest first; a new log begins if one is older than others there."""
         youngest = next(reversed(self._orders.values()), None)
+        if youngest is None or by_age(youngest) < by_age(orders[0]):
+            self.add(*orders)
+            return
+        self._count(orders)
+        self._orders = {order.id: order for order in sorted(self._orders.values(), key=by_age)}
+        self.log = BacklogLog()
+        self.log._add(self._orders.values())
+
+    def _count(self, orders: Sequence[Order]) -> None:
         for order in orders:
-            self.add(order)
-        if youngest is not None and by_age(orders[0]) < by_age(youngest):
-            self._orders = {order.id: order for order in sorted(self._orders.values(), key=by_age)}
-            self.log = BacklogLog()
-            for order in self._orders.values():
-                self.log._add(order)
+            self._orders[order.id] = order
+            self.sizes[order.open_items] += 1
+            for line in order._open.values():
+                self.line_sizes[line.quantity] += 1
+        self._tuple = self._lines = None
 
     def close(self, order: Order, skus: Sequence[int]) -> list[OrderLine]:
         """Assign open lines of an order, which leaves with the last one; return them."""

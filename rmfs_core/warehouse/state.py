@@ -469,9 +469,7 @@ class Warehouse:
                 stock.serve(order)
         if stock.waiting:
             backlog, self.backlog = self.backlog, Backlog()
-            for order in backlog:
-                if not order._waits:
-                    self.backlog.add(order)
+            self.backlog.add(*(order for order in backlog if not order._waits))
 
     def renumber(self, station: Station, requests: Mapping[int, Request]) -> None:
         """Give the requests of a station these ids, oldest first."""

@@ -74,7 +74,7 @@ class Assigning:
     def _by_lot(self, place: int, at: int, lanes: Ints) -> tuple[int, int]:
         """Return one of the orders that are as good as the best one, and its station."""
         if self.drawn is None:
-            self.drawn = self.kept._draw(self.key)
+            self.drawn = self.kept._draw(self.key, self.warehouse)
         found = self.kept._first_drawn(self.drawn, (place, at), self.at, self.extra, lanes)
         return found if found[0] >= 0 else self.kept._best(self.at, self.extra, lanes, self.key)
 

@@ -236,7 +236,7 @@ class PairScores:
 
         self._work: Any = pair_search
         self._joined = self._left = self._parts = self._first = self._number = self._used = 0
-        self._arrived, self._end = 0, 1  # orders that arrived, and the id after the highest of theirs
+        self._arrived, self._end = 0, 1  # orders that draws know of, and the id after the highest of theirs
         self._largest = largest
         self._large: list[int] = []  # places of orders larger than any station, oldest first
         self._due = Calendar()  # of the places of orders, by when they will be late
@@ -277,10 +277,6 @@ class PairScores:
         """Take in lines that joined and left."""
         joined, before = rows.shape[1], self._number
         self._make_room(joined)
-        if warehouse is not None:
-            come = warehouse.orders_since(self._arrived)
-            self._arrived += len(come)
-            self._end = max([self._end, *(order.id + 1 for order in come)])
         if warehouse is not None and (self._rank is not None or self._late_first):
             orders = [warehouse.order(order) for order, _ in groupby(rows[0].tolist())]
             if self._rank is not None:
@@ -323,13 +319,17 @@ class PairScores:
         )  # fmt: skip
         return found
 
-    def _draw(self, key: int) -> Ints:
+    def _draw(self, key: int, warehouse: WarehouseView | None = None) -> Ints:
         """Draw orders that go before others which are alike, of all that arrived since the oldest; return their places.
 
         They are drawn by id, so it makes no difference when they joined; whatever is not here is drawn for nothing.
         """
         from rmfs_rule_helpers import drawing  # compiled, as above
 
+        if warehouse is not None:
+            come = warehouse.orders_since(self._arrived)
+            self._arrived += len(come)
+            self._end = max([self._end, *(order.id + 1 for order in come)])
         ids = self._ids[: self._number]
         drawn: Ints = drawing.draws(key, ids[self._first], self._end)
         places = ids.searchsorted(drawn)
