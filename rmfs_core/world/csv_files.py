@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TextIO
 
 from attrs import evolve
 
@@ -19,9 +19,6 @@ from rmfs_core.errors import InputError
 from rmfs_core.timetable import DAY
 from rmfs_core.wording import counted, did_you_mean, listed, sentence
 from rmfs_core.world.instance import Instance, OrderData, PodData
-
-if TYPE_CHECKING:
-    from _csv import Reader as CsvReader
 
 ORDER_COLUMNS = ("order", "arrival_s", "sku", "quantity")
 POD_COLUMNS = ("pod", "sku", "quantity")
@@ -227,18 +224,42 @@ def _each_row(rows: Iterator[Row], add: Callable[[int, dict[str, str]], None], w
             wrong(error)
 
 
+def csv_records(stream: TextIO, file: Path, separator: str = ",") -> Iterator[tuple[int, list[str]]]:
+    """Yield each record of a CSV file that is not an empty line, after the number of its last line.
+
+    Raises
+    ------
+    InputError
+        When a quote is not closed or not doubled, or a field has no end; with the line in which the record begins.
+    """
+    reader = csv.reader(iter(partial(stream.readline, _MOST_OF_A_LINE), ""), delimiter=separator, strict=True)
+    line = 0
+    try:
+        for record in reader:
+            line = reader.line_num
+            if record:
+                yield line, record
+    except csv.Error as error:
+        found = f"a field of more than {csv.field_size_limit():,} characters; expected a shorter one"
+        if "expected after" in str(error):
+            within = f" (line {reader.line_num})" if reader.line_num > line + 1 else ""
+            found = f"a quote within a field in quotes{within}; expected it doubled"
+        elif "end of data" in str(error):
+            found = "a quote that is never closed; expected another at the end of the field"
+        raise InputError(f"{file}, line {line + 1}", f"found {found}") from None
+
+
 def _rows(file: Path, columns: Sequence[str], optional: Sequence[str] = (), wrong: Wrong = refuse) -> Iterator[Row]:
     """Yield the line number and the fields, without spaces around them, of every row, in the order of the columns."""
     try:
         with file.open(encoding="utf-8-sig", newline="") as stream:
-            reader = csv.reader(iter(lambda: stream.readline(_MOST_OF_A_LINE), ""), strict=True)
+            records = csv_records(stream, file)
             try:
-                header = [name.strip() for name in next(reader, [])]
-                places = {name: header.index(name) for name in _chosen(file, header, columns, optional)}
-                yield from _fields(file, reader, places, len(header), wrong)
-            except csv.Error as error:
-                wrong(InputError(f"{file}, line {reader.line_num}", f"this is no valid CSV: {error}"))
-            except InputError as error:  # in the header: without it no row can be read
+                line, names = next(records, (1, []))
+                header = [name.strip() for name in names]
+                places = {name: header.index(name) for name in _chosen(file, line, header, columns, optional)}
+                yield from _fields(file, records, places, len(header), wrong)
+            except InputError as error:  # after it no row can be read
                 wrong(error)
     except UnicodeDecodeError as error:
         wrong(InputError(str(file), f"expected UTF-8 text, found the byte 0x{error.object[error.start]:02x}"))
@@ -246,9 +267,10 @@ def _rows(file: Path, columns: Sequence[str], optional: Sequence[str] = (), wron
         wrong(InputError(str(file), f"cannot be read: {getattr(error, 'strerror', error)}"))
 
 
-def _fields(file: Path, reader: CsvReader, places: dict[str, int], number: int, wrong: Wrong) -> Iterator[Row]:
-    for row in filter(None, reader):
-        line = reader.line_num
+def _fields(
+    file: Path, records: Iterator[tuple[int, list[str]]], places: dict[str, int], number: int, wrong: Wrong
+) -> Iterator[Row]:
+    for line, row in records:
         fields = {column: row[place].strip() for column, place in places.items()} if len(row) == number else {}
         if not fields:
             wrong(InputError(f"{file}, line {line}", f"expected {number} fields as in the header, found {len(row)}"))
@@ -258,7 +280,9 @@ def _fields(file: Path, reader: CsvReader, places: dict[str, int], number: int, 
             yield line, fields
 
 
-def _chosen(file: Path, header: Sequence[str], columns: Sequence[str], optional: Sequence[str]) -> Iterator[str]:
+def _chosen(
+    file: Path, line: int, header: Sequence[str], columns: Sequence[str], optional: Sequence[str]
+) -> Iterator[str]:
     """Yield the columns to read; name those that nobody reads, once."""
     known = (*columns, *optional)
     read = {column: name for column in known for name in (_DATES.get(column, column), column) if name in header}
@@ -269,9 +293,9 @@ def _chosen(file: Path, header: Sequence[str], columns: Sequence[str], optional:
             if len(header) == 1 and (other := [name for sign, name in _SEPARATORS.items() if sign in header[0]]):
                 found = f"`{header[0]}`: fields are separated by commas, not by {other[0]}"
             expected = f"a header with the columns {','.join(needed)}"
-            raise InputError(f"{file}, line 1", f"expected {expected}, found {found}")
+            raise InputError(f"{file}, line {line}", f"expected {expected}, found {found}")
     if twice := [name for name in read.values() if header.count(name) > 1]:
-        raise InputError(f"{file}, line 1, {twice[0]}", "found this column twice; expected each once")
+        raise InputError(f"{file}, line {line}, {twice[0]}", "found this column twice; expected each once")
     left = [f"`{name}`{did_you_mean(name, known)}" for name in dict.fromkeys(header) if name not in read.values()]
     if optional and left:
         _warn(f"{file}: ignored {listed(left)}.")

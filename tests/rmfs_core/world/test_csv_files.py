@@ -76,8 +76,21 @@ BAD_ORDERS = [
     # names
     (ORDERS + " ,0,a,1\n", ", line 2, order: expected a name, found nothing"),
     (ORDERS + "1,0,,1\n", ", line 2, sku: expected a name, found nothing"),
-    # an open quote
-    (ORDERS + '1,0,"a,1\n', ", line 2: this is no valid CSV: unexpected end of data"),
+    # quotes: one that is never closed, one that another line closes, one that is not doubled
+    (
+        ORDERS + '1,0,"a,1\n2,0,b,1\n',
+        ", line 2: found a quote that is never closed; expected another at the end of the field",
+    ),
+    (
+        ORDERS + '1,0,"a,1\n2,0,"b",1\n',
+        ", line 2: found a quote within a field in quotes (line 3); expected it doubled",
+    ),
+    (ORDERS + '1,0,"a"b,1\n', ", line 2: found a quote within a field in quotes; expected it doubled"),
+    # an empty line before the header
+    (
+        "\norder\n",
+        ", line 2: expected a header with the columns order,arrival_s,sku,quantity, found `order` without `arrival_s`",
+    ),
 ]
 
 
@@ -331,7 +344,9 @@ def test_another_encoding_is_refused(tmp_path: Path) -> None:
 def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
     """A device whose line never ends, and a name with a sign that no name has."""
     (tmp_path / "pods.csv").write_text("pod,sku,quantity\n", encoding="utf-8")
-    with pytest.raises(InputError, match=r"^/dev/zero, line 1: this is no valid CSV: field larger than field limit"):
+    with pytest.raises(
+        InputError, match=r"^/dev/zero, line 1: found a field of more than 131,072 characters; expected a shorter one$"
+    ):
         read_instance(Path("/dev/zero"), tmp_path / "pods.csv")
     with pytest.raises(InputError, match=r"cannot be read: embedded null byte$"):
         read_instance(tmp_path / "a\0b", tmp_path / "pods.csv")
