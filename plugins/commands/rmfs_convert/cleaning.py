@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
 from attrs import field, frozen
 
 from rmfs_convert.headers import plain
 from rmfs_convert.names import Names
 from rmfs_convert.quantities import Quantities
+from rmfs_convert.tables import Row
 from rmfs_convert.tally import Tally
 from rmfs_convert.time_formats import Moment, UnusableError, guessed
 from rmfs_convert.times import Clock, ClockError
 from rmfs_core.errors import InputError
+from rmfs_core.wording import counted
 from rmfs_core.world.csv_files import MOST_ITEMS
 
 NO_QUANTITY = "a quantity that is no whole number from 1 on (returns, weights)"
 NO_TIME = "no time that can be read"
 _MOST_PRIORITY = 10**10 - 1
-
-Row = tuple[int, tuple[str | None, ...]]
-"""Number of a row and its fields: order, SKU, time, quantity, due time, priority."""
-
-Head = tuple[str, int, int, int | None, int | None, int]
-"""Order, tick, ticks ahead of UTC, tick at which it is due, priority, row."""
 
 Line = tuple[str, str, int, int, int, int | None, int | None, int]
 """Order, SKU, tick, ticks ahead of UTC, items, tick at which it is due, priority, row."""
@@ -31,14 +27,14 @@ Line = tuple[str, str, int, int, int, int | None, int | None, int]
 
 @frozen
 class Columns:
-    """Names of the columns of a table of order lines.
+    """Names of the columns of a table of order lines, or of order headers, which have no SKU.
 
     None: the table has none. Then every line is one item, arrives at 0, is due whenever, and has no priority. The time
     of the day is in a column of its own where ``time`` is the date alone.
     """
 
     order: str
-    sku: str
+    sku: str | None
     time: str | None = None
     quantity: str | None = None
     due: str | None = None
@@ -56,13 +52,10 @@ class Choice:
         SKUs whose lines are left out.
     most
         Lines of more items are left out.
-    may_lack
-        Whether a SKU that is left out may be in no row.
     """
 
     leave_out: tuple[str, ...] = ()
     most: int = MOST_ITEMS
-    may_lack: bool = False
 
 
 @frozen
@@ -73,13 +66,6 @@ class Reader:
     quantities: Quantities = field(factory=Quantities)
     priorities: Quantities = field(factory=Quantities)
     names: Names = field(factory=Names)
-
-
-def join_time_of_day(texts: dict[str, Sequence[str | None]], columns: Columns) -> None:
-    """Put the time of the day behind the date, where it has a column of its own."""
-    if columns.time is not None and columns.time_of_day is not None:
-        both = zip(texts[columns.time], texts[columns.time_of_day], strict=True)
-        texts[columns.time] = [f"{(day or '').strip()} {(time or '').strip()}".strip() for day, time in both]
 
 
 class Cleaner:
@@ -103,17 +89,15 @@ class Cleaner:
     emptied
         Fields that were left empty, by reason: due times and priorities that cannot be read.
     lost
-        Names of the orders of rows that were left out, but for ``spared``.
-    spared
-        Names of the orders of rows with a SKU to leave out: an order without its postage is whole.
+        Names of the orders of rows that were left out, and whether these are shortened by it: an order without its
+        postage (a SKU to leave out) is whole.
     """
 
     def __init__(self, columns: Columns, reader: Reader, choice: Choice) -> None:
         self.columns, self.reader, self.choice = columns, reader, choice
         self.rows = self.blank = 0
         self.dropped, self.emptied = Tally(), Tally()
-        self.lost: list[str] = []
-        self.spared: list[str] = []
+        self.lost: list[tuple[str, bool]] = []
         self._missing = {plain(sku) for sku in choice.leave_out}
         self._unwanted = frozenset(self._missing)
 
@@ -126,7 +110,7 @@ class Cleaner:
 
     def check_choice(self) -> None:
         """Raise an `InputError` when a SKU that shall be left out was in no row."""
-        if self._missing and not self.choice.may_lack:
+        if self._missing:
             raise InputError(
                 "--leave-out-sku", f'no row has the SKU "{min(self._missing)}"; expected SKUs of the table'
             )
@@ -135,11 +119,20 @@ class Cleaner:
         """Return what was left out so far, as parts of sentences, with what may help."""
         return [part + guessed(self._unread(reason)) for reason, part in self.dropped.parts()]
 
+    def sentences(self, of: str = "", row: str = "row") -> Iterator[str]:
+        """Yield what was read of a table, what was left out and what was left empty, so far."""
+        blank = f", and {self.blank:,} without any entry" if self.blank else ""
+        yield f"Read {counted(self.rows, row)}{of}{blank}."
+        for part in self.left_out():
+            yield f"Left out{of}: {part}."
+        for _, part in self.emptied.parts():
+            yield f"Left empty{of}: {part}."
+
     def _unread(self, reason: str) -> list[str]:
         return [text for _, text in self.dropped.reasons[reason].examples] if reason == NO_TIME else []
 
     def lines(self, file: str, rows: Iterable[Row]) -> Iterator[Line]:
-        """Yield the order lines of rows of a file.
+        """Yield the order lines of rows of a file, or its headers, as lines of one item without SKU.
 
         Raises
         ------
@@ -148,23 +141,25 @@ class Cleaner:
         """
         columns, clean = self.columns, self.reader.names.clean
         for row, fields in rows:
-            order, sku, time, amount, due, priority = [(field or "").strip() for field in fields]
-            if not (order or sku or time or amount or due or priority):
+            order, sku, time, amount, due, priority, time_of_day = map(str.strip, fields)
+            if not (order or sku or time or amount or due or priority or time_of_day):
                 self.blank += 1
                 continue
             self.rows += 1
+            if time_of_day:
+                time = f"{time} {time_of_day}"
             name, wanted = clean(order), clean(sku)
             items = self.reader.quantities.whole(amount, row) if columns.quantity else 1
             if not name:
                 self.dropped.note("no order", row, "")
-            elif order == columns.order and sku == columns.sku:
+            elif order == columns.order and sku == (columns.sku or ""):
                 self.dropped.note("the header again", row, "")
-            elif not wanted:
+            elif columns.sku and not wanted:
                 self._drop("no SKU", row, name, name)
             elif wanted in self._unwanted:
                 self._missing.discard(wanted)
                 self.dropped.note("a SKU to leave out", row, wanted, chosen=True)
-                self.spared.append(name)
+                self.lost.append((name, False))
             elif not items:
                 self._drop(NO_QUANTITY, row, amount, name)
             elif items > self.choice.most:
@@ -173,29 +168,9 @@ class Cleaner:
                 tick, ahead = moment.tick, moment.ahead
                 yield name, wanted, tick, ahead, items, self._due(file, row, due), self._priority(row, priority), row
 
-    def heads(self, file: str, rows: Iterable[Row]) -> Iterator[Head]:
-        """Yield the headers of rows of a file: order, time, due time, priority.
-
-        Raises
-        ------
-        InputError
-            When times are of two kinds.
-        """
-        for row, fields in rows:
-            order, time, due, priority = [(field or "").strip() for field in fields]
-            if not (order or time or due or priority):
-                self.blank += 1
-                continue
-            self.rows += 1
-            name = self.reader.names.clean(order)
-            if not name:
-                self.dropped.note("no order", row, "")
-            elif (moment := self._moment(file, row, name, time)) is not None:
-                yield name, moment.tick, moment.ahead, self._due(file, row, due), self._priority(row, priority), row
-
     def _drop(self, reason: str, row: int, found: str, name: str, chosen: bool = False) -> None:
         self.dropped.note(reason, row, found, chosen)
-        self.lost.append(name)
+        self.lost.append((name, True))
 
     def drop_large(self, row: int, found: str, name: str) -> None:
         """Leave out a line of an order that has too many items."""

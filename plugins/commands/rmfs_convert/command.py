@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rmfs_cli.options import OutPath
-from rmfs_convert.options import clock_of, number_options, quantities_of, table_options, time_options
+from rmfs_convert.options import needs, number_options, quantities_of, spelled, table_options, time_options
 from rmfs_convert.pods_command import pods as pods_command
 
 if TYPE_CHECKING:
@@ -28,6 +27,12 @@ LEARNING = "co-purchase"
 OF_DAY = (
     "Column with the time of the day, where --time has the date alone; --time-format is of both with a blank between."
 )
+
+OF_TIMES = ("time_of_day", "time_format", "zone", "due", "from", "until", "start", "history_until")
+"""Options that need --time."""
+
+NOT_OF_HISTORY = ("time", *OF_TIMES, "priority", "orders", "order_key")
+"""Options that do not matter for a table of history."""
 
 
 @click.group()
@@ -50,15 +55,14 @@ convert.add_command(pods_command)
 @click.option("--priority", metavar="COL", help="Column with the priority, higher first. [default: none]")
 @click.option(
     "--orders",
-    "heads",
     metavar="TABLE",
     type=click.Path(path_type=Path),
     help="Table with a header for each order: --time, --due and --priority are columns of it.",
 )
 @click.option("--order-key", metavar="COL", help="Column of --orders with the order. [default: as --order]")
 @time_options
-@click.option("--from", "begin", metavar="TIME", help="Leave out orders that arrive earlier.")
-@click.option("--until", "end", metavar="TIME", help="Leave out orders that arrive then or later.")
+@click.option("--from", metavar="TIME", help="Leave out orders that arrive earlier.")
+@click.option("--until", metavar="TIME", help="Leave out orders that arrive then or later.")
 @click.option("--start", metavar="TIME", help="Time 0 of the run. [default: the midnight before the first order]")
 @table_options
 @number_options
@@ -109,72 +113,69 @@ convert.add_command(pods_command)
 def orders(table: Path, out: Path, **given: Any) -> None:
     """Make orders.csv from LINES, a table (CSV or Parquet) with one order line a row.
 
-    Rows of one order need not be adjacent, and may be any number: they are sorted on disk. What is left out is said,
-    with the reason. With --pods, the SKUs are put on pods as well, and DIR/scenario.toml runs with both.
+    Rows of one order need not be adjacent, and may be any number: they are sorted on disk. Every row left out is
+    reported with its reason. With --pods, the SKUs are put on pods as well, and DIR/scenario.toml runs with both.
     """
+    from rmfs_convert.shares import check_share
+    from rmfs_convert.times import Clock
     from rmfs_convert.writing import target, tell_history, write
 
-    _check_times(given)
-    _check_history(given)
-    force = given["force"]
-    _span(clock_of(given["time_format"], given["zone"]), given)  # what is no time is refused before a table is read
+    _check_options(given)
+    _span(Clock(given["time_format"], given["zone"]), given)  # what is no time is refused before a table is read
     names = ("orders.csv", *(("pods.csv", "scenario.toml") if given["pods"] is not None else ()))
-    folder = target(out, names, force=force)
+    folder = target(out, names, force=given["force"])
     with ExitStack() as stack:
-        lines, zero = _read(stack, table, given, lambda clock: _span(clock, given))
-        _check_share(lines, table, force)
+        lines, zero = _read(stack, table, given)
+        lines.cleaner.check_choice()
+        check_share(table, lines.cleaner, force=given["force"])
         past = None
         if given["history"] is not None:
-            columns = {**given, **dict.fromkeys(("time", "time_of_day", "due", "priority", "heads"))}
-            past = _read_history(stack, given["history"], columns)
-            _check_share(past, given["history"], force)
+            past = _read_history(stack, given)
+            check_share(given["history"], past.cleaner, force=given["force"])
         elif given["history_until"] is not None:
-            past, _ = _read(stack, table, given, lambda clock: _span_of_history(clock, given))
+            past, _ = _read(stack, table, given, past=True)
         write(lines, folder, zero, _stock(lines, past, table, given))
         if past is not None and given["history"] is not None:
-            tell_history(past, given["history"])
+            tell_history(past)
 
 
-def _check_share(lines: OrderLines, table: Path, force: bool) -> None:
-    from rmfs_convert.writing import check_share
+def _read(stack: ExitStack, table: Path, given: dict[str, Any], past: bool = False) -> tuple[OrderLines, Moment]:
+    """Return the orders of a table, and of that with their headers if there is one; and time 0.
 
-    cleaner = lines.cleaner
-    check_share(table, cleaner.rows, cleaner.dropped.unasked, "; ".join(cleaner.left_out()), force)
-
-
-def _read(
-    stack: ExitStack, table: Path, given: dict[str, Any], span: Callable[[Clock], Span]
-) -> tuple[OrderLines, Moment]:
-    """Return the orders of a table, and of that with their headers if there is one, in a span; and time 0."""
+    These are the orders that are run, or else those of the past.
+    """
     from attrs import evolve
 
     from rmfs_convert.cleaning import Choice, Cleaner, Columns, Reader
     from rmfs_convert.lines import OrderLines
+    from rmfs_convert.shares import check_share
     from rmfs_convert.tables import Table
+    from rmfs_convert.times import Clock
 
-    clock = clock_of(given["time_format"], given["zone"])
-    reader = Reader(clock, quantities_of(given["decimal"], given["thousands"]))
-    choice = Choice(given["leave_out_sku"], given["most_quantity"], may_lack=table == given["history"])
+    clock = Clock(given["time_format"], given["zone"])
+    reader = Reader(clock, quantities_of(given), quantities_of(given))
     columns = Columns(*(given[name] for name in ("order", "sku", "time", "quantity", "due", "priority", "time_of_day")))
     heads = None
-    if given["heads"] is not None:
-        heads = evolve(columns, order=given["order_key"] or columns.order, quantity=None)
+    if given["orders"] is not None:
+        heads = evolve(columns, order=given["order_key"] or columns.order, sku=None, quantity=None)
         columns = Columns(columns.order, columns.sku, quantity=columns.quantity)
+    choice = Choice(given["leave_out_sku"], given["most_quantity"])
     lines = stack.enter_context(OrderLines(Cleaner(columns, reader, choice)))
     if heads is not None:
-        own = Table(given["heads"], given["separator"], given["encoding"])
-        lines.read_heads(own, Cleaner(heads, reader, Choice()))
+        own = Cleaner(heads, reader, Choice())
+        lines.read_heads(Table(given["orders"], given["separator"], given["encoding"]), own)
+        check_share(given["orders"], own, force=given["force"])
     lines.read(Table(table, given["separator"], given["encoding"]))
-    return lines, lines.gather(span(clock), given["whole_orders"])
+    return lines, lines.gather(_span(clock, given, past), given["whole_orders"])
 
 
-def _read_history(stack: ExitStack, table: Path, given: dict[str, Any]) -> OrderLines:
+def _read_history(stack: ExitStack, given: dict[str, Any]) -> OrderLines:
     """Return the orders of a table of history; what is wrong with it is told with how it is read."""
-    from rmfs_convert.lines import Span
     from rmfs_core.errors import InputError
 
+    table: Path = given["history"]
     try:
-        past, _ = _read(stack, table, given, lambda _: Span())
+        past, _ = _read(stack, table, given | dict.fromkeys(NOT_OF_HISTORY))
     except InputError as error:
         if not table.is_file():
             raise
@@ -183,62 +184,31 @@ def _read_history(stack: ExitStack, table: Path, given: dict[str, Any]) -> Order
     return past
 
 
-def _check_history(given: dict[str, Any]) -> None:
-    """Refuse options about history that do not go together."""
+def _check_options(given: dict[str, Any]) -> None:
+    """Refuse options that do not go together."""
     from rmfs_core.errors import InputError
 
-    if given["order_key"] is not None and given["heads"] is None:
-        raise InputError("--order-key", "found no --orders; expected the table with headers that it is a column of")
-    options = [option for option in ("--history", "--history-until") if given[option[2:].replace("-", "_")] is not None]
-    if len(options) == 2:
+    for option in OF_TIMES:
+        needs(given, option, "time", "the column that the times are in")
+    needs(given, "order_key", "orders", "the table with headers that it is a column of")
+    for option in ("history", "history_until"):
+        needs(given, option, "pods", "both, since the history says what stands on them")
+        if given[option] is not None and given["placement"] == "random":
+            found = "found --placement random, which learns nothing; expected another placement"
+            raise InputError(spelled(option), found)
+    if given["history"] is not None and given["history_until"] is not None:
         raise InputError("--history-until", "found --history, too; expected one of them")
-    for option in options:
-        if given["pods"] is None:
-            raise InputError(option, "found no --pods; expected both, since the history says what stands on them")
-        if given["placement"] == "random":
-            raise InputError(option, "found --placement random, which learns nothing; expected another placement")
 
 
-def _check_times(given: dict[str, Any]) -> None:
-    """Refuse options about times without a column of times."""
-    from rmfs_core.errors import InputError
-
-    if given["time"] is None:
-        if given["due"] is not None:
-            raise InputError("--due", "found no --time; expected both, since both are counted from time 0")
-        names = {
-            "time_of_day": "--time-of-day",
-            "time_format": "--time-format",
-            "zone": "--zone",
-            "begin": "--from",
-            "end": "--until",
-            "start": "--start",
-            "history_until": "--history-until",
-        }
-        for name, option in names.items():
-            if given[name] is not None:
-                raise InputError(option, "found no --time; expected the column that the times are in")
-
-
-def _span(clock: Clock, given: dict[str, Any]) -> Span:
+def _span(clock: Clock, given: dict[str, Any], past: bool = False) -> Span:
+    """Return the span of the orders that are run, or else of those of the past."""
     from rmfs_convert.lines import Span
 
-    options = (
-        ("--from", given["begin"]),
-        ("--until", given["end"]),
-        ("--start", given["start"]),
-        ("--history-until", given["history_until"]),
+    begin, end, start, until = (
+        None if given[name] is None else clock.option(spelled(name), given[name])
+        for name in ("from", "until", "start", "history_until")
     )
-    begin, end, start, history_end = (None if text is None else clock.option(name, text) for name, text in options)
-    return Span(begin, end, start, history_end)
-
-
-def _span_of_history(clock: Clock, given: dict[str, Any]) -> Span:
-    """Return the span of the orders that the placement learns from."""
-    from rmfs_convert.lines import Span
-
-    begin = None if given["begin"] is None else clock.option("--from", given["begin"])
-    return Span(begin, clock.option("--history-until", given["history_until"]), options="--from, --history-until")
+    return Span(begin, until, options="--from, --history-until") if past else Span(begin, end, start, until)
 
 
 def _stock(lines: OrderLines, past: OrderLines | None, table: Path, given: dict[str, Any]) -> Stock | None:

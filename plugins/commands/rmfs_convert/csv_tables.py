@@ -16,17 +16,13 @@ from typing import Any, cast
 from rmfs_convert.headers import plain, positions
 from rmfs_core.errors import InputError
 from rmfs_core.wording import listed, shown_short
-
-ROWS_PER_BATCH = 16_384
+from rmfs_core.world.csv_files import csv_records
 
 SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}
 """Signs between fields that have a name, and are looked for where a header does not have the columns."""
 
 _ENCODINGS = ("utf-8", "utf-16", "utf-16-le", "cp1252")
 """What is tried where a header does not have the columns."""
-
-_LONGEST = 1_000_000
-"""Signs that are read as one line: a device may have no line's end."""
 
 _HEAD = 65_536
 _SAY_ENCODING = "; say how it is encoded, such as --encoding cp1252"
@@ -42,17 +38,17 @@ _NOT_CSV = {
 }
 
 
-def csv_columns(
-    file: Path, columns: Sequence[str], separator: str = ",", encoding: str = "utf-8"
-) -> Iterator[tuple[list[str], ...]]:
-    """Yield the columns of a CSV file, some rows at a time; empty lines are no rows.
+def csv_rows(
+    file: Path, columns: Sequence[str | None], separator: str = ",", encoding: str = "utf-8"
+) -> Iterator[Sequence[str]]:
+    """Yield the fields of each row of a CSV file; empty lines are no rows.
 
     Parameters
     ----------
     file
         The file; what is compressed by gzip is known by its first bytes.
     columns
-        Names of the columns.
+        Names of the columns; None: an empty field.
     separator
         Sign between fields.
     encoding
@@ -69,10 +65,10 @@ def csv_columns(
             for magic, kind in _NOT_CSV.items():
                 if head.startswith(magic):
                     raise InputError(str(file), f"found {kind}; expected a table as CSV, .csv.gz or Parquet")
-            hint = partial(_hint, head, columns, separator, encoding)
+            hint = partial(_hint, head, [*filter(None, columns)], separator, encoding)
             try:
                 with io.TextIOWrapper(raw, encoding=_with_mark(encoding), newline="") as stream:
-                    yield from _batches(file, stream, columns, separator, hint)
+                    yield from _fields(file, stream, columns, separator, hint)
             except UnicodeError:
                 found = f"expected {encoding.upper()} text, found {_wrong_byte(file, encoding)}"
                 raise InputError(str(file), found + (hint() or _SAY_ENCODING)) from None
@@ -80,35 +76,20 @@ def csv_columns(
         raise InputError(str(file), "cannot be read: its compressed data are damaged or cut off") from None
 
 
-def _batches(
-    file: Path, stream: io.TextIOWrapper, columns: Sequence[str], separator: str, hint: Callable[[], str]
-) -> Iterator[tuple[list[str], ...]]:
-    reader = csv.reader(iter(partial(stream.readline, _LONGEST), ""), delimiter=separator, strict=True)
-    line = 0
-    try:
-        header = next(filter(None, reader), [])
-        if header[:1] == ["sep="]:  # by which a spreadsheet program is told the separator
-            header = next(filter(None, reader), [])
-        places = positions(header, columns, f"{file}, line {reader.line_num or 1}", hint)
-        row, batch, width = 0, [], len(header)
-        line = reader.line_num
-        for fields in filter(None, reader):
-            row, line = row + 1, reader.line_num
-            if len(fields) != width:
-                expected = f"expected {width} fields as in the header, found {len(fields)}"
-                raise InputError(f"{file}, row {row}", f"{expected}: {shown_short(separator.join(fields))}")
-            batch.append(fields)
-            if len(batch) == ROWS_PER_BATCH:
-                yield tuple([fields[place] for fields in batch] for place in places)
-                batch = []
-        if batch:
-            yield tuple([fields[place] for fields in batch] for place in places)
-    except csv.Error as error:
-        if "expected after" in str(error):
-            found = "found a quote within a field in quotes; expected it doubled"
-        else:
-            found = f"found a quote or a field that does not end until line {reader.line_num}; expected it to be closed"
-        raise InputError(f"{file}, line {line + 1}", found) from None
+def _fields(
+    file: Path, stream: io.TextIOWrapper, columns: Sequence[str | None], separator: str, hint: Callable[[], str]
+) -> Iterator[Sequence[str]]:
+    records = csv_records(stream, file, separator)
+    line, header = next(records, (1, []))
+    if header[:1] == ["sep="]:  # by which a spreadsheet program is told the separator
+        line, header = next(records, (line, []))
+    places = positions(header, columns, f"{file}, line {line}", hint)
+    for row, (_, fields) in enumerate(records, 1):
+        if len(fields) != len(header):
+            expected = f"expected {len(header)} fields as in the header, found {len(fields)}"
+            raise InputError(f"{file}, row {row}", f"{expected}: {shown_short(separator.join(fields))}")
+        fields.append("")
+        yield [fields[place] for place in places]
 
 
 @contextmanager

@@ -5,8 +5,9 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Callable, Sequence
 
+from rmfs_convert.names import short
 from rmfs_core.errors import InputError
-from rmfs_core.wording import did_you_mean, first_few, listed, shown_short
+from rmfs_core.wording import did_you_mean, first_few, listed
 
 _MANY = 30
 """Columns of a header that a sentence still lists."""
@@ -18,9 +19,9 @@ def plain(name: str) -> str:
 
 
 def positions(
-    header: Sequence[str], columns: Sequence[str], place: str, hint: Callable[[], str] = lambda: ""
+    header: Sequence[str], columns: Sequence[str | None], place: str, hint: Callable[[], str] = lambda: ""
 ) -> list[int]:
-    """Return where columns are in a header.
+    """Return where columns are in a header; for None, the index after its last.
 
     Parameters
     ----------
@@ -39,13 +40,13 @@ def positions(
         When a column is missing, or the header has it twice.
     """
     names = [plain(name) for name in header]
-    for column in columns:
+    for column in filter(None, columns):
         found = names.count(plain(column))
         if found > 1:
             raise InputError(place, f'found the column "{column}" {found} times; expected each once')
         if not found:
-            there = [shown_short(name)[1:-1] for name in names if name]
+            there = [short(name) for name in names if name]
             told = first_few(there) if len(there) > _MANY else listed(there)
             meant = hint() or did_you_mean(plain(column), there)
             raise InputError(place, f'there is no column "{column}"{meant}; found {told}')
-    return [names.index(plain(column)) for column in columns]
+    return [len(names) if column is None else names.index(plain(column)) for column in columns]

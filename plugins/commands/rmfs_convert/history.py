@@ -9,11 +9,6 @@ from attrs import frozen
 from rmfs_convert.lines import Sku
 from rmfs_core.wording import counted
 
-FORESEES = (
-    "The placement knows the orders that it is judged by",
-    "--history TABLE or --history-until TIME learns from others",
-)
-
 
 @frozen
 class Learned:
@@ -45,12 +40,15 @@ class Learned:
         if self.placement == "random":
             return None
         if self.source is None:
-            return f"{FORESEES[0]} ({self.placement}); {FORESEES[1]}."
-        again = f", without {counted(self.forgotten, 'order')} that are run" if self.forgotten else ""
-        verbs = ("is", "stands") if self.unknown == 1 else ("are", "stand")
-        unknown = f" {self.unknown:,} of {counted(self.skus, 'SKU')} {verbs[0]} not in it and {verbs[1]} anywhere."
-        told = f"Placement {self.placement} learned from {counted(self.orders, 'order')} of {self.source}{again}."
-        return told + (unknown if self.unknown else "")
+            return (
+                f"The placement ({self.placement}) knows the orders that it is judged by; "
+                "--history TABLE or --history-until TIME learns from others."
+            )
+        again = f" (and not from {self.forgotten:,} that are also run)" if self.forgotten else ""
+        unknown = f" SKUs without history: {self.unknown:,} of {self.skus:,}, placed anywhere." if self.unknown else ""
+        return (
+            f"Placement {self.placement} learned from {counted(self.orders, 'order')} of {self.source}{again}.{unknown}"
+        )
 
 
 def merged(run: Sequence[Sku], past: Sequence[Sku]) -> list[Sku]:

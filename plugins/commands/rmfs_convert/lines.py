@@ -13,7 +13,8 @@ from typing import NoReturn, Self, TextIO
 
 from attrs import frozen
 
-from rmfs_convert.cleaning import Cleaner, join_time_of_day
+from rmfs_convert.cleaning import Cleaner
+from rmfs_convert.loading import keep_lost, load
 from rmfs_convert.order_heads import OrderHeads
 from rmfs_convert.tables import Table
 from rmfs_convert.tally import SHOWN
@@ -69,6 +70,8 @@ class OrderLines:
 
     Attributes
     ----------
+    file
+        Where the table is.
     several
         Orders whose lines differ in their times, due times and priorities, by what they differ in: the earliest time,
         the earliest due time and the highest priority is the order's.
@@ -87,7 +90,7 @@ class OrderLines:
         self.shortened = 0
         self.heads: OrderHeads | None = None
         self.offsets: list[int] = []
-        self._file = "the table"
+        self.file = "the table"
         self._folder = tempfile.TemporaryDirectory(prefix="rmfs-convert-")
         self._base = sqlite3.connect(Path(self._folder.name) / "lines.sqlite", isolation_level=None)
         self._base.executescript(_SCHEMA)
@@ -115,32 +118,14 @@ class OrderLines:
             When the file cannot be read, lacks a column, has numbers that may mean two things, or none of its rows is
             an order line.
         """
-        columns, self._file = self.cleaner.columns, str(table.file)
-        given = (columns.time, columns.quantity, columns.due, columns.priority)
-        names = [name for name in (columns.order, columns.sku, *given, columns.time_of_day) if name is not None]
-        for batch in table.batches(names):
-            texts = dict(zip(names, batch.columns, strict=True))
-            join_time_of_day(texts, columns)
-            fields = [[None] * len(batch.columns[0]) if name is None else texts[name] for name in given]
-            rows = zip(batch.columns[0], batch.columns[1], *fields, strict=True)
-            self._base.execute("BEGIN")
-            lines = self.cleaner.lines(self._file, enumerate(rows, batch.first_row))
-            self._base.executemany("INSERT INTO line VALUES (?, ?, ?, ?, ?, ?, ?, ?)", lines)
-            self._keep_lost()
-            self._base.execute("COMMIT")
-            self.cleaner.ask(self._file)
-        self.cleaner.check_choice()
+        self.file = str(table.file)
+        load(table, self.cleaner, self._base, "line")
         if self._count("SELECT count(*) FROM line") == 0:
             self._refuse_all()
 
-    def _keep_lost(self) -> None:
-        for names, shortens in ((self.cleaner.lost, True), (self.cleaner.spared, False)):
-            self._base.executemany("INSERT INTO lost VALUES (?, ?)", [(name, shortens) for name in names])
-            names.clear()
-
     def _refuse_all(self) -> NoReturn:
         found = "; ".join(self.cleaner.left_out()) or "it has no rows"
-        raise InputError(self._file, f"has no order line that could be kept: {found}")
+        raise InputError(self.file, f"has no order line that could be kept: {found}")
 
     def gather(self, span: Span | None = None, whole: bool = False) -> Moment:
         """Bring the lines of each order together; return time 0.
@@ -158,9 +143,9 @@ class OrderLines:
             When no order is left, or the first arrives before time 0.
         """
         span = span or Span()
-        self._count_orders_lost()
         if self.heads is not None:
-            self.left_out |= self.heads.join(self._file)
+            self.heads.join(self.file, self.cleaner.dropped)
+        self._count_orders_lost()
         self._base.executescript(
             "CREATE TABLE whole AS SELECT name, min(tick) AS tick, min(rowid) AS first, min(due) AS due,"
             " max(priority) AS priority, min(tick) < max(tick) AS times, min(due) < max(due) AS dues,"
@@ -212,7 +197,7 @@ class OrderLines:
         ).fetchall()
         for row, quantity, name, _ in large:
             self.cleaner.drop_large(row, f"{quantity:,}", name)
-        self._keep_lost()
+        keep_lost(self.cleaner, self._base)
         self._base.executemany("DELETE FROM packed WHERE name = ? AND sku = ?", [one[2:] for one in large])
         self._base.execute("DELETE FROM whole WHERE name NOT IN (SELECT name FROM packed)")
 
@@ -247,17 +232,15 @@ class OrderLines:
         if rows:
             shown = self._base.execute(
                 f"SELECT row, tick, ahead FROM line WHERE name IN ({late}) ORDER BY row LIMIT {SHOWN}"
-            ).fetchall()
+            )
             iso = self.cleaner.reader.clock.iso
             reason = f"a time more than ten years after time 0 ({iso(zero)}; --from leaves out what is earlier)"
-            for row, tick, ahead in shown:
-                self.cleaner.dropped.note(reason, row, iso(Moment(tick, ahead)))
-            self.cleaner.dropped.reasons[reason].rows = rows
+            self.cleaner.dropped.add(reason, rows, [(row, iso(Moment(tick, ahead))) for row, tick, ahead in shown])
             self._base.execute(f"DELETE FROM packed WHERE name IN ({late})")
             self._base.execute(f"DELETE FROM whole WHERE tick > {zero.tick + TEN_YEARS}")
         if self.n_orders == 0:
             found = "; ".join(self.cleaner.left_out())
-            raise InputError(self._file, f"has no order in time: {found}; expected another --start or --time-format")
+            raise InputError(self.file, f"has no order in time: {found}; expected another --start or --time-format")
 
     @property
     def n_orders(self) -> int:

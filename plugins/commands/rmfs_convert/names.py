@@ -4,6 +4,13 @@ from __future__ import annotations
 
 import unicodedata
 
+from rmfs_core.wording import shown_short
+
+
+def short(name: str) -> str:
+    """Return a name as part of a sentence: on one line, without the end of a long one."""
+    return shown_short(name)[1:-1]
+
 
 class Names:
     """Cleans names.

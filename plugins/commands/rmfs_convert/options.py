@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import codecs
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from zoneinfo import ZoneInfo
 
     from rmfs_convert.quantities import Quantities
-    from rmfs_convert.times import Clock
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -116,17 +115,22 @@ def time_options(command: F) -> F:
     return pattern(zone(command))
 
 
-def quantities_of(decimal: str | None, thousands: str | None) -> Quantities:
-    """Return a reader of quantities with these signs; InputError when they are the same."""
+def quantities_of(given: Mapping[str, Any]) -> Quantities:
+    """Return a reader of quantities with the signs that are given; InputError when they are the same."""
     from rmfs_convert.quantities import Quantities
 
+    decimal, thousands = given["decimal"], given["thousands"]
     if decimal is not None and decimal == thousands:
         raise InputError("--decimal, --thousands", f'found "{decimal}" for both; expected two signs')
     return Quantities(decimal, thousands)
 
 
-def clock_of(pattern: str | None, zone: ZoneInfo | None) -> Clock:
-    """Return a reader of times."""
-    from rmfs_convert.times import Clock
+def needs(given: Mapping[str, Any], option: str, other: str, expected: str) -> None:
+    """Raise an `InputError` where an option is given without another one."""
+    if given[option] is not None and given[other] is None:
+        raise InputError(spelled(option), f"found no {spelled(other)}; expected {expected}")
 
-    return Clock(pattern, zone)
+
+def spelled(option: str) -> str:
+    """Return an option as it is typed."""
+    return f"--{option.replace('_', '-')}"

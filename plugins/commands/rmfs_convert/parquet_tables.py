@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rmfs_convert.headers import positions
+from rmfs_convert.names import short
 from rmfs_core.errors import InputError
-from rmfs_core.wording import shown_short
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -18,17 +18,15 @@ _TEXTS = ("string", "large_string", "string_view")
 _BYTES = ("binary", "large_binary", "binary_view")
 
 
-def parquet_columns(
-    file: Path, columns: Sequence[str], encoding: str = "utf-8"
-) -> Iterator[tuple[list[str | None], ...]]:
-    """Yield the columns of a Parquet file as texts, some rows at a time; None where a row has nothing.
+def parquet_rows(file: Path, columns: Sequence[str | None], encoding: str = "utf-8") -> Iterator[Sequence[str]]:
+    """Yield the fields of each row of a Parquet file as texts; empty where a row has nothing.
 
     Parameters
     ----------
     file
         The file.
     columns
-        Names of the columns: numbers, times, texts, or bytes that are text.
+        Names of the columns: numbers, times, texts, or bytes that are text; None: an empty field.
     encoding
         Of texts that are stored as bytes.
 
@@ -43,15 +41,17 @@ def parquet_columns(
     try:
         with file.open("rb") as stream, parquet.ParquetFile(stream) as table:
             schema = table.schema_arrow
-            places = positions(schema.names, columns, str(file))
-            readers = [_reader(schema.field(place), file, encoding) for place in places]
-            names = [schema.names[place] for place in places]
+            given = [*schema.names, None]
+            names = [given[index] for index in positions(schema.names, columns, str(file))]
+            readers = {name: _reader(schema.field(name), file, encoding) for name in filter(None, names)}
             row = 1
-            for batch in table.iter_batches(ROWS_PER_BATCH, columns=list(dict.fromkeys(names))):
-                yield tuple(
-                    _texts(batch.column(name), reader, f"{file}, row {{}}, {name}", row)
-                    for name, reader in zip(names, readers, strict=True)
-                )
+            for batch in table.iter_batches(ROWS_PER_BATCH, columns=list(readers)):
+                texts: dict[str | None, list[str]] = {
+                    name: _texts(batch.column(name), reader, f"{file}, row {{}}, {name}", row)
+                    for name, reader in readers.items()
+                }
+                texts[None] = [""] * batch.num_rows
+                yield from zip(*(texts[name] for name in names), strict=True)
                 row += batch.num_rows
     except OSError as error:
         if error.strerror:
@@ -76,20 +76,20 @@ def _reader(field: pa.Field, file: Path, encoding: str) -> Callable[[Any], str]:
         return str
     several = "several values a row" if types.is_nested(kind) else "neither texts nor numbers nor times"
     raise InputError(
-        f"{file}, {field.name}", f"holds {several} ({shown_short(str(kind))[1:-1]}); expected one text, number or time"
+        f"{file}, {field.name}", f"holds {several} ({short(str(kind))}); expected one text, number or time"
     )
 
 
-def _texts(column: pa.Array, reader: Callable[[Any], str], place: str, first_row: int) -> list[str | None]:
+def _texts(column: pa.Array, reader: Callable[[Any], str], place: str, first_row: int) -> list[str]:
     import pyarrow as pa
 
     if pa.types.is_timestamp(column.type) and column.type.unit == "ns":
         column = column.cast(pa.timestamp("us", column.type.tz), safe=False)
-    found: list[str | None] = []
+    found: list[str] = []
     try:
         values = column.to_pylist()
         for value in values:
-            found.append(None if value is None else reader(value))  # noqa: PERF401 (how many were read is said)
+            found.append("" if value is None else reader(value))  # noqa: PERF401 (how many were read is said)
     except UnicodeDecodeError as error:
         problem = f"expected {error.encoding} text, found the byte 0x{error.object[error.start]:02x}"
     except (ValueError, OverflowError):

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from rmfs_cli.options import OutPath
-from rmfs_convert.options import number_options, quantities_of, table_options
+from rmfs_convert.options import needs, number_options, quantities_of, table_options
 
 
 @click.command(short_help="Make pods.csv from a table of stock.")
@@ -25,21 +25,20 @@ from rmfs_convert.options import number_options, quantities_of, table_options
 def pods(table: Path, out: Path, **given: Any) -> None:
     """Make pods.csv from STOCK, a table (CSV or Parquet) with the items of a SKU on a pod in each row.
 
-    Rows of one pod need not be adjacent. What is left out is said, with the reason. Where DIR has no scenario.toml, one
-    is written for that many pods, and the orders.csv that `rmfs convert orders` makes; with places in the map there is
-    none, since the map is yours.
+    Rows of one pod need not be adjacent. Every row left out is reported with its reason. Where DIR has no
+    scenario.toml, one is written for that many pods and the orders.csv that `rmfs convert orders` makes, unless the
+    pods have places in a map.
     """
+    from rmfs_convert.shares import check_share
     from rmfs_convert.stock_table import StockColumns, StockTable
     from rmfs_convert.tables import Table
-    from rmfs_convert.writing import check_share, target, write_pods
-    from rmfs_core.errors import InputError
+    from rmfs_convert.writing import target, write_pods
 
-    for option, other in (("row", "column"), ("column", "row")):
-        if given[option] is not None and given[other] is None:
-            raise InputError(f"--{option}", f"found no --{other}; expected both, or neither")
+    needs(given, "row", "column", "both, or neither")
+    needs(given, "column", "row", "both, or neither")
     folder = target(out, ("pods.csv",), force=given["force"])
     columns = StockColumns(*(given[name] for name in ("pod", "sku", "quantity", "row", "column")))
-    stock = StockTable(columns, quantities_of(given["decimal"], given["thousands"]))
+    stock = StockTable(columns, quantities_of(given))
     stock.read(Table(table, given["separator"], given["encoding"]))
-    check_share(table, stock.rows, stock.dropped.unasked, stock.left_out(), force=given["force"])
+    check_share(table, stock, force=given["force"])
     write_pods(stock, folder)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from attrs import define, field, frozen
+from attrs import astuple, define, field, frozen
 
 from rmfs_convert.names import Names
 from rmfs_convert.quantities import Quantities
-from rmfs_convert.tables import Table
+from rmfs_convert.tables import Row, Table
 from rmfs_convert.tally import Tally
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import MOST_ITEMS, MOST_PODS
@@ -53,6 +53,8 @@ class StockTable:
 
     Attributes
     ----------
+    file
+        Where the table is.
     pods
         Stock by name of the pod, as they first come.
     rows, joined
@@ -63,6 +65,7 @@ class StockTable:
 
     def __init__(self, columns: StockColumns, quantities: Quantities) -> None:
         self.columns, self.quantities = columns, quantities
+        self.file = "the table"
         self.names, self.places = Names(), Quantities()
         self.pods: dict[str, PodStock] = {}
         self.rows = self.joined = 0
@@ -76,23 +79,18 @@ class StockTable:
         InputError
             When the file cannot be read, lacks a column, has a pod in two places or two in one, or no pod.
         """
-        columns, file = self.columns, str(table.file)
-        given = (columns.quantity, columns.row, columns.column)
-        names = [columns.pod, columns.sku, *(name for name in given if name is not None)]
-        for batch in table.batches(names):
-            texts = dict(zip(names, batch.columns, strict=True))
-            fields = [[None] * len(batch.columns[0]) if name is None else texts[name] for name in given]
-            rows = zip(batch.columns[0], batch.columns[1], *fields, strict=True)
-            self._add(file, enumerate(rows, batch.first_row))
-            self.quantities.ask(file, columns.quantity or "")
+        self.file = file = str(table.file)
+        columns = self.columns
+        self._add(file, table.rows(astuple(columns)))
+        self.quantities.ask(file, columns.quantity or "")
         if not self.pods:
-            raise InputError(file, f"has no pod that could be kept: {self.left_out() or 'it has no rows'}")
+            raise InputError(file, f"has no pod that could be kept: {'; '.join(self.left_out()) or 'it has no rows'}")
         self._check_places(file)
 
-    def _add(self, file: str, rows: Iterable[tuple[int, tuple[str | None, ...]]]) -> None:
+    def _add(self, file: str, rows: Iterable[Row]) -> None:
         columns = self.columns
         for row, fields in rows:
-            pod_text, sku_text, amount, *at = [(text or "").strip() for text in fields]
+            pod_text, sku_text, amount, *at = map(str.strip, fields)
             if not (pod_text or sku_text or amount):
                 continue
             self.rows += 1
@@ -150,7 +148,7 @@ class StockTable:
     def sentences(self) -> Iterator[str]:
         """Yield what is to be said of the table: what was left out, and what is kept."""
         yield f"Read {counted(self.rows, 'row')}."
-        for _, part in self.dropped.parts():
+        for part in self.left_out():
             yield f"Left out: {part}."
         if self.names.respelled:
             yield (
@@ -163,9 +161,9 @@ class StockTable:
         if empty:
             yield f"Empty: {counted(empty, 'pod')}."
 
-    def left_out(self) -> str:
-        """Return what was left out, as a part of a sentence."""
-        return "; ".join(part for _, part in self.dropped.parts())
+    def left_out(self) -> list[str]:
+        """Return what was left out, as parts of sentences."""
+        return [part for _, part in self.dropped.parts()]
 
     def total(self) -> str:
         """Return how much there is, for a sentence."""

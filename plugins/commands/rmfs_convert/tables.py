@@ -1,4 +1,4 @@
-"""Tables of a warehouse, CSV or Parquet, read in batches: memory does not grow with the table."""
+"""Tables of a warehouse, CSV or Parquet, read row by row: memory does not grow with the table."""
 
 from __future__ import annotations
 
@@ -7,27 +7,15 @@ from pathlib import Path
 
 from attrs import frozen
 
-from rmfs_convert.csv_tables import csv_columns
-from rmfs_convert.parquet_tables import parquet_columns
+from rmfs_convert.csv_tables import csv_rows
+from rmfs_convert.parquet_tables import parquet_rows
 from rmfs_core.errors import InputError
 
 _PARQUET, _PARQUET_SUFFIXES = b"PAR1", (".parquet", ".pq")
 
 
-@frozen
-class Batch:
-    """Some rows of a table.
-
-    Parameters
-    ----------
-    first_row
-        Number of the first of them, from 1; the header and empty lines are none.
-    columns
-        The values of each column that was asked for, as texts, None where the table has nothing.
-    """
-
-    first_row: int
-    columns: tuple[Sequence[str | None], ...]
+Row = tuple[int, Sequence[str]]
+"""Number of a row, from 1 (the header and empty lines are none), and its fields."""
 
 
 @frozen
@@ -48,29 +36,25 @@ class Table:
     separator: str = ","
     encoding: str = "utf-8"
 
-    def batches(self, columns: Sequence[str]) -> Iterator[Batch]:
-        """Yield columns, some rows at a time.
+    def rows(self, columns: Sequence[str | None]) -> Iterator[Row]:
+        """Yield the rows, with the fields of some columns.
 
         Parameters
         ----------
         columns
-            Names of the columns; a name may come twice.
+            Names of the columns; a name may come twice. None: the field is empty in every row, as is a field where the
+            table has nothing.
 
         Raises
         ------
         InputError
             When the file cannot be read, is damaged, or lacks a column; with its row where it is one of the rows.
         """
-        row = 1
         try:
-            found: Iterator[tuple[Sequence[str | None], ...]]
             if self._is_parquet():
-                found = parquet_columns(self.file, columns, self.encoding)
+                yield from enumerate(parquet_rows(self.file, columns, self.encoding), 1)
             else:
-                found = csv_columns(self.file, columns, self.separator, self.encoding)
-            for batch in found:
-                yield Batch(row, batch)
-                row += len(batch[0])
+                yield from enumerate(csv_rows(self.file, columns, self.separator, self.encoding), 1)
         except OSError as error:
             raise InputError(str(self.file), f"cannot be read: {error.strerror or 'it is damaged'}") from None
         except UnicodeEncodeError:  # a byte that is no text, in what was typed

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 from attrs import define, field
 
-from rmfs_core.wording import shown_short
+from rmfs_convert.names import short
+from rmfs_core.wording import counted
 
 SHOWN = 3
 """Rows that are named as examples."""
@@ -38,7 +39,7 @@ class Dropped:
 
     def shown(self) -> str:
         """Return the examples for a sentence: ``: row 5 "-1", row 9``, or nothing."""
-        texts = [f"row {row}" + (f' "{shown_short(text)[1:-1]}"' if text else "") for row, text in self.examples]
+        texts = [f"row {row}" + (f' "{short(text)}"' if text else "") for row, text in self.examples]
         return f": {', '.join(texts)}" if texts else ""
 
 
@@ -52,6 +53,10 @@ class Tally:
         """Count a row; ``chosen`` says whether an option asked to leave it out."""
         self.reasons.setdefault(reason, Dropped(chosen=chosen)).note(row, found)
 
+    def add(self, reason: str, rows: int, examples: list[tuple[int, str]]) -> None:
+        """Count several rows, of which some are named."""
+        self.reasons[reason] = Dropped(rows, examples)
+
     @property
     def unasked(self) -> int:
         """Rows that no option asked to leave out."""
@@ -60,4 +65,4 @@ class Tally:
     def parts(self) -> Iterator[tuple[str, str]]:
         """Yield each reason, and a part of a sentence: how many, why, and examples."""
         for reason, dropped in self.reasons.items():
-            yield reason, f"{dropped.rows:,} with {reason}{dropped.shown()}"
+            yield reason, f"{counted(dropped.rows, 'row')} with {reason}{dropped.shown()}"

@@ -13,26 +13,22 @@ from attrs import frozen
 from rmfs_cli.screen import tell
 from rmfs_convert.history import Learned
 from rmfs_convert.lines import OrderLines, Sku
+from rmfs_convert.names import short
 from rmfs_convert.placement import items_on
 from rmfs_convert.scenarios import scenario_of
+from rmfs_convert.shares import warn_of_share
 from rmfs_convert.stock_table import StockTable
 from rmfs_convert.time_formats import Moment
 from rmfs_convert.times import offset
 from rmfs_core.errors import InputError
 from rmfs_core.results.files import AtomicFile, output_folder, staged, write_text
 from rmfs_core.timetable import DAY
-from rmfs_core.wording import counted, listed, shown_short
+from rmfs_core.wording import counted, listed
 
 LARGEST = 5
 """Lines that are named, those with most items."""
 
-MOST_LEFT_OUT = 0.5
-"""Share of the rows that may be left out."""
-
 SCENARIO = "scenario.toml"
-
-MANY_LEFT_OUT = 0.1
-"""Share of the rows left out from which on there is a warning."""
 
 _DIFFERENT = (
     ("times", "times", "the earliest"),
@@ -72,19 +68,6 @@ def target(out: Path, names: Sequence[str], force: bool) -> Path:
     return folder
 
 
-def check_share(file: Path, rows: int, left: int, told: str, force: bool) -> None:
-    """Refuse a table most of whose rows would be left out, though no option asks for that; ``told`` says why."""
-    if left > MOST_LEFT_OUT * rows and not force:
-        found = f"{left:,} of {rows:,} rows would be left out: {told}"
-        raise InputError(str(file), f"{found}; expected at most half, or --force")
-
-
-def _warn_of_share(rows: int, left: int) -> None:
-    if left > MANY_LEFT_OUT * rows:
-        share = f"{left / rows:.0%}".replace("%", " %")
-        tell(f"Warning: {left:,} of {rows:,} rows ({share}) are left out.", err=True)
-
-
 def write_pods(stock: StockTable, folder: Path) -> None:
     """Write pods.csv, and a scenario where there is none and pods stand anywhere; say what is in them."""
     own, scenario = stock.columns.row is not None, folder / SCENARIO
@@ -97,7 +80,7 @@ def write_pods(stock: StockTable, folder: Path) -> None:
             write_text(place / SCENARIO, scenario_of(len(stock.pods)))
     for sentence in stock.sentences():
         tell(sentence)
-    _warn_of_share(stock.rows, stock.dropped.unasked)
+    warn_of_share(stock.file, stock)
     tell(f"Wrote {folder / 'pods.csv'}: {stock.total()}.")
     if made:
         orders = "" if (folder / "orders.csv").exists() else f"; it needs {folder / 'orders.csv'}"
@@ -153,29 +136,25 @@ def _write_stock(stock: Stock, place: Path, folder: Path, start: str | None) -> 
     ]
 
 
-def tell_history(past: OrderLines, table: Path) -> None:
-    """Say what a table of history has that nothing is learned from."""
-    for part in past.cleaner.left_out():
-        tell(f"Left out of {table}: {part}.")
-    _warn_of_share(past.cleaner.rows, past.cleaner.dropped.unasked)
+def tell_history(past: OrderLines) -> None:
+    """Say what was read of a table of history, and what was left out."""
+    for sentence in past.cleaner.sentences(f" of {past.file}"):
+        tell(sentence)
+    warn_of_share(past.file, past.cleaner)
 
 
 def _tell_left_out(lines: OrderLines) -> None:
-    cleaner = lines.cleaner
     if lines.heads is not None:
         for sentence in lines.heads.sentences():
             tell(sentence)
-    blank = f", and {cleaner.blank:,} without any entry" if cleaner.blank else ""
-    tell(f"Read {counted(cleaner.rows, 'row')}{blank}.")
-    for part in cleaner.left_out():
-        tell(f"Left out: {part}.")
-    for _, part in cleaner.emptied.parts():
-        tell(f"Left empty: {part}.")
+        warn_of_share(lines.heads.file, lines.heads.cleaner)
+    for sentence in lines.cleaner.sentences():
+        tell(sentence)
     for reason, number in lines.left_out.items():
         tell(f"Left out: {counted(number, 'order')} with {reason}.")
     if lines.shortened:
         tell(f"Shortened: {counted(lines.shortened, 'order')} without a line that is left out (--whole-orders).")
-    _warn_of_share(cleaner.rows, cleaner.dropped.unasked)
+    warn_of_share(lines.file, lines.cleaner)
 
 
 def _tell_kept(lines: OrderLines, totals: Counter[str]) -> None:
@@ -183,17 +162,14 @@ def _tell_kept(lines: OrderLines, totals: Counter[str]) -> None:
         tell(f"Names with accents apart from their letters (NFD): {number:,}; they are spelled as one sign (NFC).")
     if lines.joined:
         tell(f"SKUs that an order repeats: {counted(lines.joined, 'row')}; quantities are added up.")
+    of = "Lines" if lines.heads is None else "Headers"
     for what, kind, chosen in _DIFFERENT:
         if number := lines.several[what]:
-            tell(f"Lines with different {kind}: {counted(number, 'order')}; {chosen} is the order's.")
+            tell(f"{of} with different {kind}: {counted(number, 'order')}; {chosen} is the order's.")
     if totals["early"]:
         tell(f"Due before time 0: {counted(totals['early'], 'order')}; 0 is written.")
     if len(lines.offsets) > 1:
         found = listed(map(offset, lines.offsets))
         tell(f"Times with offsets from UTC of {found}: hours of the day are by the clock of time 0 (--start).")
-    largest = (f"{items:,} of {_short(sku)} (order {_short(name)})" for name, sku, items in lines.largest(LARGEST))
+    largest = (f"{items:,} of {short(sku)} (order {short(name)})" for name, sku, items in lines.largest(LARGEST))
     tell(f"Largest lines: {', '.join(largest)}.")
-
-
-def _short(name: str) -> str:
-    return shown_short(name)[1:-1]

@@ -12,41 +12,42 @@ ALL = Columns("order", "sku", "time", "qty", "due", "prio")
 
 
 def cleaned(
-    *rows: tuple[str | None, ...], columns: Columns = ALL, choice: Choice | None = None, reader: Reader | None = None
+    *rows: tuple[str, ...], columns: Columns = ALL, choice: Choice | None = None, reader: Reader | None = None
 ) -> tuple[Cleaner, list[tuple[object, ...]]]:
     """Return a cleaner and what it makes of rows: order, sku, time, quantity, due time, priority."""
     cleaner = Cleaner(columns, reader or Reader(), choice or Choice())
-    filled = [(*row, *[None] * (6 - len(row))) for row in rows]
+    filled = [(*row, *[""] * (7 - len(row))) for row in rows]
     return cleaner, list(cleaner.lines("lines.csv", enumerate(filled, 1)))
 
 
 def test_a_row_is_an_order_line() -> None:
     """Order, SKU, tick, ticks ahead of UTC, items, due tick, priority, row."""
-    _, lines = cleaned((" A ", "tea", "5", "2.0", "60", "3"), ("B", "cafe\u0301", "6", "1", "", None))
+    _, lines = cleaned((" A ", "tea", "5", "2.0", "60", "3"), ("B", "cafe\u0301", "6", "1"))
     assert lines == [("A", "tea", 5000, 0, 2, 60_000, 3, 1), ("B", "caf\u00e9", 6000, 0, 1, None, None, 2)]
 
 
 def test_each_row_left_out_has_its_reason() -> None:
     """The first thing that is wrong with it; some are named, all are counted, and their orders are lost lines of."""
-    wrong: list[tuple[str | None, ...]] = [
+    wrong: list[tuple[str, ...]] = [
         ("", "tea", "1", "1"),
         ("A", "", "1", "1"),
         *(("B", "tea", "1", text) for text in ("0", "-1", "1.5", "")),
     ]
-    wrong += [("C", "tea", "noon", "1"), ("order", "sku", "time", "qty"), ("", " ", None, "")]
+    wrong += [("C", "tea", "noon", "1"), ("order", "sku", "time", "qty"), ("", " ", "")]
     wrong += [("D", "tea", "1", "1000001")]
     cleaner, lines = cleaned(*wrong)
     assert lines == []
     assert cleaner.left_out() == [
-        "1 with no order: row 1",
-        '1 with no SKU: row 2 "A"',
-        '4 with a quantity that is no whole number from 1 on (returns, weights): row 3 "0", row 4 "-1", row 5 "1.5"',
-        '1 with no time that can be read: row 7 "noon"',
-        "1 with the header again: row 8",
-        '1 with more than 1,000,000 items in a line: row 10 "1000001"',
+        "1 row with no order: row 1",
+        '1 row with no SKU: row 2 "A"',
+        "4 rows with a quantity that is no whole number from 1 on (returns, weights): "
+        'row 3 "0", row 4 "-1", row 5 "1.5"',
+        '1 row with no time that can be read: row 7 "noon"',
+        "1 row with the header again: row 8",
+        '1 row with more than 1,000,000 items in a line: row 10 "1000001"',
     ]
     assert (cleaner.rows, cleaner.blank) == (9, 1)
-    assert cleaner.lost == ["A", *"BBBB", "C", "D"]
+    assert cleaner.lost == [(name, True) for name in "ABBBBCD"]
     assert cleaner.dropped.unasked == 9
 
 
@@ -58,8 +59,8 @@ def test_what_options_leave_out() -> None:
     )
     assert len(lines) == 1
     assert cleaner.left_out() == [
-        '1 with a SKU to leave out: row 1 "caf\u00e9"',
-        '1 with more than 8 items in a line: row 2 "9"',
+        '1 row with a SKU to leave out: row 1 "caf\u00e9"',
+        '1 row with more than 8 items in a line: row 2 "9"',
     ]
     assert cleaner.dropped.unasked == 0
     cleaner.check_choice()
@@ -77,8 +78,8 @@ def test_fields_that_cannot_be_read_are_left_empty() -> None:
     cleaner, lines = cleaned(("A", "tea", "5", "1", "soon", "-1"), ("A", "tea", "5", "1", "9", str(10**10)))
     assert [line[5:7] for line in lines] == [(None, None), (9000, None)]
     assert [part for _, part in cleaner.emptied.parts()] == [
-        '1 with a due time that cannot be read: row 1 "soon"',
-        '2 with a priority that is no whole number from 0 on: row 1 "-1", row 2 "10000000000"',
+        '1 row with a due time that cannot be read: row 1 "soon"',
+        '2 rows with a priority that is no whole number from 0 on: row 1 "-1", row 2 "10000000000"',
     ]
     assert not cleaner.dropped.reasons
 
@@ -88,8 +89,8 @@ def test_a_due_time_that_stands_for_none_is_left_empty() -> None:
     cleaner, lines = cleaned(("A", "tea", "2024-03-01", "1", "9999-12-31"), ("A", "tea", "1900-01-01", "1", ""))
     assert [line[5] for line in lines] == [None]
     stands = "time that stands for none (before 1971 or after 2099)"
-    assert [part for _, part in cleaner.emptied.parts()] == [f'1 with a due {stands}: row 1 "9999-12-31"']
-    assert cleaner.left_out() == [f'1 with a {stands}: row 2 "1900-01-01"']
+    assert [part for _, part in cleaner.emptied.parts()] == [f'1 row with a due {stands}: row 1 "9999-12-31"']
+    assert cleaner.left_out() == [f'1 row with a {stands}: row 2 "1900-01-01"']
 
 
 @pytest.mark.parametrize(
@@ -137,7 +138,9 @@ def test_numbers_that_may_mean_two_things_are_asked_about(row: tuple[str, ...], 
 def test_a_format_is_guessed_where_no_time_can_be_read() -> None:
     """From the rows that are named."""
     cleaner, _ = cleaned(("A", "tea", "13.03.2024", "1"), reader=Reader(Clock()))
-    assert cleaner.left_out() == ['1 with no time that can be read: row 1 "13.03.2024"; perhaps --time-format %d.%m.%Y']
+    assert cleaner.left_out() == [
+        '1 row with no time that can be read: row 1 "13.03.2024"; perhaps --time-format %d.%m.%Y'
+    ]
 
 
 def test_columns_that_a_table_has_not() -> None:

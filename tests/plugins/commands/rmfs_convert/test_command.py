@@ -47,10 +47,10 @@ def test_lines_are_brought_together_by_order(tmp_path: Path, capsys: pytest.Capt
     assert (tmp_path / "out" / "orders.csv").read_text(encoding="utf-8") == ORDERS
     said = capsys.readouterr().out
     assert "Read 9 rows." in said
-    assert 'Left out: 1 with a quantity that is no whole number from 1 on (returns, weights): row 5 "-1".' in said
-    assert 'Left out: 1 with no SKU: row 6 "A-9".' in said
-    assert "Left out: 1 with no order: row 7." in said
-    assert 'Left out: 1 with no time that can be read: row 8 "yesterday".' in said
+    assert 'Left out: 1 row with a quantity that is no whole number from 1 on (returns, weights): row 5 "-1".' in said
+    assert 'Left out: 1 row with no SKU: row 6 "A-9".' in said
+    assert "Left out: 1 row with no order: row 7." in said
+    assert 'Left out: 1 row with no time that can be read: row 8 "yesterday".' in said
     assert "SKUs that an order repeats: 1 row; quantities are added up." in said
     assert "Lines with different times: 1 order; the earliest is the order's." in said
     assert "3 orders, 4 lines, 7 items of 4 SKUs; time 0 is 2024-03-01T00:00:00 (`instance.start`)" in said
@@ -100,7 +100,7 @@ def test_orders_that_are_due(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     options += ["--pods", "12", "--skus-per-pod", "1", "--start", "06:00", "--out", str(tmp_path)]
     main(["convert", "orders", str(file), *options])
     told = capsys.readouterr().out
-    assert 'Left empty: 1 with a due time that cannot be read: row 3 "noon".' in told
+    assert 'Left empty: 1 row with a due time that cannot be read: row 3 "noon".' in told
     assert "Lines with different due times: 1 order; the earliest is the order's." in told
     assert "Due before time 0: 1 order; 0 is written." in told
     orders = rmfs_core.run(tmp_path / "scenario.toml").orders
@@ -132,14 +132,14 @@ def test_the_least_that_is_needed(tmp_path: Path) -> None:
     [
         ("o,s\n1,a\n", ["--sku", "ss"], 'line 1: there is no column "ss" (did you mean `s`?); found o and s'),
         ("o,s\n", [], "has no order line that could be kept: it has no rows"),
-        ("o,s\n1,\n", [], "has no order line that could be kept: 1 with no SKU"),
+        ("o,s\n1,\n", [], "has no order line that could be kept: 1 row with no SKU"),
         ("o,s\n1,a,b\n", [], "row 1: expected 2 fields as in the header, found 3: '1,a,b'"),
         ("", [], 'line 1: there is no column "o"; found nothing'),
         ("o,s,s\n1,a,b\n", [], 'line 1: found the column "s" 2 times; expected each once'),
         ("o\ts\n1\ta\n", [], "found tabs: say --separator tab"),
         ("o,s,t\n1,a,5\n2,a,2024-01-01\n", ["--time", "t"], "row 2, t: found dates without an offset where"),
         ("o,s,t\n1,a,5\n", ["--time", "t", "--start", "9"], "--start: found 9 s, but the first order arrives at 5 s"),
-        ("o,s,d\n1,a,5\n", ["--due", "d"], "--due: found no --time; expected both"),
+        ("o,s,d\n1,a,5\n", ["--due", "d"], "--due: found no --time; expected the column that the times are in"),
         ("o,s\n1,a\n", ["--priority", "urgency"], 'there is no column "urgency"; found o and s'),
         (
             "o,s,t\n1,a,5\n",
@@ -166,14 +166,15 @@ def test_the_least_that_is_needed(tmp_path: Path) -> None:
         (
             "o,s,t\n1,a,1709251200000000\n",
             ["--time", "t"],
-            "has no order in time: 1 with a time more than ten years after time 0 (0 s; --from leaves out what is "
+            "has no order in time: 1 row with a time more than ten years after time 0 (0 s; --from leaves out what is "
             'earlier): row 1 "1709251200000000 s"; expected another --start or --time-format',
         ),
         ("o,s\n1,a\n", ["--leave-out-sku", "b"], '--leave-out-sku: no row has the SKU "b"'),
         (
             "o,s,t\n1,a,13.03.2024\n2,a,14.03.2024\n3,a,2024-03-15\n",
             ["--time", "t"],
-            '2 of 3 rows would be left out: 2 with no time that can be read: row 1 "13.03.2024", row 2 "14.03.2024"; '
+            "2 of 3 rows would be left out: 2 rows with no time that can be read: "
+            'row 1 "13.03.2024", row 2 "14.03.2024"; '
             "perhaps --time-format %d.%m.%Y; expected at most half, or --force",
         ),
         ("o,s\n1,a\n", ["--separator", "é"], "--separator: found 'é'; expected one sign of ASCII"),
@@ -210,11 +211,11 @@ def test_most_rows_are_left_out_only_by_force(tmp_path: Path, capsys: pytest.Cap
     assert stopped.value.code == 2
     assert not (tmp_path / "orders.csv").exists()
     main([*command, "--force"])
-    assert "Warning: 2 of 3 rows (67 %) are left out.\n" in capsys.readouterr().err
+    assert "lines.csv are left out (2 of 3).\n" in capsys.readouterr().err
     table(tmp_path, "o,s,q\n" + "1,a,1\n" + "2,b,1\n" * 2)
     main([*command, "--force", "--leave-out-sku", "b"])
     told = capsys.readouterr()
-    assert 'Left out: 2 with a SKU to leave out: row 2 "b", row 3 "b".' in told.out
+    assert 'Left out: 2 rows with a SKU to leave out: row 2 "b", row 3 "b".' in told.out
     assert told.err == ""
 
 
@@ -269,3 +270,11 @@ def test_a_history_of_another_layout_is_refused(tmp_path: Path, capsys: pytest.C
         main(["convert", "orders", str(table(tmp_path)), *options, str(tmp_path / "none.csv")])
     assert "none.csv: cannot be read: No such file or directory\n" in capsys.readouterr().err
     assert list(out.iterdir()) == []
+
+
+def test_priorities_have_the_signs_of_quantities(tmp_path: Path) -> None:
+    """What they mean is asked about, so an option has to answer."""
+    (tmp_path / "lines.csv").write_text("o,s,p\n1,a,1.000\n", encoding="utf-8")
+    columns = ["--order", "o", "--sku", "s", "--priority", "p", "--thousands", "."]
+    main(["convert", "orders", str(tmp_path / "lines.csv"), *columns, "--out", str(tmp_path / "out")])
+    assert (tmp_path / "out" / "orders.csv").read_text(encoding="utf-8").splitlines()[1] == "1,0,a,1,1000"

@@ -50,7 +50,7 @@ def test_pods_hold_what_was_bought_together_before(
     assert {"ale", "nut"} not in pods
     assert any("new" in pod for pod in pods)
     told = capsys.readouterr().out
-    learned = f"Placement co-purchase learned from 8 orders of {source}. 1 of 5 SKUs is not in it and stands anywhere."
+    learned = f"Placement co-purchase learned from 8 orders of {source}. SKUs without history: 1 of 5, placed anywhere."
     assert learned in told
     scenario = tmp_path / "out" / "scenario.toml"
     comment = "\n".join(row for row in scenario.read_text(encoding="utf-8").splitlines() if row.startswith("#"))
@@ -64,7 +64,7 @@ def test_orders_that_are_run_are_not_learned_from(tmp_path: Path, capsys: pytest
     (tmp_path / "past.csv").write_text("o,s,q,t\n" + PAST + TODAY, encoding="utf-8")
     with_them = convert(tmp_path, TODAY, "--history", str(tmp_path / "past.csv"), "--placement", "popularity")
     assert "learned from 8 orders of" in (told := capsys.readouterr().out)
-    assert "past.csv, without 2 orders that are run. 1 of 5 SKUs is not" in told
+    assert "past.csv (and not from 2 that are also run). SKUs without history: 1 of 5, placed anywhere." in told
     (tmp_path / "past.csv").write_text("o,s,q,t\n" + PAST, encoding="utf-8")
     options = ("--history", str(tmp_path / "past.csv"), "--placement", "popularity", "--force")
     assert convert(tmp_path, TODAY, *options) == with_them
@@ -75,7 +75,7 @@ def test_rows_of_a_history_that_are_left_out_are_said(tmp_path: Path, capsys: py
     (tmp_path / "past.csv").write_text("o,s,q,t\n" + PAST + "h9,tea,-1,\n", encoding="utf-8")
     pods = convert(tmp_path, TODAY, "--history", str(tmp_path / "past.csv"), "--leave-out-sku", "new")
     assert all("new" not in pod for pod in pods)
-    assert f"Left out of {tmp_path / 'past.csv'}: 1 with a quantity that is no whole" in capsys.readouterr().out
+    assert f"Left out of {tmp_path / 'past.csv'}: 1 row with a quantity that is no whole" in capsys.readouterr().out
 
 
 def test_orders_before_the_time_are_history_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -93,7 +93,7 @@ def test_a_placement_that_knows_its_orders_says_so(
 ) -> None:
     """In the output and in the scenario; the default does not know them."""
     convert(tmp_path, PAST, "--placement", placement)
-    sentence = f"The placement knows the orders that it is judged by ({placement}); --history TABLE or"
+    sentence = f"The placement ({placement}) knows the orders that it is judged by; --history TABLE or"
     assert sentence in capsys.readouterr().out
     text = (tmp_path / "out" / "scenario.toml").read_text(encoding="utf-8")
     assert sentence in text.partition("\n\n")[0].replace("\n# ", " ")

@@ -114,7 +114,7 @@ def test_a_span_without_orders_is_refused(read: Read) -> None:
 def test_nothing_to_keep_is_refused(read: Read) -> None:
     """With what was wrong with the rows, by number."""
     with pytest.raises(
-        InputError, match=r'could be kept: 2 with no SKU: row 1 "A", row 2 "B"; 1 with no order: row 3$'
+        InputError, match=r'could be kept: 2 rows with no SKU: row 1 "A", row 2 "B"; 1 row with no order: row 3$'
     ):
         read("A,,1,1,,", "B,,1,1,,", ",tea,1,1,,")
 
@@ -136,7 +136,7 @@ def test_an_order_that_loses_a_line_is_shortened(read: Read) -> None:
     assert lines.shortened == 2
     assert lines.left_out == {"no row that is kept": 1}
     assert written(lines) == ["A,1,tea,1", "B,1,tea,1", "D,1,jam,1"]
-    assert '1 with more than 9 items in a line: row 6 "10"' in lines.cleaner.left_out()
+    assert '1 row with more than 9 items in a line: row 6 "10"' in lines.cleaner.left_out()
     lines = read(*rows, choice=Choice(most=9))
     lines.gather(whole=True)
     assert (lines.shortened, written(lines)) == (0, ["B,1,tea,1"])
@@ -163,8 +163,8 @@ def test_what_a_run_would_refuse_is_left_out(read: Read) -> None:
     assert [row[0] for row in written(lines)] == ["B"]
     late = "more than ten years after time 0 (2024-03-02T00:00:00; --from leaves out what is earlier)"
     assert lines.cleaner.left_out() == [
-        '1 with more than 1,000,000 items in a line: row 1 "1,200,000"',
-        f'1 with a time {late}: row 4 "2034-04-01T00:00:00"',
+        '1 row with more than 1,000,000 items in a line: row 1 "1,200,000"',
+        f'1 row with a time {late}: row 4 "2034-04-01T00:00:00"',
     ]
 
 

@@ -8,7 +8,7 @@ from zoneinfo import ZoneInfo
 import click
 import pytest
 
-from rmfs_convert.options import clock_of, number_options, quantities_of, table_options, time_options
+from rmfs_convert.options import needs, number_options, quantities_of, table_options, time_options
 from rmfs_core.errors import InputError
 
 
@@ -82,9 +82,20 @@ def test_what_is_wrong_is_refused(arguments: tuple[str, str], problem: str) -> N
     assert str(caught.value).startswith(f"{arguments[0]}: {problem}")
 
 
-def test_readers() -> None:
-    """Of quantities with two signs, and of times in a zone."""
-    assert quantities_of(",", ".").whole("1.000", 1) == 1000
-    assert clock_of("unix", ZoneInfo("Asia/Tokyo")).read("1709251200").ahead == 32_400_000
+def test_quantities_have_two_signs() -> None:
+    """One before fractions, another between thousands."""
+    assert quantities_of({"decimal": ",", "thousands": "."}).whole("1.000", 1) == 1000
     with pytest.raises(InputError, match=r'^--decimal, --thousands: found "," for both; expected two signs$'):
-        quantities_of(",", ",")
+        quantities_of({"decimal": ",", "thousands": ","})
+
+
+def test_an_option_that_needs_another() -> None:
+    """Both, or the second alone, or neither."""
+    for both in (
+        {"order_key": "a", "orders": "b"},
+        {"order_key": None, "orders": "b"},
+        dict.fromkeys(("order_key", "orders")),
+    ):
+        needs(both, "order_key", "orders", "the table")
+    with pytest.raises(InputError, match=r"^--order-key: found no --orders; expected the table$"):
+        needs({"order_key": "a", "orders": None}, "order_key", "orders", "the table")

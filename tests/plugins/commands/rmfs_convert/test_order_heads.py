@@ -51,19 +51,20 @@ def test_lines_have_what_their_headers_say(tmp_path: Path, capsys: pytest.Captur
     told = capsys.readouterr().out
     file = tmp_path / "heads.csv"
     assert f"Read 6 headers of {file}.\n" in told
-    assert f'Left out of {file}: 1 with no time that can be read: row 5 "yesterday".\n' in told
-    assert f"Left out of {file}: 1 with no order: row 6.\n" in told
-    assert f"Left out of {file}: 1 order without lines (9).\n" in told
-    assert f"Left out: 2 orders with no header in {file} (10 and 11).\n" in told
-    assert "Lines with different times: 1 order; the earliest is the order's.\n" in told
+    assert f'Left out of {file}: 1 row with no time that can be read: row 5 "yesterday".\n' in told
+    assert f"Left out of {file}: 1 row with no order: row 6.\n" in told
+    assert f'Left out of {file}: 1 order without lines: "9".\n' in told
+    assert f'Left out: 2 rows with no header in {file} that is kept: row 4 "10", row 5 "11".\n' in told
+    assert "Left out: 2 orders with no row that is kept.\n" in told
+    assert "Headers with different times: 1 order; the earliest is the order's.\n" in told
 
 
 def test_an_order_is_left_out_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """One without a header that loses a line as well is counted with those without headers alone."""
-    convert(tmp_path, *OF_HEADS, lines=LINES + "11;mug;-1,000\n12;mug;-1,000\n")
+    """One without a header that loses a line as well."""
+    convert(tmp_path, *OF_HEADS, lines=LINES + "11;mug;-1,000\n12;mug;-1,000\n7;mug;1,000\n")
     told = capsys.readouterr().out
-    assert f"Left out: 2 orders with no header in {tmp_path / 'heads.csv'} (10 and 11).\n" in told
-    assert "Left out: 1 order with no row that is kept.\n" in told
+    assert f"Left out: 2 rows with no header in {tmp_path / 'heads.csv'} that is kept: row 4" in told
+    assert "Left out: 3 orders with no row that is kept.\n" in told
 
 
 def test_orders_of_two_tables_run(tmp_path: Path) -> None:
@@ -80,7 +81,7 @@ def test_orders_of_two_tables_run(tmp_path: Path) -> None:
         (
             {"lines": LINES.replace("\n", "\n0")[:-1]},
             OF_HEADS,
-            "no order of {lines} has a header: found orders 010, ",
+            'no order of {lines} has a header: found orders "07" and "08" there, and "7", "8" and "9" here',
         ),
         (
             {"heads": "Document;Created\n"},
@@ -89,6 +90,16 @@ def test_orders_of_two_tables_run(tmp_path: Path) -> None:
         ),
         ({}, OF_HEADS[2:], 'heads.csv, line 1: there is no column "Order"'),
         ({}, (*OF_HEADS[:2], "--time", "Made"), 'heads.csv, line 1: there is no column "Made"'),
+        (
+            {"lines": LINES + "12;tea;1,000\n13;tea;1,000\n"},
+            OF_HEADS,
+            "lines.csv: 4 of 7 rows would be left out: 4 rows with no header in ",
+        ),
+        (
+            {"heads": HEADS + "11;today;;\n12;today;;\n13;today;;\n"},
+            OF_HEADS,
+            "heads.csv: 5 of 9 rows would be left out: 4 rows with no time that can be read: ",
+        ),
         (
             {"heads": "Document;Created\n7;20240301\n8;20240302\n"},
             (*OF_HEADS[:4], "--time-format", "seconds", "--due", "x"),

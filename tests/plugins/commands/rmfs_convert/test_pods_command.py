@@ -65,7 +65,7 @@ def test_parquet_tables_give_the_same(tmp_path: Path) -> None:
     [
         (STOCK, ["--row", "y"], "--row: found no --column; expected both, or neither"),
         (STOCK, ["--column", "x"], "--column: found no --row; expected both, or neither"),
-        ("Bin,Article,Qty\nA,tea,1\nB,tea,-1\nC,tea,x\n", [], "2 of 3 rows would be left out: 2 with a quantity"),
+        ("Bin,Article,Qty\nA,tea,1\nB,tea,-1\nC,tea,x\n", [], "2 of 3 rows would be left out: 2 rows with a quantity"),
         (STOCK, ["--decimal", ".", "--thousands", "."], "--decimal, --thousands: found"),
     ],
 )

@@ -41,11 +41,11 @@ def test_each_row_left_out_has_its_reason(tmp_path: Path) -> None:
     stock = read(tmp_path, rows, decimal=",")
     assert stock.rows == 8
     assert [part for _, part in stock.dropped.parts()] == [
-        '3 with a quantity that is no whole number from 0 on: row 2 "-2", row 3 "1,5", row 4',
-        "1 with no pod: row 5",
-        '1 with no SKU: row 6 "A"',
-        "1 with the header again: row 7",
-        '1 with more than 1,000,000,000 items: row 8 "9000000000"',
+        '3 rows with a quantity that is no whole number from 0 on: row 2 "-2", row 3 "1,5", row 4',
+        "1 row with no pod: row 5",
+        '1 row with no SKU: row 6 "A"',
+        "1 row with the header again: row 7",
+        '1 row with more than 1,000,000,000 items: row 8 "9000000000"',
     ]
     assert list(stock.lines())[1:] == [("A", "tea", 4)]
 
@@ -83,7 +83,11 @@ def test_without_quantities_nothing_runs_out(tmp_path: Path) -> None:
         ),
         (["A;tea;1;0;2"], PLACED, "row 1: found '0' and '2' as row and column; expected whole numbers from 1 on"),
         (["A;tea;1;;2"], PLACED, "row 1: found nothing and '2' as row and column"),
-        (["A;tea;-1"], COLUMNS, "has no pod that could be kept: 1 with a quantity that is no whole number from 0 on"),
+        (
+            ["A;tea;-1"],
+            COLUMNS,
+            "has no pod that could be kept: 1 row with a quantity that is no whole number from 0 on",
+        ),
         ([], COLUMNS, "has no pod that could be kept: it has no rows"),
         (["A;tea;1.000"], COLUMNS, 'row 1, qty: found "1.000", which may be 1 or 1000'),
         (["A;tea;1"], StockColumns("bin", "article"), 'line 1: there is no column "article"'),

@@ -1,4 +1,4 @@
-"""Tables in batches, whatever they are in."""
+"""Rows of tables, whatever they are in."""
 
 from __future__ import annotations
 
@@ -15,13 +15,12 @@ from rmfs_core.errors import InputError
 
 
 def test_rows_are_counted_over_batches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The number of a batch's first row is that of the table, from 1."""
+    """From 1; a column that is not asked for is empty."""
     monkeypatch.setattr(parquet_tables, "ROWS_PER_BATCH", 4)
     file = tmp_path / "lines.parquet"
     pyarrow.parquet.write_table(pa.table({"order": [str(i) for i in range(10)]}), file)
-    found = list(Table(file).batches(["order"]))
-    assert [batch.first_row for batch in found] == [1, 5, 9]
-    assert [value for batch in found for value in batch.columns[0]] == [str(i) for i in range(10)]
+    found = list(Table(file).rows(["order", None]))
+    assert found == [(i, (str(i - 1), "")) for i in range(1, 11)]
 
 
 def test_the_kind_of_a_file_is_known_by_what_is_in_it(tmp_path: Path) -> None:
@@ -29,7 +28,7 @@ def test_the_kind_of_a_file_is_known_by_what_is_in_it(tmp_path: Path) -> None:
     pyarrow.parquet.write_table(pa.table({"o": [b"A1"]}), tmp_path / "one.dat")
     (tmp_path / "two.dat").write_bytes(gzip.compress(b"x;o\n1;A1\n"))
     for name in ("one.dat", "two.dat"):
-        assert [batch.columns for batch in Table(tmp_path / name, ";").batches(["o"])] == [(["A1"],)]
+        assert [(row, *fields) for row, fields in Table(tmp_path / name, ";").rows(["o"])] == [(1, "A1")]
 
 
 @pytest.mark.parametrize(
@@ -45,7 +44,7 @@ def test_the_kind_of_a_file_is_known_by_what_is_in_it(tmp_path: Path) -> None:
 def test_a_file_that_is_not_there_is_refused(tmp_path: Path, name: str, problem: str) -> None:
     """One sentence with its name."""
     with pytest.raises(InputError) as caught:
-        list(Table(tmp_path / name).batches(["o"]))
+        list(Table(tmp_path / name).rows(["o"]))
     assert str(caught.value) == f"{tmp_path / name}: {problem}"
 
 
@@ -54,4 +53,4 @@ def test_names_that_are_no_text_are_refused(tmp_path: Path) -> None:
     file = tmp_path / "lines.csv"
     file.write_text("order,sku\n1,a\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"there is no column .*; found order and sku$"):
-        list(Table(file).batches(["sk\udcff"]))
+        list(Table(file).rows(["sk\udcff"]))

@@ -68,8 +68,8 @@ def test_what_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     told = capsys.readouterr()
     assert told.out.splitlines() == [
         "Read 4 rows, and 1 without any entry.",
-        'Left out: 1 with no time that can be read: row 4 "noon".',
-        'Left out: 1 with no SKU: row 5 "1".',
+        'Left out: 1 row with no time that can be read: row 4 "noon".',
+        'Left out: 1 row with no SKU: row 5 "1".',
         "Left out: 1 order with no row that is kept.",
         "Shortened: 1 order without a line that is left out (--whole-orders).",
         "Names with accents apart from their letters (NFD): 1; they are spelled as one sign (NFC).",
@@ -82,7 +82,7 @@ def test_what_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
         f"Wrote {tmp_path}/out/pods.csv: 1 pod with 1 place.",
         f"Wrote {tmp_path}/out/scenario.toml; run it with: rmfs run {tmp_path}/out/scenario.toml",
     ]
-    assert told.err == "Warning: 2 of 4 rows (50 %) are left out.\n"
+    assert told.err == f"Warning: 50 % of the rows of {tmp_path}/lines.csv are left out (2 of 4).\n"
 
 
 def test_names_with_commas_and_quotes_are_quoted(tmp_path: Path) -> None:
