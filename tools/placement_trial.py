@@ -128,9 +128,7 @@ def run(shape: Shape, placement: str, rules: str, seed: int, hours: float) -> tu
         (Path(folder) / "scenario.toml").write_text(scenario)
         result = rmfs_core.run(Path(folder) / "scenario.toml")
     assert result.status == "complete"
-    return float(result.metrics["turnover_s"] or 0), float(result.metrics["picks"] or 0) / float(
-        result.metrics["pile_on"] or 1
-    )
+    return float(result.metrics["turnover_s"] or 0), float(result.metrics["pod_station_visits"] or 0)
 
 
 def compared(shape: Shape, rules: str, seeds: list[int], hours: float) -> Iterator[str]:
