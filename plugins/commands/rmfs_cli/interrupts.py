@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
 
-
 AGAIN_S = 0.02
+"""Seconds after which an interrupt that was dropped is raised again."""
 
 
-def hear_every_interrupt() -> None:
-    """Raise an interrupt again that came where Python drops what is raised: in a finalizer, or another's callback."""
+def repeat_lost_interrupts() -> None:
+    """Raise an interrupt again that Python drops, since it came in a finalizer or in a callback of a library."""
     sys.unraisablehook = _again
 
 
@@ -29,8 +29,8 @@ def _again(lost: UnraisableHookArgs) -> None:
         sys.__unraisablehook__(lost)
 
 
-def hear_no_more_interrupts() -> None:
-    """Let nothing interrupt the last words of a process, nor its end."""
+def ignore_interrupts() -> None:
+    """Ignore Ctrl-C from now on: the process prints its last sentence and ends."""
     if current_thread() is main_thread():
         signal.signal(signal.SIGINT, lambda _signal, _frame: None)  # for one that is there already
         signal.signal(signal.SIGINT, signal.SIG_IGN)

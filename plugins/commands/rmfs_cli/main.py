@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import click
 
 from rmfs_cli import streams
-from rmfs_cli.interrupts import hear_every_interrupt, hear_no_more_interrupts
+from rmfs_cli.interrupts import ignore_interrupts, repeat_lost_interrupts
 from rmfs_cli.screen import failure, visible_json
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError, RmfsError, is_interrupt
@@ -150,15 +150,15 @@ def main(arguments: list[str] | None = None) -> None:
         sys.stdout.reconfigure(errors="backslashreplace")
     alone = arguments is None  # else Python goes on after the call
     if alone:
-        hear_every_interrupt()
+        repeat_lost_interrupts()
     try:
         ending = _called(arguments)
         if alone:
-            hear_no_more_interrupts()
+            ignore_interrupts()
     except KeyboardInterrupt:  # pressed again, or when all was done
         ending = INTERRUPTED
         if alone:
-            hear_no_more_interrupts()
+            ignore_interrupts()
     with suppress(OSError):  # who has closed the streams as well learns it by the exit code
         if ending.text:
             click.echo(ending.text, err=True)

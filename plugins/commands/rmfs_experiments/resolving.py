@@ -32,8 +32,8 @@ def resolve(base: Scenario, changes: Changes, folder: str, place: str) -> Scenar
     changes
         Dotted keys and values.
     folder
-        Where files that the changes name are looked up. (Those that the base names are where the base is; of data and
-        code all have to be in one folder.)
+        Where files that the changes name are looked up; those that the base names are beside the base. Files of data
+        and code all have to be in one folder.
     place
         What a message calls it.
 

@@ -6,7 +6,6 @@ from collections.abc import Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from contextlib import closing, nullcontext
 from pathlib import Path
-from typing import Any
 
 from attrs import field, frozen
 
@@ -71,8 +70,15 @@ class ExperimentResult:
         if len(self.failed) < len(self.rows):
             one.check_metrics({*CATALOGUE, *self.measures, *_metrics(self.rows)})
         by = one.by or ("instance",)
-        about: dict[str, Any] = {"measures": self.measures, "fronts": one.fronts, "fixed": self.fixed}
-        return summary(self.rows, one.baseline, one.metrics, by=by, **about)
+        return summary(
+            self.rows,
+            one.baseline,
+            one.metrics,
+            by=by,
+            measures=self.measures,
+            fronts=one.fronts,
+            fixed=self.fixed,
+        )
 
 
 def run_experiment(

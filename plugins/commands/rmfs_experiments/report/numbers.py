@@ -22,8 +22,8 @@ NO_TEST = (
     "p: they would tell nothing."
 )
 _FIXED = (
-    "rders come from a file and are the same for every seed: seeds change only where pods and robots start, and what "
-    "rules draw. Intervals and p hold for these orders, not for those of other days."
+    "come from a file and are the same for every seed: seeds change only where pods and robots start, and what rules "
+    "draw. Intervals and p hold for these orders, not for those of other days."
 )
 _COMPLETE = "Runs that are not complete do not count."
 
@@ -43,7 +43,7 @@ def fixed(comparison: Comparison) -> str | None:
     if not comparison.fixed or not comparison.tested:
         return None
     everywhere = len(comparison.fixed) == len(comparison.instance_sets)
-    return f"O{_FIXED}" if everywhere else f"In {first_few(comparison.fixed)} o{_FIXED}"
+    return f"Orders{'' if everywhere else f' of {first_few(comparison.fixed)}'} {_FIXED}"
 
 
 def title(metric: Metric) -> str:

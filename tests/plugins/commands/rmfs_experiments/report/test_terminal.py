@@ -56,12 +56,12 @@ def test_two_seeds_have_no_intervals(result: ExperimentResult) -> None:
 
 def test_orders_of_one_day_are_told(result: ExperimentResult) -> None:
     """Where seeds do not repeat the demand; there is nothing to tell without p."""
-    told = "rders come from a file and are the same for every seed"
+    told = "come from a file and are the same for every seed"
     assert told not in " ".join(printed(result, 120).split())
     some = evolve(result, fixed=frozenset({"orders=50"}))
-    assert f"In orders=50 and overall o{told}" in " ".join(printed(some, 120).split())
+    assert f" Orders of orders=50 and overall {told}" in " ".join(printed(some, 120).split())
     day = evolve(result, fixed=frozenset({"orders=50", "orders=100"}))
-    assert f" O{told}" in " ".join(printed(day, 120).split())
+    assert f" Orders {told}" in " ".join(printed(day, 120).split())
     day.rows[:] = [row for row in day.rows if row["seed"] < 3]
     assert told not in " ".join(printed(day, 120).split())
 
