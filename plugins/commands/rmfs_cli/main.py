@@ -76,8 +76,9 @@ class Commands(click.Group):
         except Exception as error:
             if is_interrupt(error):
                 raise KeyboardInterrupt from error
-            name = str(ctx.invoked_subcommand)
-            described = entrypoints.describe("command", name, *entrypoints.origin(self._offers(ctx)[name][0]))
+            described, name = "rmfs", ctx.invoked_subcommand
+            if name is not None:  # else it came before there was a command
+                described = entrypoints.describe("command", name, *entrypoints.origin(self._offers(ctx)[name][0]))
             shown = "RMFS_TRACEBACK=1 in the environment shows where"
             raise RmfsError(f"{described} raised {one_line(error)}; {shown}") from error
 

@@ -7,7 +7,10 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout, suppress
-from typing import IO, BinaryIO, cast
+from typing import IO, TYPE_CHECKING, BinaryIO, cast
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer as Buffer
 
 _answers: list[BinaryIO] = []
 _inputs: list[BinaryIO] = []
@@ -56,7 +59,7 @@ def kept_output() -> Iterator[BinaryIO]:
     own = os.dup(1)
     os.dup2(2, 1)
     # A caller within this process may have put something else in place of the output.
-    stream: BinaryIO = os.fdopen(os.dup(own), "wb") if _is_file(printed, 1) else cast(BinaryIO, printed.buffer)
+    stream: BinaryIO = os.fdopen(os.dup(own), "wb") if _is_file(printed, 1) else _bytes_to(printed)
     _answers.append(stream)
     try:
         with _errors() as errors, redirect_stdout(errors):
@@ -114,7 +117,7 @@ def no_input() -> Iterator[None]:
     elif own is not None and _is_file(given, 0):
         _inputs.append(os.fdopen(own, "rb", closefd=False))
     else:
-        _inputs.append(cast(BinaryIO, given.buffer))
+        _inputs.append(_bytes_from(given))
     try:
         with open(os.devnull, encoding="utf-8") as sys.stdin:  # noqa: PTH123 (a name of the system, no path)
             yield
@@ -132,7 +135,7 @@ def own_input() -> BinaryIO:
     """Return the standard input for the command itself: empty where it is closed."""
     if _inputs:
         return _inputs[-1]
-    return io.BytesIO() if sys.stdin is None else cast(BinaryIO, sys.stdin.buffer)
+    return io.BytesIO() if sys.stdin is None else _bytes_from(sys.stdin)
 
 
 @contextmanager
@@ -147,6 +150,32 @@ def _errors() -> Iterator[IO[str] | None]:
     finally:
         with suppress(OSError, ValueError):
             stream.close()
+
+
+class _TextAlone(io.RawIOBase):
+    """Takes bytes for a text stream that has none below it, such as the output of a notebook."""
+
+    def __init__(self, text: IO[str]) -> None:
+        self._text = text
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, data: Buffer) -> int:
+        self._text.write(str(data, "utf-8", "replace"))
+        return memoryview(data).nbytes
+
+    def flush(self) -> None:
+        if not self.closed:
+            self._text.flush()
+
+
+def _bytes_to(stream: IO[str]) -> BinaryIO:
+    return cast(BinaryIO, getattr(stream, "buffer", None) or _TextAlone(stream))
+
+
+def _bytes_from(stream: IO[str]) -> BinaryIO:
+    return cast(BinaryIO, getattr(stream, "buffer", None) or io.BytesIO(stream.read().encode()))
 
 
 def _copied(descriptor: int) -> int | None:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import pytest
 
+from rmfs_cli.main import main
 from rmfs_cli.streams import answer, kept_output, no_input, own_input
 from rmfs_serve.service import SMALL
 
@@ -59,6 +62,23 @@ def test_answers_reach_what_stands_for_the_output(capsys: pytest.CaptureFixture[
         print("from a rule")
         answer("answer")
     assert capsys.readouterr() == ("answer\n", "from a rule\n")
+
+
+def test_streams_of_text_alone_serve_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of a notebook, which have no bytes below them."""
+    out, err = io.StringIO(), io.StringIO()
+    monkeypatch.setattr("sys.stdin", io.StringIO("caf\u00e9\n"))
+    with redirect_stdout(out), redirect_stderr(err):
+        with kept_output() as answers, no_input():
+            print("from a rule")
+            answers.write(b"raw ")
+            answer("caf\u00e9")
+            assert own_input().readline() == "caf\u00e9\n".encode()
+        main(["scenario", "check", "examples/small", "--json"])
+    assert err.getvalue() == "from a rule\n"
+    first, rest = out.getvalue().split("\n", 1)
+    assert first == "raw caf\u00e9"
+    assert json.loads(rest)["valid"]
 
 
 def test_plugins_have_no_input(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
