@@ -10,7 +10,7 @@ from rmfs_core.errors import InputError
 from rmfs_core.results.files import to_csv
 from rmfs_core.scenario.tomltext import toml_text, toml_value
 from rmfs_import.notes import Imported, Notes
-from rmfs_import.replenishing import Deliveries, Supply, chosen_rules, levels
+from rmfs_import.replenishing import Deliveries, Supply, chosen_rules, levels, storable
 from rmfs_import.settings import DEFAULT_SIZE, OrderList, Setting, read_order_list, read_setting, read_skus
 from rmfs_import.stock import Contents, Orders, drawn_contents, drawn_orders, stock_of, stored_bundles
 from rmfs_import.warehouses import Picking, Warehouse, commonest, read_instance_file, read_layout_file
@@ -104,6 +104,7 @@ def _stock(
         return [], [], None
     file = _referred(kind, files, setting)
     skus = read_skus(file, setting.weight, setting.bundle, notes)
+    skus = storable(skus, capacity, str(file), notes) if inputs else skus
     contents = drawn_contents(setting, skus, capacity, str(file))
     stock = stock_of(contents)
     supply = deliveries = None

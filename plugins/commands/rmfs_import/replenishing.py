@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from attrs import field, frozen
 
+from rmfs_core.errors import InputError
 from rmfs_core.randomness import stream
 from rmfs_core.results.files import to_csv
 from rmfs_import.notes import Notes
@@ -80,6 +81,7 @@ class Supply:
         if not self.bundles:
             process = {"process": "reorder-point", "bundle_items": self.bundle}
         room = max(math.floor(usual * scale + 1e-6), held, *sizes.values())
+        room = max(room, *(sizes[sku] * items for _, sku, items in self.bundles), 0)  # sizes are rounded up
         return {"skus_file": "skus.csv", "pod_capacity": room, "replenishment": process}
 
     def station_keys(self, storing: Sequence[Storing], notes: Notes) -> dict[str, object]:
@@ -98,6 +100,23 @@ class Supply:
             (n for n in _SCALES if all(abs(w * n - round(w * n)) < 1e-6 for w in self.weights.values())), _SCALES[-1]
         )
         return {sku: max(math.ceil(weight * scale - 1e-6), 1) for sku, weight in self.weights.items()}, scale
+
+
+def storable(skus: Sequence[Sku], capacity: Sequence[float], place: str, notes: Notes) -> list[Sku]:
+    """Return the SKUs whose bundles a pod of the usual capacity can hold; of others there would never be any.
+
+    Raises
+    ------
+    InputError
+        When there is none that is ordered.
+    """
+    most = commonest(capacity)
+    found = [sku for sku in skus if sku.bundle * sku.weight <= most]
+    if not any(sku.share for sku in found):
+        found_none = f"found no SKU that is ordered and whose bundle a pod of capacity {most:g} can hold"
+        raise InputError(place, f"{found_none}; expected lighter items, smaller bundles or larger pods")
+    notes.add("SKUs of which a bundle is heavier than what a pod holds", len(skus) - len(found))
+    return found
 
 
 def levels(

@@ -13,7 +13,8 @@ from rmfs_core.errors import InputError
 from rmfs_core.randomness import stream
 from rmfs_import.notes import Notes
 from rmfs_import.replenishing import Deliveries
-from rmfs_import.settings import OrderList, Setting, Sku, Spread
+from rmfs_import.settings import DEFAULT_SIZE, OrderList, Setting, Sku, Spread
+from rmfs_import.warehouses import commonest
 
 Contents = list[dict[str, int | None]]
 """SKUs and items of each pod; None: without end."""
@@ -199,9 +200,9 @@ def stored_bundles(
     shelves = _Shelves(capacity)
     coming: list[tuple[float, str, int]] = []
     without_room = 0
-    largest = max(capacity)
+    largest = commonest(capacity)
     for time, sku, items in sorted(found.bundles, key=itemgetter(0)) if later else found.bundles:
-        weight = found.weights.get(sku, 0.0)
+        weight = found.weights.get(sku, DEFAULT_SIZE if later else 0.0)
         fits = items * weight <= largest if later else shelves.store(sku, items, weight)
         without_room += not fits
         if later and fits:

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 from attrs import evolve
 
+from rmfs_core.errors import InputError
 from rmfs_import.notes import Note, Notes
-from rmfs_import.replenishing import Deliveries, Supply, chosen_rules, levels
+from rmfs_import.replenishing import Deliveries, Supply, chosen_rules, levels, storable
 from rmfs_import.settings import Setting, Sku, Spread
 from rmfs_import.warehouses import Storing
 from rmfs_import.xml_reading import document
@@ -46,6 +47,26 @@ def test_pods_too_small_for_every_sku_are_not_refilled() -> None:
     assert notes.taken == [
         Note("SKUs whose bundles have no room on pods all at once", 2, "stock is not filled up"),
     ]
+
+
+def test_skus_whose_bundles_no_pod_holds_are_left_out() -> None:
+    """They would be ordered and never come; some that is ordered has to be left."""
+    notes = Notes()
+    assert storable(SKUS, [10.0, 10.0, 5.0], "few.xgenc", notes) == SKUS
+    assert not notes.taken
+    heavy = [*SKUS, Sku("s3", 1, 30.0, 40)]
+    assert storable(heavy, [10.0, 10.0, 5000.0], "few.xgenc", notes) == SKUS
+    assert notes.taken == [Note("SKUs of which a bundle is heavier than what a pod holds", 1, "left out")]
+    with pytest.raises(
+        InputError, match=r"^few.xgenc: found no SKU that is ordered and whose bundle a pod of capacity 9 can"
+    ):
+        storable(heavy, [9.0], "few.xgenc", notes)
+
+
+def test_a_pod_holds_every_bundle_though_sizes_are_rounded() -> None:
+    """Three items of a third of the weight that a pod holds."""
+    supply = Supply({"s0": 1 / 3}, 3, bundles=[(0.0, "s0", 3)])
+    assert supply.instance_keys([1.0], [{}], Notes())["pod_capacity"] == 3 * 334
 
 
 def test_deliveries_come_at_their_rate_until_pods_are_full() -> None:
