@@ -2,11 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from rmfs_core.errors import InputError
 from rmfs_core.results.files import AtomicFile, output_folder, staged
+
+
+def writable_folder(folder: str | Path, names: Iterable[str], *, force: bool) -> Path:
+    """Return a folder that can take files of these names; it is made if it is not there.
+
+    Raises
+    ------
+    InputError
+        When a file of such a name is there already and ``force`` is not given, or a folder has the name.
+    """
+    folder = output_folder(folder)
+    there = sorted(name for name in names if (folder / name).exists())
+    if there and not force:
+        raise InputError(
+            ", ".join(str(folder / name) for name in there), "found a file of that name; --force replaces it"
+        )
+    for name in there:
+        if (folder / name).is_dir():
+            raise InputError(str(folder / name), "cannot be written: a folder has that name")
+    return folder
 
 
 def write_files(folder: str | Path, files: Mapping[str, bytes], *, force: bool) -> None:
@@ -26,13 +46,7 @@ def write_files(folder: str | Path, files: Mapping[str, bytes], *, force: bool) 
     InputError
         When one is there already, or cannot be written.
     """
-    folder = output_folder(folder)
-    there = [str(folder / name) for name in sorted(files) if (folder / name).exists()]
-    if there and not force:
-        raise InputError(", ".join(there), "found a file of that name; --force replaces it")
-    for name in files:
-        if (folder / name).is_dir():
-            raise InputError(str(folder / name), "cannot be written: a folder has that name")
+    folder = writable_folder(folder, files, force=force)
     with staged(folder) as hidden:
         for name, content in files.items():
             with AtomicFile(output_folder((hidden / name).parent) / Path(name).name) as stream:

@@ -29,14 +29,15 @@ def pods(table: Path, out: Path, **given: Any) -> None:
     scenario.toml, one is written for that many pods and the orders.csv that `rmfs convert orders` makes, unless the
     pods have places in a map.
     """
+    from rmfs_cli.file_writing import writable_folder
     from rmfs_convert.shares import check_share
     from rmfs_convert.stock_table import StockColumns, StockTable
     from rmfs_convert.tables import Table
-    from rmfs_convert.writing import target, write_pods
+    from rmfs_convert.writing import write_pods
 
     needs(given, "row", "column", "both, or neither")
     needs(given, "column", "row", "both, or neither")
-    folder = target(out, ("pods.csv",), force=given["force"])
+    folder = writable_folder(out, ("pods.csv",), force=given["force"])
     columns = StockColumns(*(given[name] for name in ("pod", "sku", "quantity", "row", "column")))
     stock = StockTable(columns, quantities_of(given))
     stock.read(Table(table, given["separator"], given["encoding"]))

@@ -20,8 +20,7 @@ from rmfs_convert.shares import warn_of_share
 from rmfs_convert.stock_table import StockTable
 from rmfs_convert.time_formats import Moment
 from rmfs_convert.times import offset
-from rmfs_core.errors import InputError
-from rmfs_core.results.files import AtomicFile, output_folder, staged, write_text
+from rmfs_core.results.files import AtomicFile, staged, write_text
 from rmfs_core.timetable import DAY
 from rmfs_core.wording import counted, listed
 
@@ -57,15 +56,6 @@ class Stock:
     held: Sequence[Sequence[int]]
     items: int
     learned: Learned
-
-
-def target(out: Path, names: Sequence[str], force: bool) -> Path:
-    """Return the folder to write files to; InputError when one is there already, unless ``force``."""
-    folder = output_folder(out)
-    there = [str(folder / name) for name in names if (folder / name).exists()]
-    if there and not force:
-        raise InputError(", ".join(there), "found a file of that name; --force replaces it")
-    return folder
 
 
 def write_pods(stock: StockTable, folder: Path) -> None:

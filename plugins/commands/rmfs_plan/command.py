@@ -74,6 +74,7 @@ def plan(
 
     from rmfs_cli.choices import option_named, with_parameters
     from rmfs_cli.compiling import compiling_announced
+    from rmfs_cli.file_writing import writable_folder
     from rmfs_core.errors import RunError
     from rmfs_core.randomness import rule_stream, stream
     from rmfs_core.roles import Role
@@ -89,7 +90,7 @@ def plan(
     with compiling_announced(notes_console()):
         trips = random_trips(roads, agents, seed, map_file) if scen is None else read_trips(scen, roads.layout, agents)
         _check_reach(roads, trips, scen or map_file)
-        folder = None if out is None else _checked_folder(out)
+        folder = None if out is None else writable_folder(out, (PLAN_FILE, PATHS_FILE), force=True)
         started = time.perf_counter()
         plans = _plan(roads, planner, trips, effort, stream(seed, "priorities"))
         wall_s = time.perf_counter() - started
@@ -214,18 +215,6 @@ def _row(roads: Roads, robot: int, one: Plan) -> dict[str, Any]:
         "stops": len(one.path.legs),
         "queries": one.queries,
     }
-
-
-def _checked_folder(out: Path) -> Path:
-    """Return the folder to write to, which is there and takes both files; refuse any other before the search."""
-    from rmfs_core.errors import InputError
-    from rmfs_core.results.files import output_folder
-
-    folder = output_folder(out)
-    for name in (PLAN_FILE, PATHS_FILE):
-        if (folder / name).is_dir():
-            raise InputError(str(folder / name), "cannot be written: a folder has that name")
-    return folder
 
 
 def _write(

@@ -12,8 +12,7 @@ from rmfs_convert.history import Learned
 from rmfs_convert.lines import OrderLines, Span
 from rmfs_convert.tables import Table
 from rmfs_convert.times import Clock
-from rmfs_convert.writing import Stock, target, write
-from rmfs_core.errors import InputError
+from rmfs_convert.writing import Stock, write
 
 
 def converted(folder: Path, *rows: str, pattern: str | None = None, start: str | None = None) -> list[str]:
@@ -26,7 +25,8 @@ def converted(folder: Path, *rows: str, pattern: str | None = None, start: str |
         zero = lines.gather(Span(start=None if start is None else reader.clock.option("--start", start)))
         skus = lines.skus()
         stock = Stock(skus, [[*range(len(skus))]], 5, Learned("random", None))
-        write(lines, target(folder / "out", ["orders.csv", "pods.csv"], force=True), zero, stock)
+        (folder / "out").mkdir()
+        write(lines, folder / "out", zero, stock)
     return sorted(path.name for path in (folder / "out").iterdir())
 
 
@@ -90,12 +90,3 @@ def test_names_with_commas_and_quotes_are_quoted(tmp_path: Path) -> None:
     converted(tmp_path, '1,"a, ""b""",5')
     assert (tmp_path / "out" / "pods.csv").read_text(encoding="utf-8") == 'pod,sku,quantity\nP1,"a, ""b""",5\n'
     assert '1,5,"a, ""b""",1\n' in (tmp_path / "out" / "orders.csv").read_text(encoding="utf-8")
-
-
-def test_files_that_are_there_are_kept(tmp_path: Path) -> None:
-    """Unless they shall be replaced; with pods there are more of them."""
-    (tmp_path / "pods.csv").write_text("mine", encoding="utf-8")
-    assert target(tmp_path, ["orders.csv"], force=False) == tmp_path
-    assert target(tmp_path, ["orders.csv", "pods.csv"], force=True) == tmp_path
-    with pytest.raises(InputError, match=r"pods.csv: found a file of that name; --force replaces it$"):
-        target(tmp_path, ["orders.csv", "pods.csv"], force=False)
