@@ -7,6 +7,8 @@ import sqlite3
 import tempfile
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from itertools import groupby, islice
+from operator import itemgetter
 from pathlib import Path
 from types import TracebackType
 from typing import NoReturn, Self, TextIO
@@ -285,18 +287,9 @@ class OrderLines:
 
     def baskets(self, most: int) -> Iterator[list[str]]:
         """Yield the SKUs of each of the first ``most`` orders, by arrival."""
-        found: list[str] = []
-        last, orders = None, 0
-        for first, sku in self._base.execute("SELECT first, sku FROM packed ORDER BY tick, first, row"):
-            if first != last:
-                if found:
-                    yield found
-                if orders == most:
-                    return
-                last, found, orders = first, [], orders + 1
-            found.append(sku)
-        if found:
-            yield found
+        rows = self._base.execute("SELECT first, sku FROM packed ORDER BY tick, first, row")
+        for _, order in islice(groupby(rows, itemgetter(0)), most):
+            yield [sku for _, sku in order]
 
     def write(self, stream: TextIO, start: int) -> Counter[str]:
         """Write the orders, by arrival, with time 0 at the tick ``start``; return totals.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from attrs import frozen
@@ -63,9 +63,7 @@ def write_pods(stock: StockTable, folder: Path) -> None:
     own, scenario = stock.columns.row is not None, folder / SCENARIO
     made = not own and not scenario.exists()
     with staged(folder) as place:
-        text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerows(stock.lines())
-        write_text(place / "pods.csv", text.getvalue())
+        _write_csv(place / "pods.csv", stock.lines())
         if made:
             write_text(place / SCENARIO, scenario_of(len(stock.pods)))
     for sentence in stock.sentences():
@@ -98,6 +96,12 @@ def write(lines: OrderLines, folder: Path, zero: Moment, stock: Stock | None) ->
         tell(sentence)
 
 
+def _write_csv(file: Path, rows: Iterable[Sequence[object]]) -> None:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    write_text(file, text.getvalue())
+
+
 def _start(lines: OrderLines, zero: Moment) -> str | None:
     """Return `instance.start` for time 0; None where times are no dates and begin at midnight."""
     clock = lines.cleaner.reader.clock
@@ -108,12 +112,8 @@ def _start(lines: OrderLines, zero: Moment) -> str | None:
 
 def _write_stock(stock: Stock, place: Path, folder: Path, start: str | None) -> list[str]:
     number, raised = items_on(stock.skus, stock.held, stock.items)
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(("pod", "sku", "quantity"))
-    for i, pod in enumerate(stock.held, 1):
-        writer.writerows((f"P{i}", stock.skus[sku].name, number[sku]) for sku in pod)
-    write_text(place / "pods.csv", text.getvalue())
+    pods = [(f"P{i}", stock.skus[sku].name, number[sku]) for i, pod in enumerate(stock.held, 1) for sku in pod]
+    _write_csv(place / "pods.csv", [("pod", "sku", "quantity"), *pods])
     write_text(place / "scenario.toml", scenario_of(len(stock.held), start, stock.learned.sentence()))
     wanted = "since the orders want more"
     more = f"; of {raised:,} SKUs more than {stock.items:,} on a pod, {wanted}" if raised else ""
