@@ -30,7 +30,7 @@ _DATES = {"arrival_s": "arrival", "due_s": "due"}  # these may stand in place of
 _NAMES = ("bundle", "order", "pod", "robot", "sku")
 _SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}  # that are taken for commas elsewhere
 _WARNED, _MOST_OF_A_LINE = set[str](), 1_000_000  # signs: a device may have no line's end
-MOST_ITEMS = 1_000_000  # of a row: with more a run would go on for years
+MOST_ITEMS_OF_LINE = 1_000_000  # of a row: with more a run would go on for years
 TEN_YEARS = 3_653 * DAY  # what comes later has a wrong year, or counts from 1970
 
 Place = tuple[int, int, str]  # as in PodData
@@ -155,8 +155,8 @@ def _read_orders(file: Path, start: str | None, wrong: Wrong) -> list[tuple[Orde
             if column in read
         }
         items = _quantity(row["quantity"], file, line, "a whole number >= 1")
-        if items > MOST_ITEMS:
-            found = f"found {items:,} items; expected at most {MOST_ITEMS:,}"
+        if items > MOST_ITEMS_OF_LINE:
+            found = f"found {items:,} items; expected at most {MOST_ITEMS_OF_LINE:,}"
             raise InputError(f"{file}, line {line}, quantity", found)
         _, first, first_told, lines = orders.setdefault(row["order"], (line, row, told, {}))
         for column, value in told.items():

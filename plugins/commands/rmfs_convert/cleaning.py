@@ -15,7 +15,7 @@ from rmfs_convert.time_formats import Moment, UnusableError, guessed
 from rmfs_convert.times import Clock, ClockError
 from rmfs_core.errors import InputError
 from rmfs_core.wording import counted
-from rmfs_core.world.csv_files import MOST_ITEMS
+from rmfs_core.world.csv_files import MOST_ITEMS_OF_LINE
 
 NO_QUANTITY = "a quantity that is no whole number from 1 on (returns, weights)"
 NO_TIME = "no time that can be read"
@@ -55,7 +55,7 @@ class Choice:
     """
 
     leave_out: tuple[str, ...] = ()
-    most: int = MOST_ITEMS
+    most: int = MOST_ITEMS_OF_LINE
 
 
 @frozen
@@ -175,7 +175,7 @@ class Cleaner:
     def drop_large(self, row: int, found: str, name: str) -> None:
         """Leave out a line of an order that has too many items."""
         most = self.choice.most
-        self._drop(f"more than {most:,} items in a line", row, found, name, chosen=most < MOST_ITEMS)
+        self._drop(f"more than {most:,} items in a line", row, found, name, chosen=most < MOST_ITEMS_OF_LINE)
 
     def _moment(self, file: str, row: int, name: str, text: str) -> Moment | None:
         if self.columns.time is None:
