@@ -111,7 +111,8 @@ def drawn_orders(
     rng = stream(setting.seed, "imported orders")
     poisson = setting.mode == "Poisson"
     there = {sku.name: MOST_ORDERED for sku in skus} if stock is None else dict(stock)
-    left, end = sum(there.values()), setting.emptied * sum(there.values())
+    left = sum(there.values())
+    end = setting.emptied * left if stock is not None and deliveries is None else -1  # else stock does not end orders
     room = math.inf if poisson else items_per_s * setting.until_s + setting.backlog * setting.quantities.most
     numbers = _numbers(rng, setting.lines)
     quantities = _numbers(rng, setting.quantities)
@@ -119,7 +120,7 @@ def drawn_orders(
     gap_s = 3600 / (setting.rate_per_h * stations)
     orders: Orders = []
     now, unserved = 0.0, 0
-    while room > 0 and (left > end or deliveries is not None) and len(orders) < MOST_DRAWN:
+    while room > 0 and left > end and len(orders) < MOST_DRAWN:
         if poisson and len(orders) + unserved >= setting.initial_orders:
             now += float(rng.exponential(gap_s))
             if now >= setting.until_s:

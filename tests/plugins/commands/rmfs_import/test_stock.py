@@ -75,6 +75,15 @@ def test_there_are_as_many_orders_as_stations_can_pick() -> None:
     ]
 
 
+def test_stock_that_is_refilled_ends_no_orders() -> None:
+    """However little of it may be used up."""
+    setting = evolve(SETTING, emptied=1.0)
+    assert drawn_orders(setting, SKUS, {"s0": 10_000}, 2, 0.1, Notes()) == []
+    assert (
+        drawn_orders(setting, SKUS, None, 2, 0.1, Notes()) == drawn_orders(SETTING, SKUS, None, 2, 0.1, Notes()) != []
+    )
+
+
 def test_bundles_are_stored_on_the_emptiest_pods() -> None:
     """As long as they have room; SKUs that orders want more of have no end, wherever they are."""
     notes = Notes()
