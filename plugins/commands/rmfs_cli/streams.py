@@ -14,23 +14,27 @@ if TYPE_CHECKING:
 
 _answers: list[BinaryIO] = []
 _inputs: list[BinaryIO] = []
-_calls: list[str] = []
-"""What happened to the output in this call: kept, answered."""
+
+
+class _Call:
+    """What happened to the output in this call of ``rmfs``."""
+
+    kept = answered = False
 
 
 def begin() -> None:
     """Begin a call of ``rmfs``: nothing has happened to its output yet."""
-    _calls.clear()
+    _Call.kept = _Call.answered = False
 
 
 def kept() -> bool:
     """Whether the output of this call was kept for answers, so that nothing else may reach it, not even at the end."""
-    return bool(_calls)
+    return _Call.kept
 
 
 def answered() -> bool:
     """Whether this call has answered."""
-    return "answered" in _calls
+    return _Call.answered
 
 
 def open_all() -> None:
@@ -80,7 +84,7 @@ def keep_output() -> BinaryIO:
     """Keep the standard output for the command that is called, until its end and that of the process; return it."""
     import click
 
-    _calls.append("kept")
+    _Call.kept = True
     return click.get_current_context().with_resource(kept_output())
 
 
@@ -92,7 +96,7 @@ def leave_output() -> None:
 
 def answer(text: str) -> None:
     """Write a line to the command's output."""
-    _calls.append("answered")
+    _Call.kept = _Call.answered = True
     if _answers:
         _answers[-1].write(f"{text}\n".encode("utf-8", "backslashreplace"))
         _answers[-1].flush()
