@@ -117,7 +117,7 @@ def orders(table: Path, out: Path, **given: Any) -> None:
     reported with its reason. With --pods, the SKUs are put on pods as well, and DIR/scenario.toml runs with both.
     """
     from rmfs_cli.file_writing import writable_folder
-    from rmfs_convert.shares import check_share
+    from rmfs_convert.shares import check_emptied, check_share
     from rmfs_convert.times import Clock
     from rmfs_convert.writing import tell_history, write
 
@@ -129,6 +129,7 @@ def orders(table: Path, out: Path, **given: Any) -> None:
         lines, zero = _read(stack, table, given)
         lines.cleaner.check_choice()
         check_share(table, lines.cleaner, force=given["force"])
+        check_emptied(table, lines.cleaner.rows, lines.cleaner.emptied, force=given["force"])
         past = None
         if given["history"] is not None:
             past = _read_history(stack, given)
@@ -149,7 +150,7 @@ def _read(stack: ExitStack, table: Path, given: dict[str, Any], past: bool = Fal
 
     from rmfs_convert.cleaning import Choice, Cleaner, Columns, Reader
     from rmfs_convert.lines import OrderLines
-    from rmfs_convert.shares import check_share
+    from rmfs_convert.shares import check_emptied, check_share
     from rmfs_convert.tables import Table
     from rmfs_convert.times import Clock
 
@@ -166,6 +167,7 @@ def _read(stack: ExitStack, table: Path, given: dict[str, Any], past: bool = Fal
         own = Cleaner(heads, reader, Choice())
         lines.read_heads(Table(given["orders"], given["separator"], given["encoding"]), own)
         check_share(given["orders"], own, force=given["force"])
+        check_emptied(given["orders"], own.rows, own.emptied, force=given["force"])
     lines.read(Table(table, given["separator"], given["encoding"]))
     return lines, lines.gather(_span(clock, given, past), given["whole_orders"])
 

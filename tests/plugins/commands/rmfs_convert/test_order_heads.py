@@ -96,6 +96,11 @@ def test_orders_of_two_tables_run(tmp_path: Path) -> None:
             "lines.csv: 4 of 7 rows would be left out: 4 rows with no header in ",
         ),
         (
+            {"heads": "Document;Created;Promised;Urgency\n7;01.03.2024 06:10;2.3.;1\n8;01.03.2024 06:05;2.3.;2\n"},
+            OF_HEADS,
+            "heads.csv: would be left empty: 2 rows with a due time that cannot be read: row 1 ",
+        ),
+        (
             {"heads": HEADS + "11;today;;\n12;today;;\n13;today;;\n"},
             OF_HEADS,
             "heads.csv: 5 of 9 rows would be left out: 4 rows with no time that can be read: ",

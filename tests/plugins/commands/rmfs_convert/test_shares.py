@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from attrs import define
 
-from rmfs_convert.shares import check_share, warn_of_share
+from rmfs_convert.shares import check_emptied, check_share, warn_of_share
 from rmfs_convert.tally import Tally
 from rmfs_core.errors import InputError
 
@@ -40,6 +40,20 @@ def test_more_than_half_is_refused() -> None:
         check_share(Path("a.csv"), rows(10, 6), force=False)
     check_share(Path("a.csv"), rows(10, 6), force=True)
     check_share(Path("a.csv"), rows(10, 5, chosen=5), force=False)
+
+
+def test_a_column_that_cannot_be_read_is_refused() -> None:
+    """Where most of its fields would be left empty."""
+    tally = Tally()
+    for row in range(1, 7):
+        tally.note("a due time that cannot be read", row, "soon")
+    check_emptied(Path("a.csv"), 12, tally, force=False)
+    check_emptied(Path("a.csv"), 11, tally, force=True)
+    found = (
+        r'^a.csv: would be left empty: 6 rows with a due time that cannot be read: row 1 "soon", .*; expected at most'
+    )
+    with pytest.raises(InputError, match=found):
+        check_emptied(Path("a.csv"), 11, tally, force=False)
 
 
 @pytest.mark.parametrize(
