@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -90,6 +90,18 @@ class BacklogLog:
         self._open[row] = False
         self._left.append(row)
 
+    def _anew(self, orders: Collection[Order]) -> BacklogLog:
+        """Return a log that these orders join in this order; this one has all of their lines."""
+        numbers = np.array([len(order.lines) for order in orders])
+        ends = numbers.cumsum()
+        before = np.array([self._first[order.id] for order in orders])
+        rows = np.arange(ends[-1]) + np.repeat(before - (ends - numbers), numbers)
+        log = BacklogLog()
+        log._rows, log._open, log._joined = self._rows.take(rows, axis=1), self._open[rows], len(rows)
+        log._left = np.flatnonzero(~log._open).tolist()
+        log._first = dict(zip((order.id for order in orders), (ends - numbers).tolist(), strict=True))
+        return log
+
     def _lines(self) -> BacklogLines:
         """Return the open lines, oldest order first."""
         current = np.concatenate([self._current, np.arange(self._taken_in, self._joined)])
@@ -152,9 +164,7 @@ class Backlog(Sequence[Order]):
             self.add(order)
         if youngest is not None and by_age(orders[0]) < by_age(youngest):
             self._orders = {order.id: order for order in sorted(self._orders.values(), key=by_age)}
-            self.log = BacklogLog()
-            for order in self._orders.values():
-                self.log._add(order)
+            self.log = self.log._anew(self._orders.values())
 
     def close(self, order: Order, skus: Sequence[int]) -> list[OrderLine]:
         """Assign open lines of an order, which leaves with the last one; return them."""
