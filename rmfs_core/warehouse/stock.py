@@ -25,8 +25,8 @@ class Stock:
 
         unclaimed = items on all pods - open requests - open lines of the backlog
 
-    Each order that waits watches one SKU that it lacks, and is looked at again only when there is enough of that for it:
-    a bundle costs no look at orders that want more than there is, however many wait.
+    Each order that waits watches one SKU that it lacks, and is looked at again only when there is enough of that. So a
+    bundle costs no look at orders that want more than there is, however many wait.
 
     Parameters
     ----------
