@@ -41,8 +41,8 @@ def rule_choices(rules: RulesSection) -> Iterator[tuple[KeyPath, RuleChoice]]:
         chosen = getattr(rules, key)
         if isinstance(chosen, RuleChoice):
             yield (key,), chosen
-        else:
-            yield from (((key, i), choice) for i, choice in enumerate(chosen or ()))
+        elif isinstance(chosen, tuple):
+            yield from (((key, i), choice) for i, choice in enumerate(chosen))
 
 
 def is_inline(name: str) -> bool:

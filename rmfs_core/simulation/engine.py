@@ -12,23 +12,23 @@ from typing import Any
 import simpy
 
 from rmfs_core import events
-from rmfs_core.clock import to_seconds, to_ticks
+from rmfs_core.clock import to_ticks
 from rmfs_core.errors import InputError, StandstillError
 from rmfs_core.info import RunInfo
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import Scenario, located
+from rmfs_core.simulation import endings
 from rmfs_core.simulation.applying import tell_open
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.driving import WAYS
 from rmfs_core.simulation.driving.base import Process
 from rmfs_core.simulation.rounds import Decisions
-from rmfs_core.simulation.setup import open_warehouse, shifts_of, unmet_needs
+from rmfs_core.simulation.setup import open_warehouse, unmet_needs
 from rmfs_core.simulation.supply import Supply
-from rmfs_core.timetable import first_common
 from rmfs_core.traffic import roads_on
 from rmfs_core.warehouse import Bundle, Order, Pod, Request, Robot, Station
 from rmfs_core.warehouse.promises import next_request
-from rmfs_core.wording import counted, first_few, one_line
+from rmfs_core.wording import one_line
 from rmfs_core.world import Instance, Layout
 
 MOST_ALARMS = 100_000
@@ -121,7 +121,7 @@ class Simulation:
             if (upcoming := peek()) > warehouse.now:
                 if upcoming >= end or decisions.alarms_in_a_row > MOST_ALARMS:
                     if upcoming == math.inf or decisions.alarms_in_a_row > MOST_ALARMS:
-                        raise StandstillError(self._standstill())
+                        raise StandstillError(endings.standstill(warehouse, self.rules, self._info.instance.skus))
                     warehouse.advance(int(end) - 1)
                     self.driving.cut_off()
                     break
@@ -131,31 +131,7 @@ class Simulation:
 
     def notes(self) -> Iterator[str]:
         """Yield sentences on what may be a surprise at the end of a run that is not complete."""
-        if (why := self._nothing_done()) is not None:
-            yield why
-        if lacking := self._waiting_for_stock():
-            yield f"At the end {lacking}."
-
-    def _nothing_done(self) -> str | None:
-        """Say in a sentence why no order is complete; None where one is, and where there are none."""
-        warehouse, arrived = self.warehouse, self.warehouse.arrived.values()
-        if self._completed or not warehouse.orders:
-            return None
-        head = f"No order is complete at {to_seconds(self.now):.3f} s: "
-        if not arrived:
-            return f"{head}the first one arrives at {min(order.arrival_s for order in warehouse.orders):.3f} s."
-        stations, robots = shifts_of(self._hours, len(warehouse.picking))
-        for what, groups in (
-            ("no station is open", [stations]),
-            ("no robot is on duty", [robots]),
-            ("no robot is on duty while a station is open", [stations, robots]),
-        ):
-            first = first_common(*groups)
-            if first is None or first >= self.now:
-                return f"{head}{what} {'at any time' if first is None else f'before {to_seconds(first):.3f} s'}."
-        picked = sum(order.items - order.unpicked_items for order in arrived)
-        of = f"{len(arrived):,} of {counted(len(warehouse.orders), 'order')}"
-        return f"{head}{of} arrived, with {counted(picked, 'item')} picked."
+        return endings.notes(self.warehouse, self._hours, self._info.instance.skus)
 
     # Processes
 
@@ -276,6 +252,8 @@ class Simulation:
         served = self.warehouse.store_bundle(bundle, pod)
         self._tell(events.BundleStored(self.now, start, visit, station.id, pod.id, bundle.id, bundle.sku, bundle.items))
         for order in served:
+            if self._supply is not None:
+                self._supply.waits_no_more(order.lines)
             self._tell(events.OrderInStock(tick=self.now, order=order.id))
         self.decisions.round()
 
@@ -321,6 +299,10 @@ class Simulation:
     def _arrive(self, order: Order) -> None:
         self.warehouse.order_arrives(order, self.now)
         self._tell(events.OrderArrived(tick=self.now, order=order.id))
+        if self._supply is not None and order.waits_for_stock:
+            self._supply.waits(order.lines)
+            for line in order.lines:
+                self._order_bundles(self._supply, line.sku)
 
     def _order_bundles(self, supply: Supply, sku: int) -> None:
         """Let what is ordered of a SKU arrive after the lead time."""
@@ -387,53 +369,8 @@ class Simulation:
     def _until(self, tick: int) -> simpy.Event:
         return self.context.after(tick - self.now)
 
-    def _too_large(self) -> str:
-        largest = max([s.capacity for s in self.warehouse.stations if not s.counts_orders], default=0)
-        large = sum(order.open_items > largest > 0 for order in self.warehouse.backlog.orders)
-        if not large:
-            return ""
-        return f"; {large} in the backlog have more than {largest} items and fit an empty station alone, as `fits` says"
-
     def _full(self, least: int) -> bool:
         """Whether no bundle can be stored, also of those to come, which take that much space at least."""
         room, storing = max((pod.free_space for pod in self.warehouse.pods), default=0), self.warehouse.storing
         takes = any(station.free_bundle_capacity > 0 for station in storing) and least <= room
         return not takes and all(b.pod is None and b.size > room for station in storing for b in station.bundles)
-
-    def _without_room(self) -> str:
-        """Say which bundles cannot be stored."""
-        at_stations = [bundle for station in self.warehouse.storing for bundle in station.bundles]
-        room = max((pod.free_space for pod in self.warehouse.pods), default=0)
-        waiting = [b.name for b in (*self.warehouse.bundles.values(), *at_stations) if b.pod is None and b.size > room]
-        return f"; no pod has room for bundles: {first_few(waiting)}" if waiting else ""
-
-    def _waiting_for_stock(self) -> str:
-        """Say how many orders wait for stock, and of which SKUs; nothing if none does."""
-        stock, skus = self.warehouse.stock, self._info.instance.skus
-        if stock is None or not stock.waiting:
-            return ""
-        wait = f"{counted(len(stock.waiting), 'order')} {'wait' if len(stock.waiting) > 1 else 'waits'}"
-        return f"{wait} for stock of {first_few([skus[sku] for sku in stock.missing])}"
-
-    def _away(self) -> str:
-        low = sum(robot.low for robot in self.warehouse.robots)
-        off = sum(not robot.on_duty for robot in self.warehouse.robots)
-        away = f"; {counted(off, 'robot')} off duty" if off else ""
-        return away + (f"; {low} robots with too little charge for a task" if low else "")
-
-    def _standstill(self) -> str:
-        rules = self.rules
-        deciding = (rules.activate, rules.poa_pps, rules.poa, rules.pps, *rules.deciding_bundles, rules.ta)
-        asked = ", ".join(rule.describe() for rule in deciding if rule is not None)
-        left = [order for order in self.warehouse.orders if not order.complete]
-        waiting = len(self.warehouse.backlog)
-        closed = sum(not station.open for station in self.warehouse.stations)
-        shut = f"; {counted(closed, 'station')} closed" if closed else ""
-        lacking = f"; {found}" if (found := self._waiting_for_stock()) else ""
-        uncovered = sum(len(station.uncovered_requests) for station in self.warehouse.stations)
-        return (
-            f"The run stands still at {to_seconds(self.now):.3f} s: {len(left)} orders are not complete "
-            f"({waiting} in the backlog{lacking}{shut}; {uncovered} open requests that no inbound pod can serve; "
-            f"{len(self.warehouse.waiting)} pods waiting for a robot{self._away()}), and no rule decides anything "
-            f"(asked last: {asked}){self._too_large()}{self._without_room()}."
-        )

@@ -22,10 +22,9 @@ class OverdueError(BaseException):
 def within(limit_s: float, call: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
     """Return what a call returns; end it when it takes too long.
 
-    A signal ends it, not another process: what is called works on objects of this one, and keeps what it learns. So
-    it is ended where Python runs or waits; compiled code is ended when it returns to Python, and compiling goes on to
-    its end. Where there is no such
-    signal (on Windows, and outside the main thread) no call is ended.
+    A signal ends it, not another process: what is called works on objects of this one, and keeps what it learns. So it
+    is ended where Python runs or waits. Compiled code is ended when it returns to Python, and compiling goes on to its
+    end. On Windows, and outside the main thread, there is no such signal: no call is ended.
 
     Parameters
     ----------

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
 from rmfs_core.clock import to_ticks
 from rmfs_core.randomness import stream
 from rmfs_core.scenario.model import Replenishment, Scenario
-from rmfs_core.warehouse.parts import UNLIMITED
+from rmfs_core.warehouse.parts import UNLIMITED, OrderLine
 from rmfs_core.world import BundleData, Instance
 
 
 class Supply:
     """What is brought to a warehouse, as ``instance.replenishment`` says.
 
-    A bundle has at most ``bundle_items`` items, and no more than a pod can hold. Inventory position is what is on pods,
-    in bundles that are there, and on order: by it the reorder point is judged, so nothing is ordered twice.
+    A bundle has at most ``bundle_items`` items, and no more than a pod can hold. The inventory position counts items
+    on pods, in bundles that are there, and on order, less those wanted by orders that wait for stock. The reorder point
+    is compared with it, so nothing is ordered twice.
 
     Parameters
     ----------
@@ -68,3 +69,13 @@ class Supply:
     def picked(self, sku: int) -> None:
         """Take note that an item was picked."""
         self._position[sku] -= 1
+
+    def waits(self, lines: Iterable[OrderLine]) -> None:
+        """Take note that an order waits for stock."""
+        for sku, items in lines:
+            self._position[sku] -= items
+
+    def waits_no_more(self, lines: Iterable[OrderLine]) -> None:
+        """Take note that an order waits for stock no more."""
+        for sku, items in lines:
+            self._position[sku] += items

@@ -64,7 +64,6 @@ class Warehouse:
         self.unlimited_stock = instance.unlimited_stock
         self.orders = tuple(Order(i, data, lambda: self.now) for i, data in enumerate(instance.orders))
         self.arrived: dict[int, Order] = {}
-        self.arrivals: list[Order] = []
         self.sizes = instance.sizes or (1,) * self.n_skus
         capacities = [pod_capacity] * len(pod_cells) if isinstance(pod_capacity, int) else pod_capacity
         self.pods = tuple(
@@ -197,40 +196,10 @@ class Warehouse:
             put(order, "arrival_s", to_seconds(tick))
         self.changes += 1
         self.arrived[order.id] = order
-        self.arrivals.append(order)
         if self.stock is None or self.stock.serve(order):
             self.backlog.add(order)
         for line in order.lines:
             self.open_demand[line.sku] += line.quantity
-
-    def begin_to_wait(self, told: Mapping[int, bool]) -> None:
-        """Let orders wait for stock from now on, in a warehouse that is under way.
-
-        Parameters
-        ----------
-        told
-            Whether orders wait, by id. Of the others those wait that the stock cannot serve: those that are begun come
-            first, then the older ones.
-        """
-        self.stock, shown = Stock(self.pods), []
-        for station in self.stations:
-            for request in station._requests.values():
-                self.stock.claim(request.sku, 1)
-        known = {order.id: bool(order._parts) or not told.get(order.id, True) for order in self.backlog}
-        for order in sorted(self.backlog, key=lambda order: (not known[order.id], by_age(order))):
-            if known[order.id]:
-                for sku, items in order.open_lines:
-                    self.stock.claim(sku, items)
-            elif told.get(order.id):
-                lacks = self.stock.lacking(order)
-                self.stock.wait(order, order.lines[0].sku if lacks is None else lacks)
-            else:
-                self.stock.serve(order)
-        if self.stock.waiting:
-            shown = [order for order in self.backlog if not order._waits]
-            self.backlog = Backlog()
-            for order in shown:
-                self.backlog.add(order)
 
     def assign(self, order: Order, station: Station, skus: Sequence[int], period: int = 1) -> int:
         """Turn open lines of an order into requests at a station; return their number of items.
@@ -473,6 +442,36 @@ class Warehouse:
             self.split_orders_open -= 1
 
     # What makes one anew that is under way
+
+    def begin_to_wait(self, told: Mapping[int, bool]) -> None:
+        """Let orders wait for stock from now on.
+
+        Orders that are begun, or that are told not to wait, claim their open lines first. Of the others, the oldest
+        first, those wait that the stock cannot serve or that are told to.
+
+        Parameters
+        ----------
+        told
+            Whether an order waits, by id, of those of which that is known.
+        """
+        stock = self.stock = Stock(self.pods)
+        for station in self.stations:
+            for request in station._requests.values():
+                stock.claim(request.sku, 1)
+        shown = {order.id: bool(order._parts) or told.get(order.id) is False for order in self.backlog}
+        for order in sorted(self.backlog, key=lambda order: (not shown[order.id], by_age(order))):
+            if shown[order.id]:
+                for line in order.open_lines:
+                    stock.claim(*line)
+            elif told.get(order.id) and stock.lacking(order) is None:
+                stock.wait(order, order.lines[0].sku)  # there is enough: any of its SKUs will do
+            else:
+                stock.serve(order)
+        if stock.waiting:
+            backlog, self.backlog = self.backlog, Backlog()
+            for order in backlog:
+                if not order._waits:
+                    self.backlog.add(order)
 
     def renumber(self, station: Station, requests: Mapping[int, Request]) -> None:
         """Give the requests of a station these ids, oldest first."""

@@ -64,8 +64,8 @@ class Stock:
         if (sku := self.lacking(order)) is not None:
             self.wait(order, sku)
             return False
-        for wanted, quantity in order.open_lines:
-            self.unclaimed[wanted] -= quantity
+        for line in order.open_lines:
+            self.claim(*line)
         return True
 
     def wait(self, order: Order, sku: int) -> None:

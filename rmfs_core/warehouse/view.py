@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +45,9 @@ class WarehouseView(ReadOnly):
 
     def orders_since(self, number: int = 0) -> list[Order]:
         """Orders that have arrived, the first ``number`` left out, for rules that look at each of them once."""
-        return self._state.arrivals[number:]
+        arrived = self._state.arrived
+        latest = islice(reversed(arrived.values()), max(len(arrived) - number, 0))  # the rest is not even passed over
+        return [*latest][::-1]
 
     @property
     def orders_waiting_for_stock(self) -> tuple[Order, ...]:

@@ -23,8 +23,6 @@ def loading_alone() -> Iterator[None]:
     from numba.core.registry import cpu_target
     from numba.core.runtime.nrt import rtsys
 
-    from rmfs_core import jit  # noqa: F401  # changes how a cache is loaded, for good
-
     cache: Any = import_module("numba.core.caching").Cache
     environment: Any = import_module("numba.core.environment")
     load, modules = cache.load_overload, environment.importlib

@@ -103,7 +103,9 @@ class Cleaner:
     emptied
         Fields that were left empty, by reason: due times and priorities that cannot be read.
     lost
-        Names of the orders of rows that were left out.
+        Names of the orders of rows that were left out, but for ``spared``.
+    spared
+        Names of the orders of rows with a SKU to leave out: an order without its postage is whole.
     """
 
     def __init__(self, columns: Columns, reader: Reader, choice: Choice) -> None:
@@ -111,6 +113,7 @@ class Cleaner:
         self.rows = self.blank = 0
         self.dropped, self.emptied = Tally(), Tally()
         self.lost: list[str] = []
+        self.spared: list[str] = []
         self._missing = {plain(sku) for sku in choice.leave_out}
         self._unwanted = frozenset(self._missing)
 
@@ -160,11 +163,12 @@ class Cleaner:
                 self._drop("no SKU", row, name, name)
             elif wanted in self._unwanted:
                 self._missing.discard(wanted)
-                self._drop("a SKU to leave out", row, wanted, name, chosen=True)
+                self.dropped.note("a SKU to leave out", row, wanted, chosen=True)
+                self.spared.append(name)
             elif not items:
                 self._drop(NO_QUANTITY, row, amount, name)
             elif items > self.choice.most:
-                self.drop_large(row, items, name)
+                self.drop_large(row, amount, name)
             elif (moment := self._moment(file, row, name, time)) is not None:
                 tick, ahead = moment.tick, moment.ahead
                 yield name, wanted, tick, ahead, items, self._due(file, row, due), self._priority(row, priority), row
@@ -193,10 +197,10 @@ class Cleaner:
         self.dropped.note(reason, row, found, chosen)
         self.lost.append(name)
 
-    def drop_large(self, row: int, items: int, name: str) -> None:
+    def drop_large(self, row: int, found: str, name: str) -> None:
         """Leave out a line of an order that has too many items."""
         most = self.choice.most
-        self._drop(f"more than {most:,} items in a line", row, f"{items:,}", name, chosen=most < MOST_ITEMS)
+        self._drop(f"more than {most:,} items in a line", row, found, name, chosen=most < MOST_ITEMS)
 
     def _moment(self, file: str, row: int, name: str, text: str) -> Moment | None:
         if self.columns.time is None:

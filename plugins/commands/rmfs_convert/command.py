@@ -25,6 +25,10 @@ BASKETS = 200_000
 LEARNING = "co-purchase"
 """The placement where there is a history, unless told."""
 
+OF_DAY = (
+    "Column with the time of the day, where --time has the date alone; --time-format is of both with a blank between."
+)
+
 
 @click.group()
 def convert() -> None:
@@ -40,7 +44,7 @@ convert.add_command(pods_command)
 @click.option("--order", required=True, metavar="COL", help="Column with the order's number or name.")
 @click.option("--sku", required=True, metavar="COL", help="Column with the SKU.")
 @click.option("--time", metavar="COL", help="Column with the time of arrival. [default: all at time 0]")
-@click.option("--time-of-day", metavar="COL", help="Column with the time of the day, where --time has the date alone.")
+@click.option("--time-of-day", metavar="COL", help=OF_DAY)
 @click.option("--quantity", metavar="COL", help="Column with the items. [default: one each]")
 @click.option("--due", metavar="COL", help="Column with the time at which an order is due. [default: none]")
 @click.option("--priority", metavar="COL", help="Column with the priority, higher first. [default: none]")
@@ -66,7 +70,9 @@ convert.add_command(pods_command)
     metavar="N",
     help="Leave out lines of more than N items. [default: 1,000,000, the most that a run takes]",
 )
-@click.option("--whole-orders", is_flag=True, help="Leave out orders that lose a line.")
+@click.option(
+    "--whole-orders", is_flag=True, help="Leave out orders that lose a line, other than one of --leave-out-sku."
+)
 @click.option("--pods", type=click.IntRange(1, 1_000_000), metavar="N", help="Put the SKUs on that many pods, too.")
 @click.option(
     "--skus-per-pod",
@@ -106,7 +112,6 @@ def orders(table: Path, out: Path, **given: Any) -> None:
     Rows of one order need not be adjacent, and may be any number: they are sorted on disk. What is left out is said,
     with the reason. With --pods, the SKUs are put on pods as well, and DIR/scenario.toml runs with both.
     """
-    from rmfs_convert.lines import Span
     from rmfs_convert.writing import target, tell_history, write
 
     _check_times(given)
@@ -121,7 +126,7 @@ def orders(table: Path, out: Path, **given: Any) -> None:
         past = None
         if given["history"] is not None:
             columns = {**given, **dict.fromkeys(("time", "time_of_day", "due", "priority", "heads"))}
-            past, _ = _read(stack, given["history"], columns, lambda _: Span())
+            past = _read_history(stack, given["history"], columns)
             _check_share(past, given["history"], force)
         elif given["history_until"] is not None:
             past, _ = _read(stack, table, given, lambda clock: _span_of_history(clock, given))
@@ -161,6 +166,21 @@ def _read(
         lines.read_heads(own, Cleaner(heads, reader, Choice()))
     lines.read(Table(table, given["separator"], given["encoding"]))
     return lines, lines.gather(span(clock), given["whole_orders"])
+
+
+def _read_history(stack: ExitStack, table: Path, given: dict[str, Any]) -> OrderLines:
+    """Return the orders of a table of history; what is wrong with it is told with how it is read."""
+    from rmfs_convert.lines import Span
+    from rmfs_core.errors import InputError
+
+    try:
+        past, _ = _read(stack, table, given, lambda _: Span())
+    except InputError as error:
+        if not table.is_file():
+            raise
+        how = "--history is read with the columns, the separator and the encoding of the order lines"
+        raise InputError(error.place, f"{error.problem} ({how})") from None
+    return past
 
 
 def _check_history(given: dict[str, Any]) -> None:

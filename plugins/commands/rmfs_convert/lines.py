@@ -31,7 +31,7 @@ CREATE TABLE line (
   name TEXT NOT NULL, sku TEXT NOT NULL, tick INTEGER NOT NULL, ahead INTEGER NOT NULL, quantity INTEGER NOT NULL,
   due INTEGER, priority INTEGER, row INTEGER NOT NULL
 );
-CREATE TABLE lost (name TEXT NOT NULL);
+CREATE TABLE lost (name TEXT NOT NULL, shortens INTEGER NOT NULL);
 """
 
 
@@ -75,7 +75,7 @@ class OrderLines:
     left_out
         Orders that were left out whole, by reason.
     shortened
-        Orders that are kept, and lost a line.
+        Orders that are kept, and lost a line of another SKU than those to leave out.
     offsets
         Ticks by which the clocks of the kept lines are ahead of UTC.
     """
@@ -134,8 +134,9 @@ class OrderLines:
             self._refuse_all()
 
     def _keep_lost(self) -> None:
-        self._base.executemany("INSERT INTO lost VALUES (?)", [(name,) for name in self.cleaner.lost])
-        self.cleaner.lost.clear()
+        for names, shortens in ((self.cleaner.lost, True), (self.cleaner.spared, False)):
+            self._base.executemany("INSERT INTO lost VALUES (?, ?)", [(name, shortens) for name in names])
+            names.clear()
 
     def _refuse_all(self) -> NoReturn:
         found = "; ".join(self.cleaner.left_out()) or "it has no rows"
@@ -157,6 +158,7 @@ class OrderLines:
             When no order is left, or the first arrives before time 0.
         """
         span = span or Span()
+        self._count_orders_lost()
         if self.heads is not None:
             self.left_out |= self.heads.join(self._file)
         self._base.executescript(
@@ -164,7 +166,6 @@ class OrderLines:
             " max(priority) AS priority, min(tick) < max(tick) AS times, min(due) < max(due) AS dues,"
             " min(priority) < max(priority) AS priorities FROM line GROUP BY name;"
         )
-        self._count_orders_lost()
         self._choose(span)
         self._base.executescript(
             "CREATE UNIQUE INDEX whole_name ON whole (name);"
@@ -186,7 +187,7 @@ class OrderLines:
 
     def _count_orders_lost(self) -> None:
         """Count the orders none of whose rows is kept."""
-        if found := self._count("SELECT count(*) FROM (SELECT name FROM lost EXCEPT SELECT name FROM whole)"):
+        if found := self._count("SELECT count(*) FROM (SELECT name FROM lost EXCEPT SELECT name FROM line)"):
             self.left_out["no row that is kept"] = found
 
     def _choose(self, span: Span) -> None:
@@ -210,14 +211,14 @@ class OrderLines:
             "SELECT row, quantity, name, sku FROM packed WHERE quantity > ? ORDER BY row", (self.cleaner.choice.most,)
         ).fetchall()
         for row, quantity, name, _ in large:
-            self.cleaner.drop_large(row, quantity, name)
+            self.cleaner.drop_large(row, f"{quantity:,}", name)
         self._keep_lost()
         self._base.executemany("DELETE FROM packed WHERE name = ? AND sku = ?", [one[2:] for one in large])
         self._base.execute("DELETE FROM whole WHERE name NOT IN (SELECT name FROM packed)")
 
     def _leave_out_shortened(self, whole: bool) -> None:
         """Count the orders that lost a line, or leave them out."""
-        lost = "name IN (SELECT name FROM lost)"
+        lost = "name IN (SELECT name FROM lost WHERE shortens)"
         self.shortened = self._count(f"SELECT count(*) FROM whole WHERE {lost}")
         if whole and self.shortened:
             self.left_out["a line that is left out (--whole-orders)"] = self.shortened
@@ -235,7 +236,8 @@ class OrderLines:
         ).fetchone()
         first = Moment(tick, ahead)
         if start is not None and start.tick > tick:
-            raise InputError("--start", f"found {clock.iso(start)}, but the first order arrives at {clock.iso(first)}")
+            found = f"found {clock.iso(start)}, but the first order arrives at {clock.iso(first)}"
+            raise InputError("--start", f"{found}; expected a time that is not later (--from leaves out orders)")
         return clock.midnight_before(first) if start is None else start
 
     def _leave_out_late(self, zero: Moment) -> None:

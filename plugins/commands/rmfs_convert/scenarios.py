@@ -25,7 +25,7 @@ def scenario_of(pods: int, start: str | None = None, learned: str | None = None)
     columns = max(ceil(blocks / rows), 2)
     stations = max(1, min(ceil(pods / 100), (rows - 1) // 2))
     begins = "" if start is None else f'start = "{start}"\n'
-    told = "Orders and pods made by `rmfs convert orders`. The layout, its stations and robots are a guess."
+    told = "Orders and pods made by `rmfs convert`. The layout, its stations and robots are a guess."
     told += (
         f" {toml_text(learned)[1:-1]}" if learned else ""
     )  # a name of a file may have signs that no comment can have

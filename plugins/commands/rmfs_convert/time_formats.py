@@ -61,7 +61,7 @@ def guessed(texts: list[str]) -> str:
     found = [pattern for pattern in patterns if texts and all(_reads(pattern, text) for text in texts)]
     options = [f'--time-format "{pattern}"' if " " in pattern else f"--time-format {pattern}" for pattern in found]
     if texts and all(_reads(None, text) for text in texts):
-        options.insert(0, "no --time-format")
+        options.insert(0, "without --time-format")
     return f"; perhaps {listed(options[:3], 'or')}" if options else ""
 
 
@@ -119,7 +119,8 @@ def reader_of(pattern: str | None, zone: ZoneInfo | None) -> Read:
         return _numberreader_of(pattern, zone)
     if pattern is None:
         seconds = _numberreader_of("seconds", zone)
-        return lambda text: seconds(text) if _NUMBER.fullmatch(text) else _dated(datetime.fromisoformat(text), zone)
+        dates = date_reader(zone)
+        return lambda text: seconds(text) if _NUMBER.fullmatch(text) else dates(text)
     of_day = not set(re.findall(r"%(.)", pattern)) & (_DATE | _YEAR)
     width = _width(pattern)
 
@@ -130,6 +131,17 @@ def reader_of(pattern: str | None, zone: ZoneInfo | None) -> Read:
         return (OF_DAY, Moment(_tick(moment) % DAY)) if of_day else _dated(moment, zone)
 
     return read
+
+
+def date_reader(zone: ZoneInfo | None) -> Read:
+    """Return what reads dates in ISO 8601, ``20240301`` among them; a text that is none is a ValueError.
+
+    Parameters
+    ----------
+    zone
+        Time zone of times without an offset, by whose clock all times are shown; None: they stay as they are.
+    """
+    return lambda text: _dated(datetime.fromisoformat(text), zone)
 
 
 def _width(pattern: str) -> int | None:

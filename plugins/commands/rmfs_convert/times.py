@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from datetime import timedelta
 from functools import lru_cache
 from zoneinfo import ZoneInfo
 
 from rmfs_convert.numeric_dates import NumericDates
-from rmfs_convert.time_formats import ABSOLUTE, EPOCH, LOCAL, OF_DAY, SECONDS, Moment, reader_of
+from rmfs_convert.time_formats import ABSOLUTE, EPOCH, LOCAL, OF_DAY, SECONDS, Moment, date_reader, reader_of
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.errors import InputError
 from rmfs_core.timetable import DAY
@@ -75,26 +76,33 @@ class Clock:
     def option(self, option: str, text: str) -> Moment:
         """Return a time that is given by an option: written as in the table, or in ISO 8601.
 
+        One with an offset from UTC keeps it, whatever the zone: time 0 has that clock. ``20240301`` is a date where the
+        table has dates.
+
         Raises
         ------
         InputError
             When it is no time, or of another kind than those of the table.
         """
-        for read in (self._read, reader_of(None, self._zone)):
-            try:
+        readable = False
+        for read in (date_reader(None), self._read, reader_of(None, self._zone), date_reader(self._zone)):
+            with suppress(ValueError, OverflowError):
                 kind, moment = read(text)
-            except (ValueError, OverflowError):
-                continue
-            if self._kind in (None, kind):
-                return moment
-            raise InputError(option, f'found "{text}", but the times of the table are {self._kind}; {self._expected()}')
+                if self._kind in (None, kind):
+                    return moment
+                readable = True
+        if readable:
+            raise InputError(option, f'found "{text}", but the times of the table are {self._shown_kind()}')
         raise InputError(
             option, f'found "{text}"; expected a time such as 2024-03-01T06:00, or as --time-format has it'
         )
 
-    def _expected(self) -> str:
+    def _shown_kind(self) -> str:
         examples = {SECONDS: "21600", OF_DAY: "06:00", LOCAL: "2024-03-01T06:00", ABSOLUTE: "2024-03-01T06:00+01:00"}
-        return f"expected one of that kind, such as {examples[self._kind or LOCAL]}"
+        kind, example = self._kind, examples[self._kind or LOCAL]
+        if kind == ABSOLUTE and self._zone is not None:  # the offsets are the zone's, not the table's
+            kind, example = "dates", examples[LOCAL]
+        return f"{kind}; expected one of that kind, such as {example}"
 
     def midnight_before(self, moment: Moment) -> Moment:
         """Return the midnight at or before a time, by the clock that it was read from; 0 where times are no dates."""

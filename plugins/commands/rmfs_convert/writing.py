@@ -190,7 +190,7 @@ def _tell_kept(lines: OrderLines, totals: Counter[str]) -> None:
         tell(f"Due before time 0: {counted(totals['early'], 'order')}; 0 is written.")
     if len(lines.offsets) > 1:
         found = listed(map(offset, lines.offsets))
-        tell(f"Times with offsets from UTC of {found}: hours of the day are by the clock of time 0.")
+        tell(f"Times with offsets from UTC of {found}: hours of the day are by the clock of time 0 (--start).")
     largest = (f"{items:,} of {_short(sku)} (order {_short(name)})" for name, sku, items in lines.largest(LARGEST))
     tell(f"Largest lines: {', '.join(largest)}.")
 

@@ -6,7 +6,7 @@ from array import array
 from operator import sub
 from typing import Any
 
-from rmfs_core.clock import to_seconds
+from rmfs_core.clock import TICKS_PER_S, to_seconds
 from rmfs_core.events import (
     ItemPicked,
     OrderArrived,
@@ -19,7 +19,7 @@ from rmfs_core.events import (
     VisitStarted,
 )
 from rmfs_core.info import RunInfo
-from rmfs_details.spans import Handlers
+from rmfs_details.spans import Handlers, Number, ratio
 
 COLUMNS = ("backlog_s", "other_parts_s", "fetch_s", "driving_s", "queueing_s", "station_s")
 """Columns besides order and turnover_s, in the order of time: they follow each other and add up to it.
@@ -44,15 +44,19 @@ class Delays:
     ----------
     run
         The run.
+    begin
+        The time from which on orders that arrive count in means.
     """
 
-    def __init__(self, run: RunInfo) -> None:
+    def __init__(self, run: RunInfo, begin: int) -> None:
         self._orders = run.instance.orders
         self._handled = run.scenario.stations.release == "handled"
         self._waits = run.instance.restocked and run.scenario.rules.wait_for_stock is not False
         self.columns = (*((WAITED,) if self._waits else ()), *COLUMNS, *((HANDLING,) if self._handled else ()))
         """Columns besides order and turnover_s."""
+        self._begin = begin
         self._in_stock: dict[int, int] = {}
+        self._waited = array("q")  # of completed orders that count in means
         self._arrival = {i: order.arrival_tick for i, order in enumerate(self._orders)}  # until it arrives otherwise
         self._first: dict[int, int] = {}
         self._last: dict[int, int] = {}
@@ -107,7 +111,14 @@ class Delays:
         arrival = self._arrival.pop(order)
         if self._waits:
             ends.insert(0, self._in_stock.pop(order, arrival))
+            if arrival >= self._begin:
+                self._waited.append(ends[0] - arrival)
         self.times[order] = array("q", map(sub, ends, (arrival, *ends)))
+
+    def values(self) -> dict[str, Number]:
+        """Return the mean time for which completed orders waited for stock; nothing where none can."""
+        mean = ratio(sum(self._waited), len(self._waited) * TICKS_PER_S)
+        return {"turnover_stock_s": mean} if self._waits else {}
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a row for each order; no times where it is not complete."""

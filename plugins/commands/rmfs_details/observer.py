@@ -48,7 +48,7 @@ class Details:
         """Start afresh."""
         self._out = run.out
         self._begin = self._end = to_ticks(run.scenario.run.warmup_s or 0)
-        self._hours, self._stations, self._delays = Hours(run), Stations(run), Delays(run)
+        self._hours, self._stations, self._delays = Hours(run), Stations(run), Delays(run, self._begin)
         self._robots, self._measures = Robots(run, self._begin), Measures(run, self._begin)
         self._energy = Energy(run, self._begin)
         self._handlers: dict[type[Event], list[Callable[[Any], None]]] = {}
@@ -97,7 +97,7 @@ class Details:
             **self._stations.values(self._begin, self._end),
             "waiting_per_visit_s": ratio(self._robots.waiting_ticks, visits_ticks),
             "waiting_for_room_per_visit_s": ratio(self._robots.for_room_ticks, visits_ticks),
-            **self._replenishment.values(self._end),
+            **self._replenishment.values(self._end, self._delays.values()),
             **self._energy.values(self._measures.completed),
             **self._robots.values(self._end, self._measures.completed),
         }

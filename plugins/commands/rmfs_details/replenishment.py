@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from attrs import define
@@ -14,9 +14,6 @@ from rmfs_core.events import (
     BundleStored,
     Event,
     ItemPicked,
-    OrderArrived,
-    OrderCompleted,
-    OrderInStock,
     PodStored,
     TaskAssigned,
     VisitEnded,
@@ -81,10 +78,6 @@ class Replenishment:
         self._trips: dict[int, _Trip] = {}
         self._stored_in: dict[int, int] = {}  # pod -> visit in which a bundle was stored last
         self._robot_ticks = 0
-        self._waits = run.scenario.rules.wait_for_stock is not False
-        self._came: dict[int, int] = {}  # orders that are not complete, and when they arrived
-        self._waited: dict[int, int] = {}  # how long those waited for stock that did
-        self._waited_ticks = self._timed = 0  # of completed orders: sum, and how many
         self.handlers: Handlers = {}
         if self.on:
             self.handlers = {
@@ -92,9 +85,6 @@ class Replenishment:
                 BundleAssigned: self._assigned,
                 BundleStored: self._bundle_stored,
                 ItemPicked: self._picked,
-                OrderArrived: self._came_in,
-                OrderInStock: self._in_stock_now,
-                OrderCompleted: self._done,
                 TaskAssigned: self._set_out,
                 VisitEnded: self._visited,
                 PodStored: self._back,
@@ -127,18 +117,6 @@ class Replenishment:
         self._items.add(event.tick, items)
         self._in_stock.add(event.tick, (before + items > 0) - (before > 0))
         self.stock_outs += before + items == 0 and event.tick >= self._begin
-
-    def _came_in(self, event: OrderArrived) -> None:
-        self._came[event.order] = event.tick
-
-    def _in_stock_now(self, event: OrderInStock) -> None:
-        self._waited[event.order] = event.tick - self._came[event.order]
-
-    def _done(self, event: OrderCompleted) -> None:
-        arrived, waited = self._came.pop(event.order), self._waited.pop(event.order, 0)
-        if arrived >= self._begin:
-            self._timed += 1
-            self._waited_ticks += waited
 
     def _set_out(self, event: TaskAssigned) -> None:
         self._trips[event.pod] = _Trip(event.tick)
@@ -180,8 +158,8 @@ class Replenishment:
         for hour, numbers in enumerate(self._hours):
             yield dict(zip(STOCK_COLUMNS, (hour, hour * 3600, *numbers), strict=True))
 
-    def values(self, end: int) -> dict[str, Number]:
-        """Return the metrics by name; none where there is no replenishment."""
+    def values(self, end: int, of_orders: Mapping[str, Number]) -> dict[str, Number]:
+        """Return the metrics by name, with those of orders among them; none where there is no replenishment."""
         if not self.on:
             return {}
         done = [(bundle, stored) for bundle in self._bundles if (stored := bundle.stored) is not None]
@@ -195,7 +173,7 @@ class Replenishment:
             "replenishment_visits": len(self._visits),
             "items_per_replenishment_visit": ratio(items, len(self._visits)),
             "stock_outs": self.stock_outs,
-            **({"turnover_stock_s": ratio(self._waited_ticks, self._timed * TICKS_PER_S)} if self._waits else {}),
+            **of_orders,
             "items_in_stock_mean": self._items.mean(self._begin, end),
             "skus_in_stock_mean": self._in_stock.mean(self._begin, end),
             "replenishment_robot_percent": ratio(100 * self._robot_ticks, self._robots * (end - self._begin)),

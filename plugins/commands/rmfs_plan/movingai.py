@@ -14,7 +14,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from rmfs_core.errors import InputError
-from rmfs_core.wording import shown_short
+from rmfs_core.wording import counted, shown_short
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST, CellKind, Layout, check_size, parse_map
 from rmfs_core.world.textmap import LONGEST_SIDE
 
@@ -101,7 +101,9 @@ def read_trips(path: str | Path, layout: Layout, limit: int | None = None) -> tu
         if line.strip() and (limit is None or len(trips) < limit):
             trips.append(_trip(line.split("\t") if "\t" in line else line.split(), layout, f"{path}:{number}"))
     if limit is not None and len(trips) < limit:
-        raise InputError(str(path), f"found {len(trips)} trip(s); expected at least {limit}, one for each robot")
+        raise InputError(
+            str(path), f"found {counted(len(trips), 'trip')}; expected at least {limit}, one for each robot"
+        )
     return tuple(trips)
 
 

@@ -110,7 +110,7 @@ def trial_worlds() -> tuple[TrialWorld, ...]:
         _world("an order as large as the largest station", _large(), capacities=(4, 9, 5)),
         _world("an order larger than the largest station", _large(), capacities=(4, 6, 5)),
         _world("a line longer than the largest station", _long_line(), capacities=(4, 6)),
-        _world("lines of 10 to 40 items", _many_items(), capacities=(45, 60)),
+        _world("lines of 10 to 40 items on finite stock", _many_items(), capacities=(45, 60)),
         _world("order capacity", plain, capacities=(2, 1), counts_orders=True),
         _world("a station that closes", _later(), capacities=(5, 5), opening={"1": (("00:00", "00:02"),)}),
         _world("batteries", _later(), capacities=(5, 5), battery=BATTERY, idle="charge-when-low"),

@@ -252,26 +252,26 @@ def _end(place: str, line: Mapping[str, Any]) -> tuple[int, str]:
     return tick, str(status)
 
 
-_TRUTHS = ("counts_orders", "restocked")
-"""What the header says yes or no to, outside the scenario; Python takes a yes elsewhere for a 1."""
+_BOOLEANS = ("counts_orders", "restocked")
+"""Keys of the header, outside the scenario, that are true or false; anywhere else Python would take true for 1."""
 
 
-def _refuse_truths(value: object, where: str) -> None:
+def _refuse_booleans(value: object, where: str) -> None:
     """Raise TypeError where a header has ``true`` or ``false`` for a number."""
     if isinstance(value, bool):
         raise TypeError(f"found {str(value).lower()} in {where}; expected a number")
     if isinstance(value, Mapping):
         for key, entry in value.items():
-            if key not in _TRUTHS:
-                _refuse_truths(entry, f"`{key}`")
+            if key not in _BOOLEANS:
+                _refuse_booleans(entry, f"`{key}`")
     elif isinstance(value, list):
         for entry in value:
-            _refuse_truths(entry, where)
+            _refuse_booleans(entry, where)
 
 
 def _trace(path: str, first: Mapping[str, Any]) -> Trace:
     try:
-        _refuse_truths({key: value for key, value in first.items() if key != "scenario"}, "the header")
+        _refuse_booleans({key: value for key, value in first.items() if key != "scenario"}, "the header")
         return Trace(
             scenario=first["scenario"],
             layout=_layout(first["layout"], f"{path}, line 1"),

@@ -109,7 +109,7 @@ def delays_of(trace: Trace) -> list[Row]:
     assigned: dict[int, list[int]] = defaultdict(list)
     last_pick: dict[int, tuple[int, int, int]] = {}
     handled = trace.scenario.get("stations", {}).get("release") == "handled"
-    waits = trace.instance.restocked and lets_wait(trace)
+    waits = lets_wait(trace)
     columns = (*((WAITED,) if waits else ()), *(HANDLED if handled else PARTS))
     arrivals, joined = arrivals_of(trace), joined_at(trace)
     found: list[Row] = []

@@ -31,7 +31,7 @@ def compare(case: Case, result: Mapping[str, Any]) -> None:
             case.add("other-run", trace.tick, f"the {name} in the result is not the one in the trace")
     reported = result.get("metrics", {})
     for section in ("metrics", "timing"):
-        for name in _truths(result.get(section, {})):
+        for name in _booleans(result.get(section, {})):
             case.add("metric", trace.tick, f"{name} is reported as true or false; expected a number")
     details = recompute_details(trace)
     if trace.instance.restocked:
@@ -146,12 +146,13 @@ def _alike(found: object, expected: object) -> bool:
     return json.dumps(found, sort_keys=True) == json.dumps(expected, sort_keys=True)
 
 
-def _truths(figures: Mapping[str, Any]) -> Iterator[str]:
+def _booleans(figures: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the names of figures that are true or false."""
     for name, value in figures.items():
         if isinstance(value, bool):
             yield name
         elif isinstance(value, Mapping):
-            yield from _truths(value)
+            yield from _booleans(value)
 
 
 def _same(reported: object, value: Value) -> bool:

@@ -14,6 +14,8 @@ from rmfs_core.events import (
     BundleBound,
     BundleStored,
     ItemPicked,
+    OrderArrived,
+    OrderInStock,
     TripDecided,
     VisitEnded,
 )
@@ -54,12 +56,12 @@ class BundleCheck:
         self.at: Counter[int] = Counter()  # station -> bundles that are assigned and not stored
         self.endless = {sku for pod in instance.pods for sku, number in pod.contents if number is None}
         self.position: Counter[int] = Counter()
+        self.wanting: set[int] = set()  # orders that wait for stock
         for pod in instance.pods:
             self.position.update({sku: number or 0 for sku, number in pod.contents})
         for i, used in enumerate(self.used):
             self._fits(0, i, used)
-        for sku in range(len(instance.levels)):
-            self._order(sku, 0)
+        self.begun = False
         self.handlers: Handlers = {
             BundleArrived: self.arrived,
             BundleAssigned: self.assigned,
@@ -67,8 +69,17 @@ class BundleCheck:
             TripDecided: self.trip,
             BundleStored: self.stored,
             ItemPicked: self.picked,
+            OrderArrived: self.order_arrived,
+            OrderInStock: self.order_in_stock,
             VisitEnded: self.left,
         }
+
+    def _begin(self) -> None:
+        """Expect what is ordered at time 0, after the orders that arrive then."""
+        if not self.begun:
+            self.begun = True
+            for sku in range(len(self.case.trace.instance.levels)):
+                self._order(sku, 0)
 
     def _order(self, sku: int, tick: int) -> None:
         """Expect what is ordered where the inventory position is at the reorder point."""
@@ -84,6 +95,7 @@ class BundleCheck:
 
     def arrived(self, event: BundleArrived) -> None:
         """Check that a bundle was to come, and now."""
+        self._begin()
         case, comes = self.case, f"bundle {event.name} with {event.items} of {self.case.sku(event.sku)} arrives"
         if event.bundle != len(self.bundles):
             case.add("bundle-arrival", event.tick, f"{comes} with id {event.bundle}; expected {len(self.bundles)}")
@@ -186,10 +198,28 @@ class BundleCheck:
 
     def picked(self, event: ItemPicked) -> None:
         """Note that an item is gone."""
+        self._begin()
         if self.state.pods[event.pod].stock.get(event.sku) is not None:
             self.used[event.pod] -= self.sizes[event.sku]
         self.position[event.sku] -= 1
         self._order(event.sku, event.tick)
+
+    def order_arrived(self, event: OrderArrived) -> None:
+        """Expect what is ordered for an order that waits for stock."""
+        if event.tick:
+            self._begin()
+        if self.state.orders[event.order].waits:
+            self.wanting.add(event.order)
+            for sku, items in self.case.trace.instance.orders[event.order].lines:
+                self.position[sku] -= items
+                self._order(sku, event.tick)
+
+    def order_in_stock(self, event: OrderInStock) -> None:
+        """Note that an order waits no more."""
+        if event.order in self.wanting:
+            self.wanting.remove(event.order)
+            for sku, items in self.case.trace.instance.orders[event.order].lines:
+                self.position[sku] += items
 
     def left(self, event: VisitEnded) -> None:
         """Check that nothing was to be stored any more."""
@@ -199,6 +229,7 @@ class BundleCheck:
 
     def at_end(self) -> None:
         """Check that whatever was to come has come."""
+        self._begin()
         end = self.case.trace.tick
         for (tick, sku, items), number in self.expected.items():
             if number > 0 and tick < end:

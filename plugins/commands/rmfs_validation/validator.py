@@ -66,15 +66,16 @@ def faults_of(
     lines, orders, pods = LineCheck(case, state, collisions=collisions), OrderCheck(case, state), PodCheck(case, state)
     picks, bundles, shifts = PickCheck(case, state), BundleCheck(case, state), ShiftCheck(case, state)
     stock, decisions = StockCheck(case, state), DecisionCheck(case, state)
-    # The way is checked while a robot is still where its run starts, the decision before its parts take up capacity.
+    # The way is checked while a robot is still where its run starts, the decision before its parts take up capacity,
+    # and which orders wait for stock before what is on order for them.
     checks = (
         WayCheck(case, state),
         MotionCheck(case, state),
         pods,
+        stock,
         bundles,
         lines,
         picks,
-        stock,
         decisions,
         shifts,
         orders,

@@ -23,7 +23,7 @@ from rmfs_core.warehouse import Robot, Station
 Process = Generator[simpy.Event, Any, None]
 NO_LEGS = ends_of(())
 CROSSINGS = 10
-"""Times across the layout that others may take to get out of a robot's way before it counts as standing still."""
+"""How many crossings of the layout, in time, a robot may wait for others before it counts as standing still."""
 
 
 @define(eq=False)
@@ -82,9 +82,10 @@ class Driving:
     ----------
     rule
         The PP rule.
-    standstill_ticks, allowed
-        How long a robot may come no nearer to its goal: ``run.standstill_s``, or `CROSSINGS` of the layout if they take
-        longer; and how messages say so.
+    standstill_ticks
+        How long a robot may come no nearer to its goal: ``run.standstill_s``, or `CROSSINGS` if they take longer.
+    allowed
+        The same in words, for messages.
     """
 
     def __init__(self, run: RunContext) -> None:
@@ -95,7 +96,7 @@ class Driving:
         self._turns, self._runs = travel.turns.tolist(), travel.runs.tolist()
         crossing = self._runs[self._width] + self._runs[travel.layout.height] + 2 * self._turns[2]
         self.standstill_ticks = max(to_ticks(run.scenario.run.standstill_s), CROSSINGS * crossing)
-        self.allowed = f"more than run.standstill_s, and than {CROSSINGS} times across the layout take"
+        self.allowed = f"longer than run.standstill_s and than {CROSSINGS} crossings of the layout take"
         self.under_way: dict[int, tuple[Robot, int, int, int, int, int]] = {}
         """By robot, what `arrive` is called with at the end of its leg."""
 

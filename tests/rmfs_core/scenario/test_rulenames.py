@@ -27,9 +27,9 @@ Install = Callable[..., None]
 
 
 def test_every_choice_has_its_path() -> None:
-    """In the order of the section's keys, lists with their places, keys that are left out not at all."""
+    """In the order of the section's keys, lists with their places; keys that are left out or name no rule have none."""
     a, b, c, d = (RuleChoice(name) for name in "abcd")
-    rules = RulesSection(poa_pps=a, pr=b, filters=(c, a), observers=(d,))
+    rules = RulesSection(poa_pps=a, pr=b, wait_for_stock=True, filters=(c, a), observers=(d,))
     assert [(path, choice.rule) for path, choice in rule_choices(rules)] == [
         (("poa_pps",), "a"),
         (("pr",), "b"),

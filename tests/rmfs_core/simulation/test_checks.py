@@ -126,7 +126,7 @@ WRONG = [
     ("pp", "return Path([Leg(robot.cell, 10**14)])", "gave robot 1 (id 0) a leg that waits 100000000000000 ticks"),
     ("pp", "return Path([Leg(robot.cell, 0.5)])", "named wait_ticks 0.5; expected a whole number"),
     ("pp", "return Path([Leg(None)])", "named cell None; expected a whole number"),
-    ("pp", "return Path([Leg(robot.cell, 60000)])", " for 3660 s (more than run.standstill_s, and than 10 times"),
+    ("pp", "return Path([Leg(robot.cell, 60000)])", " for 3660 s (longer than run.standstill_s and than 10 crossings"),
     ("pp", "return Path([3])", "returned a path with int 3 in it; expected Leg only"),
     ("pp", "return Path([Leg(warehouse.stations[0].cell)])", "gave robot 1 (id 0) an impossible path: "),
     # Filter

@@ -8,7 +8,7 @@ import pytest
 from attrs import evolve
 
 import rmfs_core
-from rmfs_core.errors import InputError, StandstillError
+from rmfs_core.errors import InputError
 from rmfs_core.events import (
     ItemPicked,
     OrderArrived,
@@ -198,35 +198,6 @@ def test_full_queues_do_not_block_each_other(tiny_run: Prepare) -> None:
     run.simulation.run()
     assert len(run.recorder.of(OrderCompleted)) == 2
     assert len(run.recorder.of(ItemPicked)) == 8
-
-
-COUNTS_ITEMS = """
-from attrs import define
-from rmfs_core import OrderAssignment, hookimpl
-
-
-@define
-class CountsItems:
-    @hookimpl
-    def assign_orders(self, warehouse):
-        fitting = [order for order in warehouse.backlog if order.items <= warehouse.stations[0].free_capacity]
-        return [OrderAssignment(order.id, 0) for order in fitting[:1]]
-"""
-
-
-def test_a_run_that_stands_still_says_what_is_left(tiny_run: Prepare, tmp_path: Path) -> None:
-    """When no rule decides anything and nothing is under way, the error counts what is left, and what it could take."""
-    (tmp_path / "own.py").write_text(COUNTS_ITEMS, encoding="utf-8")
-    run = tiny_run(small_instance({"1": ["a", "b"]}, {"p": ["a", "b"]}), capacity=1, poa="./own.py:CountsItems")
-    with pytest.raises(StandstillError) as caught:
-        run.simulation.run()
-    assert str(caught.value) == (
-        "The run stands still at 0.000 s: 1 orders are not complete (1 in the backlog; 0 open requests that no inbound "
-        "pod can serve; 0 pods waiting for a robot), and no rule decides anything (asked last: "
-        'rule "./own.py:CountsItems" (own.py inline), rule "demand" (rmfs 0.2.0.dev0), '
-        'rule "nearest-robot" (rmfs 0.2.0.dev0)); 1 in the backlog have more than 1 items and fit an empty station '
-        "alone, as `fits` says."
-    )
 
 
 @pytest.mark.parametrize("body", ["1 / 0", "raise SystemExit(3)"])

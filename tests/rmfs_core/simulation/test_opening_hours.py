@@ -122,7 +122,7 @@ def test_a_run_stands_still_when_a_whole_day_brings_nothing(tiny_run: Prepare) -
     """No robot is ever on duty: the message says so."""
     change = hours((("06:00", "22:00"),), robots=(("08:00", "09:00", 0),))
     run = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]}), change=change)
-    with pytest.raises(StandstillError, match=r"stands still at .*: 1 orders are not complete.*; \d+ robots? off duty"):
+    with pytest.raises(StandstillError, match=r"stands still at .*: 1 order is not complete.*; \d+ robots? off duty"):
         run.simulation.run()
     assert run.simulation.now <= 4 * DAY
 
@@ -277,35 +277,3 @@ def test_whatever_the_hours_every_order_is_completed_in_time(tiny_run: Prepare, 
     run.simulation.run()
     assert run.simulation.status == "complete"
     assert recorder.faults(run.simulation.now, "complete", rules, collisions=rules["pp"] == "sipp") == []
-
-
-@pytest.mark.parametrize(
-    ("stations", "robots", "until_s", "sentence"),
-    [
-        ((("06:00", "10:00"),), None, 3600.0, "no station is open before 21600.000 s."),
-        (None, (("12:00", "16:00"),), 3600.0, "no robot is on duty before 43200.000 s."),
-        (
-            (("00:00", "00:01"),),
-            (("00:01", "24:00"),),
-            61.0,
-            "no robot is on duty while a station is open at any time.",
-        ),
-        (None, None, 1.0, "1 of 1 order arrived, with 0 items picked."),
-    ],
-)
-def test_why_no_order_is_complete_is_said(
-    tiny_run: Prepare, stations: Any, robots: tuple[Span, ...] | None, until_s: float, sentence: str
-) -> None:
-    """Where hours are the reason, what is missing and from when on it is there."""
-    change = hours(stations, robots)
-    given = small_instance({"1": ["a"]}, {"p": ["a"]})
-    simulation = tiny_run(given, change=lambda one: evolve(change(one), run=RunSection(until_s=until_s))).simulation
-    simulation.run()
-    assert [*simulation.notes()] == [f"No order is complete at {until_s:.3f} s: {sentence}"]
-
-
-def test_where_an_order_is_complete_nothing_is_said(tiny_run: Prepare) -> None:
-    """Nor where there are none."""
-    simulation = tiny_run(small_instance({"1": ["a"]}, {"p": ["a"]})).simulation
-    simulation.run()
-    assert [*simulation.notes()] == []

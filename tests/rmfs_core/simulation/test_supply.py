@@ -9,6 +9,7 @@ from attrs import evolve
 
 from replenished import scenario_of
 from rmfs_core.simulation.supply import Supply
+from rmfs_core.warehouse.parts import OrderLine
 from rmfs_core.world import BundleData, Instance, OrderData, PodData
 
 REORDER = {"process": "reorder-point", "reorder_point": 2, "order_up_to": 7}
@@ -29,6 +30,17 @@ def test_what_has_run_low_is_ordered_up_to_the_level_once() -> None:
     assert supply.order(0) == []
     supply.picked(0)
     assert supply.order(0) == [5]
+    assert supply.order(0) == []
+
+
+def test_what_an_order_waits_for_is_ordered() -> None:
+    """Four items of a, and an order waits for nine: as many are ordered as leave seven when it is picked."""
+    supply, wanted = Supply(scenario_of(REORDER), INSTANCE), [OrderLine(0, 9)]
+    supply.waits(wanted)
+    assert supply.order(0) == [12]
+    supply.waits_no_more(wanted)
+    for _ in range(9):
+        supply.picked(0)
     assert supply.order(0) == []
 
 

@@ -87,10 +87,10 @@ def other_sign(metric: Metric, one: Paired) -> str | None:
     mean, share = one.difference.mean, one.relative.mean
     if mean is None or share is None or mean * share >= 0:
         return None
+    p = "" if one.difference.p_holm is None else f", p {probability(one.difference.p_holm)}"
     return (
-        f"{one.rule_set}, {one.instances}: the means differ by {difference(metric, one.difference)}, p "
-        f"{probability(one.difference.p_holm)}, the other way round than the relative difference, in which small and "
-        "large figures count alike."
+        f"{one.rule_set}, {one.instances}: the means differ by {difference(metric, one.difference)}{p}, the other way "
+        "round than the relative difference, in which small and large figures count alike."
     )
 
 

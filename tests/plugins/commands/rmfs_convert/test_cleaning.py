@@ -43,7 +43,7 @@ def test_each_row_left_out_has_its_reason() -> None:
         '4 with a quantity that is no whole number from 1 on (returns, weights): row 3 "0", row 4 "-1", row 5 "1.5"',
         '1 with no time that can be read: row 7 "noon"',
         "1 with the header again: row 8",
-        '1 with more than 1,000,000 items in a line: row 10 "1,000,001"',
+        '1 with more than 1,000,000 items in a line: row 10 "1000001"',
     ]
     assert (cleaner.rows, cleaner.blank) == (9, 1)
     assert cleaner.lost == ["A", *"BBBB", "C", "D"]

@@ -253,3 +253,19 @@ def test_an_export_of_an_erp_system(tmp_path: Path) -> None:
         "4712,111600,B,3",  # 25 hours of that day
     ]
     assert 'start = "2024-10-26T00:00:00+02:00"' in (tmp_path / "scenario.toml").read_text(encoding="utf-8")
+
+
+def test_a_history_of_another_layout_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The options are those of the order lines: the error says so, and nothing is written."""
+    history, out = tmp_path / "history.csv", tmp_path / "out"
+    history.write_text("Auftrag;Artikel\nH-1;tea\n", encoding="utf-8")
+    options = (*COLUMNS, "--pods", "2", "--out", str(out), "--history")
+    with pytest.raises(SystemExit, match="2"):
+        main(["convert", "orders", str(table(tmp_path)), *options, str(history)])
+    told = capsys.readouterr().err
+    assert told.startswith(f'Error: {history}, line 1: there is no column "Order No"; found semicolons')
+    assert told.endswith("(--history is read with the columns, the separator and the encoding of the order lines)\n")
+    with pytest.raises(SystemExit, match="2"):
+        main(["convert", "orders", str(table(tmp_path)), *options, str(tmp_path / "none.csv")])
+    assert "none.csv: cannot be read: No such file or directory\n" in capsys.readouterr().err
+    assert list(out.iterdir()) == []

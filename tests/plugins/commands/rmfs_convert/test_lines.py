@@ -143,6 +143,17 @@ def test_an_order_that_loses_a_line_is_shortened(read: Read) -> None:
     assert lines.left_out["a line that is left out (--whole-orders)"] == 2
 
 
+def test_an_order_without_its_postage_is_whole(read: Read) -> None:
+    """Lines of SKUs to leave out shorten no order; one that has no others is left out."""
+    rows = ("A,tea,1,1,,", "A,post,1,1,,", "B,post,1,1,,", "C,tea,1,1,,", "C,post,1,1,,", "C,jam,1,0,,")
+    lines = read(*rows, choice=Choice(leave_out=("post",)))
+    lines.gather()
+    assert (lines.shortened, lines.left_out) == (1, {"no row that is kept": 1})
+    lines = read(*rows, choice=Choice(leave_out=("post",)))
+    lines.gather(whole=True)
+    assert written(lines) == ["A,1,tea,1"]
+
+
 def test_what_a_run_would_refuse_is_left_out(read: Read) -> None:
     """Orders that arrive years later, and SKUs of an order that are too many items in all rows together."""
     lines = read(

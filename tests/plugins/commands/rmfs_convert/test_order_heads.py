@@ -58,6 +58,14 @@ def test_lines_have_what_their_headers_say(tmp_path: Path, capsys: pytest.Captur
     assert "Lines with different times: 1 order; the earliest is the order's.\n" in told
 
 
+def test_an_order_is_left_out_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One without a header that loses a line as well is counted with those without headers alone."""
+    convert(tmp_path, *OF_HEADS, lines=LINES + "11;mug;-1,000\n12;mug;-1,000\n")
+    told = capsys.readouterr().out
+    assert f"Left out: 2 orders with no header in {tmp_path / 'heads.csv'} (10 and 11).\n" in told
+    assert "Left out: 1 order with no row that is kept.\n" in told
+
+
 def test_orders_of_two_tables_run(tmp_path: Path) -> None:
     """With pods, and the same name for the order in both tables."""
     convert(tmp_path, *OF_HEADS[2:], "--pods", "12", "--skus-per-pod", "1", heads=HEADS.replace("Document", "Order"))

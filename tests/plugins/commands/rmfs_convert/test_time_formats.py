@@ -118,7 +118,7 @@ def test_an_hour_that_is_skipped_is_no_time() -> None:
         (["03/04/2024"], "; perhaps --time-format %d/%m/%Y or --time-format %m/%d/%Y"),
         (["03/14/2024"], "; perhaps --time-format %m/%d/%Y"),
         (["1709251200000"], "; perhaps --time-format unix-ms"),
-        (["2024-03-01"], "; perhaps no --time-format"),
+        (["2024-03-01"], "; perhaps without --time-format"),
         (["06:10"], "; perhaps --time-format %H:%M"),
         (["yesterday"], ""),
         ([], ""),

@@ -80,6 +80,8 @@ def test_times_as_text() -> None:
         ("%d.%m.%Y", "05.03.2024", "2024-03-01", MARCH),
         (None, "2024-03-05T06:00Z", "2024-03-01T02:00+02:00", MARCH),
         (None, "700", "60", 60_000),
+        (None, "2024-03-05 060000", "20240301", MARCH),
+        ("%Y%m%d %H%M%S", "20240305 060000", "20240301", MARCH),
     ],
 )
 def test_a_time_of_an_option(pattern: str | None, row: str, text: str, tick: int) -> None:
@@ -132,3 +134,25 @@ def test_numbers_without_a_format_are_counted() -> None:
     clock = Clock("seconds")
     clock.read("20240229")
     assert clock.numbers.question() is None
+
+
+def test_an_offset_of_an_option_is_kept() -> None:
+    """Time 0 may have the clock after a change, so that hours of the day are those of the shifts of that day."""
+    clock = Clock("%Y%m%d %H%M%S", ZoneInfo("Europe/Berlin"))
+    first = clock.read("20241027 003000")
+    start = clock.option("--start", "2024-10-26T23:00+01:00")
+    assert clock.iso(start) == "2024-10-26T23:00:00+01:00"
+    assert (first.tick - start.tick, clock.iso(first)) == (1_800_000, "2024-10-27T00:30:00+02:00")
+    assert clock.option("--start", "2024-10-27").tick == start.tick
+
+
+def test_offsets_of_a_zone_are_not_the_tables() -> None:
+    """What would be right is a date as the table has it."""
+    clock = Clock(None, ZoneInfo("Europe/Berlin"))
+    clock.read("2024-10-27T06:00")
+    with pytest.raises(InputError) as caught:
+        clock.option("--from", "21600")
+    assert str(caught.value) == (
+        '--from: found "21600", but the times of the table are dates; '
+        "expected one of that kind, such as 2024-03-01T06:00"
+    )

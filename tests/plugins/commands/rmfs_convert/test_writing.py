@@ -75,7 +75,7 @@ def test_what_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
         "Names with accents apart from their letters (NFD): 1; they are spelled as one sign (NFC).",
         "SKUs that an order repeats: 1 row; quantities are added up.",
         "Lines with different times: 1 order; the earliest is the order's.",
-        "Times with offsets from UTC of +00:00 and +02:00: hours of the day are by the clock of time 0.",
+        "Times with offsets from UTC of +00:00 and +02:00: hours of the day are by the clock of time 0 (--start).",
         "Largest lines: 2 of caf\u00e9 (order 1).",
         f"Wrote {tmp_path}/out/orders.csv: 1 order, 1 line, 2 items of 1 SKU; "
         "time 0 is 2024-07-01T00:00:00+02:00 (`instance.start`), the last order arrives 6.0 hours later.",

@@ -33,7 +33,7 @@ def part(tick_s: int, *, complete: bool) -> OrderAssigned:
 
 def row_of(run: RunInfo, *events: Event) -> list[float | None]:
     """Return what the first order's time went to."""
-    delays = Delays(run)
+    delays = Delays(run, 0)
     for event in sorted(events, key=lambda event: event.tick):
         if type(event) in delays.handlers:
             delays.handlers[type(event)](event)

@@ -115,7 +115,7 @@ def test_trips_are_read_in_order(tmp_path: Path) -> None:
     ("text", "problem"),
     [
         ("", "room.scen:1: expected the line `version 1`, as in MovingAI's scenarios"),
-        ("version 1\n", "room.scen: found 0 trip(s); expected at least 2, one for each robot"),
+        ("version 1\n", "room.scen: found 0 trips; expected at least 2, one for each robot"),
         (
             "version 1\n0 room.map 8 4 0\n",
             "room.scen:2: found 5 field(s); expected bucket, map, width, height, start x",

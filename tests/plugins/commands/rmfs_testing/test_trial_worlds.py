@@ -129,7 +129,7 @@ def test_some_lines_fit_no_station_beside_others() -> None:
 
 def test_lines_of_many_items_are_brought_by_several_pods() -> None:
     """They have 10 to 40 items, and few pods hold as many."""
-    instance = WORLDS["lines of 10 to 40 items"].instance
+    instance = WORLDS["lines of 10 to 40 items on finite stock"].instance
     lines = [line for order in instance.orders for line in order.lines]
     assert (min(quantity for _, quantity in lines), max(quantity for _, quantity in lines)) == (10, 40)
     most = {sku: max(dict(pod.contents).get(sku, 0) for pod in instance.pods) for sku, _ in lines}

@@ -94,7 +94,7 @@ def test_who_never_arrives_ends_the_run(tmp_path: Path) -> None:
     run.env.process(FreeDriving(run).to_location(robot, 19))
     with pytest.raises(
         RuleError,
-        match=r"at 120\.000 s: robot 1 has come no nearer to row 4, column 5 for 120 s \(more than run\.standst",
+        match=r"at 120\.000 s: robot 1 has come no nearer to row 4, column 5 for 120 s \(longer than run\.stand",
     ):
         until_nothing_happens(run)
 

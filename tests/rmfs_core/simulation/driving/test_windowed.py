@@ -49,7 +49,7 @@ def test_a_standstill_says_who_waits_for_whom(tmp_path: Path, motion: str, secon
         f"{motion} }}\n"
         "stations = { queue_length = 1, item_capacity = 4 }\nrun = { standstill_s = 300.0 }\n"
     )
-    message = rf"The run stands still at .* for {seconds} s \(more than run\.standstill_s, and than 10 times across"
+    message = rf"The run stands still at .* for {seconds} s \(longer than run\.standstill_s and than 10 crossings"
     with pytest.raises(StandstillError, match=message) as caught:
         rmfs_core.run(tmp_path / "s.toml", out=tmp_path / "out")
     text = str(caught.value)

@@ -76,6 +76,11 @@ def test_other_signs_of_the_two_differences_are_told(result: ExperimentResult) -
     assert "good, overall: the means differ by \u22124.000" in text
     assert "the other way round than the relative difference" in text
     assert "good, orders=50: the means" not in text
+    assert "\u22124.000 (no interval), the other way round" in text
+    for row in result.rows:
+        if row["rule_set"] == "good" and row["status"] != "failed":
+            row["pile_on"] += row["seed"] / 100
+    assert re.search(r"\], p [<.0-9 ]+, the other way round", " ".join(printed(result, 80).split()))
 
 
 def test_fronts_follow_the_metrics(with_front: ExperimentResult) -> None:
