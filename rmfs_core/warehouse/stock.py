@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from bisect import insort
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
+from heapq import heappop, heappush
 from operator import attrgetter
 
 from rmfs_core.warehouse.parts import Order, Pod
 
 by_age = attrgetter("arrival_tick", "id")
 """Key by which the older order comes first."""
+
+
+_Aged = tuple[int, int, Order]
+"""An order with its age before it, so that a heap has the oldest first."""
 
 
 class Stock:
@@ -21,7 +25,8 @@ class Stock:
 
         unclaimed = items on all pods - open requests - open lines of the backlog
 
-    Each order that waits watches one SKU that it lacks, and is looked at again only when there is more of that.
+    Each order that waits watches one SKU that it lacks, and is looked at again only when there is enough of that. So a
+    bundle costs no look at orders that want more than there is, however many wait.
 
     Parameters
     ----------
@@ -33,7 +38,8 @@ class Stock:
         self.unclaimed: defaultdict[int, int] = defaultdict(int)
         self.waiting: dict[int, Order] = {}
         """By id, the oldest first."""
-        self._watching: defaultdict[int, list[Order]] = defaultdict(list)
+        self._watching: defaultdict[int, dict[int, list[_Aged]]] = defaultdict(dict)
+        """By SKU and number of items, heaps of orders that lack them."""
         for pod in pods:
             for sku, items in pod.contents.items():
                 self.unclaimed[sku] += items
@@ -66,16 +72,17 @@ class Stock:
         """Let an order wait until there is more of a SKU."""
         order._waits = True
         self.waiting[order.id] = order
-        insort(self._watching[sku], order, key=by_age)
+        heappush(self._watching[sku].setdefault(order._open[sku].quantity, []), (*by_age(order), order))
 
     def stored(self, sku: int, items: int) -> Sequence[Order]:
         """Take in items that came; return the orders that wait no more, the oldest first."""
         self.unclaimed[sku] += items
-        watching, served = self._watching.pop(sku, []), []
-        for looked_at, order in enumerate(watching):
-            if self.unclaimed[sku] <= 0:
-                self._watching[sku] += watching[looked_at:]
-                break
+        watching, served = self._watching[sku], []
+        while fitting := [quantity for quantity in watching if quantity <= self.unclaimed[sku]]:
+            quantity = min(fitting, key=lambda wanted: watching[wanted][0])
+            order = heappop(watching[quantity])[-1]
+            if not watching[quantity]:
+                del watching[quantity]
             if self.serve(order):
                 order._waits = False
                 del self.waiting[order.id]

@@ -72,7 +72,7 @@ class _Stock:
 def stock_of(trace: Trace) -> Iterator[Row]:
     """Yield the rows of stock.csv."""
     stock, counted, hour = _Stock(trace), Counter[str](), 0
-    last = max([trace.tick - 1, *(e.tick for e in trace.events if isinstance(e, BundleStored | ItemPicked))]) // HOUR
+    last = max([trace.tick - 1, 0, *(e.tick for e in trace.events if isinstance(e, BundleStored | ItemPicked))]) // HOUR
 
     def row() -> Row:
         there = {"items_in_stock": stock.items, "skus_in_stock": stock.skus}

@@ -30,8 +30,10 @@ class Claims:
     def __init__(self, trace: Trace) -> None:
         self._orders = trace.instance.orders
         self.left: defaultdict[int, float] = defaultdict(float)
-        self.waiting: list[int] = []
-        """Ids, the oldest first."""
+        self.waiting: dict[int, int] = {}
+        """By id, how many orders waited before it."""
+        self._waited = 0
+        self._wanting: defaultdict[int, defaultdict[int, set[int]]] = defaultdict(lambda: defaultdict(set))
         for pod in trace.instance.pods:
             for sku, items in pod.contents:
                 self.left[sku] += math.inf if items is None else items
@@ -41,21 +43,28 @@ class Claims:
         if self._served(order):
             self.claim(order)
         else:
-            self.waiting.append(order)
+            self.waiting[order] = self._waited
+            self._waited += 1
+            for sku, quantity in self._orders[order].lines:
+                self._wanting[sku][quantity].add(order)
 
     def claim(self, order: int) -> None:
         """Let an order claim what it wants, whether or not that is there, and wait no more."""
         for sku, quantity in self._orders[order].lines:
             self.left[sku] -= quantity
-        if order in self.waiting:
-            self.waiting.remove(order)
+        if self.waiting.pop(order, None) is not None:
+            for sku, quantity in self._orders[order].lines:
+                self._wanting[sku][quantity].remove(order)
 
     def stored(self, sku: int, items: int) -> list[int]:
         """Take in a bundle; return the orders that wait no more."""
         self.left[sku] += items
         served = []
-        for order in list(self.waiting):
-            if any(wanted == sku for wanted, _ in self._orders[order].lines) and self._served(order):
+        enough = [orders for quantity, orders in self._wanting[sku].items() if quantity <= self.left[sku]]
+        for order in sorted((order for orders in enough for order in orders), key=self.waiting.__getitem__):
+            if self.left[sku] <= 0:
+                break
+            if self._served(order):
                 self.claim(order)
                 served.append(order)
         return served

@@ -16,7 +16,7 @@ from rmfs_core import StandstillError, hookimpl
 from rmfs_core.events import BundleStored, OrderArrived, OrderAssigned, OrderCompleted, OrderInStock
 from rmfs_core.info import RunInfo
 from rmfs_core.scenario.model import RuleChoice
-from rmfs_core.warehouse import Warehouse, WarehouseView
+from rmfs_core.warehouse import Order, Warehouse, WarehouseView
 from rmfs_core.warehouse.stock import Stock
 from rmfs_core.world import BundleData, Instance
 from rmfs_testing import small_instance
@@ -69,6 +69,24 @@ def test_orders_are_looked_at_again_when_there_is_more_of_what_they_lack() -> No
     assert bring(world, 1, 1) == ["1"]
     assert names(view) == (["1", "2", "3", "4"], [])
     assert [order.waits_for_stock for order in view.orders] == [False] * 4
+
+
+def test_a_bundle_costs_no_look_at_orders_that_want_more_than_there_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each order is looked at when it comes, and when there is enough of what it lacks; not with each bundle."""
+    looked: list[str] = []
+    lacking = Stock.lacking
+
+    def noting(stock: Stock, order: Order) -> int | None:
+        looked.append(order.name)
+        return lacking(stock, order)
+
+    monkeypatch.setattr(Stock, "lacking", noting)
+    orders = {str(i): {"a": 3} for i in range(50)} | {"less": {"a": 2}, "both": {"a": 1, "b": 1}}
+    world = replenished_world(orders, {"p": {"b": 1}}, wait_for_stock=True)
+    looked.clear()
+    assert bring(world, 1, 1) == ["both"]
+    assert [bring(world, 1, 1) for _ in range(5)] == [[], ["less"], [], [], ["0"]]
+    assert looked == ["both", "less", "0"]
 
 
 def test_assigning_and_picking_leave_what_is_unclaimed_as_it_is() -> None:

@@ -10,6 +10,7 @@ import pytest
 
 import rmfs_core
 from replenished import scenario_of
+from rmfs_core import StandstillError
 from rmfs_core.events import BundleStored, PodMoveDecided
 from rmfs_details.catalogue import REPLENISHMENT
 from rmfs_trace import read_trace
@@ -45,6 +46,19 @@ def test_pods_that_are_moved_without_a_visit_are_no_replenishment(tmp_path: Path
     rmfs_core.run(scenario_of(SUPPLY, instance=instance, rules={"move": "utility"}), out=tmp_path, record=["trace"])
     assert any(isinstance(event, PodMoveDecided) for event in read_trace(tmp_path / "trace.jsonl.gz").events)
     assert check_trace(tmp_path).faults == []
+
+
+def test_a_run_that_ends_at_time_0_has_one_hour(tmp_path: Path) -> None:
+    """It stands still: the only pod has no room for the bundle that the only order waits for."""
+    (tmp_path / "orders.csv").write_text("order,arrival_s,sku,quantity\n1,0,mug,1\n", encoding="utf-8")
+    (tmp_path / "pods.csv").write_text("pod,sku,quantity\np,tea,4\n", encoding="utf-8")
+    files = {f"{name}_file": str(tmp_path / f"{name}.csv") for name in ("orders", "pods")}
+    supply = {"process": "reorder-point", "reorder_point": 0, "order_up_to": 2}
+    scenario = scenario_of(supply, instance={**files, "pod_capacity": 4, "replenishment": supply})
+    with pytest.raises(StandstillError, match="no pod has room for bundles: 1"):
+        rmfs_core.run(scenario, out=tmp_path / "run", record=["trace"])
+    assert len(list(stock_of(read_trace(tmp_path / "run" / "trace.jsonl.gz")))) == 1
+    assert check_trace(tmp_path / "run").faults == []
 
 
 @pytest.mark.parametrize("metric", [metric.name for metric in REPLENISHMENT])
