@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rmfs_cli.options import OutPath
+from rmfs_cli.options import OutPath, WholeNumberRange
 from rmfs_convert.options import needs, number_options, quantities_of, spelled, table_options, time_options
 from rmfs_convert.pods_command import pods as pods_command
 
@@ -69,7 +69,7 @@ convert.add_command(pods_command)
 @click.option("--leave-out-sku", multiple=True, metavar="SKU", help="Leave out the lines of a SKU; may be repeated.")
 @click.option(
     "--most-quantity",
-    type=click.IntRange(1, 1_000_000),
+    type=WholeNumberRange(1, 1_000_000),
     default=1_000_000,
     metavar="N",
     help="Leave out lines of more than N items. [default: 1,000,000, the most that a run takes]",
@@ -77,10 +77,10 @@ convert.add_command(pods_command)
 @click.option(
     "--whole-orders", is_flag=True, help="Leave out orders that lose a line, other than one of --leave-out-sku."
 )
-@click.option("--pods", type=click.IntRange(1, 1_000_000), metavar="N", help="Put the SKUs on that many pods, too.")
+@click.option("--pods", type=WholeNumberRange(1, 1_000_000), metavar="N", help="Put the SKUs on that many pods, too.")
 @click.option(
     "--skus-per-pod",
-    type=click.IntRange(1, 10_000),
+    type=WholeNumberRange(1, 10_000),
     default=20,
     show_default=True,
     metavar="N",
@@ -88,7 +88,7 @@ convert.add_command(pods_command)
 )
 @click.option(
     "--items",
-    type=click.IntRange(1, 1_000_000),
+    type=WholeNumberRange(1, 1_000_000),
     default=10,
     show_default=True,
     metavar="N",
@@ -108,7 +108,7 @@ convert.add_command(pods_command)
 @click.option(
     "--history-until", metavar="TIME", help="Place by the orders that arrive earlier, and run those that arrive later."
 )
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the placement.")
+@click.option("--seed", type=WholeNumberRange(min=0), default=1, show_default=True, help="Seed of the placement.")
 @click.option("--force", is_flag=True, help="Replace files, and write also where most rows are left out.")
 def orders(table: Path, out: Path, **given: Any) -> None:
     """Make orders.csv from LINES, a table (CSV or Parquet) with one order line a row.
