@@ -214,11 +214,11 @@ def _numbered(what: str, last: int) -> str:
 def _know(recording: Recording, kind: str, name: str) -> None:
     """Raise `InputError` for an order or pod that the run does not have."""
     from rmfs_core.errors import InputError
-    from rmfs_core.wording import did_you_mean
+    from rmfs_core.wording import did_you_mean, first_few
 
     names: list[str] = []
     for recorded in recording:
         names = list(recorded.content[f"{kind}s"])
     if name not in names:
-        range_ = f"; they are called {names[0]} to {names[-1]}" if names else ""
-        raise InputError(f"--{kind} {name}", f"the run has no {kind} of that name{did_you_mean(name, names) or range_}")
+        near = did_you_mean(name, names) or (f"; expected one such as {first_few(names)}" if names else "")
+        raise InputError(f"--{kind} {name}", f"the run has no {kind} of that name{near}")
