@@ -30,6 +30,7 @@ def did_you_mean(name: str, valid: Iterable[str]) -> str:
     """
     names = sorted(valid)
     ends = [found for found in names if found.rpartition("/")[2] == name]  # `small` for `examples/small`
+    ends = ends or [found for found in names if found.casefold() == name.casefold()]  # `FRACHT` for `fracht`
     begin = sorted((found for found in names if len(name) > 1 and found.startswith(name)), key=len)[:3]
     close = ends or get_close_matches(name, names, n=3, cutoff=0.6) or begin
     return f" (did you mean {listed((f'`{found}`' for found in close), 'or')}?)" if close else ""

@@ -40,6 +40,12 @@ def test_near_names_are_offered_and_far_ones_are_not() -> None:
     assert did_you_mean("xyzzy", ["count"]) == ""
 
 
+def test_the_same_name_in_other_letters_comes_before_near_ones() -> None:
+    """Capital letters for small ones, and the other way round."""
+    assert did_you_mean("fracht", ["FRACHT", "frachts"]) == " (did you mean `FRACHT`?)"
+    assert did_you_mean("MUG", ["mug", "MUGS"]) == " (did you mean `mug`?)"
+
+
 def test_where_none_is_near_the_shortest_that_begin_so_are_offered() -> None:
     """At most three; one letter is no beginning."""
     names = ["late_percent", "late_orders", "late_x_and_long", "late_y_and_longer", "other"]

@@ -116,7 +116,7 @@ def orders(table: Path, out: Path, **given: Any) -> None:
     Rows of one order need not be adjacent, and may be any number: they are sorted on disk. Every row left out is
     reported with its reason. With --pods, the SKUs are put on pods as well, and DIR/scenario.toml runs with both.
     """
-    from rmfs_cli.file_writing import writable_folder
+    from rmfs_cli.file_writing import no_empty_folder, writable_folder
     from rmfs_convert.shares import check_emptied, check_share
     from rmfs_convert.times import Clock
     from rmfs_convert.writing import tell_history, write
@@ -124,10 +124,11 @@ def orders(table: Path, out: Path, **given: Any) -> None:
     _check_options(given)
     _span(Clock(given["time_format"], given["zone"]), given)  # what is no time is refused before a table is read
     names = ("orders.csv", *(("pods.csv", "scenario.toml") if given["pods"] is not None else ()))
-    folder = writable_folder(out, names, force=given["force"])
     with ExitStack() as stack:
+        stack.enter_context(no_empty_folder(out))
+        folder = writable_folder(out, names, force=given["force"])
         lines, zero = _read(stack, table, given)
-        lines.cleaner.check_choice()
+        lines.cleaner.check_choice(lambda: [sku.name for sku in lines.skus()])
         check_share(table, lines.cleaner, force=given["force"])
         check_emptied(table, lines.cleaner.rows, lines.cleaner.emptied, force=given["force"])
         past = None
