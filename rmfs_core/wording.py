@@ -24,11 +24,16 @@ def first_few(things: Sequence[str]) -> str:
 
 
 def did_you_mean(name: str, valid: Iterable[str]) -> str:
-    """Return `` (did you mean `x` or `y`?)`` for the valid names nearest to a misspelt one, else an empty text."""
+    """Return `` (did you mean `x` or `y`?)`` for the valid names nearest to a misspelt one, else an empty text.
+
+    Where none is near, these are the shortest names that begin with it.
+    """
     names = sorted(valid)
     ends = [found for found in names if found.rpartition("/")[2] == name]  # `small` for `examples/small`
-    close = [f"`{found}`" for found in ends or get_close_matches(name, names, n=3, cutoff=0.6)]
-    return f" (did you mean {listed(close, 'or')}?)" if close else ""
+    ends = ends or [found for found in names if found.casefold() == name.casefold()]  # `FRACHT` for `fracht`
+    begin = sorted((found for found in names if len(name) > 1 and found.startswith(name)), key=len)[:3]
+    close = ends or get_close_matches(name, names, n=3, cutoff=0.6) or begin
+    return f" (did you mean {listed((f'`{found}`' for found in close), 'or')}?)" if close else ""
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:

@@ -221,7 +221,9 @@ def _short_skus(instance: Instance, scenario: Scenario) -> Iterator[InputError]:
         if len(short) > 1 or stock[sku]:
             named = first_few([_shortage(instance.skus[one], wanted[one], stock[one]) for one in short])
             all_there = "pods and bundles" if instance.bundles else "pods"
+            remedy = "on pods or in bundles" if instance.bundles else "on pods, or `instance.replenishment`"
             problem = f"from order {order_name} on, the orders want more than all {all_there} hold: {named}"
+            problem += f"; expected more items {remedy}"
         yield InputError(_place(scenario, order_name, name), problem)
 
 

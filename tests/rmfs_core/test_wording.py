@@ -40,6 +40,21 @@ def test_near_names_are_offered_and_far_ones_are_not() -> None:
     assert did_you_mean("xyzzy", ["count"]) == ""
 
 
+def test_the_same_name_in_other_letters_comes_before_near_ones() -> None:
+    """Capital letters for small ones, and the other way round."""
+    assert did_you_mean("fracht", ["FRACHT", "frachts"]) == " (did you mean `FRACHT`?)"
+    assert did_you_mean("MUG", ["mug", "MUGS"]) == " (did you mean `mug`?)"
+
+
+def test_where_none_is_near_the_shortest_that_begin_so_are_offered() -> None:
+    """At most three; one letter is no beginning."""
+    names = ["late_percent", "late_orders", "late_x_and_long", "late_y_and_longer", "other"]
+    assert did_you_mean("late", names) == " (did you mean `late_orders`, `late_percent` or `late_x_and_long`?)"
+    assert did_you_mean("A4", ["A4094", "A2", "B"]) == " (did you mean `A4094`?)"
+    assert did_you_mean("l", names) == ""
+    assert did_you_mean("", names) == ""
+
+
 def test_where_none_is_near_all_are_named() -> None:
     """In the order of the alphabet; nothing is said where there are none."""
     assert nearest("cuont", ["lift_s", "count"]) == " (did you mean `count`?)"

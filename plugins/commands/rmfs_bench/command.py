@@ -10,7 +10,7 @@ import click
 
 from rmfs_cli import completion
 from rmfs_cli.notes import notes_console
-from rmfs_cli.options import decides_option, json_option, no_inline_option
+from rmfs_cli.options import WholeNumberRange, decides_option, json_option, no_inline_option
 from rmfs_cli.screen import new_table, output_console, print_json, print_named, tell
 from rmfs_core.roles import Role
 
@@ -37,7 +37,9 @@ JSON_VERSION = 1
     type=click.Choice(WORLDS),
     help="World to run in. Repeatable. [default: small, 250]",
 )
-@click.option("--seed", "seeds", multiple=True, type=click.IntRange(min=0), help="Seed. Repeatable. [default: 1, 2, 3]")
+@click.option(
+    "--seed", "seeds", multiple=True, type=WholeNumberRange(min=0), help="Seed. Repeatable. [default: 1, 2, 3]"
+)
 @click.option(
     "--set",
     "overrides",

@@ -44,10 +44,36 @@ class NumberRange(click.FloatRange):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Return the number."""
-        found: float = super().convert(value, param, ctx)
+        try:
+            found: float = super().convert(value, param, ctx)
+        except click.BadParameter:
+            found = math.nan
         if math.isnan(found):
-            self.fail(f"{value!r} is not a number.", param, ctx)
+            self.fail(_expected("number", self, value), param, ctx)
         return found
+
+
+class WholeNumberRange(click.IntRange):
+    """Range of whole numbers."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        """Return the number."""
+        try:
+            found: int = super().convert(value, param, ctx)
+        except click.BadParameter:
+            self.fail(_expected("whole number", self, value), param, ctx)
+        return found
+
+
+def _expected(what: str, range_: click.IntRange | click.FloatRange, value: object) -> str:
+    """Say which numbers are right, and what was found."""
+    least, most = range_.min, range_.max
+    if least is not None and most is not None and not (range_.min_open or range_.max_open):
+        limits = [f"from {least:,} to {most:,}"]
+    else:
+        limits = [] if least is None else [f"{'>' if range_.min_open else '>='} {least:,}"]
+        limits += [] if most is None else [f"{'<' if range_.max_open else '<='} {most:,}"]
+    return f"expected a {what} {' and '.join(limits)}".rstrip() + f", found {value}"
 
 
 class OutPath(click.Path):
@@ -100,12 +126,12 @@ no_inline_option = click.option(
     help="Refuse rules from files, as RMFS_NO_INLINE_RULES=1 in the environment does.",
 )
 
-seed_option = click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Replace the scenario's seed.")
+seed_option = click.option("--seed", type=WholeNumberRange(min=0), metavar="N", help="Replace the scenario's seed.")
 
 jobs_option = click.option(
     "--jobs",
     "-j",
-    type=click.IntRange(min=1),
+    type=WholeNumberRange(min=1),
     metavar="N",
     help="Runs at a time. [default: one for each core; with --dask two for each thread of the cluster]",
 )

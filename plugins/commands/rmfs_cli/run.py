@@ -90,6 +90,7 @@ def run(
     from rmfs_cli.compiling import compiling_announced
     from rmfs_cli.progress import run_display
     from rmfs_cli.summary import print_profile, print_summary
+    from rmfs_cli.waiting import StockWaits
     from rmfs_core import run as simulate
     from rmfs_core.errors import RunError
     from rmfs_core.scenario import located
@@ -109,13 +110,14 @@ def run(
         _announce_inline_rules(notes, resolved)
     progress: RunDisplay | None = None if quiet else run_display(notes, name)
     viewer = _viewer(name) if watch else None
+    waits = StockWaits()
     try:
         with nullcontext() if progress is None else closing(progress), compiling_announced(notes):
             result = simulate(
                 resolved,
                 out=folder,
                 record=recorded,
-                observers=[one for one in (progress, viewer) if one is not None],
+                observers=[one for one in (waits, progress, viewer) if one is not None],
                 allow_inline_rules=not no_inline_rules,
             )
     except RunError as error:
@@ -133,7 +135,7 @@ def run(
         print_summary(console, name, result)
         if profile:
             print_profile(console, result)
-        _report(console, result, folder, recorded)
+        _report(console, result, waits.sentence, folder, recorded)
     if result.interrupted:
         raise click.Abort
     if viewer is not None:
@@ -183,8 +185,8 @@ def _announce_inline_rules(notes: Console, scenario: Scenario) -> None:
         say(notes, f"Loading code from {Path(scenario.folder) / file}.")
 
 
-def _report(console: Console, result: Result, folder: Path, record: Sequence[str]) -> None:
-    """Say what is not complete, and where the files are."""
+def _report(console: Console, result: Result, waited: str, folder: Path, record: Sequence[str]) -> None:
+    """Say what is not complete, what ``waited`` for stock, and where the files are."""
     from rich.padding import Padding
     from rich.text import Text
 
@@ -200,6 +202,8 @@ def _report(console: Console, result: Result, folder: Path, record: Sequence[str
         say(console, f"The run ended with {left:,} of {total:,} orders left; metrics are of what was done.")
     for note in result.notes:
         say(console, note)
+    if waited:
+        say(console, waited)
     if (warmup := result.scenario.run.warmup_s) is not None:
         say(console, f"Metrics count what happens from {duration(warmup)} on (run.warmup_s).")
     observers = [observer for observer, _ in make_observers(quiet=True)]

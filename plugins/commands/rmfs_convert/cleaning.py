@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 from attrs import field, frozen
 
@@ -14,7 +14,7 @@ from rmfs_convert.tally import Tally
 from rmfs_convert.time_formats import Moment, UnusableError, guessed
 from rmfs_convert.times import Clock, ClockError
 from rmfs_core.errors import InputError
-from rmfs_core.wording import counted
+from rmfs_core.wording import counted, did_you_mean
 from rmfs_core.world.csv_files import MOST_ITEMS_OF_LINE
 
 NO_QUANTITY = "a quantity that is no whole number from 1 on (returns, weights)"
@@ -108,16 +108,16 @@ class Cleaner:
         if question := self.reader.clock.numbers.question():
             raise InputError(f"{file}, {self.columns.time}", question)
 
-    def check_choice(self) -> None:
-        """Raise an `InputError` when a SKU that shall be left out was in no row."""
+    def check_choice(self, skus: Callable[[], Iterable[str]]) -> None:
+        """Raise an `InputError` when a SKU that shall be left out was in no row; ``skus`` returns those that were."""
         if self._missing:
-            raise InputError(
-                "--leave-out-sku", f'no row has the SKU "{min(self._missing)}"; expected SKUs of the table'
-            )
+            name = min(self._missing)
+            meant = did_you_mean(name, skus())
+            raise InputError("--leave-out-sku", f'no row has the SKU "{name}"{meant}; expected SKUs of the table')
 
     def left_out(self) -> list[str]:
         """Return what was left out so far, as parts of sentences, with what may help."""
-        return [part + guessed(self._unread(reason)) for reason, part in self.dropped.parts()]
+        return [part + self._help(reason) for reason, part in self.dropped.parts()]
 
     def sentences(self, of: str = "", row: str = "row") -> Iterator[str]:
         """Yield what was read of a table, what was left out and what was left empty, so far."""
@@ -128,8 +128,12 @@ class Cleaner:
         for _, part in self.emptied.parts():
             yield f"Left empty{of}: {part}."
 
-    def _unread(self, reason: str) -> list[str]:
-        return [text for _, text in self.dropped.reasons[reason].examples] if reason == NO_TIME else []
+    def _help(self, reason: str) -> str:
+        """Return which options may read what was left out for a reason."""
+        examples = [text for _, text in self.dropped.reasons[reason].examples]
+        if reason == NO_TIME:
+            return guessed(examples)
+        return self.reader.quantities.guessed(examples) if reason == NO_QUANTITY else ""
 
     def lines(self, file: str, rows: Iterable[Row]) -> Iterator[Line]:
         """Yield the order lines of rows of a file, or its headers, as lines of one item without SKU.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rmfs_cli.options import OutPath
+from rmfs_cli.options import OutPath, WholeNumberRange
 from rmfs_convert.options import needs, number_options, quantities_of, spelled, table_options, time_options
 from rmfs_convert.pods_command import pods as pods_command
 
@@ -69,7 +69,7 @@ convert.add_command(pods_command)
 @click.option("--leave-out-sku", multiple=True, metavar="SKU", help="Leave out the lines of a SKU; may be repeated.")
 @click.option(
     "--most-quantity",
-    type=click.IntRange(1, 1_000_000),
+    type=WholeNumberRange(1, 1_000_000),
     default=1_000_000,
     metavar="N",
     help="Leave out lines of more than N items. [default: 1,000,000, the most that a run takes]",
@@ -77,10 +77,10 @@ convert.add_command(pods_command)
 @click.option(
     "--whole-orders", is_flag=True, help="Leave out orders that lose a line, other than one of --leave-out-sku."
 )
-@click.option("--pods", type=click.IntRange(1, 1_000_000), metavar="N", help="Put the SKUs on that many pods, too.")
+@click.option("--pods", type=WholeNumberRange(1, 1_000_000), metavar="N", help="Put the SKUs on that many pods, too.")
 @click.option(
     "--skus-per-pod",
-    type=click.IntRange(1, 10_000),
+    type=WholeNumberRange(1, 10_000),
     default=20,
     show_default=True,
     metavar="N",
@@ -88,7 +88,7 @@ convert.add_command(pods_command)
 )
 @click.option(
     "--items",
-    type=click.IntRange(1, 1_000_000),
+    type=WholeNumberRange(1, 1_000_000),
     default=10,
     show_default=True,
     metavar="N",
@@ -108,7 +108,7 @@ convert.add_command(pods_command)
 @click.option(
     "--history-until", metavar="TIME", help="Place by the orders that arrive earlier, and run those that arrive later."
 )
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the placement.")
+@click.option("--seed", type=WholeNumberRange(min=0), default=1, show_default=True, help="Seed of the placement.")
 @click.option("--force", is_flag=True, help="Replace files, and write also where most rows are left out.")
 def orders(table: Path, out: Path, **given: Any) -> None:
     """Make orders.csv from LINES, a table (CSV or Parquet) with one order line a row.
@@ -116,7 +116,7 @@ def orders(table: Path, out: Path, **given: Any) -> None:
     Rows of one order need not be adjacent, and may be any number: they are sorted on disk. Every row left out is
     reported with its reason. With --pods, the SKUs are put on pods as well, and DIR/scenario.toml runs with both.
     """
-    from rmfs_cli.file_writing import writable_folder
+    from rmfs_cli.file_writing import no_empty_folder, writable_folder
     from rmfs_convert.shares import check_emptied, check_share
     from rmfs_convert.times import Clock
     from rmfs_convert.writing import tell_history, write
@@ -124,10 +124,11 @@ def orders(table: Path, out: Path, **given: Any) -> None:
     _check_options(given)
     _span(Clock(given["time_format"], given["zone"]), given)  # what is no time is refused before a table is read
     names = ("orders.csv", *(("pods.csv", "scenario.toml") if given["pods"] is not None else ()))
-    folder = writable_folder(out, names, force=given["force"])
     with ExitStack() as stack:
+        stack.enter_context(no_empty_folder(out))
+        folder = writable_folder(out, names, force=given["force"])
         lines, zero = _read(stack, table, given)
-        lines.cleaner.check_choice()
+        lines.cleaner.check_choice(lambda: [sku.name for sku in lines.skus()])
         check_share(table, lines.cleaner, force=given["force"])
         check_emptied(table, lines.cleaner.rows, lines.cleaner.emptied, force=given["force"])
         past = None

@@ -180,6 +180,7 @@ class OrderLines:
     def _choose(self, span: Span) -> None:
         """Leave out the orders outside a span."""
         begin, end = (None if moment is None else moment.tick for moment in (span.begin, span.end))
+        first, last = self._base.execute("SELECT min(tick), max(tick) FROM whole").fetchone()
         kept = "tick >= ifnull(?, tick) AND tick < ifnull(?, tick + 1)"
         found = self._base.execute(f"DELETE FROM whole WHERE NOT ({kept})", (begin, end)).rowcount
         if found:
@@ -188,9 +189,16 @@ class OrderLines:
             found = self._base.execute("DELETE FROM whole WHERE tick < ?", (span.history_end.tick,)).rowcount
             self.left_out["a time before --history-until, which are history"] = found
             if self.n_orders == 0:
-                raise InputError("--history-until", f"all orders ({found:,}) are earlier; expected some from then on")
+                there = f"all orders ({found:,}) are earlier, the last at {self._time(last)}"
+                raise InputError("--history-until", f"{there}; expected some from then on")
         if self.n_orders == 0:
-            raise InputError(span.options, f"all orders ({found:,}) are outside; expected a span with some of them")
+            there = f"all orders ({found:,}) are outside: from {self._time(first)} to {self._time(last)}"
+            raise InputError(span.options, f"{there}; expected a span with some of them")
+
+    def _time(self, tick: int) -> str:
+        """Return the time of an order as text, with the offset from UTC that one of its lines has."""
+        (ahead,) = self._base.execute("SELECT min(ahead) FROM line WHERE tick = ?", (tick,)).fetchone()
+        return self.cleaner.reader.clock.iso(Moment(tick, ahead))
 
     def _leave_out_large(self) -> None:
         """Leave out lines that are too large once rows of a SKU are added up."""

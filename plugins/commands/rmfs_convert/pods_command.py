@@ -19,6 +19,9 @@ from rmfs_convert.options import needs, number_options, quantities_of, table_opt
 @click.option("--quantity", metavar="COL", help="Column with the items. [default: never run out]")
 @click.option("--row", metavar="COL", help="Column with the row of the map where the pod stands. [default: anywhere]")
 @click.option("--column", metavar="COL", help="Column with the column of the map. [default: anywhere]")
+@click.option(
+    "--start", metavar="TIME", help="Time 0 of the orders, as `rmfs convert orders` says it; for scenario.toml."
+)
 @table_options
 @number_options
 @click.option("--force", is_flag=True, help="Replace files, and write also where most rows are left out.")
@@ -29,17 +32,19 @@ def pods(table: Path, out: Path, **given: Any) -> None:
     scenario.toml, one is written for that many pods and the orders.csv that `rmfs convert orders` makes, unless the
     pods have places in a map.
     """
-    from rmfs_cli.file_writing import writable_folder
+    from rmfs_cli.file_writing import no_empty_folder, writable_folder
     from rmfs_convert.shares import check_share
     from rmfs_convert.stock_table import StockColumns, StockTable
     from rmfs_convert.tables import Table
-    from rmfs_convert.writing import write_pods
+    from rmfs_convert.writing import check_start, write_pods
 
     needs(given, "row", "column", "both, or neither")
     needs(given, "column", "row", "both, or neither")
-    folder = writable_folder(out, ("pods.csv",), force=given["force"])
+    check_start(given["start"])
     columns = StockColumns(*(given[name] for name in ("pod", "sku", "quantity", "row", "column")))
     stock = StockTable(columns, quantities_of(given))
-    stock.read(Table(table, given["separator"], given["encoding"]))
-    check_share(table, stock, force=given["force"])
-    write_pods(stock, folder)
+    with no_empty_folder(out):
+        folder = writable_folder(out, ("pods.csv",), force=given["force"])
+        stock.read(Table(table, given["separator"], given["encoding"]))
+        check_share(table, stock, force=given["force"])
+        write_pods(stock, folder, given["start"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
 from rmfs_core.errors import InputError
 
@@ -29,6 +30,7 @@ class Quantities:
     def __init__(self, decimal: str | None = None, thousands: str | None = None) -> None:
         if thousands in (".", ",") and decimal is None:
             decimal = "," if thousands == "." else "."
+        self._decimal = decimal
         signs = [sign for sign in (".", ",") if decimal in (None, sign) and thousands != sign]
         self._patterns = [_pattern(sign, thousands) for sign in signs]
         self._doubt: tuple[int, str, list[str]] | None = None
@@ -45,6 +47,14 @@ class Quantities:
         if len(read) == 1 and not self._evidence:
             self._evidence = row, text
         return int(read[0]) if read and read[0].is_integer() else None
+
+    def guessed(self, texts: Iterable[str]) -> str:
+        """Return the end of a sentence on texts that were not read: the other decimal sign, if it reads one of them."""
+        if self._decimal is None:
+            return ""
+        other = "," if self._decimal == "." else "."
+        reader = Quantities(other)
+        return f"; perhaps --decimal {other}" if any(reader.whole(text, 0) for text in texts) else ""
 
     def ask(self, file: str, column: str) -> None:
         """Raise an `InputError` that asks which sign is which, if a number so far could be read in two ways."""

@@ -20,9 +20,11 @@ from rmfs_convert.shares import warn_of_share
 from rmfs_convert.stock_table import StockTable
 from rmfs_convert.time_formats import Moment
 from rmfs_convert.times import offset
+from rmfs_core.errors import InputError
 from rmfs_core.results.files import AtomicFile, staged, write_text
 from rmfs_core.timetable import DAY
 from rmfs_core.wording import counted, listed
+from rmfs_core.world.csv_files import Calendar
 
 LARGEST = 5
 """Lines that are named, those with most items."""
@@ -58,14 +60,25 @@ class Stock:
     learned: Learned
 
 
-def write_pods(stock: StockTable, folder: Path) -> None:
+def check_start(start: str | None) -> None:
+    """Raise an `InputError` for a time 0 that no scenario takes."""
+    try:
+        Calendar(start).zero()
+    except InputError as error:
+        raise InputError("--start", error.problem) from None
+
+
+def write_pods(stock: StockTable, folder: Path, start: str | None = None) -> None:
     """Write pods.csv, and a scenario where there is none and pods stand anywhere; say what is in them."""
     own, scenario = stock.columns.row is not None, folder / SCENARIO
     made = not own and not scenario.exists()
+    if start is not None and not made:
+        why = f"{scenario} is there already" if not own else "pods with places get no scenario.toml"
+        raise InputError("--start", f"{why}; expected no --start (`instance.start` of a scenario is time 0)")
     with staged(folder) as place:
         _write_csv(place / "pods.csv", stock.lines())
         if made:
-            write_text(place / SCENARIO, scenario_of(len(stock.pods)))
+            write_text(place / SCENARIO, scenario_of(len(stock.pods), start))
     for sentence in stock.sentences():
         tell(sentence)
     warn_of_share(stock.file, stock)
@@ -73,6 +86,8 @@ def write_pods(stock: StockTable, folder: Path) -> None:
     if made:
         orders = "" if (folder / "orders.csv").exists() else f"; it needs {folder / 'orders.csv'}"
         tell(f"Wrote {scenario}; run it with: rmfs run {scenario}{orders}")
+        if start is None:
+            tell("Its time 0 is a midnight; for orders with dates, give --start (`instance.start`).")
 
 
 def write(lines: OrderLines, folder: Path, zero: Moment, stock: Stock | None) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rmfs_cli.options import OutPath, json_option
+from rmfs_cli.options import OutPath, WholeNumberRange, json_option
 from rmfs_cli.screen import new_table, output_console, print_json, say
 
 if TYPE_CHECKING:
@@ -27,7 +27,9 @@ REPORT = "import.json"
     help="What the files are. [default: as they begin]",
 )
 @click.option("--out", required=True, metavar="DIR", type=OutPath(), help="Folder to write to.")
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of trips of RHCR's maps.")
+@click.option(
+    "--seed", type=WholeNumberRange(min=0), default=1, show_default=True, help="Seed of trips of RHCR's maps."
+)
 @click.option("--force", is_flag=True, help="Replace files that are there already.")
 @json_option
 def import_(files: tuple[Path, ...], asked: str | None, out: Path, seed: int, force: bool, as_json: bool) -> None:

@@ -69,7 +69,7 @@ def read_octile(path: Path, kind: str, notes: Notes) -> Grid:
 def read_kiva(path: Path, notes: Notes) -> Grid:
     """Read RHCR's ``.map``: rows and columns, three numbers of its simulation, and a sign for each cell."""
     lines = read_text(path).splitlines()
-    height, width = _size(lines[0] if lines else "", f"{path}:1", "rows and columns such as `33,46`")
+    height, width = _size(lines[0] if lines else "", f"{path}, line 1", "rows and columns such as `33,46`")
     first = 1
     while first < min(len(lines), 4) and lines[first].strip().isdecimal():
         first += 1
@@ -78,11 +78,13 @@ def read_kiva(path: Path, notes: Notes) -> Grid:
         raise InputError(str(path), f"found {len(rows)} rows of the map; expected {height}, as its first line says")
     for number, row in enumerate(rows, first + 1):
         if len(row) != width:
-            raise InputError(f"{path}:{number}", f"found {len(row)} cells; expected {width}, as the first line says")
+            raise InputError(
+                f"{path}, line {number}", f"found {len(row)} cells; expected {width}, as the first line says"
+            )
         unknown = next((sign for sign in row if sign not in KINDS["rhcr"]), None)
         if unknown is not None:
             known = " ".join(KINDS["rhcr"])
-            raise InputError(f"{path}:{number}", f"unknown sign {unknown!r}; expected one of {known}")
+            raise InputError(f"{path}, line {number}", f"unknown sign {unknown!r}; expected one of {known}")
     everything = "".join(rows)
     starts, goals = (tuple(i for i, sign in enumerate(everything) if sign == which) for which in "re")
     notes.add("endpoints (e)", len(goals), "storage locations")
@@ -96,11 +98,11 @@ def read_weighted(path: Path, notes: Notes) -> Grid:
     """Read RHCR's ``.grid``: a line for each cell, with the weights of the ways from it; y counts from the south."""
     lines = read_text(path).splitlines()
     if len(lines) < 3 or not lines[0].lower().startswith("grid size"):
-        raise InputError(f"{path}:1", "expected the lines `Grid size (x, y)`, the size, and names of columns")
-    width, height = _size(lines[1], f"{path}:2", "the size such as `77,37`")
+        raise InputError(f"{path}, line 1", "expected the lines `Grid size (x, y)`, the size, and names of columns")
+    width, height = _size(lines[1], f"{path}, line 2", "the size such as `77,37`")
     names = tuple(name.strip() for name in lines[2].split(","))
     if names[: len(COLUMNS)] != COLUMNS:
-        raise InputError(f"{path}:3", f"expected the columns {','.join(COLUMNS)}, found {shown_short(lines[2])}")
+        raise InputError(f"{path}, line 3", f"expected the columns {','.join(COLUMNS)}, found {shown_short(lines[2])}")
     signs, left = ["@"] * (width * height), [0] * (width * height)
     kinds: dict[str, list[int]] = {}
     heavy = 0
@@ -109,7 +111,7 @@ def read_weighted(path: Path, notes: Notes) -> Grid:
         if not line.strip():
             continue
         fields = [part.strip() for part in line.split(",")]
-        place = f"{path}:{number}"
+        place = f"{path}, line {number}"
         if len(fields) < len(COLUMNS):
             raise InputError(place, f"found {len(fields)} fields; expected {len(names)}, as in line 3")
         x, y = (_whole(text, place) for text in fields[3:5])

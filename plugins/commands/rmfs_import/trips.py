@@ -162,7 +162,7 @@ def _read_problem(file: Path, notes: Notes) -> tuple[Path, _Problem]:
 def _locations(file: Path, number: int | None) -> list[list[int]]:
     """Return the lines of locations of a file: as many as asked for, or else all that its first line counts."""
     lines = [(i, line) for i, line in enumerate(read_text(file).splitlines(), 1) if line.strip() and line[0] != "#"]
-    read = [[_location(text, f"{file}:{i}") for text in line.split(",") if text.strip()] for i, line in lines]
+    read = [[_location(text, f"{file}, line {i}") for text in line.split(",") if text.strip()] for i, line in lines]
     if not read or len(read[0]) != 1:
         raise InputError(str(file), "expected how many there are in the first line, and a line of locations for each")
     wanted = read[0][0] if number is None else number
@@ -171,7 +171,7 @@ def _locations(file: Path, number: int | None) -> list[list[int]]:
         raise InputError(str(file), f"found {counted(found, 'line')} of locations; expected {wanted:,}")
     empty = next((i for (i, _), line in zip(lines, read, strict=True) if not line), None)
     if empty is not None:
-        raise InputError(f"{file}:{empty}", "expected at least one location, found none")
+        raise InputError(f"{file}, line {empty}", "expected at least one location, found none")
     return read[1 : 1 + wanted]
 
 

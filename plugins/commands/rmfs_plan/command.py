@@ -11,7 +11,7 @@ import click
 
 from rmfs_cli import completion
 from rmfs_cli.notes import notes_console
-from rmfs_cli.options import OutPath, json_option, no_inline_option
+from rmfs_cli.options import OutPath, WholeNumberRange, json_option, no_inline_option
 from rmfs_cli.screen import new_table, output_console, print_json
 
 if TYPE_CHECKING:
@@ -29,8 +29,8 @@ PLAN_FILE, PATHS_FILE = "plan.json", "paths.csv"
 
 @click.command(short_help="Plan the paths of robots on a map, without orders.")
 @click.argument("map_file", metavar="MAP")
-@click.option("--agents", type=click.IntRange(min=1), default=10, show_default=True, help="Number of robots.")
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the random trips.")
+@click.option("--agents", type=WholeNumberRange(min=1), default=10, show_default=True, help="Number of robots.")
+@click.option("--seed", type=WholeNumberRange(min=0), default=1, show_default=True, help="Seed of the random trips.")
 @click.option(
     "--pp",
     default="sipp",
@@ -43,7 +43,7 @@ PLAN_FILE, PATHS_FILE = "plan.json", "paths.csv"
 @click.option("--scen", metavar="FILE", help="Take the trips from a MovingAI scenario, the first ones in it.")
 @click.option(
     "--effort",
-    type=click.IntRange(min=0),
+    type=WholeNumberRange(min=0),
     default=10,
     show_default=True,
     help="Queries for each robot, on average, to shorten paths of groups when all have one; 0: one order of robots.",

@@ -58,16 +58,20 @@ def grid_rows(text: str, path: str | Path, known: str) -> list[str]:
     )
     check_size(width, height, str(path))
     if len(lines) < 4 or lines[3].strip() != "map":
-        raise InputError(f"{path}:4", "expected the line `map` after type, height and width")
+        raise InputError(f"{path}, line 4", "expected the line `map` after type, height and width")
     rows = lines[4 : 4 + height]
     if len(rows) < height:
-        raise InputError(str(path), f"found {len(rows)} rows of the map; expected {height}, as its height says")
+        raise InputError(
+            str(path), f"found {counted(len(rows), 'row')} of the map; expected {height}, as its height says"
+        )
     for number, row in enumerate(rows, 5):
         if len(row) != width:
-            raise InputError(f"{path}:{number}", f"found {len(row)} cells; expected {width}, as the map's width says")
+            raise InputError(
+                f"{path}, line {number}", f"found {len(row)} cells; expected {width}, as the map's width says"
+            )
         unknown = next((sign for sign in row if sign not in known), None)
         if unknown is not None:
-            raise InputError(f"{path}:{number}", f"unknown sign {unknown!r}; expected one of {' '.join(known)}")
+            raise InputError(f"{path}, line {number}", f"unknown sign {unknown!r}; expected one of {' '.join(known)}")
     return rows
 
 
@@ -95,11 +99,11 @@ def read_trips(path: str | Path, layout: Layout, limit: int | None = None) -> tu
     """
     lines = read_text(path).splitlines()
     if not lines or not lines[0].startswith("version"):
-        raise InputError(f"{path}:1", "expected the line `version 1`, as in MovingAI's scenarios")
+        raise InputError(f"{path}, line 1", "expected the line `version 1`, as in MovingAI's scenarios")
     trips: list[Trip] = []
     for number, line in enumerate(lines[1:], 2):
         if line.strip() and (limit is None or len(trips) < limit):
-            trips.append(_trip(line.split("\t") if "\t" in line else line.split(), layout, f"{path}:{number}"))
+            trips.append(_trip(line.split("\t") if "\t" in line else line.split(), layout, f"{path}, line {number}"))
     if limit is not None and len(trips) < limit:
         raise InputError(
             str(path), f"found {counted(len(trips), 'trip')}; expected at least {limit}, one for each robot"
@@ -109,8 +113,8 @@ def read_trips(path: str | Path, layout: Layout, limit: int | None = None) -> tu
 
 def _trip(fields: list[str], layout: Layout, place: str) -> Trip:
     if len(fields) < 8:
-        raise InputError(place, f"found {len(fields)} field(s); expected bucket, map, width, height, start x, start y, "
-                                "goal x, goal y and optimal length")  # fmt: skip
+        expected = "expected bucket, map, width, height, start x, start y, goal x, goal y and optimal length"
+        raise InputError(place, f"found {counted(len(fields), 'field')}; {expected}")
     numbers = [_number(text, place, f"a whole number from 0 to {LONGEST_SIDE:,}") for text in fields[2:8]]
     width, height = numbers[:2]
     if (width, height) != (layout.width, layout.height):

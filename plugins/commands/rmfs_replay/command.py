@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rmfs_cli.options import NumberRange, quiet_option
+from rmfs_cli.options import NumberRange, WholeNumberRange, quiet_option
 from rmfs_cli.screen import tell
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ VIDEO_S = 30
     metavar="PATH",
     help=f"Where the page shall be, or the folder of the pictures. [default: DIR/{PAGE}, DIR/{PICTURES}]",
 )
-@click.option("--frames", type=click.IntRange(1, 10_000), metavar="N", help="Write N pictures (PNG), not a page.")
+@click.option("--frames", type=WholeNumberRange(1, 10_000), metavar="N", help="Write N pictures (PNG), not a page.")
 @click.option(
     "--video", type=click.Path(path_type=Path), metavar="FILE", help="Write a GIF, or an MP4 by ffmpeg, not a page."
 )

@@ -8,7 +8,7 @@ import click
 from click.core import ParameterSource
 
 from rmfs_cli import completion
-from rmfs_cli.options import NumberRange, decides_option, no_inline_option
+from rmfs_cli.options import NumberRange, WholeNumberRange, decides_option, no_inline_option
 from rmfs_cli.screen import tell
 from rmfs_cli.streams import keep_output, own_input
 from rmfs_core.roles import Role
@@ -52,7 +52,7 @@ def _check_lines(*options: str) -> None:
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at.")
 @click.option(
     "--port",
-    type=click.IntRange(0, 65535),
+    type=WholeNumberRange(0, 65535),
     default=8750,
     show_default=True,
     help="Port to listen at; 0 is any free one.",

@@ -14,6 +14,7 @@ from rmfs_cli.completion import SetCommand
 from rmfs_cli.notes import notes_console
 from rmfs_cli.options import (
     NumberRange,
+    WholeNumberRange,
     dask_option,
     jobs_option,
     json_option,
@@ -64,7 +65,7 @@ class RangeType(click.ParamType[tuple[int, int]]):
 @click.option("--station-cost", type=NumberRange(min=0), metavar="X", help="Cost of a station.")
 @click.option(
     "--seeds",
-    type=click.IntRange(2, MOST_SEEDS),
+    type=WholeNumberRange(2, MOST_SEEDS),
     default=16,
     show_default=True,
     metavar="N",

@@ -53,6 +53,8 @@ class Target:
             raise InputError(self.option, f"more of `{self.metric}` is better; {EXPECTED}")
         if self.metric in FROM_ORDERS:
             raise InputError(self.option, f"`{self.metric}` is the same for every number of robots; {EXPECTED}")
+        if self.most < 0 and self.metric in KNOWN:
+            raise InputError(self.option, f"`{self.metric}` is never below 0; expected a number >= 0")
         due = any(order.due_tick is not None for instance in instances for order in instance.orders)
         if not due and self.metric in {metric.name for metric in LATENESS}:
             self.refuse("no order has a due time")
@@ -68,8 +70,14 @@ class Target:
 
     @property
     def label(self) -> str:
-        """What tables call it."""
-        return self.described.label.strip()
+        """What titles and sentences call it: an indented label follows that of the metric above it."""
+        label = self.described.label
+        if not label.startswith(" "):
+            return label
+        names = list(KNOWN)
+        above = (KNOWN[name].label for name in reversed(names[: names.index(self.metric)]))
+        parent = next(found for found in above if not found.startswith(" "))
+        return f"{parent.partition(',')[0]}, {label.strip()}"
 
     def shown(self, value: float) -> str:
         """Return one of its values without the unit."""

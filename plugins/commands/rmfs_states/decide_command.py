@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from rmfs_cli import completion
-from rmfs_cli.options import decides_option, no_inline_option
+from rmfs_cli.options import WholeNumberRange, decides_option, no_inline_option
 from rmfs_cli.screen import print_json
 from rmfs_cli.streams import keep_output, own_input
 from rmfs_core.roles import Role
@@ -44,7 +44,7 @@ def _print_schema(ctx: click.Context, _parameter: click.Parameter, wanted: bool)
     help="Set a parameter of the rule; a file that it names is looked up in the current folder. Repeatable.",
 )
 @decides_option(DECIDING, help="What to ask of a rule that decides several things.")
-@click.option("--seed", type=click.IntRange(min=0), metavar="N", help="Seed of the rule's random generator.")
+@click.option("--seed", type=WholeNumberRange(min=0), metavar="N", help="Seed of the rule's random generator.")
 @no_inline_option
 @click.option(
     "--schema",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rmfs_cli import completion
-from rmfs_cli.options import json_option, no_inline_option
+from rmfs_cli.options import WholeNumberRange, json_option, no_inline_option
 from rmfs_cli.screen import output_console, print_json, tell
 from rmfs_core.roles import Role
 
@@ -24,8 +24,10 @@ if TYPE_CHECKING:
 
 @click.command(short_help="Say why something was decided in a run.")
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
-@click.option("--period", type=click.IntRange(min=1), metavar="N", help="Explain how orders were assigned in period N.")
-@click.option("--decision", type=click.IntRange(min=1), metavar="K", help="Explain decision number K, of any kind.")
+@click.option(
+    "--period", type=WholeNumberRange(min=1), metavar="N", help="Explain how orders were assigned in period N."
+)
+@click.option("--decision", type=WholeNumberRange(min=1), metavar="K", help="Explain decision number K, of any kind.")
 @click.option("--order", metavar="NAME", help="Tell why an order waited, and what was decided for it.")
 @click.option("--pod", metavar="NAME", help="Tell where a pod was sent, fetched and stored.")
 @click.option(
@@ -38,7 +40,7 @@ if TYPE_CHECKING:
     '(`{ rule = "demand", ... }`), or a POA and a PPS rule (`pod-match + demand`). Repeatable.',
 )
 @click.option("--state", "state_file", type=click.Path(path_type=Path), metavar="FILE", help="Write the state there.")
-@click.option("--limit", type=click.IntRange(min=1), default=10, show_default=True, help="Orders to show at most.")
+@click.option("--limit", type=WholeNumberRange(min=1), default=10, show_default=True, help="Orders to show at most.")
 @no_inline_option
 @json_option
 def explain(
@@ -212,11 +214,11 @@ def _numbered(what: str, last: int) -> str:
 def _know(recording: Recording, kind: str, name: str) -> None:
     """Raise `InputError` for an order or pod that the run does not have."""
     from rmfs_core.errors import InputError
-    from rmfs_core.wording import did_you_mean
+    from rmfs_core.wording import did_you_mean, first_few
 
     names: list[str] = []
     for recorded in recording:
         names = list(recorded.content[f"{kind}s"])
     if name not in names:
-        range_ = f"; they are called {names[0]} to {names[-1]}" if names else ""
-        raise InputError(f"--{kind} {name}", f"the run has no {kind} of that name{did_you_mean(name, names) or range_}")
+        near = did_you_mean(name, names) or (f"; expected one such as {first_few(names)}" if names else "")
+        raise InputError(f"--{kind} {name}", f"the run has no {kind} of that name{near}")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rmfs_cli.options import json_option
+from rmfs_cli.options import WholeNumberRange, json_option
 from rmfs_cli.screen import new_table, output_console, print_json, tell
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     default=None,
     help="Check that no two robots hold a cell at once, or do not. Default: unless the PP rule ignores other robots.",
 )
-@click.option("--limit", type=click.IntRange(min=1), default=50, show_default=True, help="Faults to show at most.")
+@click.option("--limit", type=WholeNumberRange(min=1), default=50, show_default=True, help="Faults to show at most.")
 @json_option
 def validate(folder: Path, collisions: bool | None, limit: int, as_json: bool) -> None:
     """Check the trace of a run in DIR: whether everything it tells can have happened.

@@ -38,7 +38,8 @@ WRONG = [
         "1,0,a,2\n2,0,a,2\n",
         "p,a,1\nq,a,2\n",
         "{}",
-        "{orders}, line 3: from order 2 on, the orders want more than all pods hold: SKU a (4 wanted, 3 there)",
+        "{orders}, line 3: from order 2 on, the orders want more than all pods hold: SKU a (4 wanted, 3 there); "
+        "expected more items on pods, or `instance.replenishment`",
     ),
     # too large for the largest station
     (

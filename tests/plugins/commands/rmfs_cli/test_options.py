@@ -9,7 +9,16 @@ import pytest
 from click.testing import CliRunner
 
 from rmfs_cli.main import main
-from rmfs_cli.options import dask_option, jobs_option, json_option, scenario_argument, seed_option, set_option
+from rmfs_cli.options import (
+    NumberRange,
+    WholeNumberRange,
+    dask_option,
+    jobs_option,
+    json_option,
+    scenario_argument,
+    seed_option,
+    set_option,
+)
 
 
 @click.command()
@@ -61,9 +70,9 @@ def test_what_is_given() -> None:
     ("arguments", "problem"),
     [
         ((), "Missing argument 'SCENARIO'"),
-        (("x", "--seed", "-1"), "-1 is not in the range x>=0"),
-        (("x", "--jobs", "0"), "0 is not in the range x>=1"),
-        (("x", "--seed", "one"), "'one' is not a valid integer"),
+        (("x", "--seed", "-1"), "'--seed': expected a whole number >= 0, found -1"),
+        (("x", "--jobs", "0"), "expected a whole number >= 1, found 0"),
+        (("x", "--seed", "one"), "expected a whole number >= 0, found one"),
     ],
 )
 def test_what_is_wrong_is_said(arguments: tuple[str, ...], problem: str) -> None:
@@ -71,6 +80,34 @@ def test_what_is_wrong_is_said(arguments: tuple[str, ...], problem: str) -> None
     done = CliRunner().invoke(command, arguments)
     assert done.exit_code == 2
     assert problem in done.output
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "problem"),
+    [
+        (NumberRange(min=0, min_open=True), "3x", "expected a number > 0, found 3x"),
+        (NumberRange(min=0, min_open=True), "nan", "expected a number > 0, found nan"),
+        (NumberRange(min=0, min_open=True), "0", "expected a number > 0, found 0"),
+        (NumberRange(50, 100, min_open=True, max_open=True), "100", "expected a number > 50 and < 100, found 100"),
+        (NumberRange(max=1.5), "2", "expected a number <= 1.5, found 2"),
+        (NumberRange(), "x", "expected a number, found x"),
+        (WholeNumberRange(2, 1000), "1.5", "expected a whole number from 2 to 1,000, found 1.5"),
+        (WholeNumberRange(2, 1000), "1001", "expected a whole number from 2 to 1,000, found 1001"),
+    ],
+)
+def test_a_number_that_is_wrong_is_refused_with_what_is_right(
+    kind: click.ParamType[float], value: str, problem: str
+) -> None:
+    """The same words for no number at all and for one outside the limits."""
+    with pytest.raises(click.BadParameter) as refused:
+        kind.convert(value, None, None)
+    assert refused.value.message == problem
+
+
+def test_numbers_at_closed_limits_are_right() -> None:
+    """As numbers of their kinds."""
+    assert WholeNumberRange(2, 1000).convert("1000", None, None) == 1000
+    assert NumberRange(max=1.5).convert("1.5", None, None) == 1.5
 
 
 RULE = "from pathlib import Path\nPath('loaded').touch()\nclass Mine:\n    pass\n"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rmfs_convert.cleaning import Choice, Cleaner, Columns, Reader
+from rmfs_convert.quantities import Quantities
 from rmfs_convert.times import Clock
 from rmfs_core.errors import InputError
 
@@ -63,14 +64,26 @@ def test_what_options_leave_out() -> None:
         '1 row with more than 8 items in a line: row 2 "9"',
     ]
     assert cleaner.dropped.unasked == 0
-    cleaner.check_choice()
+    cleaner.check_choice(list)
 
 
 def test_a_sku_to_leave_out_has_to_be_there() -> None:
     """A slip of the pen would leave nothing out."""
-    cleaner, _ = cleaned(("A", "tea", "1", "1"), choice=Choice(("tee",)))
-    with pytest.raises(InputError, match=r'^--leave-out-sku: no row has the SKU "tee"; expected SKUs of the table$'):
-        cleaner.check_choice()
+    cleaner, _ = cleaned(("A", "FRACHT", "1", "1"), choice=Choice(("fracht",)))
+    missing = r'^--leave-out-sku: no row has the SKU "fracht"'
+    with pytest.raises(InputError, match=missing + r" \(did you mean `FRACHT`\?\); expected SKUs of the table$"):
+        cleaner.check_choice(lambda: ["FRACHT", "tea"])
+    with pytest.raises(InputError, match=f"{missing}; expected SKUs of the table$"):
+        cleaner.check_choice(lambda: ["tea"])
+
+
+def test_the_other_decimal_sign_is_offered_where_it_reads_quantities() -> None:
+    """Not for what no sign makes whole, and not where no sign was given."""
+    part = "1 row with a quantity that is no whole number from 1 on (returns, weights)"
+    for given, text, end in ((".", "1,00", "; perhaps --decimal ,"), (".", "1,50", ""), (",", "x", "")):
+        cleaner = Cleaner(Columns("o", "s", quantity="q"), Reader(quantities=Quantities(given)), Choice())
+        list(cleaner.lines("t.csv", [(1, ("A", "tea", "", text, "", "", ""))]))
+        assert cleaner.left_out() == [f'{part}: row 1 "{text}"{end}']
 
 
 def test_fields_that_cannot_be_read_are_left_empty() -> None:

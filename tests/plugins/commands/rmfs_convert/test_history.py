@@ -107,8 +107,8 @@ def test_a_placement_that_knows_its_orders_says_so(
     [
         (["--history", "{past}", "--history-until", "2024-03-03T00:00"], "--history-until: found --history, too"),
         (["--history", "{past}", "--placement", "random"], "--history: found --placement random, which learns nothing"),
-        (["--history-until", "2024-03-01T00:00"], "--from, --history-until: all orders (10) are outside; expected"),
-        (["--history-until", "2025-03-01T00:00"], "--history-until: all orders (10) are earlier; expected some from"),
+        (["--history-until", "2024-03-01T00:00"], "--from, --history-until: all orders (10) are outside: from 2024-0"),
+        (["--history-until", "2025-03-01T00:00"], "--history-until: all orders (10) are earlier, the last at 2024-0"),
         (["--history-until", "soon"], '--history-until: found "soon"; expected a time such as'),
         (["--history", "{past}"], "past.csv: all its orders (2) are run; expected other orders"),
         (["--history", "{none}"], "none.csv: cannot be read: No such file or directory"),

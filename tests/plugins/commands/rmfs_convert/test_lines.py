@@ -105,9 +105,9 @@ def test_orders_outside_a_span_are_left_out_whole(read: Read) -> None:
 
 
 def test_a_span_without_orders_is_refused(read: Read) -> None:
-    """The sentence says how many there are outside."""
+    """The sentence says how many there are outside, and when."""
     lines = read("A,tea,4,1,,", "B,tea,9,1,,")
-    with pytest.raises(InputError, match=r"^--from, --until: all orders \(2\) are outside; expected a span with some"):
+    with pytest.raises(InputError, match=r"\(2\) are outside: from 4 s to 9 s; expected a span with"):
         lines.gather(Span(Moment(5000), Moment(8000)))
 
 

@@ -10,6 +10,7 @@ import pytest
 
 import rmfs_core
 from rmfs_cli.main import main
+from rmfs_core.scenario import load_scenario
 
 STOCK = "Bin,Article,Qty\nA-1,tea,4\nA-2,mug,3\nA-1,mug,1\nA-3,spoon,0\n"
 COLUMNS = ("--pod", "Bin", "--sku", "Article", "--quantity", "Qty")
@@ -67,17 +68,38 @@ def test_parquet_tables_give_the_same(tmp_path: Path) -> None:
         (STOCK, ["--column", "x"], "--column: found no --row; expected both, or neither"),
         ("Bin,Article,Qty\nA,tea,1\nB,tea,-1\nC,tea,x\n", [], "2 of 3 rows would be left out: 2 rows with a quantity"),
         (STOCK, ["--decimal", ".", "--thousands", "."], "--decimal, --thousands: found"),
+        ('Bin,Article,Qty\nA,tea,"4,00"\nB,mug,"3,00"\n', ["--decimal", "."], '"3,00"; perhaps --decimal ,'),
+        (STOCK, ["--start", "noon"], '--start: expected a time in ISO 8601, such as 2024-03-01T06:30, found "noon"'),
+        (
+            "Bin,Article,Qty\nA,tea,4\nB,tea,5\n",
+            ["--start", "2024-03-01", "--row", "Qty", "--column", "Qty"],
+            "--start: pods with places get no scenario.toml; expected no --start",
+        ),
     ],
 )
 def test_what_is_wrong_is_said_in_a_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, options: list[str], sentence: str
 ) -> None:
-    """Exit code 2, and nothing is written."""
+    """Exit code 2, and nothing is written: no folder is made."""
     with pytest.raises(SystemExit) as stopped:
         convert(tmp_path, *options, text=text)
     assert stopped.value.code == 2
     assert sentence in capsys.readouterr().err
-    assert not list((tmp_path / "out").glob("*"))
+    assert not (tmp_path / "out").exists()
+
+
+def test_time_0_of_orders_with_dates_is_given(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The scenario has it; without it, that is said. A scenario that is there is not changed."""
+    out = convert(tmp_path)
+    assert "Its time 0 is a midnight; for orders with dates, give --start" in capsys.readouterr().out
+    (out / "scenario.toml").unlink()
+    convert(tmp_path, "--force", "--start", "2024-03-01T06:00+01:00")
+    assert "midnight" not in capsys.readouterr().out
+    (out / "orders.csv").write_text("order,arrival_s,sku,quantity\n1,0,tea,1\n", encoding="utf-8")
+    assert load_scenario(out / "scenario.toml").instance.start == "2024-03-01T06:00+01:00"
+    with pytest.raises(SystemExit):
+        convert(tmp_path, "--force", "--start", "2024-03-01")
+    assert "scenario.toml is there already; expected no --start" in capsys.readouterr().err
 
 
 def test_files_that_are_there_are_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,6 +8,14 @@ from rmfs_convert.quantities import Quantities
 from rmfs_core.errors import InputError
 
 
+def test_another_decimal_sign_is_guessed_by_what_it_reads() -> None:
+    """One text that it makes whole and not 0 is enough; without a sign that was given nothing is left to guess."""
+    assert Quantities(".").guessed(["x", "1,00"]) == "; perhaps --decimal ,"
+    assert Quantities(",").guessed(["1.00"]) == "; perhaps --decimal ."
+    assert Quantities(".").guessed(["1,50", "-1,00", ""]) == ""
+    assert Quantities().guessed(["1,00"]) == ""
+
+
 @pytest.mark.parametrize(
     ("text", "decimal", "thousands", "number"),
     [

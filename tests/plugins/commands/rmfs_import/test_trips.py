@@ -107,8 +107,8 @@ def test_robots_of_the_league_take_a_task_each(tmp_path: Path) -> None:
         ("3\n0\n2\n", "1\n10\n", {}, "a.agents: found 2 lines of locations; expected 3"),
         ("2\n0\n2\n8\n", "1\n10\n", {}, "a.agents: found 2 lines of locations; expected 3"),
         ("3\n0\n2\n8\n", "2\n10\n", {}, "a.tasks: found 1 line of locations; expected 2"),
-        ("3\n0\nx\n8\n", "1\n10\n", {}, "a.agents:3: expected the number of a cell, found 'x'"),
-        ("3\n0\n,\n8\n", "1\n10\n", {}, "a.agents:3: expected at least one location, found none"),
+        ("3\n0\nx\n8\n", "1\n10\n", {}, "a.agents, line 3: expected the number of a cell, found 'x'"),
+        ("3\n0\n,\n8\n", "1\n10\n", {}, "a.agents, line 3: expected at least one location, found none"),
         ("3\n0\n3\n8\n", "1\n10\n", {}, "a.json: robot 2 begins at location 3, which is no free cell of"),
         (
             "3\n0\n2\n0\n",

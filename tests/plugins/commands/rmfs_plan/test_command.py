@@ -94,7 +94,10 @@ def test_who_finds_no_path_is_named(tmp_path: Path, capsys: pytest.CaptureFixtur
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("type octile\nheight 1\nwidth 3\nmap\n..\n", "bad.map:5: found 2 cells; expected 3, as the map's width says"),
+        (
+            "type octile\nheight 1\nwidth 3\nmap\n..\n",
+            "bad.map, line 5: found 2 cells; expected 3, as the map's width says",
+        ),
         ("type octile\nheight 1\nwidth 2\nmap\n..\n", "bad.map: found room for 1 robot with start and goal"),
     ],
 )
@@ -110,7 +113,7 @@ def test_wrong_maps_are_refused(text: str, problem: str, tmp_path: Path, capsys:
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("version 1\n0 room.map 8 4 0\n", "room.scen:2: found 5 field(s)"),
+        ("version 1\n0 room.map 8 4 0\n", "room.scen, line 2: found 5 fields"),
         (
             "version 1\n0 room.map 8 4 0 0 1 0 1\n0 room.map 8 4 0 0 2 0 1\n",
             "room.scen: robots 1 and 2 have the same start, row 1, column 1",

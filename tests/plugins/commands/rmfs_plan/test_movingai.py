@@ -81,13 +81,22 @@ def test_other_maps_are_text_maps(tmp_path: Path) -> None:
             "room.map: found a map of 4,000 x 4,000 cells; expected at most 5,000 in a row or column and 4,000,000 in "
             "all",
         ),
-        ("type octile\nheight 1\nwidth 8\n....", "room.map:4: expected the line `map` after type, height and width"),
+        (
+            "type octile\nheight 1\nwidth 8\n....",
+            "room.map, line 4: expected the line `map` after type, height and width",
+        ),
         (
             "type octile\nheight 2\nwidth 2\nmap\n..\n",
-            "room.map: found 1 rows of the map; expected 2, as its height says",
+            "room.map: found 1 row of the map; expected 2, as its height says",
         ),
-        ("type octile\nheight 1\nwidth 3\nmap\n..\n", "room.map:5: found 2 cells; expected 3, as the map's width says"),
-        ("type octile\nheight 1\nwidth 2\nmap\n.x\n", "room.map:5: unknown sign 'x'; expected one of . G S @ O T W"),
+        (
+            "type octile\nheight 1\nwidth 3\nmap\n..\n",
+            "room.map, line 5: found 2 cells; expected 3, as the map's width says",
+        ),
+        (
+            "type octile\nheight 1\nwidth 2\nmap\n.x\n",
+            "room.map, line 5: unknown sign 'x'; expected one of . G S @ O T W",
+        ),
         ("", "room.map: the map is empty; expected rows of characters such as `#` and `.`"),
     ],
 )
@@ -114,19 +123,28 @@ def test_trips_are_read_in_order(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("", "room.scen:1: expected the line `version 1`, as in MovingAI's scenarios"),
+        ("", "room.scen, line 1: expected the line `version 1`, as in MovingAI's scenarios"),
         ("version 1\n", "room.scen: found 0 trips; expected at least 2, one for each robot"),
         (
             "version 1\n0 room.map 8 4 0\n",
-            "room.scen:2: found 5 field(s); expected bucket, map, width, height, start x",
+            "room.scen, line 2: found 5 fields; expected bucket, map, width, height, start x",
         ),
-        ("version 1\n0 room.map 9 4 0 0 1 0 1\n", "room.scen:2: found a map of 9 x 4 cells; the map given has 8 x 4"),
-        ("version 1\n0 room.map 8 4 0 0 8 0 1\n", "room.scen:2: found the cell x 8, y 0, which is not on the map"),
-        ("version 1\n\n0 room.map 8 4 0 0 1 1 1\n", "room.scen:3: found the cell x 1, y 1, which is a wall"),
-        ("version 1\n0 room.map 8 4 0 0 -1 0 1\n", "room.scen:2: expected a whole number from 0 to 5,000, found '-1'"),
+        (
+            "version 1\n0 room.map 9 4 0 0 1 0 1\n",
+            "room.scen, line 2: found a map of 9 x 4 cells; the map given has 8 x 4",
+        ),
+        (
+            "version 1\n0 room.map 8 4 0 0 8 0 1\n",
+            "room.scen, line 2: found the cell x 8, y 0, which is not on the map",
+        ),
+        ("version 1\n\n0 room.map 8 4 0 0 1 1 1\n", "room.scen, line 3: found the cell x 1, y 1, which is a wall"),
+        (
+            "version 1\n0 room.map 8 4 0 0 -1 0 1\n",
+            "room.scen, line 2: expected a whole number from 0 to 5,000, found '-1'",
+        ),
         (
             f"version 1\n0 room.map {'9' * 12} 4 0 0 1 0 1\n",
-            f"room.scen:2: expected a whole number from 0 to 5,000, found '{'9' * 12}'",
+            f"room.scen, line 2: expected a whole number from 0 to 5,000, found '{'9' * 12}'",
         ),
     ],
 )

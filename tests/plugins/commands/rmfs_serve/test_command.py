@@ -90,13 +90,14 @@ def test_options_that_lines_do_not_have(capsys: pytest.CaptureFixture[str]) -> N
     assert capsys.readouterr().err.endswith("Error: --limit-s is for HTTP; expected it without --stdio.\n")
 
 
-@pytest.mark.parametrize("option", ["--max-mb", "--limit-s"])
-def test_a_limit_that_is_no_number(option: str, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(("option", "limits"), [("--max-mb", "0.001 to 190"), ("--limit-s", "0.1 to 86,400")])
+def test_a_limit_that_is_no_number(option: str, limits: str, capsys: pytest.CaptureFixture[str]) -> None:
     """One sentence, exit code 2."""
     with pytest.raises(SystemExit) as stop:
         main(["serve", "--rule", "first-come", option, "nan"])
     assert stop.value.code == 2
-    assert capsys.readouterr().err.endswith(f"Error: Invalid value for '{option}': 'nan' is not a number.\n")
+    problem = f"expected a number from {limits}, found nan"
+    assert capsys.readouterr().err.endswith(f"Error: Invalid value for '{option}': {problem}\n")
 
 
 @pytest.mark.parametrize(

@@ -72,7 +72,13 @@ def test_a_run_that_fails_ends_with_code_1(folder: Path, capsys: pytest.CaptureF
     [
         ((), "expected one of --p95, --mean and --most"),
         (("--p95", "900", "--mean", "300"), "expected one of --p95, --mean and --most"),
-        (("--p95", "0"), "0.0 is not in the range x>0"),
+        (("--p95", "0"), "expected a number > 0, found 0"),
+        (("--p95", "3x"), "expected a number > 0, found 3x"),
+        (
+            ("--most", "late=2", *QUICK),
+            '--most late=2: there is no metric "late" (did you mean',
+        ),
+        (("--most", "late_percent=-2"), "`late_percent` is never below 0; expected a number >= 0"),
         (("--p95", "inf"), "expected a number, as in --p95 900"),
         (("--p95", "nan"), "nan"),
         (("--most", "late_percent"), "expected a number, as in --p95 900 or --most late_percent=2"),

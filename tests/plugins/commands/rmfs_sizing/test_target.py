@@ -19,6 +19,14 @@ def test_a_metric_has_its_label_and_unit() -> None:
     assert Target("late_percent", 2).with_unit(2) == "2.0 %"
 
 
+def test_an_indented_label_is_named_with_what_it_is_a_part_of() -> None:
+    """All of them have a metric above them; how that one is averaged is left out."""
+    assert Target("late_percent", 2).label == "Late orders, of those due"
+    assert Target("turnover_backlog_p95_s", 2).label == "Turn-over time, in the backlog, 95 %"
+    assert Target("empty_distance_m", 2).label == "Distance, empty"
+    assert not [name for name in KNOWN if Target(name, 2).label.startswith(" ")]
+
+
 def test_somebodys_own_metric_has_its_name() -> None:
     """Nothing more is known of it before a run."""
     target = Target("my_waits", 3)
@@ -37,6 +45,16 @@ def test_what_cannot_be_too_large_is_refused(poisson: Scenario) -> None:
             Target(metric, 2).check(orders)
     Target("turnover_p95_s", 2).check(orders)
     Target("my_waits", 2).check(orders)
+
+
+def test_a_limit_that_nothing_can_keep_is_refused(poisson: Scenario) -> None:
+    """Metrics of every run are never negative; what somebody's own may be is not known."""
+    orders = [make_instance(poisson)]
+    for metric in ("turnover_p95_s", "late_percent", "stock_outs"):
+        with pytest.raises(InputError, match=f"--most {metric}=-2: `{metric}` is never below 0; expected a number >="):
+            Target(metric, -2).check(orders)
+    Target("psv_per_order", 0).check(orders)
+    Target("my_waits", -2).check(orders)
 
 
 def test_nothing_is_late_that_is_not_due(poisson: Scenario) -> None:

@@ -146,7 +146,7 @@ def test_a_pod_that_nothing_was_decided_for(sequential: str, capsys: pytest.Capt
         (("--period", "9999"), "there is none; the run has periods 1 to"),
         (("--decision", "9999"), "there is none; the run has decisions 1 to"),
         (("--order", "15"), "the run has no order of that name"),
-        (("--order", "x"), "they are called 1 to 14"),
+        (("--order", "x"), "no order of that name; expected one such as 1, 2, 3, 4, 5 and 9 more"),
         (("--pod", "300"), "did you mean `30`"),
         (("--pod", "3", "--order", "3"), "exclude each other"),
         (("--against", "demand"), "need --period or --decision"),
