@@ -198,6 +198,18 @@ def _field(value: object) -> object:
     return ("true" if value else "false") if isinstance(value, bool) else value
 
 
+@contextmanager
+def removed_if_empty(path: str | Path) -> Iterator[None]:
+    """Remove a folder when the block ends, if the block made it and left nothing in it."""
+    there = os.path.exists(path)  # noqa: PTH110 (also of a name too long)
+    try:
+        yield
+    finally:
+        if not there:
+            with suppress(OSError):
+                Path(path).rmdir()
+
+
 def output_folder(path: str | Path) -> Path:
     """Return ``path`` as a folder that exists and can be written to, without what killed processes have left there.
 

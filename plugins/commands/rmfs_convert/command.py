@@ -113,14 +113,16 @@ def orders(table: Path, out: Path, **given: Any) -> None:
     with the reason. With --pods, the SKUs are put on pods as well, and DIR/scenario.toml runs with both.
     """
     from rmfs_convert.writing import target, tell_history, write
+    from rmfs_core.results.files import removed_if_empty
 
     _check_times(given)
     _check_history(given)
     force = given["force"]
     _span(clock_of(given["time_format"], given["zone"]), given)  # what is no time is refused before a table is read
     names = ("orders.csv", *(("pods.csv", "scenario.toml") if given["pods"] is not None else ()))
-    folder = target(out, names, force=force)
     with ExitStack() as stack:
+        stack.enter_context(removed_if_empty(out))
+        folder = target(out, names, force=force)
         lines, zero = _read(stack, table, given, lambda clock: _span(clock, given))
         _check_share(lines, table, force)
         past = None

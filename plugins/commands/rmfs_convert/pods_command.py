@@ -33,13 +33,15 @@ def pods(table: Path, out: Path, **given: Any) -> None:
     from rmfs_convert.tables import Table
     from rmfs_convert.writing import check_share, target, write_pods
     from rmfs_core.errors import InputError
+    from rmfs_core.results.files import removed_if_empty
 
     for option, other in (("row", "column"), ("column", "row")):
         if given[option] is not None and given[other] is None:
             raise InputError(f"--{option}", f"found no --{other}; expected both, or neither")
-    folder = target(out, ("pods.csv",), force=given["force"])
     columns = StockColumns(*(given[name] for name in ("pod", "sku", "quantity", "row", "column")))
     stock = StockTable(columns, quantities_of(given["decimal"], given["thousands"]))
-    stock.read(Table(table, given["separator"], given["encoding"]))
-    check_share(table, stock.rows, stock.dropped.unasked, stock.left_out(), force=given["force"])
-    write_pods(stock, folder)
+    with removed_if_empty(out):
+        folder = target(out, ("pods.csv",), force=given["force"])
+        stock.read(Table(table, given["separator"], given["encoding"]))
+        check_share(table, stock.rows, stock.dropped.unasked, stock.left_out(), force=given["force"])
+        write_pods(stock, folder)

@@ -219,8 +219,9 @@ def _row(roads: Roads, robot: int, one: Plan) -> dict[str, Any]:
 def _checked_folder(out: Path) -> Path:
     """Return the folder to write to, which is there and takes both files; refuse any other before the search."""
     from rmfs_core.errors import InputError
-    from rmfs_core.results.files import output_folder
+    from rmfs_core.results.files import output_folder, removed_if_empty
 
+    click.get_current_context().with_resource(removed_if_empty(out))
     folder = output_folder(out)
     for name in (PLAN_FILE, PATHS_FILE):
         if (folder / name).is_dir():
