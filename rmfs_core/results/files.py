@@ -198,6 +198,19 @@ def _field(value: object) -> object:
     return ("true" if value else "false") if isinstance(value, bool) else value
 
 
+@contextmanager
+def removed_if_empty(path: str | Path) -> Iterator[None]:
+    """Remove a folder, and those above it, when the block ends, if the block made them and left nothing in them."""
+    folder = Path(path).absolute()
+    made = [one for one in (folder, *folder.parents) if not os.path.exists(one)]  # noqa: PTH110 (also of a name too long)
+    try:
+        yield
+    finally:
+        for one in made:
+            with suppress(OSError):
+                one.rmdir()
+
+
 def output_folder(path: str | Path) -> Path:
     """Return ``path`` as a folder that exists and can be written to, without what killed processes have left there.
 

@@ -7,7 +7,7 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from os.path import realpath  # which ends where links lead round
 from pathlib import Path
 from threading import current_thread, main_thread
@@ -18,7 +18,7 @@ from rmfs_core import entrypoints
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError, RmfsError, RunError, is_interrupt
 from rmfs_core.results.catalogue import Metric, described_by
-from rmfs_core.results.files import output_folder, staged
+from rmfs_core.results.files import output_folder, removed_if_empty, staged
 from rmfs_core.results.recorders import (
     delete_left_over,
     files_of,
@@ -97,8 +97,8 @@ def run(
     told = [*((observer, None) for observer in observers), *recorders, *reversed(standing)]
     again = out is not None and os.path.exists(Path(out) / RESULT_FILE)  # noqa: PTH110 (also of a name too long)
     with ExitStack() as stack:
-        if out is not None and not os.path.exists(out):  # noqa: PTH110 (also of a name too long)
-            stack.callback(_remove_empty, Path(out))
+        if out is not None:
+            stack.enter_context(removed_if_empty(out))
 
         def folder_for(files: Sequence[str]) -> Path | None:
             return None if out is None else stack.enter_context(staged(_folder_for_results(out, resolved, files)))
@@ -115,12 +115,6 @@ def run(
     if prepared.error is not None:
         raise prepared.error
     return result
-
-
-def _remove_empty(folder: Path) -> None:
-    """Remove a folder that nothing was written to."""
-    with suppress(OSError):
-        folder.rmdir()
 
 
 @define(eq=False)

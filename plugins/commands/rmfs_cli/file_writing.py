@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from rmfs_core.errors import InputError
@@ -28,20 +27,6 @@ def writable_folder(folder: str | Path, names: Iterable[str], *, force: bool) ->
         if (folder / name).is_dir():
             raise InputError(str(folder / name), "cannot be written: a folder has that name")
     return folder
-
-
-@contextmanager
-def no_empty_folder(folder: str | Path) -> Iterator[None]:
-    """Remove a folder, and those above it, that were made within and are still empty, when it ends with an error."""
-    path = Path(folder).absolute()
-    made = [one for one in (path, *path.parents) if not one.exists()]
-    try:
-        yield
-    except BaseException:
-        for one in made:
-            with suppress(OSError):  # it was not made, or is not empty
-                one.rmdir()
-        raise
 
 
 def write_files(folder: str | Path, files: Mapping[str, bytes], *, force: bool) -> None:

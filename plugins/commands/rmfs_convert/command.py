@@ -116,16 +116,17 @@ def orders(table: Path, out: Path, **given: Any) -> None:
     Rows of one order need not be adjacent, and may be any number: they are sorted on disk. Every row left out is
     reported with its reason. With --pods, the SKUs are put on pods as well, and DIR/scenario.toml runs with both.
     """
-    from rmfs_cli.file_writing import no_empty_folder, writable_folder
+    from rmfs_cli.file_writing import writable_folder
     from rmfs_convert.shares import check_emptied, check_share
     from rmfs_convert.times import Clock
     from rmfs_convert.writing import tell_history, write
+    from rmfs_core.results.files import removed_if_empty
 
     _check_options(given)
     _span(Clock(given["time_format"], given["zone"]), given)  # what is no time is refused before a table is read
     names = ("orders.csv", *(("pods.csv", "scenario.toml") if given["pods"] is not None else ()))
     with ExitStack() as stack:
-        stack.enter_context(no_empty_folder(out))
+        stack.enter_context(removed_if_empty(out))
         folder = writable_folder(out, names, force=given["force"])
         lines, zero = _read(stack, table, given)
         lines.cleaner.check_choice(lambda: [sku.name for sku in lines.skus()])

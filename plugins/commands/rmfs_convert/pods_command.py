@@ -32,18 +32,19 @@ def pods(table: Path, out: Path, **given: Any) -> None:
     scenario.toml, one is written for that many pods and the orders.csv that `rmfs convert orders` makes, unless the
     pods have places in a map.
     """
-    from rmfs_cli.file_writing import no_empty_folder, writable_folder
+    from rmfs_cli.file_writing import writable_folder
     from rmfs_convert.shares import check_share
     from rmfs_convert.stock_table import StockColumns, StockTable
     from rmfs_convert.tables import Table
     from rmfs_convert.writing import check_start, write_pods
+    from rmfs_core.results.files import removed_if_empty
 
     needs(given, "row", "column", "both, or neither")
     needs(given, "column", "row", "both, or neither")
     check_start(given["start"])
     columns = StockColumns(*(given[name] for name in ("pod", "sku", "quantity", "row", "column")))
     stock = StockTable(columns, quantities_of(given))
-    with no_empty_folder(out):
+    with removed_if_empty(out):
         folder = writable_folder(out, ("pods.csv",), force=given["force"])
         stock.read(Table(table, given["separator"], given["encoding"]))
         check_share(table, stock, force=given["force"])

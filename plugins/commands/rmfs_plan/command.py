@@ -77,6 +77,7 @@ def plan(
     from rmfs_cli.file_writing import writable_folder
     from rmfs_core.errors import RunError
     from rmfs_core.randomness import rule_stream, stream
+    from rmfs_core.results.files import removed_if_empty
     from rmfs_core.roles import Role
     from rmfs_core.scenario import RuleChoice
     from rmfs_core.scenario.rulenames import rule_name_from
@@ -90,6 +91,8 @@ def plan(
     with compiling_announced(notes_console()):
         trips = random_trips(roads, agents, seed, map_file) if scen is None else read_trips(scen, roads.layout, agents)
         _check_reach(roads, trips, scen or map_file)
+        if out is not None:
+            click.get_current_context().with_resource(removed_if_empty(out))
         folder = None if out is None else writable_folder(out, (PLAN_FILE, PATHS_FILE), force=True)
         started = time.perf_counter()
         plans = _plan(roads, planner, trips, effort, stream(seed, "priorities"))

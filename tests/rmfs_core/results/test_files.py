@@ -19,6 +19,7 @@ from rmfs_core.results.files import (
     clean,
     json_ready,
     output_folder,
+    removed_if_empty,
     staged,
     to_csv,
     to_json,
@@ -241,3 +242,16 @@ def test_infinite_parameters_become_texts() -> None:
         "window_s": "inf",
         "list": [1.5, "-inf"],
     }
+
+
+def test_a_new_folder_in_which_nothing_is_left_is_removed(tmp_path: Path) -> None:
+    """Also by an interrupt, with those above it; not one that was there before, nor one with a file."""
+    old, new, full = tmp_path / "old", tmp_path / "new", tmp_path / "full"
+    old.mkdir()
+    for folder in (old, new / "newer", full):
+        with pytest.raises(KeyboardInterrupt), removed_if_empty(folder):
+            output_folder(folder)
+            if folder is full:
+                (folder / "a").touch()
+            raise KeyboardInterrupt
+    assert [folder.exists() for folder in (old, new, full)] == [True, False, True]

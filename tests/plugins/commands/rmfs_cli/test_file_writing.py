@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rmfs_cli.file_writing import no_empty_folder, writable_folder, write_files
+from rmfs_cli.file_writing import write_files
 from rmfs_core.errors import InputError
 
 
@@ -19,22 +19,6 @@ def test_files_are_written_with_their_folders(tmp_path: Path) -> None:
     assert not (tmp_path / "new" / "c.txt").exists()
     write_files(tmp_path / "new", {"a.txt": b"3"}, force=True)
     assert (tmp_path / "new" / "a.txt").read_bytes() == b"3"
-
-
-def test_no_folder_is_left_where_nothing_was_written(tmp_path: Path) -> None:
-    """Those that were there stay, and so does one with a file in it."""
-    (tmp_path / "old").mkdir()
-    for out in (tmp_path / "old", tmp_path / "old" / "new" / "newer"):
-        with pytest.raises(InputError, match="wrong"), no_empty_folder(out):
-            writable_folder(out, ("a.txt",), force=False)
-            raise InputError("table", "wrong")
-    assert [path.name for path in tmp_path.rglob("*")] == ["old"]
-    with pytest.raises(InputError, match="wrong"), no_empty_folder(tmp_path / "new"):
-        write_files(tmp_path / "new", {"a.txt": b"1"}, force=False)
-        raise InputError("table", "wrong")
-    with no_empty_folder(tmp_path / "empty"):
-        writable_folder(tmp_path / "empty", (), force=False)
-    assert sorted(path.name for path in tmp_path.rglob("*")) == ["a.txt", "empty", "new", "old"]
 
 
 def test_a_folder_in_the_way_is_refused(tmp_path: Path) -> None:

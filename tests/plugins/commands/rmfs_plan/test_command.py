@@ -154,6 +154,20 @@ def unplannable(*_: object) -> None:
     pytest.fail("the search began")
 
 
+def test_an_interrupted_search_leaves_no_folder(
+    room: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was made before the search, to see that it can be."""
+
+    def interrupted(*_: object) -> None:
+        assert (tmp_path / "out").is_dir()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("rmfs_plan.plan_by_priorities", interrupted)
+    assert ask([str(room), "--agents", "2", "--out", str(tmp_path / "out")], capsys)[0] == 130
+    assert not (tmp_path / "out").exists()
+
+
 def test_where_the_files_cannot_go_is_said_before_the_search(
     room: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
