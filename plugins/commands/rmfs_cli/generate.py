@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from attrs import evolve
 
 from rmfs_cli.completion import SetCommand
 from rmfs_cli.options import OutPath, no_inline_option, scenario_argument, seed_option, set_option
@@ -62,6 +61,8 @@ def generate(
 
 def _with_files(scenario: Scenario, *, allow_inline: bool) -> tuple[Scenario, dict[str, bytes]]:
     """Return the scenario for another folder, on CSV files, and the other files it needs there by name."""
+    from attrs import evolve
+
     from rmfs_core.scenario import Arrivals, InstanceSection
 
     old = Path(scenario.folder)
@@ -101,6 +102,8 @@ def _with_rule_files(rules: RulesSection, old: Path, copied: dict[str, bytes], a
 
     Which parameters name files only the rules know, so they are loaded.
     """
+    from attrs import evolve
+
     from rmfs_cli.notes import notes_console
     from rmfs_core.errors import InputError
     from rmfs_core.rules import RuleSet
@@ -138,6 +141,8 @@ def _with_given_texts(rules: RulesSection, folder: str) -> RulesSection:
     """Return the rules with every text of a parameter as given in the folder; two equal choices have the same texts."""
     import json
 
+    from attrs import evolve
+
     from rmfs_core.rules.parts import with_given
     from rmfs_core.scenario.rulenames import given_in
 
@@ -153,6 +158,8 @@ def _with_given_texts(rules: RulesSection, folder: str) -> RulesSection:
 
 def _changed(rules: RulesSection, change: Callable[[RuleChoice], RuleChoice]) -> RulesSection:
     """Return the rules with each choice changed."""
+    from attrs import evolve
+
     from rmfs_core.roles import Role
     from rmfs_core.scenario.rulenames import rule_choices
 
