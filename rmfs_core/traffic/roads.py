@@ -45,7 +45,7 @@ class Tracks(NamedTuple):
 
 @lru_cache(maxsize=8)
 def roads_on(travel: Travel) -> Roads:
-    """Return the roads of a layout and kind of robot; runs of one process share them."""
+    """Return the roads of a run's travel times, the same object whenever it is asked for."""
     return Roads(travel)
 
 

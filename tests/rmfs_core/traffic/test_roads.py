@@ -15,11 +15,11 @@ LAYOUT = parse_map("#.#...\n......\n.qqO..\n......", "row")
 ROADS = roads_on(travel_on(LAYOUT, Motion()))
 
 
-def test_runs_of_one_process_share_them() -> None:
-    """The same travel times have the same roads, and a slower robot others."""
-    roads = roads_on(travel_on(LAYOUT, Motion()))
-    assert roads_on(travel_on(LAYOUT, Motion())) is roads
-    assert roads_on(travel_on(LAYOUT, Motion(top_speed_m_per_s=1.0))) is not roads
+def test_a_run_has_one_object() -> None:
+    """Whoever asks within a run gets the same roads; those of another run write on arrays of its own."""
+    travel = travel_on(LAYOUT, Motion())
+    assert roads_on(travel) is roads_on(travel)
+    assert roads_on(travel_on(LAYOUT, Motion())) is not roads_on(travel)
 
 
 def test_passing_times_reach_across_the_grid() -> None:

@@ -287,7 +287,9 @@ def test_warming_up_asks_a_rule(
     asked: list[Role] = []
     service = Service.of(["random"])
     monkeypatch.setattr("rmfs_states.Decider.decide", lambda _self, state, *_: asked.append(state.ask.role))
-    service.warm_up()
+    for _ in service.warm_up():
+        pass
     assert asked == [*DECIDING]
     monkeypatch.undo()
-    Service.of(["random"]).warm_up()
+    for _ in Service.of(["random"]).warm_up():
+        pass
