@@ -130,7 +130,7 @@ def rmfs() -> None:
 
 
 class _Ending(NamedTuple):
-    """How a call ended: its exit code, what is said of it, and the error."""
+    """How a call ended: its exit code, the sentence printed, and the error."""
 
     code: object = 0
     text: str | None = None

@@ -116,11 +116,11 @@ class Cleaner:
             raise InputError("--leave-out-sku", f'no row has the SKU "{name}"{meant}; expected SKUs of the table')
 
     def left_out(self) -> list[str]:
-        """Return what was left out so far, as parts of sentences, with what may help."""
+        """Return the reasons for rows left out so far, as parts of sentences, with what may help."""
         return [part + self._help(reason) for reason, part in self.dropped.parts()]
 
     def sentences(self, of: str = "", row: str = "row") -> Iterator[str]:
-        """Yield what was read of a table, what was left out and what was left empty, so far."""
+        """Yield sentences on the rows read so far, those left out, and fields left empty."""
         blank = f", and {self.blank:,} without any entry" if self.blank else ""
         yield f"Read {counted(self.rows, row)}{of}{blank}."
         for part in self.left_out():
@@ -129,7 +129,7 @@ class Cleaner:
             yield f"Left empty{of}: {part}."
 
     def _help(self, reason: str) -> str:
-        """Return which options may read what was left out for a reason."""
+        """Return which options may read the rows that were left out for a reason."""
         examples = [text for _, text in self.dropped.reasons[reason].examples]
         if reason == NO_TIME:
             return guessed(examples)

@@ -36,7 +36,7 @@ class Learned:
     unknown: int = 0
 
     def sentence(self) -> str | None:
-        """Return what is said of it, in the output and in the scenario; None where nothing was learned."""
+        """Return a sentence for the output and the scenario; None where nothing was learned."""
         if self.placement == "random":
             return None
         if self.source is None:

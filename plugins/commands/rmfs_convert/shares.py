@@ -23,7 +23,7 @@ class Cleaned(Protocol):
     dropped: Tally
 
     def left_out(self) -> list[str]:
-        """Return what was left out, as parts of sentences."""
+        """Return the reasons for rows left out, as parts of sentences."""
 
 
 def check_share(file: Path, cleaned: Cleaned, force: bool) -> None:

@@ -146,7 +146,7 @@ class StockTable:
                 yield (name, sku, "" if items is None else items, *(pod.place or ()))
 
     def sentences(self) -> Iterator[str]:
-        """Yield what is to be said of the table: what was left out, and what is kept."""
+        """Yield sentences on the table: the rows left out, and those kept."""
         yield f"Read {counted(self.rows, 'row')}."
         for part in self.left_out():
             yield f"Left out: {part}."
