@@ -77,8 +77,9 @@ def _lacking(warehouse: Warehouse, skus: Sequence[str]) -> str:
     """Say how many orders wait for stock, and of which SKUs; nothing if none does."""
     if warehouse.stock is None or not (number := len(warehouse.stock.waiting)):
         return ""
-    missing = first_few([skus[sku] for sku in warehouse.stock.missing])
-    return f"{counted(number, 'order')} {'waits' if number == 1 else 'wait'} for stock of {missing}"
+    missing = [skus[sku] for sku in warehouse.stock.missing]
+    what = f"SKU{'s' if len(missing) > 1 else ''} {first_few(missing)}"
+    return f"{counted(number, 'order')} {'waits' if number == 1 else 'wait'} for stock of {what}"
 
 
 def _too_large(warehouse: Warehouse) -> str:
