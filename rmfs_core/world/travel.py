@@ -44,11 +44,12 @@ Table: TypeAlias = NDArray[np.int32] | NDArray[np.int64]
 
 def travel_on(layout: Layout, motion: Motion) -> Travel:
     """Return the travel times of a layout and kind of robot for one run; the tables are those of all runs."""
-    return _first_on(layout, motion).for_a_run()
+    return shared_travel(layout, motion).for_a_run()
 
 
 @lru_cache(maxsize=8)
-def _first_on(layout: Layout, motion: Motion) -> Travel:
+def shared_travel(layout: Layout, motion: Motion) -> Travel:
+    """Return the travel times whose tables the runs of this process share."""
     return Travel(layout, motion)
 
 

@@ -17,7 +17,7 @@ import rmfs_core
 from releases import held_against_release
 from rmfs_core import hookimpl
 from rmfs_core.traffic import roads_on
-from rmfs_core.world.travel import travel_on
+from rmfs_core.world.travel import shared_travel
 from yardstick import in_yardsticks
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "parity" / "rawsim-o.toml"
@@ -47,7 +47,7 @@ def test_matched_load(benchmark: Any, record_property: Any, robots: int, rule: s
     clock, results = Clock(), []
 
     def run(hours: float) -> rmfs_core.Result:
-        travel_on.cache_clear()  # tables of driving times that another run has left are not there in a first run
+        shared_travel.cache_clear()  # tables of driving times that another run has left are not there in a first run
         roads_on.cache_clear()
         until = f"run.until_s={hours * 3600}"
         overrides = [f"robots.count={robots}", f"rules.pp={rule}", until, *places]
