@@ -162,11 +162,11 @@ class StockTable:
             yield f"Empty: {counted(empty, 'pod')}."
 
     def left_out(self) -> list[str]:
-        """Return what was left out, as parts of sentences, with what may help."""
+        """Return the reasons for rows left out, as parts of sentences, with what may help."""
         return [part + self._help(reason) for reason, part in self.dropped.parts()]
 
     def _help(self, reason: str) -> str:
-        """Return which option may read what was left out for a reason."""
+        """Return which option may read the rows that were left out for a reason."""
         examples = [text for _, text in self.dropped.reasons[reason].examples]
         return self.quantities.guessed(examples) if reason == NO_QUANTITY else ""
 

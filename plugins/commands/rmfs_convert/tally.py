@@ -1,4 +1,4 @@
-"""What is left out of a table, and why."""
+"""Rows that are left out of a table, by reason."""
 
 from __future__ import annotations
 

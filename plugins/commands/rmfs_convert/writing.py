@@ -1,4 +1,4 @@
-"""What is made of tables, written all together or not at all, and what is said about it."""
+"""The files made of tables, written all together or not at all, and the sentences about them."""
 
 from __future__ import annotations
 
@@ -142,7 +142,7 @@ def _write_stock(stock: Stock, place: Path, folder: Path, start: str | None) -> 
 
 
 def tell_history(past: OrderLines) -> None:
-    """Say what was read of a table of history, and what was left out."""
+    """Print how many rows of a table of history were read, and which were left out."""
     for sentence in past.cleaner.sentences(f" of {past.file}"):
         tell(sentence)
     warn_of_share(past.file, past.cleaner)

@@ -42,7 +42,7 @@ def table(folder: Path, text: str = LINES) -> Path:
 
 
 def test_lines_are_brought_together_by_order(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Orders by their earliest time after midnight, each SKU once; what is left out is counted with its reason."""
+    """Orders by their earliest time after midnight, each SKU once; rows left out are counted by reason."""
     main(["convert", "orders", str(table(tmp_path)), *COLUMNS, "--out", str(tmp_path / "out")])
     assert (tmp_path / "out" / "orders.csv").read_text(encoding="utf-8") == ORDERS
     said = capsys.readouterr().out

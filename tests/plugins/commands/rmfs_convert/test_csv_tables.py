@@ -1,4 +1,4 @@
-"""CSV of any encoding, with line ends within quotes, and what is said of files that are something else."""
+"""CSV of any encoding, with line ends within quotes, and the errors for files of another kind."""
 
 from __future__ import annotations
 

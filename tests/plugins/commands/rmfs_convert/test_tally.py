@@ -1,4 +1,4 @@
-"""What is left out, by reason."""
+"""Rows that are left out, by reason."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is made of order lines, and what is said about it."""
+"""The files made of order lines, and the sentences about them."""
 
 from __future__ import annotations
 
