@@ -17,6 +17,7 @@ from attrs import define, evolve
 from rmfs_core import entrypoints
 from rmfs_core.clock import to_seconds
 from rmfs_core.errors import InputError, RmfsError, RunError, is_interrupt
+from rmfs_core.interrupts import interrupt
 from rmfs_core.results.catalogue import Metric, described_by
 from rmfs_core.results.files import output_folder, removed_if_empty, staged
 from rmfs_core.results.recorders import (
@@ -193,18 +194,19 @@ class PreparedRun:
 def _interrupts_between_events(simulation: Simulation) -> Iterator[None]:
     """Let Ctrl-C end a run when all are told of an event, not in the middle of it; pressed again, at once."""
 
-    def interrupt(_signal: int, _frame: object) -> None:
+    def first(_signal: int, _frame: object) -> None:
         simulation.interrupted = True
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGINT, before)
 
-    ours = current_thread() is main_thread() and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    before = signal.getsignal(signal.SIGINT)
+    ours = current_thread() is main_thread() and before in (signal.default_int_handler, interrupt)
     if ours:
-        signal.signal(signal.SIGINT, interrupt)
+        signal.signal(signal.SIGINT, first)
     try:
         yield
     finally:
         if ours:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
+            signal.signal(signal.SIGINT, before)
 
 
 def _folder_for_results(out: str | Path, scenario: Scenario, files: Sequence[str]) -> Path:

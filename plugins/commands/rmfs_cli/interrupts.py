@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
-import _thread
 import signal
 import sys
-from threading import Timer, current_thread, main_thread
+from threading import current_thread, main_thread
 from typing import TYPE_CHECKING
+
+from rmfs_core.interrupts import interrupt, interrupt_again
 
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
 
-AGAIN_S = 0.02
-"""Seconds after which an interrupt that was dropped is raised again."""
 
-
-def repeat_lost_interrupts() -> None:
-    """Raise an interrupt again that Python drops, since it came in a finalizer or in a callback of a library."""
+def hear_interrupts() -> None:
+    """Let Ctrl-C do no harm where it comes, and raise it again where Python drops it: in a finalizer, say."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # a program in the background ignores them
+        signal.signal(signal.SIGINT, interrupt)
     sys.unraisablehook = _again
 
 
 def _again(lost: UnraisableHookArgs) -> None:
     if isinstance(lost.exc_value, KeyboardInterrupt):
-        again = Timer(AGAIN_S, _thread.interrupt_main)  # here it would be dropped, too
-        again.daemon = True
-        again.start()
+        interrupt_again()  # here it would be dropped, too
     else:
         sys.__unraisablehook__(lost)
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import click
 
 from rmfs_cli import streams
-from rmfs_cli.interrupts import ignore_interrupts, repeat_lost_interrupts
+from rmfs_cli.interrupts import ignore_interrupts
 from rmfs_cli.screen import failure, visible_json
 from rmfs_core import entrypoints
 from rmfs_core.errors import InputError, RmfsError, is_interrupt
@@ -150,8 +150,6 @@ def main(arguments: list[str] | None = None) -> None:
     if isinstance(sys.stdout, TextIOWrapper):  # names of files need not be UTF-8
         sys.stdout.reconfigure(errors="backslashreplace")
     alone = arguments is None  # else Python goes on after the call
-    if alone:
-        repeat_lost_interrupts()
     try:
         ending = _called(arguments)
         if alone:

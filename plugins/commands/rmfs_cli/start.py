@@ -9,6 +9,9 @@ import sys
 def main() -> None:
     """Import the command line and call it."""
     try:
+        from rmfs_cli.interrupts import hear_interrupts
+
+        hear_interrupts()
         from rmfs_cli.main import main as call
     except KeyboardInterrupt:
         os.write(2, b"Interrupted.\n")

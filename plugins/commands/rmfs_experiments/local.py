@@ -68,8 +68,25 @@ class LocalWorkers:
         """Kill the processes."""
         self.closed = True
         _keep_tracker()
-        for pool in list(self._all):
-            pool.shutdown(wait=True, kill_workers=True)
+        with _closing_quietly():
+            for pool in list(self._all):
+                pool.shutdown(wait=True, kill_workers=True)
+
+
+@contextmanager
+def _closing_quietly() -> Iterator[None]:
+    """Let threads of loky fail without a traceback: one that hands on a run finds it gone when its pool is closed."""
+    shown = threading.excepthook
+
+    def show(failure: threading.ExceptHookArgs) -> None:
+        if not type(failure.thread).__module__.startswith("joblib.externals.loky"):
+            shown(failure)
+
+    threading.excepthook = show
+    try:
+        yield
+    finally:
+        threading.excepthook = shown
 
 
 _tracking = threading.Lock()

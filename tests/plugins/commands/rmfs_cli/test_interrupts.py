@@ -15,8 +15,8 @@ import pytest
 CALL = (sys.executable, "-c", "from rmfs_cli.start import main; main()")
 DROPPING = """
 import os, signal, time
-from rmfs_cli.interrupts import repeat_lost_interrupts
-repeat_lost_interrupts()
+from rmfs_cli.interrupts import hear_interrupts
+hear_interrupts()
 
 class Finalized:
     def __del__(self):
