@@ -10,6 +10,7 @@ import ast
 import os
 import re
 from collections.abc import Mapping
+from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -75,6 +76,7 @@ def project_files(rule: NewRule) -> Mapping[str, str]:
         "GROUP": "rmfs.commands" if is_command else "rmfs.rules",
         "LIBRARY": "click>=8.1" if is_command else "attrs>=24.2",
         "FOUND": found,
+        "MADE_WITH": version("rmfs"),
         "TRYING": trying(rule),
         "SCENARIO_LINE": "" if is_command else _scenario_line(rule),
     }
