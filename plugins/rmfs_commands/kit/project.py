@@ -1,7 +1,7 @@
 """A distribution with a rule or command, filled in from the templates beside this file and written whole or not at all.
 
-The templates are working files of something called ``the-rule``; only that name and the words in capitals are
-replaced.
+The templates are working files of something called ``the-rule``; only that name, the words in capitals and the version
+of rmfs are replaced.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def project_files(rule: NewRule) -> Mapping[str, str]:
         "GROUP": "rmfs.commands" if is_command else "rmfs.rules",
         "LIBRARY": "click>=8.1" if is_command else "attrs>=24.2",
         "FOUND": found,
-        "MADE_WITH": version("rmfs"),
+        "rmfs>=0.1": f"rmfs>={version('rmfs')}",
         "TRYING": trying(rule),
         "SCENARIO_LINE": "" if is_command else _scenario_line(rule),
     }

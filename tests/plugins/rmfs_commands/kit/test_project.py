@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import tomllib
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,7 @@ def test_every_role_has_its_templates(role: Role, tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["fine-rule"]
     project = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert project["name"] == "fine-rule"
+    assert project["dependencies"][0] == f"rmfs>={version('rmfs')}"
     assert project["entry-points"] == {"rmfs.rules": {"fine-rule": "fine_rule:FineRule"}}
     code = ast.parse((folder / "src/fine_rule/__init__.py").read_text(encoding="utf-8"))
     (rule,) = (node for node in code.body if isinstance(node, ast.ClassDef))
