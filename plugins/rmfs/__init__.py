@@ -1,7 +1,8 @@
 """rmfs: interchangeable decision rules for robotic mobile fulfillment systems, simulated and compared fairly.
 
 What users and authors of rules need, under one name: `run`, `load_result`, `run_experiment`, `hookimpl`, what rules
-return, and the modules ``rmfs.warehouse``, ``rmfs.events``, ``rmfs.helpers``, ``rmfs.testing`` and ``rmfs.gym``.
+return, and the modules ``rmfs.warehouse``, ``rmfs.events``, ``rmfs.helpers``, ``rmfs.testing``, ``rmfs.gym``
+and ``rmfs.layouts``.
 ``__init__.pyi`` names all. Each is imported when it is first used: ``import rmfs`` costs next to nothing.
 """
 
@@ -11,7 +12,7 @@ from pathlib import Path
 
 from rmfs.lazy import names_of
 
-_MODULES = ("events", "gym", "helpers", "testing", "warehouse")
+_MODULES = ("events", "gym", "helpers", "layouts", "testing", "warehouse")
 _get, _names = names_of(Path(__file__).with_suffix(".pyi"))
 __all__ = ["__version__", *_MODULES, *_names]  # noqa: PLE0604 (all are texts)
 

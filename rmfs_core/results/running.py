@@ -37,6 +37,7 @@ from rmfs_core.simulation.engine import Simulation
 from rmfs_core.wording import one_line
 from rmfs_core.world import make_instance, make_layout
 from rmfs_core.world.instance_making import generator_of
+from rmfs_core.world.layout_making import layout_maker
 
 
 def run(
@@ -272,6 +273,7 @@ def versions_of(rules: RuleSet, scenario: Scenario) -> dict[str, str]:
     A file in the scenario's folder is named as seen from there, any other by its absolute path.
     """
     found, folder = versions_of_observers() | dict(rules.distributions), scenario.folder
+    found |= dict([entrypoints.origin(layout_maker(scenario.layout)[0])])
     if scenario.instance.orders_file is None:
         found |= dict([entrypoints.origin(generator_of(scenario.instance)[0])])
     found |= {one.name: one.digest() for one in rules.files}

@@ -16,6 +16,7 @@ MODULES = {
     "events": "rmfs_core.events",
     "gym": "rmfs_commands.gym",
     "helpers": "rmfs_rules.helpers",
+    "layouts": "rmfs_commands.layouts",
     "testing": "rmfs_commands.testing",
     "warehouse": "rmfs_core.warehouse",
 }
