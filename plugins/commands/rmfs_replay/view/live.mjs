@@ -14,12 +14,18 @@ const rest = (ms) => new Promise((done) => setTimeout(done, ms));
 /** @typedef {(address: string) => Promise<Pick<Response, "ok" | "status" | "text">>} Ask */
 
 /**
+ * Ask the server, with the token that stands in the page's own address.
+ * @type {Ask}
+ */
+const asked = (address) => fetch(`${address}&${location.search.slice(1)}`);
+
+/**
  * The run as far as it has come, if it has come farther than a time; null if not.
  * @param {number} after
  * @param {Ask} [ask]
  * @returns {Promise<Run | null>}
  */
-export async function news(after, ask = (address) => fetch(address)) {
+export async function news(after, ask = asked) {
   const answer = await ask(`run?after=${after}`);
   if (answer.status === 204) return null;
   if (!answer.ok) throw new Error(`the run answers ${answer.status}`);
