@@ -14,8 +14,10 @@ test: $(VENV)/installed-dev
 slow: $(VENV)/installed-dev
 	$(BIN)/python -m pytest -m slow -n $(JOBS) --dist loadfile
 
-# The JavaScript of the page that `rmfs replay` writes; node's own test runner, nothing of npm.
+# The JavaScript of the page that `rmfs replay` writes: its types, by a compiler that npx fetches once, and its tests, by
+# node's own runner.
 js:
+	npx --yes --package typescript@6.0.3 tsc --project plugins/rmfs_commands/replay/view/jsconfig.json
 	node --test tests/plugins/rmfs_commands/replay/view/*.test.mjs
 
 # What takes too long for every change: done before a release.
