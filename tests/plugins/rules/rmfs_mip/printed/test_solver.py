@@ -31,7 +31,8 @@ def parse_and_collect(self, *arguments, **more):
 c_parser.CParser.parse = parse_and_collect
 small = ["instance.orders=12", "instance.skus=8", "instance.pods=8", "rules.pp=free-flow"]
 rule = "rules.poa_pps={rule='integrated', formulation='paper'}"
-print(rmfs_core.run("paper-250-integrated", overrides=[*small, rule]).status, gc.isenabled(), gc.get_threshold() == before)
+status = rmfs_core.run("paper-250-integrated", overrides=[*small, rule]).status
+print(status, gc.isenabled(), gc.get_threshold() == before)
 """
 
 
