@@ -252,7 +252,7 @@ def test_a_run_leaves_no_module_behind(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="expected Level"):
         rmfs_core.run(scenario_in(tmp_path / "refused", "int", '"x"'))
     assert modules_of_files() == before
-    with pytest.raises(InputError, match="instance.orders_file"):
+    with pytest.raises(InputError, match=r"instance\.orders_file"):
         rmfs_core.run(scenario_in(tmp_path / "lacking", "int", "1"), overrides=["instance.orders_file=none.csv"])
     assert modules_of_files() == before
 
