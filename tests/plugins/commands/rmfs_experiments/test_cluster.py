@@ -112,9 +112,7 @@ def test_a_killed_worker_costs_nothing(cluster: Cluster, experiment: Write, tmp_
 
 
 @pytest.mark.slow
-def test_a_worker_of_several_threads_writes_the_same_bytes(
-    cluster: Cluster, experiment: Write, tmp_path: Path
-) -> None:
+def test_a_worker_of_several_threads_writes_the_same_bytes(cluster: Cluster, experiment: Write, tmp_path: Path) -> None:
     """It runs as many runs at a time in one process, none of them in its main thread."""
     cluster.start_worker("--no-nanny", threads=4)
     paths = "".join(f'[[rule_sets]]\nname = "{rule}"\nrules.pp = "{rule}"\n' for rule in ("whca-n", "pbs"))
