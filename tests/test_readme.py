@@ -16,7 +16,10 @@ from rmfs_cli.main import rmfs
 from try_wheel import README, blocks, commands, save_files
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = [*(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")), *(ROOT / "docs").rglob("*.md")]
+PAGES = [
+    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")),
+    *(ROOT / "docs").rglob("*.md"),
+]
 
 
 COMMANDS = commands()
