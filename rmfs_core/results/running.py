@@ -167,6 +167,7 @@ class PreparedRun:
         self.status = "failed" if error else self.status
         if self.interrupted and self.status == "complete":  # not all that is measured may be there
             self.status = "partial"
+        self.simulation.rules.sources.close()
         orders, periods = self.tables.orders, self.tables.periods
         end_s, warmup_s = to_seconds(context.warehouse.now), scenario.run.warmup_s or 0
         return Result(
@@ -256,15 +257,20 @@ def prepare(
     """
     with located(scenario):
         rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline_rules, objects=objects)
-        scenario = evolve(scenario, rules=rules.with_file_names(scenario.rules))
-        instance, layout = make_instance(scenario), make_layout(scenario)
-    tables = Tables()
-    for observer, name in (*told, (tables, None)):  # whatever another observer does wrong, the tables have it already
-        rules.register_observer(observer, name)
-    described = described_by(reversed(rules.instances))
-    folder = folder_for(files_of(observer for observer, name in told if name is not None))
-    simulation = Simulation(scenario, instance, layout, rules, folder)
-    return PreparedRun(simulation, tables, versions_of(rules, scenario), described, folder)
+    with ExitStack() as failing:
+        failing.callback(rules.sources.close)
+        with located(scenario):
+            scenario = evolve(scenario, rules=rules.with_file_names(scenario.rules))
+            instance, layout = make_instance(scenario), make_layout(scenario)
+        tables = Tables()
+        for observer, name in (*told, (tables, None)):  # whatever another does wrong, the tables have it already
+            rules.register_observer(observer, name)
+        described = described_by(reversed(rules.instances))
+        folder = folder_for(files_of(observer for observer, name in told if name is not None))
+        simulation = Simulation(scenario, instance, layout, rules, folder)
+        prepared = PreparedRun(simulation, tables, versions_of(rules, scenario), described, folder)
+        failing.pop_all()
+    return prepared
 
 
 def versions_of(rules: RuleSet, scenario: Scenario) -> dict[str, str]:
