@@ -1,4 +1,4 @@
-// Types of the page: what it is told of a run (`told` in rmfs_replay/telling.py), and what its modules make of that.
+// Types of the page: what it is told of a run (`told` in replay/telling.py), and what its modules make of that.
 // Nothing of this is in the page; `make js` checks the modules against it.
 
 import type { Scene } from "./draw.mjs";
