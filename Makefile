@@ -37,13 +37,13 @@ long: $(VENV)/installed-dev lowest  ## studies that take minutes to hours, befor
 	$(BIN)/python tools/load.py
 	$(BIN)/python -m pytest -m hypothesis -n $(JOBS) --hypothesis-profile=explore
 
-# The lower bounds of pyproject.toml, in an environment of their own: what rmfs needs is there in these versions.
+# The lower bounds of pyproject.toml, in an environment of their own. Old libraries may warn of each other: no error here.
 lowest:  ## the tests that take seconds, with the lowest versions that pyproject.toml allows
 	rm -rf $(LOWEST)
 	$(LOWEST_PYTHON) -m venv $(LOWEST)
 	$(LOWEST)/bin/python tools/lowest.py > $(LOWEST)/constraints.txt
 	$(LOWEST)/bin/python -m pip install --quiet --constraint $(LOWEST)/constraints.txt -e ".[test]"
-	$(LOWEST)/bin/python -m pytest -m "not slow" -n $(JOBS) --dist worksteal tests/rmfs_core tests/plugins
+	$(LOWEST)/bin/python -m pytest -m "not slow" -n $(JOBS) --dist worksteal -W default tests/rmfs_core tests/plugins
 
 release-check: $(VENV)/installed-dev  ## sdist and wheel in dist/, what an index says of them, and the wheel on its own
 	rm -rf dist
