@@ -45,7 +45,7 @@ def save_files(folder: Path) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Try a wheel; return the exit code."""
     (wheel,) = sys.argv[1:] if arguments is None else arguments
-    with tempfile.TemporaryDirectory() as name:
+    with tempfile.TemporaryDirectory(dir=ROOT.parent) as name:  # it is large
         return _tried(Path(wheel).resolve(), Path(name))
 
 

@@ -1,6 +1,4 @@
-"""Layouts for authors of generators: what `rmfs_commands.layouts` has."""
+"""What draws layouts, for authors of generators."""
 
-from rmfs.lazy import module_of
-
-__path__: list[str] = []  # not that of the other: its modules could be imported twice
-__getattr__, __dir__ = module_of("rmfs_commands.layouts")
+from rmfs_commands.layouts import *
+from rmfs_commands.layouts import __all__ as __all__

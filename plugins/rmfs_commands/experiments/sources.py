@@ -37,7 +37,7 @@ _COLLECTIONS = ("rmfs", "rmfs_commands", "rmfs_rules")
 """Packages of this project of which each module or package below counts for itself."""
 _IMPORTS = re.compile(
     rb"""^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import\b|import[ \t]+([\w., \t]+))"""
-    rb"""|\b(?:import_module|module_of)\(\s*["']([\w.]+)""",
+    rb"""|\bimport_module\(\s*["']([\w.]+)""",
     re.MULTILINE,
 )
 _NO_SOURCES = frozenset({"__pycache__"})

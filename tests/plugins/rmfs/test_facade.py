@@ -19,6 +19,7 @@ MODULES = {
     "layouts": "rmfs_commands.layouts",
     "testing": "rmfs_commands.testing",
     "warehouse": "rmfs_core.warehouse",
+    "world": "rmfs_core.world",
 }
 
 
@@ -32,8 +33,8 @@ def test_every_name_is_there() -> None:
 @pytest.mark.parametrize(("module", "target"), MODULES.items())
 def test_a_module_has_the_names_of_the_one_behind_it(module: str, target: str) -> None:
     ours, theirs = import_module(f"rmfs.{module}"), import_module(target)
-    assert dir(ours) == dir(theirs)
-    assert all(getattr(ours, name) is getattr(theirs, name) for name in dir(theirs) if name[0] != "_")
+    assert ours.__all__ == theirs.__all__ != []
+    assert all(getattr(ours, name) is getattr(theirs, name) for name in theirs.__all__)
 
 
 def test_a_name_that_is_not_there_is_an_attribute_error() -> None:

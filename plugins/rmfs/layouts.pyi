@@ -1,1 +1,0 @@
-from rmfs_commands.layouts import *  # noqa: F403
