@@ -471,3 +471,25 @@ def test_where_do_i_find_leads_to_what_is_there() -> None:
         "rmfs_core/moon.py is not there",
         "`to_ticks` is not in rmfs_core/moon.py",
     ]
+
+
+OWN = re.compile(r"^\s*(?:from|import) (rmfs_\w+(?:\.\w+)*)", re.MULTILINE)
+INTERNAL = {
+    "docs/how-to/keep-scores.md": {"rmfs_rules.helpers.kept_options", "rmfs_rules.helpers.pod_sending"},
+    "docs/reference/hook_examples.py": {"rmfs_core.traffic", "rmfs_rules.sipp"},
+}
+"""What pages import besides the façade: rules of ours, and what only few need."""
+
+
+def test_what_pages_and_templates_show_imports_the_facade() -> None:
+    """Whoever copies from them needs nothing that may move."""
+    root = DOCS.parent
+    files = [root / "README.md", *DOCS.rglob("*.md"), *DOCS.rglob("*.ipynb"), DOCS / "reference" / "hook_examples.py"]
+    files += (root / "plugins" / "rmfs_commands" / "kit" / "templates").rglob("*.*")
+    found = {}
+    for file in files:
+        if "_generated" not in file.parts and file.suffix in (".md", ".ipynb", ".py"):
+            text = file.read_text(encoding="utf-8").replace('"', "\n")
+            if named := {*OWN.findall(text)}:
+                found[file.relative_to(root).as_posix()] = named
+    assert found == INTERNAL

@@ -132,6 +132,8 @@ def is_killed(copy: Path, tests: list[str], jobs: int) -> bool:
         )
     except subprocess.TimeoutExpired:
         return True
+    if done.returncode > 2:  # not tests that failed, which end with 1, and with 2 where xdist stops others
+        sys.exit(f"pytest ended with {done.returncode}; nothing can be told:\n{done.stdout.decode()[-2000:]}")
     return done.returncode != 0
 
 

@@ -1,6 +1,7 @@
 """What is there when a run begins: the grid, its travel times, and the instance of orders, pods and SKUs."""
 
 import importlib
+import warnings
 
 from rmfs_core.world.csv_files import Calendar, read_instance
 from rmfs_core.world.grid import EAST, NORTH, SOUTH, STEPS, WEST, CellKind, Layout, StationCells, check_size
@@ -32,7 +33,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    """Return what was here in rmfs 0.1.0, and is a layout's now."""
+    """Return what was here in rmfs 0.1.0; until rmfs 0.3.0."""
     if name in ("block_map", "parse_map"):
+        warnings.warn(f"`rmfs_core.world.{name}` is `rmfs.layouts.{name}` now", DeprecationWarning, stacklevel=2)
         return getattr(importlib.import_module("rmfs_commands.layouts"), name)
     raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

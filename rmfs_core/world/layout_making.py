@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -78,6 +78,10 @@ def _layout(
         raise InputError("layout.generator", f"{described} raised {one_line(error)}") from error
     if not isinstance(layout, Layout):
         raise InputError("layout.generator", f"{described} returned {shown_short(layout)}; expected a Layout")
+    for problem in _malformed(layout):
+        raise InputError("layout.generator", f"{described} returned a Layout with {problem}")
+    layout.kind.setflags(write=False)  # runs share it
+    layout.moves.setflags(write=False)
     check_size(layout.width, layout.height, place)
     check_layout(layout, place)
     for number, cells in enumerate(layout.stations, 1):
@@ -85,6 +89,19 @@ def _layout(
             found = f"found {queue_length}, but the queue of station {number} in {place} has {counted(has, 'cell')}"
             raise InputError("stations.queue_length", f"{found}; expected at most that many")
     return layout
+
+
+def _malformed(layout: Layout) -> Iterator[str]:
+    """Yield what is not as `Layout` has it."""
+    cells = layout.width * layout.height
+    for name, array in (("kind", layout.kind), ("moves", layout.moves)):
+        if not isinstance(array, np.ndarray) or array.dtype != np.int8 or array.shape != (cells,):
+            yield f"`{name}` {shown_short(array)}; expected an array of int8, shape ({cells},)"
+            return
+    for number, station in enumerate(layout.stations, 1):
+        if any(not 0 <= cell < cells for cell in (station.station, *station.queue)) or station.places < 1:
+            expected = f"cells from 0 to {cells - 1}, and a place in its queue"
+            yield f"station {number} {shown_short(station)}; expected {expected}"
 
 
 def queue_length(scenario: Scenario, layout: Layout) -> int:

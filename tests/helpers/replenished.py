@@ -9,6 +9,7 @@ from typing import Any
 
 from attrs import define, evolve, field
 
+from rmfs_commands.layouts import block_map, parse_map
 from rmfs_commands.testing import small_instance
 from rmfs_core import hookimpl
 from rmfs_core.events import Event
@@ -19,7 +20,7 @@ from rmfs_core.scenario.model import LayoutSection
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.warehouse import Robot, Station, Warehouse
 from rmfs_core.warehouse.parts import UNLIMITED
-from rmfs_core.world import NORTH, Instance, Layout, block_map, check_layout, parse_map
+from rmfs_core.world import NORTH, Instance, Layout, check_layout
 from rmfs_core.world.travel import travel_on
 
 RULES = {"poa": "pod-match", "pps": "demand", "roa": "first-bundle", "rps": "emptiest-pod", "pp": "free-flow"}

@@ -36,7 +36,7 @@ ALWAYS = (KERNEL, "rmfs_rules.helpers")
 _COLLECTIONS = ("rmfs", "rmfs_commands", "rmfs_rules")
 """Packages of this project of which each module or package below counts for itself."""
 _IMPORTS = re.compile(
-    rb"""^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import\b|import[ \t]+([\w., \t]+))"""
+    rb"""^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import\b[ \t(]*([\w., \t]*)|import[ \t]+([\w., \t]+))"""
     rb"""|\bimport_module\(\s*["']([\w.]+)""",
     re.MULTILINE,
 )
@@ -142,9 +142,16 @@ def _read_at(file: Path, *_changed: int) -> tuple[str, frozenset[str]]:
     content = file.read_bytes()
     names = set[str]()
     for match in _IMPORTS.finditer(content) if file.suffix == ".py" else ():
-        listed = b"".join(group or b"" for group in match.groups()).decode("ascii", "ignore")
-        names |= {words[0] for part in listed.split(",") if (words := part.split())}
+        origin, taken, plain, called = (group.decode("ascii", "ignore") if group else "" for group in match.groups())
+        names |= {origin, called, *_first_words(plain)} - {""}
+        if origin in _COLLECTIONS:
+            names |= {f"{origin}.{name}" for name in _first_words(taken)}
     return hashlib.sha256(content).hexdigest(), frozenset(names)
+
+
+def _first_words(listed: str) -> set[str]:
+    """Return the names of a list such as ``a, b as c``."""
+    return {words[0] for part in listed.split(",") if (words := part.split())}
 
 
 def _followed(imported: Iterable[str], own: Iterable[str]) -> Iterator[str]:

@@ -9,6 +9,7 @@ from typing import Any
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from rmfs_commands.layouts import block_map, parse_map
 from rmfs_core import hookimpl
 from rmfs_core.events import (
     Event,
@@ -32,7 +33,7 @@ from rmfs_core.scenario.model import (
     StationsSection,
 )
 from rmfs_core.simulation.engine import Simulation
-from rmfs_core.world import Instance, OrderData, PodData, block_map, parse_map
+from rmfs_core.world import Instance, OrderData, PodData
 
 
 @st.composite

@@ -7,11 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rmfs_commands.layouts import parse_map
 from rmfs_core.decisions import Leg, Path
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import FOREVER, Query, Roads, drive, occupancy, timed_path
 from rmfs_core.traffic.paths import Stop, run_between
-from rmfs_core.world import EAST, NORTH, WEST, parse_map
+from rmfs_core.world import EAST, NORTH, WEST
 from rmfs_core.world.travel import Travel
 
 OPEN = Roads(Travel(parse_map("#....\n.....\n.qO..\n.....", "open"), Motion()))

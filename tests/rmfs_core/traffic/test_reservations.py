@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 
 from plain_sipp import gaps
 from reserving import hold_until
+from rmfs_commands.layouts import parse_map
 from rmfs_core.decisions import Leg
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import FOREVER, Occupancy, Reservations, ReservedError, Roads, drive
 from rmfs_core.traffic.paths import Stop
-from rmfs_core.world import EAST, parse_map
+from rmfs_core.world import EAST
 from rmfs_core.world.travel import Travel
 
 OPEN = Roads(Travel(parse_map("#....\n.....\n.qO..\n.....", "open"), Motion()))

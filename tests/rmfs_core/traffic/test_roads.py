@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from rmfs_commands.layouts import parse_map
 from rmfs_core.clock import UNREACHABLE, far
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import Roads, roads_on
-from rmfs_core.world import CellKind, parse_map
+from rmfs_core.world import CellKind
 from rmfs_core.world.travel import travel_on
 
 LAYOUT = parse_map("#.#...\n......\n.qqO..\n......", "row")

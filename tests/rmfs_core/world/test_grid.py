@@ -8,7 +8,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from rmfs_core.world import EAST, NORTH, SOUTH, WEST, Layout, StationCells, parse_map
+from rmfs_commands.layouts import parse_map
+from rmfs_core.world import EAST, NORTH, SOUTH, WEST, Layout, StationCells
 from rmfs_core.world.grid import DRAWN, STEPS, where
 
 LAYOUT = parse_map("#..#\nqqO.\n....\n.Oqq\n#...", "two stations")

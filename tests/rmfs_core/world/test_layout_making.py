@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 from attrs import evolve
 
+from rmfs_commands.layouts import parse_map
 from rmfs_core import run
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import LayoutSection, RuleChoice, RulesSection, Scenario, load_scenario
-from rmfs_core.world import check_layout, make_layout, parse_map
+from rmfs_core.world import check_layout, make_layout
 from rmfs_core.world.layout_making import queue_length
 
 
@@ -158,13 +159,24 @@ def test_a_map_without_end_is_read_in_part(tmp_path: Path) -> None:
 
 
 LAYOUTS = """
+from attrs import evolve
 from rmfs_commands.layouts import parse_map
+from rmfs_core.world import StationCells
 
 def lane(section, text, queue_length, place):
     return parse_map(text or "####..@@@\\n......qqO\\n####.....", place)
 
 def nothing(section, text, queue_length, place):
     return None
+
+def row_by_row(section, text, queue_length, place):
+    return evolve(lane(section, text, queue_length, place), kind=[0, 1])
+
+def outside(section, text, queue_length, place):
+    return evolve(lane(section, text, queue_length, place), stations=(StationCells(99, (5, 6)),))
+
+def no_queue(section, text, queue_length, place):
+    return evolve(lane(section, text, queue_length, place), stations=(StationCells(17, ()),))
 
 def fails(section, text, queue_length, place):
     raise KeyError(section.block_rows)
@@ -173,7 +185,9 @@ def shut(section, text, queue_length, place):
     return parse_map("#@.\\n@qO\\n...", place)
 """
 RULES = RulesSection(poa=RuleChoice("first-come"), pps=RuleChoice("demand"))
-GENERATORS = {name: f"acme_halls:{name}" for name in ("lane", "nothing", "fails", "shut")}
+GENERATORS = {
+    name: f"acme_halls:{name}" for name in ("lane", "row_by_row", "outside", "no_queue", "nothing", "fails", "shut")
+}
 
 
 def test_a_distribution_makes_layouts(install: Callable[..., None]) -> None:
@@ -187,12 +201,19 @@ def test_a_distribution_makes_layouts(install: Callable[..., None]) -> None:
     assert make_layout(scenario, "#....\n..qqO\n.....").width == 5
 
 
+RETURNED = 'layout.generator: layout generator "{}" (acme 1.0) returned a Layout with'
+CELLS = "; expected cells from 0 to 26, and a place in its queue"
+
+
 @pytest.mark.parametrize(
     ("name", "problem"),
     [
         ("line", 'layout.generator: there is no generator "line" (did you mean `lane`?)'),
         ("nothing", 'layout.generator: layout generator "nothing" (acme 1.0) returned None; expected a Layout'),
         ("fails", 'layout.generator: layout generator "fails" (acme 1.0) raised KeyError: 9'),
+        ("row_by_row", f"{RETURNED.format('row_by_row')} `kind` [0, 1]; expected an array of int8, shape (27,)"),
+        ("outside", f"{RETURNED.format('outside')} station 1 StationCells(station=99, queue=(5, 6), clear=0){CELLS}"),
+        ("no_queue", f"{RETURNED.format('no_queue')} station 1 StationCells(station=17, queue=(), clear=0){CELLS}"),
         (
             "shut",
             "layout: found cells that have no floor beside them, so no pod gets in or out: row 1, column 1",

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from rmfs_commands.layouts import parse_map
 from rmfs_core.motion import Motion
-from rmfs_core.world import EAST, NORTH, SOUTH, WEST, Layout, parse_map, travel_search
+from rmfs_core.world import EAST, NORTH, SOUTH, WEST, Layout, travel_search
 from rmfs_core.world.travel_search import FAR, Work, descend, times_near, times_on, wide, work_on
 
 LAYOUT = parse_map("....\n.@@.\n.##.", "horseshoe")

@@ -9,6 +9,7 @@ import pytest
 from attrs import evolve
 
 from rmfs_commands.bounds import BOUNDED, bounds_of, find_bounds
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_instance
 from rmfs_core import Scenario, run
 from rmfs_core.scenario import scenario_from_dict
@@ -21,7 +22,7 @@ from rmfs_core.scenario.model import (
     RunSection,
     StationsSection,
 )
-from rmfs_core.world import Instance, parse_map
+from rmfs_core.world import Instance
 
 LANE = parse_map("#.....qO\n#..@@...", "lane")
 """Two storage locations, 7 and 8 m from the station: 6.167 and 8.167 s with a pod. 9 m back."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from rmfs_commands.bounds.ways import find_ways
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_layout
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.motion import Motion
-from rmfs_core.world import Layout, parse_map
+from rmfs_core.world import Layout
 from rmfs_core.world.travel import travel_on
 
 LANE = parse_map("#.....qO\n#..@@...", "lane")

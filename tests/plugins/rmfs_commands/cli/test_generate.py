@@ -9,9 +9,10 @@ import pytest
 from attrs import evolve
 
 from rmfs_commands.cli.main import main
+from rmfs_commands.layouts import block_map
 from rmfs_core.rules import RuleSet
 from rmfs_core.scenario import InstanceSection, load_scenario, shipped_scenarios
-from rmfs_core.world import block_map, make_instance, make_layout
+from rmfs_core.world import make_instance, make_layout
 
 RULE = '''"""Orders and pods as listed in a file, or as they come."""
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from rmfs_commands.cli.map_drawing import draw_map
+from rmfs_commands.layouts import parse_map
 from rmfs_core.scenario import load_scenario
-from rmfs_core.world import make_layout, parse_map
+from rmfs_core.world import make_layout
 
 
 @pytest.mark.parametrize("name", ["examples/small", "examples/text-map"])

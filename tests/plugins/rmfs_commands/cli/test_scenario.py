@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 
 from rmfs_commands.cli.main import main
+from rmfs_commands.layouts import parse_map
 from rmfs_core import run as simulate
 from rmfs_core.scenario import load_scenario, shipped_scenarios
 from rmfs_core.scenario.reading import shipped_folder
-from rmfs_core.world import make_layout, parse_map
+from rmfs_core.world import make_layout
 
 RULES = '[rules]\npoa = "pod-match"\npps = "demand"\n'
 

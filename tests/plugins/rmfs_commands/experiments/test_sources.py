@@ -124,6 +124,20 @@ def test_what_the_file_of_a_rule_imports_counts(path: Path, folder: Path) -> Non
     assert "thing_other" in found
 
 
+def test_packages_of_a_collection_count_each_for_itself(folder: Path) -> None:
+    """However they are imported."""
+
+    def found_with(line: str) -> set[str]:
+        code = RULE.format(imported="attrs").replace("import attrs", line)
+        (folder / "mine.py").write_text(code, encoding="utf-8")
+        return {*sources(load_scenario(folder / "tiny.toml", [f"rules.pr={folder}/mine.py:Mine"]))}
+
+    assert "rmfs_rules.due" not in found_with("import attrs")
+    for line in ("from rmfs_rules import due", "from rmfs_rules.due import LeastSlack", "import rmfs_rules.due as due"):
+        assert "rmfs_rules.due" in found_with(line)
+    assert {"rmfs.layouts", "rmfs_commands.layouts"} <= found_with("from rmfs import hookimpl, layouts")
+
+
 def test_a_process_has_the_code_it_has_imported(path: Path) -> None:
     """A worker that has computed runs before does not take a newer file for what it runs."""
     assert changed_since({"thing_single": "sha256:0"}) == ["thing_single"]

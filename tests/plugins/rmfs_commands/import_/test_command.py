@@ -10,7 +10,7 @@ import pytest
 
 from rawsimo_files import xgenc, xinst, xsett
 from rmfs_commands.cli.main import main
-from rmfs_core.world import parse_map
+from rmfs_commands.layouts import parse_map
 
 HALL = ".......\n.##.##.\n.......\n.##→→→O\n.......\n"
 OCTILE = "type octile\nheight 3\nwidth 6\nmap\n......\n.E@@S.\n......\n"

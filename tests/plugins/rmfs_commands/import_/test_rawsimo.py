@@ -13,10 +13,11 @@ import rmfs_core
 from rawsimo_files import keys, xgenc, xinst, xitem, xsett
 from rmfs_commands.import_.notes import Imported, Note
 from rmfs_commands.import_.rawsimo import import_rawsimo
+from rmfs_commands.layouts import parse_map
 from rmfs_core.errors import InputError
 from rmfs_core.scenario import load_scenario
 from rmfs_core.scenario.reading import shipped_folder
-from rmfs_core.world import make_instance, make_layout, parse_map, read_instance
+from rmfs_core.world import make_instance, make_layout, read_instance
 
 HALL = "..........\n.##.##.##.\n.##.##.##.\n..........\n.##.##.→→O\n.##.##.@@.\n..........\n"
 PLACES = {5: (2, 2), 7: (3, 9), 2: (5, 6)}

@@ -9,8 +9,8 @@ import pytest
 from rawsimo_files import keys, xinst
 from rmfs_commands.import_.notes import Note, Notes
 from rmfs_commands.import_.warehouses import Moving, Picking, Storing, commonest, read_instance_file, read_layout_file
+from rmfs_commands.layouts import parse_map
 from rmfs_core.errors import InputError
-from rmfs_core.world import parse_map
 
 HALL = ".......\n.##.##.\n.......\n.##→→→O\n.......\n"
 LAYOUT = parse_map(HALL, "hall")

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 
 from rmfs_commands.import_.notes import Note, Notes
 from rmfs_commands.import_.waypoints import Drawn, StationPoints, Waypoint, draw, nearest
+from rmfs_commands.layouts import block_map, parse_map
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import LayoutSection
-from rmfs_core.world import CellKind, Layout, block_map, parse_map
+from rmfs_core.world import CellKind, Layout
 
 HALL = "......\n.##.#.\n......\n.##→→O\n......\n"
 

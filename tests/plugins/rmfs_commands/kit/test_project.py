@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import subprocess
+import sys
 import tomllib
 from importlib.metadata import version
 from pathlib import Path
@@ -122,3 +124,15 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(InputError, match="expected a folder"):
         write_project(NewRule("mine", "ta"), tmp_path / "file")
+
+
+def test_imports_are_sorted(tmp_path: Path) -> None:
+    """As ruff sorts them, whatever the package is called."""
+    for role in Role:
+        write_project(NewRule(f"aaa-{role.value}".replace("_", "-").lower(), role), tmp_path)
+        write_project(NewRule(f"zzz-{role.value}".replace("_", "-").lower(), role), tmp_path)
+    write_project(NewRule("fine-tool", COMMAND), tmp_path)
+    command = [sys.executable, "-m", "ruff", "check", "--isolated", "--select", "I", "--line-length", "120"]
+    for folder in tmp_path.iterdir():
+        done = subprocess.run([*command, "."], cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout

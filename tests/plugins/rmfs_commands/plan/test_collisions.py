@@ -7,13 +7,14 @@ import math
 import numpy as np
 import pytest
 
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.plan import collisions, find_planner, plan_trips, roads_of_map
 from rmfs_commands.plan.movingai import Trip
 from rmfs_commands.testing import small_layout
 from rmfs_core.decisions import Leg
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import Query, Reservations, ReservedError, TimedPath, occupancy, roads_on, timed_path
-from rmfs_core.world import EAST, NORTH, SOUTH, WEST, parse_map
+from rmfs_core.world import EAST, NORTH, SOUTH, WEST
 from rmfs_core.world.travel import travel_on
 
 HALL = roads_of_map(parse_map("......\n......", "hall"))

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from reserving import hold_until
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.plan import find_planner, plan_trips, random_trips, read_map, roads_of_map
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.traffic import Query, Reservations
-from rmfs_core.world import EAST, parse_map
+from rmfs_core.world import EAST
 
 ROOM = "type octile\nheight 4\nwidth 8\nmap\n........\n.@@..@@.\n........\nTT....OO\n"
 ROADS = roads_of_map(parse_map("......\n......", "hall"))

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from attrs import define, field
 
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.plan import collisions, plan_in_orders, plan_trips
 from rmfs_commands.plan.movingai import Trip
 from rmfs_commands.plan.planning import PATIENCE_TICKS, RETRY_TICKS
 from rmfs_core.decisions import Leg
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, roads_on, timed_path
-from rmfs_core.world import NORTH, parse_map
+from rmfs_core.world import NORTH
 from rmfs_core.world.travel import travel_on
 from rmfs_rules.sipp import Sipp
 

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from attrs import define, field
 
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.plan import Trip, collisions, plan_by_priorities, plan_trips, random_trips, read_map, roads_of_map
 from rmfs_commands.plan.planning import Plan
 from rmfs_commands.plan.priorities import GROUP, Search
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, occupancy, roads_on
-from rmfs_core.world import NORTH, parse_map
+from rmfs_core.world import NORTH
 from rmfs_core.world.travel import travel_on
 from rmfs_rules.sipp import Sipp
 

@@ -6,11 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.plan import random_trips, roads_of_map
 from rmfs_commands.testing import small_layout
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.errors import InputError
-from rmfs_core.world import CellKind, parse_map
+from rmfs_core.world import CellKind
 
 HALL = roads_of_map(small_layout(stations=2))
 HALVES = roads_of_map(parse_map("..@..\n..@..", "halves"))

@@ -6,12 +6,13 @@ from typing import Any
 
 import pytest
 
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.states.mementos import memento_of
 from rmfs_commands.states.names import Names
 from rmfs_commands.states.plain import Memento
 from rmfs_commands.states.state_json import state_from_dict
 from rmfs_core.errors import InputError
-from rmfs_core.world import NORTH, Layout, parse_map
+from rmfs_core.world import NORTH, Layout
 
 
 @pytest.fixture

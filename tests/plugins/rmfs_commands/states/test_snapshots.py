@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.states.patches import patched
 from rmfs_commands.states.rebuilding import open_state
 from rmfs_commands.states.snapshots import Snapshots
@@ -17,7 +18,7 @@ from rmfs_core.info import RunInfo
 from rmfs_core.motion import Motion
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario
 from rmfs_core.warehouse import Warehouse, WarehouseView
-from rmfs_core.world import NORTH, parse_map
+from rmfs_core.world import NORTH
 
 ORDERS = {"A": ["milk", "tea"], "B": {"jam": 2}}
 PODS = {"P1": {"milk": 3, "tea": 1}, "P2": ["jam"]}

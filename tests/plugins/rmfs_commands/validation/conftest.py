@@ -11,6 +11,7 @@ import pytest
 from attrs import evolve
 
 import rmfs_core
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.trace import read_trace
 from rmfs_commands.trace.reader import Trace
 from rmfs_core.events import (
@@ -31,7 +32,7 @@ from rmfs_core.events import (
 )
 from rmfs_core.motion import Motion
 from rmfs_core.roles import Role
-from rmfs_core.world import EAST, Instance, OrderData, PodData, parse_map
+from rmfs_core.world import EAST, Instance, OrderData, PodData
 
 SMALL = (
     "instance.orders=24",

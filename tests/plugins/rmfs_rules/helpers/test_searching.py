@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from reserving import hold_until, stay
+from rmfs_commands.layouts import parse_map
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import FOREVER, Reservations, roads_on
-from rmfs_core.world import parse_map
 from rmfs_core.world.travel import travel_on
 from rmfs_rules.helpers.searching import free_for_good, gap_at, last_end, narrow, search_once
 

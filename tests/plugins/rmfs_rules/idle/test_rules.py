@@ -8,12 +8,12 @@ import pytest
 from attrs import evolve
 
 import rmfs_core
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.states.plain import Memento
 from rmfs_commands.states.restoring import restore
 from rmfs_commands.testing import check_rule, small_layout, small_world
 from rmfs_core import RobotMove
 from rmfs_core.warehouse import Warehouse, WarehouseView
-from rmfs_core.world import parse_map
 from rmfs_rules.idle import ChargeWhenLow, RestMiddle, RestNearest, Stay
 
 HALL = parse_map("..........\n.###.####.\n..........\n.CC..####.\n.......qqO\n..........\n", "hall")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import Warehouse, WarehouseView
-from rmfs_core.world import NORTH, parse_map
+from rmfs_core.world import NORTH
 from rmfs_rules.nearest import Nearest
 
 PutAtStation = Callable[[Warehouse, int, int], None]

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 import plain_sipp as plain
 from crowds import crowd, newcomer, paper_roads
 from reserving import hold_until, stay
+from rmfs_commands.layouts import parse_map
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import FOREVER, Query, Reservations, Roads, roads_on
-from rmfs_core.world import parse_map
 from rmfs_core.world.travel import travel_on
 from rmfs_rules.helpers.searching import gap_at
 from rmfs_rules.sipp import Sipp, compiled

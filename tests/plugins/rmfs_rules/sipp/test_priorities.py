@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from rmfs_commands.layouts import parse_map
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import FleetTraffic, Query, Reservations, occupancy, roads_on, timed_path
-from rmfs_core.world import EAST, NORTH, WEST, parse_map
+from rmfs_core.world import EAST, NORTH, WEST
 from rmfs_core.world.travel import travel_on
 from rmfs_rules.sipp import Sipp
 from rmfs_rules.sipp.priorities import Node, Search

@@ -8,10 +8,11 @@ import pytest
 import plain_sipp as plain
 from crowds import crowd, newcomer, paper_roads
 from reserving import hold_until
+from rmfs_commands.layouts import parse_map
 from rmfs_core.clock import UNREACHABLE
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import Query, Reservations, Roads, Traffic, occupancy, roads_on
-from rmfs_core.world import Layout, parse_map
+from rmfs_core.world import Layout
 from rmfs_core.world.travel import Travel, travel_on
 from rmfs_rules.sipp import Sipp
 

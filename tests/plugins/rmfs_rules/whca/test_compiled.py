@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 
 from crowds import crowd, newcomer, paper_roads
 from reserving import hold_until
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_layout
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import FOREVER, Reservations, Roads, occupancy, roads_on
-from rmfs_core.world import EAST, parse_map
+from rmfs_core.world import EAST
 from rmfs_core.world.travel import travel_on
 from rmfs_rules.sipp import Sipp
 from rmfs_rules.whca import WhcaN

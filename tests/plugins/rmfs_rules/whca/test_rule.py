@@ -7,9 +7,9 @@ import math
 import pytest
 
 from reserving import hold_until
+from rmfs_commands.layouts import parse_map
 from rmfs_core.motion import Motion
 from rmfs_core.traffic import Query, Reservations, roads_on
-from rmfs_core.world import parse_map
 from rmfs_core.world.travel import travel_on
 from rmfs_rules.sipp import Sipp
 from rmfs_rules.whca import WhcaN

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_world
 from rmfs_core.decisions import Leg
 from rmfs_core.decisions import Path as Way
@@ -16,7 +17,7 @@ from rmfs_core.scenario.model import RunSection, Scenario
 from rmfs_core.simulation.driving.base import CROSSINGS, Driving
 from rmfs_core.traffic import Query, Reservations, Traffic, roads_on
 from rmfs_core.warehouse import Robot, Warehouse
-from rmfs_core.world import EAST, NORTH, SOUTH, WEST, parse_map
+from rmfs_core.world import EAST, NORTH, SOUTH, WEST
 from scripted import run_of
 
 LAYOUT = parse_map("#....\n.....\n.qO..\n.....", "open")

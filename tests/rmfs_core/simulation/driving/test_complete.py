@@ -10,12 +10,13 @@ import pytest
 
 import rmfs_core
 from corridor import CORRIDOR, INSTANCE, inline
+from rmfs_commands.layouts import parse_map
 from rmfs_core.errors import RuleError
 from rmfs_core.events import Event, OrderCompleted, PodLifted, VisitEnded, VisitStarted
 from rmfs_core.simulation.driving.complete import CompleteDriving
 from rmfs_core.simulation.driving.reserved import Course
 from rmfs_core.traffic import Query
-from rmfs_core.world import check_layout, parse_map
+from rmfs_core.world import check_layout
 
 
 def test_sipp_passes_a_corridor_for_one(tiny_run: Callable[..., Any]) -> None:

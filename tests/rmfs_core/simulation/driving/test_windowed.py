@@ -13,6 +13,7 @@ import rmfs_core
 from corridor import CORRIDOR, CORRIDOR_MAP, INSTANCE
 from crowds import paper_roads
 from rmfs_commands.details.loading import load_result
+from rmfs_commands.layouts import parse_map
 from rmfs_commands.testing import small_instance
 from rmfs_core.decisions import Leg
 from rmfs_core.errors import StandstillError
@@ -23,7 +24,7 @@ from rmfs_core.simulation.driving.windowed import WindowedDriving
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.traffic import FOREVER, Occupancy, Query, Roads, Traffic, occupancy, timed_path
 from rmfs_core.warehouse import Robot
-from rmfs_core.world import NORTH, parse_map
+from rmfs_core.world import NORTH
 
 
 def test_only_the_cells_that_robots_stand_in_are_registered(tiny_run: Callable[..., Any]) -> None:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from attrs import define, field, validators
-
 from rmfs import hookimpl
 
 if TYPE_CHECKING:

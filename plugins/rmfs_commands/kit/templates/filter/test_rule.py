@@ -1,6 +1,7 @@
 """What the rule holds to."""
 
 from rmfs.testing import check_rule, small_world
+
 from the_rule import TheRule
 
 

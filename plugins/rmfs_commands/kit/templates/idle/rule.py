@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 from attrs import define
-
 from rmfs import RobotMove, hookimpl
 
 if TYPE_CHECKING:

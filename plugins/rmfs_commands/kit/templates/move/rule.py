@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from attrs import define
-
 from rmfs import PodMove, hookimpl
 
 if TYPE_CHECKING:

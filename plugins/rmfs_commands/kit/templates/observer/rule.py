@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from attrs import define, field
-
 from rmfs import Metric, hookimpl
 from rmfs.events import ItemPicked
 

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import pytest
-from rmfs.testing import check_rule
-from the_rule import TheRule
-
 import rmfs
+from rmfs.testing import check_rule
+
+from the_rule import TheRule
 
 
 def test_it_conforms() -> None:

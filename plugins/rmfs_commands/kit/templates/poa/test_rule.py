@@ -1,10 +1,10 @@
 """What the rule holds to."""
 
-from rmfs.testing import check_rule, small_world
-from the_rule import TheRule
-
 from rmfs import OrderAssignment
+from rmfs.testing import check_rule, small_world
 from rmfs.warehouse import WarehouseView
+
+from the_rule import TheRule
 
 ORDERS = {"large": ["a", "b", "c"], "small": ["a"]}
 PODS = {"P": ["a", "b", "c"]}

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from attrs import define, field, validators
-
 from rmfs import Path, hookimpl
 
 if TYPE_CHECKING:

@@ -7,10 +7,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from attrs import define, field, validators
-
-from rmfs import PodTrip, hookimpl
+from rmfs import PodTrip, hookimpl, to_seconds
 from rmfs.helpers import send_pods, ticks_to_station
-from rmfs_core.clock import to_seconds
 
 if TYPE_CHECKING:
     from rmfs.warehouse import Pod, Station, WarehouseView

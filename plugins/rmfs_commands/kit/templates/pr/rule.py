@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from attrs import define, field, validators
-
 from rmfs import hookimpl
 
 if TYPE_CHECKING:
     import numpy as np
-
     from rmfs.warehouse import Pod, WarehouseView
 
 

@@ -1,11 +1,11 @@
 """What the rule holds to."""
 
 import numpy as np
-from rmfs.testing import check_rule, small_world
-from the_rule import TheRule
-
 from rmfs.helpers import nearest_free_location
+from rmfs.testing import check_rule, small_world
 from rmfs.warehouse import Pod, WarehouseView
+
+from the_rule import TheRule
 
 
 def carried_pod() -> tuple[WarehouseView, Pod]:

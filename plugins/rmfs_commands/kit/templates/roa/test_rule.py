@@ -1,10 +1,10 @@
 """What the rule holds to."""
 
-from rmfs.testing import check_rule, small_world
-from the_rule import TheRule
-
 from rmfs import BundleAssignment
+from rmfs.testing import check_rule, small_world
 from rmfs.warehouse import WarehouseView
+
+from the_rule import TheRule
 
 
 def test_it_conforms() -> None:

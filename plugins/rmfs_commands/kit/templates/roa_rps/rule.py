@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from attrs import define
-
 from rmfs import BundleAssignment, BundleDecision, StoreBundle, hookimpl
 from rmfs.helpers import StoragePods, cheapest, store_bundles
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
     from rmfs.warehouse import Bundle, WarehouseView
 
 

@@ -7,13 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from attrs import define, field, validators
-
 from rmfs import StoreBundle, hookimpl
 from rmfs.helpers import StoragePods, store_bundles
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
     from rmfs.warehouse import Bundle, WarehouseView
 
 

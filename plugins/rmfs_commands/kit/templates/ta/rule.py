@@ -7,7 +7,6 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 from attrs import define
-
 from rmfs import TaskAssignment, hookimpl
 
 if TYPE_CHECKING:

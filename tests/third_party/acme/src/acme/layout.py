@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 
-from rmfs import InputError
+from rmfs import InputError, LayoutSection
 from rmfs.layouts import parse_map
-from rmfs_core.scenario import LayoutSection
-from rmfs_core.world import Layout
+from rmfs.world import Layout
 
 
 def aisle(section: LayoutSection, text: str | None, queue_length: int | None, place: str) -> Layout:
