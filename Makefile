@@ -16,7 +16,7 @@ slow: $(VENV)/installed-dev
 
 # The JavaScript of the page that `rmfs replay` writes; node's own test runner, nothing of npm.
 js:
-	node --test tests/plugins/commands/rmfs_replay/view/*.test.mjs
+	node --test tests/plugins/rmfs_commands/replay/view/*.test.mjs
 
 # What takes too long for every change: done before a release.
 long: $(VENV)/installed-dev

@@ -13,14 +13,14 @@ from typing import Any, get_args
 
 import attrs
 
-from rmfs_cli.description import Parameter, RuleDescription, installed_rules
+from rmfs_commands.cli.description import Parameter, RuleDescription, installed_rules
+from rmfs_commands.details.catalogue import DETAILS, LATENESS, METRICS, OPENING, REPLENISHMENT, UNBUSY, on_time
+from rmfs_commands.gym import FEATURES
 from rmfs_core import entrypoints
 from rmfs_core.results.catalogue import TIMING, Metric
 from rmfs_core.roles import Role
 from rmfs_core.rules.traits import NEEDS
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario
-from rmfs_details.catalogue import DETAILS, LATENESS, METRICS, OPENING, REPLENISHMENT, UNBUSY, on_time
-from rmfs_gym import FEATURES
 
 
 def scenario_keys() -> str:

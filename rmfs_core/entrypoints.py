@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from contextlib import suppress
 from functools import lru_cache
 from importlib.metadata import Distribution, EntryPoint, entry_points
@@ -11,11 +12,14 @@ from importlib.metadata import Distribution, EntryPoint, entry_points
 from rmfs_core.errors import InputError
 from rmfs_core.wording import listed, one_line
 
-RULES = "rmfs"
+RULES = "rmfs.rules"
 COMMANDS = "rmfs.commands"
 RECORDERS = "rmfs.recorders"
 OBSERVERS = "rmfs.observers"
 INSTANCES = "rmfs.instances"
+
+RENAMED = {RULES: "rmfs"}
+"""Groups with the name that they had in rmfs 0.1.0, which is read as well until rmfs 0.3.0."""
 
 
 def origin(entry: EntryPoint) -> tuple[str, str]:
@@ -45,13 +49,22 @@ def offers(group: str) -> dict[str, tuple[EntryPoint, ...]]:
 @lru_cache(maxsize=16)
 def _offers(group: str, _stamps: tuple[tuple[str, int], ...]) -> dict[str, tuple[EntryPoint, ...]]:
     found: dict[str, list[EntryPoint]] = {}
-    for entry in sorted(entry_points(group=group), key=lambda entry: entry.name):
+    for entry in sorted(_entries(group), key=lambda entry: entry.name):
         found.setdefault(entry.name, []).append(entry)
     for name, same in list(found.items()):
         if len(same) > 1:  # who offers an entry point is read from files: only where it matters
             same.sort(key=origin)
             found |= {f"{origin(entry)[0]}:{name}": [entry] for entry in same}
     return {name: tuple(same) for name, same in found.items()}
+
+
+def _entries(group: str) -> list[EntryPoint]:
+    """Return a group's entry points, with those under its old name but for what a distribution offers under both."""
+    entries = [*entry_points(group=group)]
+    if group in RENAMED and (old := entry_points(group=RENAMED[group])):
+        both = {(*origin(entry), entry.name) for entry in entries}
+        entries += [entry for entry in old if (*origin(entry), entry.name) not in both]
+    return entries
 
 
 def load(entries: tuple[EntryPoint, ...], place: str, kind: str) -> object:
@@ -76,6 +89,10 @@ def load(entries: tuple[EntryPoint, ...], place: str, kind: str) -> object:
         clash = listed(" ".join(origin(entry)) for entry in entries)
         ways = listed((f"`{origin(entry)[0]}:{entry.name}`" for entry in entries), "or")
         raise InputError(place, f'{kind} "{entry.name}" is offered by {clash}; expected one of them: {ways}')
+    for group, old in RENAMED.items():
+        if entry.group == old:
+            what = f"{describe(kind, entry.name, *origin(entry))} is in the entry-point group `{old}`"
+            warnings.warn(f"{what}; from rmfs 0.3.0 on `{group}` alone is read", DeprecationWarning, stacklevel=2)
     try:
         target: object = entry.load()
     except (Exception, SystemExit) as error:

@@ -1,4 +1,4 @@
-"""Loops and look-ups for authors of rules, under the name that rules import: what `rmfs_rule_helpers` offers."""
+"""Loops and look-ups for authors of rules, under the name that rules import: what `rmfs_rules.helpers` offers."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ __path__: list[str] = []  # not that of the other: its modules could be imported
 
 
 def __getattr__(name: str) -> object:
-    return getattr(importlib.import_module("rmfs_rule_helpers"), name)
+    return getattr(importlib.import_module("rmfs_rules.helpers"), name)
 
 
 def __dir__() -> list[str]:
-    return dir(importlib.import_module("rmfs_rule_helpers"))
+    return dir(importlib.import_module("rmfs_rules.helpers"))

@@ -1,1 +1,1 @@
-from rmfs_rule_helpers import *  # noqa: F403
+from rmfs_rules.helpers import *  # noqa: F403

@@ -14,11 +14,11 @@ import pytest
 from attrs import frozen
 from hypothesis import settings
 
+from rmfs_commands.testing import small_instance, small_layout, small_world
 from rmfs_core.info import RunInfo
 from rmfs_core.motion import Motion
 from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario
 from rmfs_core.warehouse import WarehouseView
-from rmfs_testing import small_instance, small_layout, small_world
 
 ROOT = Path(__file__).resolve().parent.parent
 # How long an example takes says more of the machine than of the code. Every run of the tests tries the same examples;
@@ -45,7 +45,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install
     before = set(sys.modules)
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
 
-    def install(distribution: str, entry_points: dict[str, str], group: str = "rmfs", **modules: str) -> None:
+    def install(distribution: str, entry_points: dict[str, str], group: str = "rmfs.rules", **modules: str) -> None:
         folder = tmp_path / distribution
         metadata = folder / f"{distribution}-1.0.dist-info"
         metadata.mkdir(parents=True)

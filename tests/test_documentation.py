@@ -20,17 +20,17 @@ import pytest
 from attrs import define, evolve, field
 from click.testing import CliRunner
 
-from rmfs_cli.description import Parameter, RuleDescription, installed_rules
-from rmfs_cli.main import rmfs
-from rmfs_cli.summary import GAPS, PROFILE
+from rmfs_commands.cli.description import Parameter, RuleDescription, installed_rules
+from rmfs_commands.cli.main import rmfs
+from rmfs_commands.cli.summary import GAPS, PROFILE
+from rmfs_commands.details.catalogue import DETAILS, LATENESS, METRICS, OPENING, UNBUSY
+from rmfs_commands.testing import ConformanceReport, check_rule
 from rmfs_core import hookspecs, run
 from rmfs_core.hookspecs import DecisionHooks, FilterHooks, ObserverHooks, TimeHooks
 from rmfs_core.results.catalogue import TIMING
 from rmfs_core.rules.hooks import marked_methods
 from rmfs_core.rules.traits import NEEDS
 from rmfs_core.scenario.model import RuleChoice, Scenario
-from rmfs_details.catalogue import DETAILS, LATENESS, METRICS, OPENING, UNBUSY
-from rmfs_testing import ConformanceReport, check_rule
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 GENERATED: dict[str, Any] = runpy.run_path(str(DOCS / "generate.py"), run_name="generate")
@@ -343,7 +343,7 @@ def test_every_need_is_documented() -> None:
 
 def test_every_finding_is_documented() -> None:
     """The page on tests of rules explains each kind that the suite can report."""
-    from rmfs_testing import conformance, trial
+    from rmfs_commands.testing import conformance, trial
 
     for kind in (trial.IMPOSSIBLE, trial.RAISED, trial.STARVED, trial.MUTATED, conformance.RANDOM, conformance.KEPT):
         assert f"| `{kind}` |" in page("how-to/test-a-rule.md")
@@ -355,9 +355,9 @@ def test_every_finding_is_documented() -> None:
 
 def test_every_column_is_documented() -> None:
     """Each column of each table that is read or written has its row in the page on files."""
+    from rmfs_commands.experiments.report.tables import SUMMARY_COLUMNS
     from rmfs_core.results.tables import TABLE_FILES
     from rmfs_core.world.csv_files import ORDER_COLUMNS, POD_COLUMNS
-    from rmfs_experiments.report.tables import SUMMARY_COLUMNS
 
     text = page("reference/files.md")
     rows = "\n".join(line.split("|")[1] for line in text.splitlines() if line.startswith("| `"))

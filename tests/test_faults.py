@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pytest
 
-from rmfs_cli.main import main
+from rmfs_commands.cli.main import main
+from rmfs_commands.reproduction import choose_parts, reproduce
 from rmfs_core.errors import InputError
-from rmfs_reproduction import choose_parts, reproduce
 from tiny import TINY
 
 TRIAL = """
@@ -150,7 +150,7 @@ def test_a_killed_run_leaves_what_was_there_and_the_next_cleans_up(folder: Path)
     assert exit_code(*COMMANDS["run"]) == 0
     before = contents(folder / "out")
     long = ["run", "tiny.toml", "--out", "out", "--quiet", "--trace", "--set", "instance.orders=2000"]
-    with subprocess.Popen([sys.executable, "-c", "from rmfs_cli.main import main; main()", *long]) as process:
+    with subprocess.Popen([sys.executable, "-c", "from rmfs_commands.cli.main import main; main()", *long]) as process:
         until = time.monotonic() + 60
         while not list((folder / "out").glob(".*/.trace*")):
             assert process.poll() is None

@@ -11,8 +11,8 @@ from statistics import mean
 import pytest
 
 import rmfs_core
+from rmfs_commands.validation import validate_trace
 from rmfs_core.scenario.reading import shipped_folder
-from rmfs_validation import validate_trace
 
 FOLDER = shipped_folder() / "parity"
 RAWSIM_O = [

@@ -12,7 +12,7 @@ import click
 import pytest
 
 import rmfs_core
-from rmfs_cli.main import rmfs
+from rmfs_commands.cli.main import rmfs
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -75,7 +75,7 @@ def test_the_readmes_tour_runs(tmp_path: Path) -> None:
     """Every command, in the order of the README, in one folder."""
     save_files(tmp_path)
     for words in COMMANDS:
-        call = [sys.executable, "-c", "from rmfs_cli.main import main; main()", *words[1:]]
+        call = [sys.executable, "-c", "from rmfs_commands.cli.main import main; main()", *words[1:]]
         done = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=False)
         assert done.returncode == 0, f"{shlex.join(words)}: {done.stderr}"
 

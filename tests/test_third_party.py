@@ -35,7 +35,7 @@ rules.poa = "first-come"
 name = "unwatched"
 rules.observers = []
 """
-RMFS = ("python", "-c", "from rmfs_cli.main import main; main()")
+RMFS = ("python", "-c", "from rmfs_commands.cli.main import main; main()")
 
 pytestmark = pytest.mark.slow
 

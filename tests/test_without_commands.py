@@ -14,8 +14,8 @@ import pytest
 import rmfs_core
 
 ROOT = Path(__file__).resolve().parent.parent
-KEPT = ("rmfs_cli", "rmfs_instances")
-RMFS = ("python", "-c", "from rmfs_cli.main import main; main()")
+KEPT = ("cli", "instances", "run")
+RMFS = ("python", "-c", "from rmfs_commands.cli.main import main; main()")
 
 pytestmark = pytest.mark.slow
 
@@ -32,17 +32,19 @@ def place(
         shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, copy)
-    for folder in (copy / "plugins" / "commands").iterdir():
-        if folder.name not in KEPT:
+    for folder in (copy / "plugins" / "rmfs_commands").iterdir():
+        if folder.is_dir() and folder.name not in KEPT:
             shutil.rmtree(folder)
-    place = environment(borrowed=True, without=[ROOT, ROOT / "plugins" / "rules", ROOT / "plugins" / "commands"])
+    place = environment(borrowed=True, without=[ROOT, ROOT / "plugins"])
     place.install(built(copy)[1])
     return place
 
 
 def test_the_other_commands_are_gone(place: Any) -> None:
     """What is tried is not the checkout: the help says of every other command that it is not there."""
-    places = place.call("python", "-c", "import rmfs_core, rmfs_cli; print(rmfs_core.__file__, rmfs_cli.__file__)")
+    places = place.call(
+        "python", "-c", "import rmfs_core, rmfs_commands.cli; print(rmfs_core.__file__, rmfs_commands.cli.__file__)"
+    )
     assert all(Path(found).is_relative_to(place.folder) for found in places.split())
     listed = place.call(*RMFS, "--help")
     for name in ("compare", "explain", "validate", "new-rule", "bench", "bound", "plan", "reproduce", "size"):
@@ -62,5 +64,5 @@ def test_a_recorder_that_is_not_there_is_named(place: Any) -> None:
     done = place.run(*RMFS, "run", "examples/small", "--out", "traced", "--trace")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.splitlines()[-1].startswith('Error: record trace: recorder "trace" (rmfs ')
-    assert "No module named 'rmfs_trace'" in done.stderr
+    assert "No module named 'rmfs_commands.trace'" in done.stderr
     assert not (place.folder / "traced").exists()

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from attrs import define, frozen
 
-from rmfs_experiments.compare import CONFIDENCE, Interval, Paired, interval, summary
+from rmfs_commands.experiments.compare import CONFIDENCE, Interval, Paired, interval, summary
 
 BASELINE, METRIC = "baseline", "figure"
 TOLERANCE = 0.015

@@ -25,7 +25,7 @@ from fuzzing.bases import make_bases
 from fuzzing.judging import violations
 from fuzzing.surfaces import Case, make_case
 from fuzzing.working import Call, Outcome, outcomes, write_files
-from rmfs_cli.main import main as rmfs
+from rmfs_commands.cli.main import main as rmfs
 
 
 @define

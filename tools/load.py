@@ -25,14 +25,14 @@ from urllib.request import urlopen
 
 from attrs import frozen
 
-from rmfs_serve.service import SMALL
+from rmfs_commands.serve.service import SMALL
 
 RATE, CLIENTS = 200, 4
 PACED_S = 20
 MOST_P99_S = 0.02
 MOST_MB = 5.0
 """Growth that is allowed from a tenth of the requests to all of them."""
-START = "from rmfs_cli.main import main; main()"
+START = "from rmfs_commands.cli.main import main; main()"
 
 
 @frozen

@@ -193,7 +193,7 @@ def _own_environment(folder: Path) -> Path:
     seen = [entry for entry in seen if entry not in standard and not entry.endswith("lib-dynload")]
     (packages / "seen.pth").write_text("\n".join(seen) + "\n", encoding="utf-8")
     starts = {
-        "rmfs": "from rmfs_cli.main import main; main()",
+        "rmfs": "from rmfs_commands.cli.main import main; main()",
         "pip": "import runpy; runpy.run_module('pip', run_name='__main__')",
         "pytest": "import pytest, sys; sys.exit(pytest.main())",
     }

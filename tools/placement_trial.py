@@ -21,10 +21,10 @@ import numpy as np
 from attrs import frozen
 
 import rmfs_core
-from rmfs_convert.history import merged
-from rmfs_convert.lines import Sku
-from rmfs_convert.placement import items_on, place
-from rmfs_convert.scenarios import scenario_of
+from rmfs_commands.convert.history import merged
+from rmfs_commands.convert.lines import Sku
+from rmfs_commands.convert.placement import items_on, place
+from rmfs_commands.convert.scenarios import scenario_of
 
 Lines = dict[int, int]
 Day = list[tuple[float, Lines]]

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 
+from rmfs_commands.testing import small_layout
 from rmfs_core.entrypoints import RULES, offers, origin
 from rmfs_core.errors import RmfsError
 from rmfs_core.roles import Role
@@ -36,7 +37,6 @@ from rmfs_core.scenario.model import (
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.world import Instance, Layout, OrderData, PodData
 from rmfs_core.world.instance_making import instance_problems
-from rmfs_testing import small_layout
 
 LONGEST_S = 10 * 86_400.0
 """Simulated seconds after which a run counts as one that does not complete; the longest worlds need a few hours."""

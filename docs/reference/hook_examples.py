@@ -2,7 +2,7 @@
 
 from attrs import define, field
 
-from rmfs_core import (
+from rmfs import (
     BundleAssignment,
     BundleDecision,
     JointDecision,
@@ -15,10 +15,10 @@ from rmfs_core import (
     TaskAssignment,
     hookimpl,
 )
-from rmfs_core.events import ItemPicked, RobotMoved
-from rmfs_core.rule_helpers import send_pods
+from rmfs.events import ItemPicked, RobotMoved
+from rmfs.helpers import send_pods
 from rmfs_core.traffic import occupancy
-from rmfs_sipp import Sipp
+from rmfs_rules.sipp import Sipp
 
 
 @define

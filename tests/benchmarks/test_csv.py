@@ -6,9 +6,9 @@ from pathlib import Path
 
 from pytest_benchmark.fixture import BenchmarkFixture
 
+from rmfs_commands.instances.generator import generate_instance
 from rmfs_core.scenario import InstanceSection
 from rmfs_core.world import read_instance
-from rmfs_instances.generator import generate_instance
 
 
 def test_load_100_000_rows(benchmark: BenchmarkFixture, tmp_path: Path) -> None:

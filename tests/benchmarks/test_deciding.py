@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from rmfs_serve.service import SMALL, Service
+from rmfs_commands.serve.service import SMALL, Service
 
 
 def hall(orders: int) -> dict[str, Any]:

@@ -28,7 +28,7 @@ LARGE = (
 HUGE = """
 import json, resource, sys, time
 import rmfs_core
-from rmfs_testing import validate_trace
+from rmfs_commands.testing import validate_trace
 begun = time.process_time()
 rmfs_core.run("large/large", overrides=["run.until_s=1"])
 started = time.process_time()

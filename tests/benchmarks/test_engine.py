@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from rmfs_bench.worlds import world_with
+from rmfs_commands.bench.worlds import world_with
 from rmfs_core.results.running import run
 from rmfs_core.roles import Role
 from rmfs_core.scenario import RuleChoice

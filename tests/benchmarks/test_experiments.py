@@ -4,8 +4,8 @@ import time
 from pathlib import Path
 from typing import Any
 
+from rmfs_commands.experiments import Base, Experiment, Job, Row, RuleSetChoice, Watcher, run_experiment
 from rmfs_core.scenario import load_scenario
-from rmfs_experiments import Base, Experiment, Job, Row, RuleSetChoice, Watcher, run_experiment
 
 RUNS = 40
 

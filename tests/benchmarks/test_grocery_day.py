@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 import rmfs_core
-from rmfs_validation import validate_trace
+from rmfs_commands.validation import validate_trace
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
 EXPERIMENT = tomllib.loads((SCENARIOS / "experiments" / "grocery-day.toml").read_text(encoding="utf-8"))

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+import rmfs_commands.gym
 import rmfs_core
-import rmfs_gym
 from copying import copy_of
 
 
@@ -21,7 +21,7 @@ def test_an_episode_takes_little_longer_than_a_run(benchmark: Any, world: str, d
     """
     rule = {"POA": "pod-match", "PPS": "nearest-pod", "PR": "nearest", "TA": "nearest-robot"}[decides]
     overrides = ["rules.pp=free-flow", f"rules.{decides.lower()}={rule}"]
-    env = rmfs_gym.make(world, decides, overrides=overrides, orders_shown=250)
+    env = rmfs_commands.gym.make(world, decides, overrides=overrides, orders_shown=250)
     policy = copy_of(decides, rule, stations=2 if world == "examples/small" else 4)
     spent: dict[str, list[float]] = {"episode": [], "run": []}
 

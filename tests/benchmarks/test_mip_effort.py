@@ -17,13 +17,13 @@ from rmfs_core.scenario import load_scenario
 from rmfs_core.simulation.setup import open_warehouse
 from rmfs_core.warehouse import WarehouseView
 from rmfs_core.world import make_instance, make_layout
-from rmfs_mip import Integrated, SplitAmongStations, SplitOverTime
-from rmfs_mip.period.effort import Effort
-from rmfs_mip.period.period import Period, Stock
-from rmfs_mip.period.solution import Model, Solution
-from rmfs_mip.printed.constraints import violation
-from rmfs_mip.printed.solver import Limits
-from rmfs_mip.proof.steps import proof_of
+from rmfs_rules.mip import Integrated, SplitAmongStations, SplitOverTime
+from rmfs_rules.mip.period.effort import Effort
+from rmfs_rules.mip.period.period import Period, Stock
+from rmfs_rules.mip.period.solution import Model, Solution
+from rmfs_rules.mip.printed.constraints import violation
+from rmfs_rules.mip.printed.solver import Limits
+from rmfs_rules.mip.proof.steps import proof_of
 
 RULES = {
     Model.INTEGRATED: Integrated,

@@ -15,10 +15,10 @@ from rmfs_core.scenario import load_scenario
 from rmfs_core.simulation.setup import open_warehouse
 from rmfs_core.warehouse import WarehouseView
 from rmfs_core.world import make_instance, make_layout
-from rmfs_mip.period.period import Period, Stock
-from rmfs_mip.period.solution import Model
-from rmfs_mip.printed.solver import Limits
-from rmfs_mip.proof.steps import proof_of
+from rmfs_rules.mip.period.period import Period, Stock
+from rmfs_rules.mip.period.solution import Model
+from rmfs_rules.mip.printed.solver import Limits
+from rmfs_rules.mip.proof.steps import proof_of
 
 BARS_S = {Model.SPLIT_OVER_TIME: 2.0, Model.SPLIT_AMONG_STATIONS: 30.0, Model.INTEGRATED: 120.0}
 INSTANCES = list(product((50, 150, 250), (20, 100), (50, 100), (2, 3)))

@@ -15,9 +15,9 @@ import pytest
 from attrs import evolve, frozen
 
 import rmfs_core
-from rmfs_mip import Integrated, SplitAmongStations, SplitOverTime
-from rmfs_mip.period.period import Period
-from rmfs_mip.period.solution import Model, Solution
+from rmfs_rules.mip import Integrated, SplitAmongStations, SplitOverTime
+from rmfs_rules.mip.period.period import Period
+from rmfs_rules.mip.period.solution import Model, Solution
 
 RULES = {
     Model.INTEGRATED: Integrated,

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import rmfs_core
-from rmfs_validation import validate_trace
+from rmfs_commands.validation import validate_trace
 
 LEAST_SPEED = 500
 """Simulated seconds that a CPU second shall bring."""

@@ -22,8 +22,8 @@ from w9_pathfinding.mapf import ReservationTable, SpaceTimeAStar
 import plain_sipp as plain
 from crowds import crowd, newcomer, paper_roads, two_way, with_goal
 from rmfs_core.traffic import FOREVER, Query, Reservations, Roads
-from rmfs_sipp import Sipp
-from rmfs_whca import WhcaN
+from rmfs_rules.sipp import Sipp
+from rmfs_rules.whca import WhcaN
 
 QUERIES = 100
 

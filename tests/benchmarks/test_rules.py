@@ -12,7 +12,7 @@ from typing import Any
 import pluggy
 import pytest
 
-from rmfs_bench.worlds import WORLDS, world_with
+from rmfs_commands.bench.worlds import WORLDS, world_with
 from rmfs_core.results.running import run
 from rmfs_core.roles import Role
 from rmfs_core.rules import BoundRule
@@ -34,7 +34,7 @@ PREFILTER = 'rules.filters=[{rule="most-covered",n=10}]'
 
 SHIPPED = sorted(
     (entry.name, role)
-    for entry in entry_points(group="rmfs")
+    for entry in entry_points(group="rmfs.rules")
     if entry.dist is not None and entry.dist.name == "rmfs"
     for role in roles_of(entry.load())
     if role is not Role.OBSERVER  # a rule that is told when a run begins decides nothing then

@@ -42,7 +42,9 @@ def test_help_is_there_at_once(benchmark: Any) -> None:
     def ask() -> None:
         before = os.times()
         subprocess.run(
-            [sys.executable, "-c", "from rmfs_cli.main import main; main(['--help'])"], check=True, env=variables
+            [sys.executable, "-c", "from rmfs_commands.cli.main import main; main(['--help'])"],
+            check=True,
+            env=variables,
         )
         after = os.times()
         spent = after.children_user + after.children_system - before.children_user - before.children_system

@@ -11,8 +11,8 @@ from typing import Any
 import matplotlib.pyplot as plt
 import pytest
 
+import rmfs_commands.replay
 import rmfs_core
-import rmfs_replay
 from rmfs_core.world import Layout
 
 FILE = Path(__file__).resolve().parents[2] / "docs" / "tutorial" / "notebook.ipynb"
@@ -47,7 +47,7 @@ def test_it_runs_and_shows_what_it_says(
     names: dict[str, Any] = {"__name__": "__main__"}
     shown = [done("".join(cell["source"]), names) for cell in CELLS if cell["cell_type"] == "code"]
     kinds = [type(one) for one in shown if hasattr(one, "_repr_html_")]
-    assert kinds == [Layout, rmfs_core.Result, rmfs_replay.Page]
+    assert kinds == [Layout, rmfs_core.Result, rmfs_commands.replay.Page]
     (axes,) = plt.gcf().axes
     assert len(axes.lines) == len(names["SEEDS"])
     better = zip(*reversed(names["visits"].values()), strict=True)

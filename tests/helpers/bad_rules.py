@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from rmfs_commands.testing import small_instance
 from rmfs_core.errors import RuleError
-from rmfs_testing import small_instance
 
 HEAD = """
 import time

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from rmfs_commands.gym import FEATURES
 from rmfs_core.roles import Role
-from rmfs_gym import FEATURES
 
 Policy = Callable[[Any, Any], int]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from rmfs_commands.testing import small_instance
 from rmfs_core.scenario.model import RuleChoice
 from rmfs_core.world import parse_map
-from rmfs_testing import small_instance
 
 CORRIDOR_MAP = "\n".join(["#" + "." * 60 + "qO", "#.." + "@" * 57 + "...", "#.#" + "@" * 60, "@#@" + "@" * 60])
 """One lane of nearly 60 cells, two-way, between all storage locations and the station."""

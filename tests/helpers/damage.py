@@ -7,9 +7,9 @@ from typing import Any, TypeVar
 
 from attrs import evolve
 
+from rmfs_commands.trace.reader import Trace
+from rmfs_commands.validation import KINDS, faults_of
 from rmfs_core.events import Event
-from rmfs_trace.reader import Trace
-from rmfs_validation import KINDS, faults_of
 
 Kind = TypeVar("Kind", bound=Event)
 Damage = Callable[[Trace], Trace]

@@ -1,4 +1,4 @@
-"""The rules of `rmfs_joint` in plain numpy, which keep nothing: what they are held against, and the ones to read."""
+"""The rules of `rmfs_rules.joint` in plain numpy, which keep nothing: what they are held against."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport
 from rmfs_core.warehouse import Station, WarehouseView
-from rmfs_rule_helpers import (
+from rmfs_rules.helpers import (
     OVERSIZE_WAIT_S,
     assign_best_pairs,
     items_per_order,

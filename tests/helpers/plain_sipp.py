@@ -1,4 +1,4 @@
-"""The search of `rmfs_sipp` in plain Python: what the compiled one is held against, and the one to read.
+"""The search of `rmfs_rules.sipp` in plain Python: what the compiled one is held against, and the one to read.
 
 It arrives at the same tick; where several paths do, it may take another one.
 """

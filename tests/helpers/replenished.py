@@ -9,6 +9,7 @@ from typing import Any
 
 from attrs import define, evolve, field
 
+from rmfs_commands.testing import small_instance
 from rmfs_core import hookimpl
 from rmfs_core.events import Event
 from rmfs_core.motion import Motion
@@ -20,7 +21,6 @@ from rmfs_core.warehouse import Robot, Station, Warehouse
 from rmfs_core.warehouse.parts import UNLIMITED
 from rmfs_core.world import NORTH, Instance, Layout, block_map, check_layout, parse_map
 from rmfs_core.world.travel import travel_on
-from rmfs_testing import small_instance
 
 RULES = {"poa": "pod-match", "pps": "demand", "roa": "first-bundle", "rps": "emptiest-pod", "pp": "free-flow"}
 Wanted = Mapping[str, Sequence[str] | Mapping[str, int]]

@@ -83,3 +83,19 @@ def test_what_is_installed_meanwhile_is_found(install: Install, tmp_path: Path) 
 def test_messages_call_what_is_offered_by_name_and_origin() -> None:
     """The same form for rules, commands and recorders."""
     assert describe("recorder", "trace", "rmfs", "0.1.0") == 'recorder "trace" (rmfs 0.1.0)'
+
+
+def test_rules_of_the_old_group_are_found_with_a_warning(install: Install) -> None:
+    install("acme", {"slow": "acme_slow:VALUE"}, group="rmfs", acme_slow="VALUE = 7\n")
+    with pytest.warns(DeprecationWarning, match=r'rule "slow" \(acme 1.0\) is in the entry-point group `rmfs`; from'):
+        assert load(offers(RULES)["slow"], "rules.poa", "rule") == 7
+
+
+def test_a_rule_in_the_old_and_the_new_group_is_one(install: Install, tmp_path: Path) -> None:
+    """So that a distribution works with rmfs 0.1.0, too; that of another distribution is another rule."""
+    install("acme", {"slow": "acme_slow:VALUE"}, acme_slow="VALUE = 7\n")
+    with (tmp_path / "acme" / "acme-1.0.dist-info" / "entry_points.txt").open("a") as stream:
+        stream.write("[rmfs]\nslow = acme_slow:OLD\n")
+    assert load(offers(RULES)["slow"], "rules.poa", "rule") == 7
+    install("bolt", {"slow": "bolt_missing:Slow"}, group="rmfs")
+    assert {"acme:slow", "bolt:slow"} <= offers(RULES).keys()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rmfs_cli.main import main
+from rmfs_commands.cli.main import main
 from rmfs_core.errors import InputError, RmfsError, RuleError, RunError, StandstillError, is_interrupt
 
 

@@ -16,7 +16,7 @@ from typing import Any
 from attrs import frozen
 
 from fuzzing.mutations import as_toml
-from rmfs_cli.main import main
+from rmfs_commands.cli.main import main
 
 TINY: dict[str, Any] = {
     "seed": 1,

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import rmfs_core
-from rmfs_cli.main import main
+from rmfs_commands.cli.main import main
 from rmfs_core.errors import InputError, RunError
 from rmfs_core.results.recorders import load_recorder
 

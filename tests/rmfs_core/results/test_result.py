@@ -9,10 +9,10 @@ import pytest
 from attrs import evolve
 
 import rmfs_core
+from rmfs_commands.details.loading import load_result
 from rmfs_core import InputError, Result, RuleError, hookimpl, load_scenario
 from rmfs_core.results.catalogue import Metric
 from rmfs_core.scenario.model import RunSection
-from rmfs_details.loading import load_result
 
 SCENARIO = """
 seed = 5

@@ -15,11 +15,11 @@ import pytest
 from attrs import define, field
 
 import rmfs_core
-from rmfs_cli.main import main
+from rmfs_commands.cli.main import main
+from rmfs_commands.details.loading import load_result
 from rmfs_core import OrderAssignment
 from rmfs_core.events import Event
 from rmfs_core.warehouse import WarehouseView
-from rmfs_details.loading import load_result
 
 
 def test_results_never_replace_the_input(tmp_path: Path) -> None:
@@ -287,7 +287,7 @@ def test_a_rule_may_be_an_object(tmp_path: Path) -> None:
 
 def test_an_installed_rules_object_gives_the_files_of_its_name(tmp_path: Path) -> None:
     """Byte for byte, random draws included, so the result alone leads to the same run again."""
-    rule = import_module("rmfs_random").Random()
+    rule = import_module("rmfs_rules.random").Random()
     rmfs_core.run("examples/small", rules={"poa": rule}, out=tmp_path / "object", record=["trace"])
     rmfs_core.run("examples/small", overrides=["rules.poa=random"], out=tmp_path / "name", record=["trace"])
     for file in ("orders.csv", "visits.csv", "trace.jsonl.gz"):

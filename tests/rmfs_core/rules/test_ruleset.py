@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from attrs import define
 
+from rmfs_commands.testing import small_world
 from rmfs_core import InputError, hookimpl
 from rmfs_core.entrypoints import RULES, offers
 from rmfs_core.rules import RuleSet, with_objects
 from rmfs_core.scenario.model import RuleChoice, RulesSection
 from rmfs_core.warehouse import WarehouseView
-from rmfs_testing import small_world
 
 POA = "    @hookimpl\n    def assign_orders(self, warehouse):\n        return [{answer}]\n"
 POA_RULES = (
@@ -48,7 +48,7 @@ def test_installed_rules_are_listed_without_importing_them(install: Install) -> 
     """A rule whose module does not exist is listed like any other."""
     install("acme", {"broken": "acme_missing:Broken"})
     assert offers(RULES).keys() >= {"broken", *RULE_NAMES}
-    assert offers(RULES)["pod-match"][0].value == "rmfs_pod_match:PodMatch"
+    assert offers(RULES)["pod-match"][0].value == "rmfs_rules.pod_match:PodMatch"
     assert "acme_missing" not in sys.modules
 
 

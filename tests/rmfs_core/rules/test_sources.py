@@ -183,4 +183,4 @@ def test_an_object_of_an_installed_rule_is_named_as_in_a_scenario(install: Insta
     assert source_of(deep).describe() == 'rule "Mine" (acme_deep object)'
     install("other", {"theirs": "other_rules:Mine"}, other_rules=source)
     assert source_of(import_module("other_rules").Mine()).describe() == 'rule "theirs" (other 1.0)'
-    assert source_of(import_module("rmfs_sipp").Sipp()).describe().startswith('rule "sipp" (rmfs ')
+    assert source_of(import_module("rmfs_rules.sipp").Sipp()).describe().startswith('rule "sipp" (rmfs ')

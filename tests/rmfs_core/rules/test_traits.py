@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from attrs import evolve
 
+from rmfs_commands.testing import small_instance
 from rmfs_core.errors import InputError
 from rmfs_core.events import Event, OrderCompleted
 from rmfs_core.info import RunInfo
 from rmfs_core.rules.traits import RuleTraits
 from rmfs_core.scenario.model import BatterySection, RobotsSection, RuleChoice, StationsSection
-from rmfs_testing import small_instance
 
 EVENTS = "a tuple of classes of events, or a mapping from these to lists of functions"
 NEEDED = "a tuple of 'unlimited stock', 'item capacity' or 'no batteries'"

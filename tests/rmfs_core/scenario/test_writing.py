@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rmfs_cli.toml_scenario import to_toml
+from rmfs_commands.cli.toml_scenario import to_toml
 from rmfs_core.scenario import (
     Arrivals,
     InstanceSection,

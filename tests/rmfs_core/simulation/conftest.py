@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from attrs import define, field
 
+from rmfs_commands.testing import small_layout
 from rmfs_core import hookimpl
 from rmfs_core.events import Event
 from rmfs_core.rules import RuleSet
@@ -24,7 +25,6 @@ from rmfs_core.scenario.model import (
 )
 from rmfs_core.simulation.engine import Simulation
 from rmfs_core.world import Instance, Layout
-from rmfs_testing import small_layout
 
 SEQUENTIAL = {
     "poa": "pod-match",

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import pytest
 
+from rmfs_commands.testing import small_world
 from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, TaskAssignment
 from rmfs_core.events import Event, OrderAssigned, TaskAssigned, TripDecided
 from rmfs_core.simulation.applying import apply_assignments, apply_selection, apply_tasks
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.warehouse import Warehouse
-from rmfs_testing import small_world
 
 
 def assigned(

@@ -13,6 +13,7 @@ import pytest
 
 import rmfs_core
 from bad_rules import HOOKS, prepare_bad, what_ends
+from rmfs_commands.testing import small_instance, small_world
 from rmfs_core import hookimpl
 from rmfs_core.decisions import OrderAssignment, PodTrip
 from rmfs_core.errors import RuleError
@@ -21,7 +22,6 @@ from rmfs_core.info import Question
 from rmfs_core.roles import Role
 from rmfs_core.scenario.model import RunSection
 from rmfs_core.simulation.asking import Asker, ImpossibleError, Observers, instance_of, sequence_of
-from rmfs_testing import small_instance, small_world
 from scripted import run_of
 
 WHATEVER = [

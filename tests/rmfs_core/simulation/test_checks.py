@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bad_rules import prepare_bad, what_ends
+from rmfs_commands.testing import small_world
 from rmfs_core.decisions import Leg, OrderAssignment, PodMove, PodTrip, RobotMove, TaskAssignment
 from rmfs_core.decisions import Path as Way
 from rmfs_core.events import OrderAssigned
@@ -20,7 +21,6 @@ from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.traffic import ReservedError
 from rmfs_core.traffic.paths import ends_of
 from rmfs_core.warehouse import Warehouse
-from rmfs_testing import small_world
 
 WRONG = [
     # POA

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from rmfs_commands.testing import small_world
 from rmfs_core.errors import RuleError
 from rmfs_core.scenario.model import RunSection, Scenario
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.warehouse import WarehouseView
 from rmfs_core.world import parse_map
-from rmfs_testing import small_world
 from scripted import run_of, scripted, until_nothing_happens
 
 

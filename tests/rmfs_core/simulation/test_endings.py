@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from attrs import evolve
 
+from rmfs_commands.testing import small_instance
 from rmfs_core.errors import StandstillError
 from rmfs_core.scenario.model import RunSection, Scenario
 from rmfs_core.timetable import Span
-from rmfs_testing import small_instance
 
 Prepare = Callable[..., Any]
 COUNTS_ITEMS = """

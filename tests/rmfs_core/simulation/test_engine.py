@@ -8,6 +8,7 @@ import pytest
 from attrs import evolve
 
 import rmfs_core
+from rmfs_commands.testing import small_instance
 from rmfs_core.errors import InputError
 from rmfs_core.events import (
     ItemPicked,
@@ -21,7 +22,6 @@ from rmfs_core.events import (
     VisitStarted,
 )
 from rmfs_core.scenario.model import Arrivals, RunSection, Scenario
-from rmfs_testing import small_instance
 
 Prepare = Callable[..., "TinyRun"]  # type: ignore[name-defined]  # noqa: F821
 

@@ -11,6 +11,8 @@ from attrs import evolve
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from rmfs_commands.testing import small_instance, small_world
+from rmfs_commands.testing.traces import Recorder
 from rmfs_core.decisions import OrderAssignment
 from rmfs_core.errors import InputError, RuleError, StandstillError
 from rmfs_core.events import (
@@ -27,8 +29,6 @@ from rmfs_core.scenario.model import RuleChoice, RunSection, Scenario
 from rmfs_core.simulation import checks
 from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.timetable import DAY, Span
-from rmfs_testing import small_instance, small_world
-from rmfs_testing.traces import Recorder
 
 Prepare = Callable[..., Any]
 POA = ("pod-match", "first-come", "station-queue", "least-slack")

@@ -14,6 +14,9 @@ from hypothesis import strategies as st
 
 import rmfs_core
 from replenished import prepared, replenished_world, scenario_of
+from rmfs_commands.states.plain import BundleMemento, Memento
+from rmfs_commands.states.restoring import ContradictionError, restore
+from rmfs_commands.testing import small_instance, validate_trace
 from rmfs_core import BundleAssignment, BundleDecision, InputError, StandstillError, StoreBundle, hookimpl
 from rmfs_core.events import (
     BundleArrived,
@@ -35,9 +38,6 @@ from rmfs_core.simulation.asking import ImpossibleError
 from rmfs_core.simulation.setup import open_warehouse
 from rmfs_core.warehouse import Bundle, Warehouse, WarehouseView
 from rmfs_core.world import BundleData, Instance, make_instance, make_layout
-from rmfs_states.plain import BundleMemento, Memento
-from rmfs_states.restoring import ContradictionError, restore
-from rmfs_testing import small_instance, validate_trace
 
 FILE = {"process": "file", "file": "bundles.csv"}
 

@@ -12,6 +12,7 @@ import pytest
 from attrs import define
 
 from bad_rules import prepare_bad
+from rmfs_commands.testing import small_instance, small_world
 from rmfs_core import hookimpl
 from rmfs_core.decisions import JointDecision, OrderAssignment, PodTrip, SolveReport, TaskAssignment
 from rmfs_core.errors import RuleError, StandstillError
@@ -24,7 +25,6 @@ from rmfs_core.simulation.asking import Asker, Observers
 from rmfs_core.simulation.context import RunContext
 from rmfs_core.simulation.rounds import Decisions
 from rmfs_core.warehouse import Pod, Robot
-from rmfs_testing import small_instance, small_world
 from scripted import run_of, scripted, until_nothing_happens
 
 

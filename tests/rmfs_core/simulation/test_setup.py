@@ -10,6 +10,7 @@ import pytest
 from attrs import evolve
 
 from bad_rules import write_rule
+from rmfs_commands.testing import small_instance, small_layout
 from rmfs_core.errors import InputError
 from rmfs_core.scenario.model import (
     InstanceSection,
@@ -23,7 +24,6 @@ from rmfs_core.scenario.model import (
 from rmfs_core.simulation.setup import motion_of, open_warehouse
 from rmfs_core.warehouse import Warehouse
 from rmfs_core.world import Instance
-from rmfs_testing import small_instance, small_layout
 
 
 def test_a_need_that_is_not_met_is_refused(tiny_run: Callable[..., Any], tmp_path: Path) -> None:

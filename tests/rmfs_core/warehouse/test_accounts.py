@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import rmfs_core
+from rmfs_commands.testing import small_world
 from rmfs_core import hookimpl
 from rmfs_core.info import Question
 from rmfs_core.warehouse import Station, WarehouseView, lines_of
 from rmfs_core.warehouse.accounts import Backlog
 from rmfs_core.warehouse.parts import UNLIMITED
-from rmfs_testing import small_world
 from standing import put_at_station
 
 

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import pytest
 
+from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import Order, Pod, Robot, Station, Warehouse
 from rmfs_core.warehouse.parts import UNLIMITED, OrderLine
 from rmfs_core.world import NORTH, OrderData, PodData, StationCells
-from rmfs_testing import small_world
 
 
 @pytest.fixture

@@ -3,9 +3,9 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_core.warehouse.promises import next_request
-from rmfs_testing import small_world
 from standing import put_at_station
 
 

@@ -1,8 +1,8 @@
 """The warehouse's state: capacity, parts, the backlog."""
 
+from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import WarehouseView
 from rmfs_core.warehouse.promises import next_request
-from rmfs_testing import small_world
 from standing import put_at_station
 
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 import rmfs_core
 from replenished import RULES as REPLENISHED
 from replenished import prepared, replenished_world, scenario_of
+from rmfs_commands.testing import small_instance
 from rmfs_core import StandstillError, hookimpl
 from rmfs_core.events import BundleStored, OrderArrived, OrderAssigned, OrderCompleted, OrderInStock
 from rmfs_core.info import RunInfo
@@ -19,7 +20,6 @@ from rmfs_core.scenario.model import RuleChoice
 from rmfs_core.warehouse import Order, Warehouse, WarehouseView
 from rmfs_core.warehouse.stock import Stock
 from rmfs_core.world import BundleData, Instance
-from rmfs_testing import small_instance
 
 POA = ("common-lines", "earliest-due", "first-come", "least-slack", "near-best-pod", "pod-match", "random")
 RULES = (*(f"poa={name}" for name in (*POA, "station-queue", "workload")), "poa_pps=two-stage", "poa_pps=pod-index")

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
+from rmfs_commands.testing import small_instance, small_world
 from rmfs_core.warehouse import Warehouse, WarehouseView
-from rmfs_testing import small_instance, small_world
 
 
 def test_the_view_is_for_looking_only() -> None:

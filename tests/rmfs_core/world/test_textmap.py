@@ -2,7 +2,7 @@
 
 import pytest
 
-from rmfs_cli.map_drawing import draw_map
+from rmfs_commands.cli.map_drawing import draw_map
 from rmfs_core.errors import InputError
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST, check_layout, parse_map
 from rmfs_core.world.textmap import LONGEST_SIDE

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rmfs_commands.plan.movingai import open_layout
+from rmfs_commands.testing import small_layout
 from rmfs_core.clock import UNREACHABLE, far
 from rmfs_core.motion import Motion
 from rmfs_core.scenario.model import LayoutSection
 from rmfs_core.world import EAST, NORTH, WEST, CellKind, Layout, block_map, parse_map
 from rmfs_core.world.travel import SPARE_TICKS, Travel, travel_on
-from rmfs_plan.movingai import open_layout
-from rmfs_testing import small_layout
 
 OPEN = parse_map("#......#\n........\n..qO....\n........", "open")
 

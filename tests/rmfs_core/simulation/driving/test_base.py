@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from rmfs_commands.testing import small_world
 from rmfs_core.decisions import Leg
 from rmfs_core.decisions import Path as Way
 from rmfs_core.errors import RuleError
@@ -16,7 +17,6 @@ from rmfs_core.simulation.driving.base import CROSSINGS, Driving
 from rmfs_core.traffic import Query, Reservations, Traffic, roads_on
 from rmfs_core.warehouse import Robot, Warehouse
 from rmfs_core.world import EAST, NORTH, SOUTH, WEST, parse_map
-from rmfs_testing import small_world
 from scripted import run_of
 
 LAYOUT = parse_map("#....\n.....\n.qO..\n.....", "open")

@@ -16,7 +16,7 @@ from rmfs_core.errors import InputError, RuleError
 from rmfs_core.events import OrderCompleted
 from rmfs_core.scenario.model import RuleChoice
 from rmfs_core.traffic import FleetTraffic, Query, occupancy, timed_path
-from rmfs_sipp import Pbs, Sipp
+from rmfs_rules.sipp import Pbs, Sipp
 
 RULE = """
 from attrs import define

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from corridor import CORRIDOR, INSTANCE
+from rmfs_commands.testing import small_world
 from rmfs_core.decisions import Leg
 from rmfs_core.decisions import Path as Way
 from rmfs_core.errors import RuleError
@@ -19,7 +20,6 @@ from rmfs_core.simulation.driving.base import Process
 from rmfs_core.simulation.driving.free import FreeDriving
 from rmfs_core.warehouse import Robot, Warehouse
 from rmfs_core.world import parse_map
-from rmfs_testing import small_world
 from scripted import run_of, until_nothing_happens
 
 LAYOUT = parse_map("###..\n.....\nqqO..\n.....", "open")

@@ -10,6 +10,7 @@ import pytest
 
 import rmfs_core
 from corridor import CORRIDOR, INSTANCE, inline
+from rmfs_commands.testing import small_layout
 from rmfs_core.errors import InputError, RuleError
 from rmfs_core.events import (
     Event,
@@ -20,7 +21,6 @@ from rmfs_core.events import (
     TaskAssigned,
     VisitStarted,
 )
-from rmfs_testing import small_layout
 
 
 @pytest.fixture(params=["sipp", "whca-n"])

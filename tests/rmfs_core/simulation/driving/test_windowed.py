@@ -12,6 +12,8 @@ import pytest
 import rmfs_core
 from corridor import CORRIDOR, CORRIDOR_MAP, INSTANCE
 from crowds import paper_roads
+from rmfs_commands.details.loading import load_result
+from rmfs_commands.testing import small_instance
 from rmfs_core.decisions import Leg
 from rmfs_core.errors import StandstillError
 from rmfs_core.events import Event, OrderCompleted, RobotMoved, TaskAssigned
@@ -22,8 +24,6 @@ from rmfs_core.simulation.engine import Simulation
 from rmfs_core.traffic import FOREVER, Occupancy, Query, Roads, Traffic, occupancy, timed_path
 from rmfs_core.warehouse import Robot
 from rmfs_core.world import NORTH, parse_map
-from rmfs_details.loading import load_result
-from rmfs_testing import small_instance
 
 
 def test_only_the_cells_that_robots_stand_in_are_registered(tiny_run: Callable[..., Any]) -> None:

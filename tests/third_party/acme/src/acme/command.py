@@ -12,8 +12,7 @@ import click
 def first(folder: Path) -> None:
     """Print when each station had its first pick in the run in DIR."""
     from acme.observer import FILE
-    from rmfs_core import InputError
-    from rmfs_details.loading import load_result
+    from rmfs import InputError, load_result
 
     result = load_result(folder)
     if not (folder / FILE).is_file():

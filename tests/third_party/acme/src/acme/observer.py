@@ -6,10 +6,8 @@ from pathlib import Path
 
 from attrs import define, field
 
-from rmfs_core import hookimpl
-from rmfs_core.events import Event, ItemPicked, RobotMoved
-from rmfs_core.info import RunInfo
-from rmfs_core.results.catalogue import Metric
+from rmfs import Metric, RunInfo, hookimpl
+from rmfs.events import Event, ItemPicked, RobotMoved
 
 FILE = "first-picks.csv"
 

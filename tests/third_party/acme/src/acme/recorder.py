@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from rmfs_core import hookimpl
-from rmfs_core.info import Question, RunInfo
+from rmfs import Question, RunInfo, hookimpl
 from rmfs_core.results.files import write_text
 
 

@@ -1,1 +1,0 @@
-"""The command line; ``run``, ``rules``, ``scenario``, ``generate``, which run and describe; and what commands share."""

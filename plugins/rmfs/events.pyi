@@ -1,0 +1,1 @@
+from rmfs_core.events import *  # noqa: F403

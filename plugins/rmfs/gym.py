@@ -1,0 +1,6 @@
+"""Decisions as a Gymnasium environment: what `rmfs_commands.gym` has."""
+
+from rmfs.lazy import module_of
+
+__path__: list[str] = []  # not that of the other: its modules could be imported twice
+__getattr__, __dir__ = module_of("rmfs_commands.gym")

@@ -1,0 +1,1 @@
+from rmfs_commands.gym import *  # noqa: F403

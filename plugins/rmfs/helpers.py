@@ -1,0 +1,6 @@
+"""Loops and look-ups for authors of rules: what `rmfs_rules.helpers` has."""
+
+from rmfs.lazy import module_of
+
+__path__: list[str] = []  # not that of the other: its modules could be imported twice
+__getattr__, __dir__ = module_of("rmfs_rules.helpers")

@@ -1,0 +1,1 @@
+from rmfs_rules.helpers import *  # noqa: F403

@@ -1,0 +1,1 @@
+from rmfs_commands.testing import *  # noqa: F403

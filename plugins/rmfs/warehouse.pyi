@@ -1,0 +1,1 @@
+from rmfs_core.warehouse import *  # noqa: F403

@@ -1,0 +1,1 @@
+"""The shipped commands, recorders and observers, a package each; and what commands share."""

@@ -1,0 +1,200 @@
+"""The bounds of a scenario, by metric."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+import numpy as np
+from attrs import frozen
+from numpy.typing import NDArray
+
+from rmfs_commands.bounds.cover import cheapest_cover
+from rmfs_commands.bounds.slots import Servers
+from rmfs_commands.bounds.ways import Ways, find_ways
+from rmfs_core.clock import TICKS_PER_S, to_seconds, to_ticks
+from rmfs_core.scenario import Scenario, located
+from rmfs_core.simulation.setup import Opening, open_warehouse
+from rmfs_core.world import Instance, Layout, make_instance, make_layout
+
+BOUNDED = (
+    "pod_station_visits",
+    "psv_per_order",
+    "distance_m",
+    "loaded_distance_m",
+    "distance_per_order_m",
+    "turnover_s",
+    "turnover_p95_s",
+    "makespan_s",
+)
+"""Metrics with a bound: the less the better, all of them."""
+
+
+@frozen
+class Bound:
+    """What no complete run has less of.
+
+    Parameters
+    ----------
+    metric
+        The figure of result.json that is bounded.
+    value
+        The bound; None where there is none.
+    proof
+        How it was found, or why there is none.
+    """
+
+    metric: str
+    value: int | float | None
+    proof: str
+
+
+def bounds_of(scenario: Scenario, metrics: Collection[str] = BOUNDED) -> tuple[Bound, ...]:
+    """Return the bounds of a scenario with its seed, one for each of the metrics that is in `BOUNDED`.
+
+    They hold for every run that completes all orders, whatever the scenario's rules, but that these may carry pods
+    elsewhere without a visit only where it has `rules.move`.
+
+    Raises
+    ------
+    InputError
+        When the scenario cannot be run.
+    """
+    instance = make_instance(scenario)
+    with located(scenario):
+        return find_bounds(scenario, instance, make_layout(scenario), metrics)
+
+
+def find_bounds(
+    scenario: Scenario, instance: Instance, layout: Layout, metrics: Collection[str] = BOUNDED
+) -> tuple[Bound, ...]:
+    """Return the bounds of an instance on a layout; the scenario says the rest. What is not asked for costs no time.
+
+    Raises
+    ------
+    InputError
+        When there are more pods or robots than places for them.
+    """
+    start = _Start(open_warehouse(scenario, instance, layout), instance, moved=scenario.rules.move is not None)
+    found: list[Bound] = []
+    if not set(BOUNDED[:5]).isdisjoint(metrics):
+        found += _of_pods(scenario, instance, start)
+    if not set(BOUNDED[5:]).isdisjoint(metrics):
+        found += _of_times(scenario, instance, start)
+    return tuple(bound for bound in found if bound.metric in metrics)
+
+
+class _Start:
+    """What the bounds need of the warehouse at time 0.
+
+    Parameters
+    ----------
+    opening
+        The warehouse, and the pods that are at stations.
+    instance
+        Orders and pods.
+    moved
+        Whether pods may be carried elsewhere before any order arrives.
+    """
+
+    def __init__(self, opening: Opening, instance: Instance, *, moved: bool) -> None:
+        warehouse = opening.warehouse
+        self.picking, self.known = len(warehouse.picking), not (moved or instance.restocked)
+        self.ways: Ways = find_ways(warehouse.travel)
+        self.lift_ticks = warehouse.travel.motion.lift_ticks
+        self.cells = list(warehouse.homes)
+        self.carried = [False] * len(self.cells)
+        in_line = [0] * len(warehouse.stations)
+        for station, pod in opening.at_stations:
+            self.cells[pod] = warehouse.stations[station].cells.slot(in_line[station])
+            self.carried[pod] = True
+            in_line[station] += 1
+        ordered = {sku for order in instance.orders for sku, _ in order.lines}
+        self.wanted = [any(sku in ordered for sku, _ in pod.contents) for pod in instance.pods]
+
+    def metres(self) -> list[int]:
+        """Metres from each pod to the station nearest to it."""
+        return [int(metres) for metres in self.ways.metres[: self.picking, self.cells].min(axis=0)]
+
+    def opens(self, first_arrival: int) -> NDArray[np.int64]:
+        """Tick before which nothing can be picked at each station, ascending. A pod is sent for an open order."""
+        carried, cells = np.array(self.carried), np.array(self.cells)
+        if not self.known:  # whatever is wanted may be near by then
+            return np.full(self.picking, first_arrival)
+        ticks = self.ways.ticks[: self.picking, cells]
+        there = np.where(carried, np.maximum(ticks, first_arrival), first_arrival + self.lift_ticks + ticks)
+        return np.sort(there[:, np.array(self.wanted)].min(axis=1))
+
+
+def _of_pods(scenario: Scenario, instance: Instance, start: _Start) -> Iterator[Bound]:
+    """Yield the bounds on visits and distances, which are about the pods that are needed."""
+    orders, robots = len(instance.orders), scenario.robots.count
+    begun = [order.arrival_tick for order in instance.orders] + [0] * any(start.carried)
+    begun += [0] * (scenario.instance.arrivals.backlog is not None or scenario.rules.move is not None)
+    if instance.restocked:
+        for metric in BOUNDED[:5]:
+            yield Bound(metric, None, "none: stock is replenished, and one pod may come to hold all that is ordered")
+        return
+    if min(begun, default=0) < to_ticks(scenario.run.warmup_s or 0):
+        for metric in BOUNDED[:5]:
+            yield Bound(metric, None, "none: what happens before run.warmup_s does not count, and something may")
+        return
+    visits = cheapest_cover(instance, [1] * len(instance.pods))
+    problem = "set cover" if instance.unlimited_stock else "multi-cover"
+    proof = f"fewest pods that hold all that is ordered ({problem}, {visits.how})"
+    yield Bound("pod_station_visits", visits.cost, proof)
+    yield Bound("psv_per_order", _per(visits.cost, orders), proof)
+    # All pods go back but for those on robots at the end; where these may be all, none need go back.
+    back = start.ways.back_m if visits.cost > robots else 0
+    cover = cheapest_cover(instance, [metres + back for metres in start.metres()])
+    found = max(cover.cost - back * robots, 0)
+    proof = f"pods that hold all that is ordered, carried there and, but for the last, back ({cover.how})"
+    yield Bound("distance_m", found, proof)
+    yield Bound("loaded_distance_m", found, proof)
+    yield Bound("distance_per_order_m", _per(found, orders), proof)
+
+
+def _per(total: int, orders: int) -> float | None:
+    return total / orders if orders else None
+
+
+def _of_times(scenario: Scenario, instance: Instance, start: _Start) -> Iterator[Bound]:
+    """Yield the bounds on turn-over and makespan, which are about what pickers and robots can do in a time."""
+    if not instance.orders:
+        for metric in ("turnover_s", "turnover_p95_s"):
+            yield Bound(metric, None, "none: there are no orders")
+        yield Bound("makespan_s", 0.0, "there are no orders")
+        return
+    items = np.array([order.items for order in instance.orders], dtype=np.int64)
+    arrivals = np.array([order.arrival_tick for order in instance.orders], dtype=np.int64)
+    if refilled := scenario.instance.arrivals.backlog is not None:
+        arrivals[:] = 0  # or later
+    servers = _servers(scenario, start.opens(int(arrivals.min())))
+    counted = arrivals >= to_ticks(scenario.run.warmup_s or 0)
+    turnover, p95, least = None, None, "none: no order arrives after run.warmup_s"
+    if refilled:
+        least = "none: when orders arrive, with instance.arrivals.process = refill, depends on the rules"
+    elif counted.any():
+        alone = np.maximum(*(one.last_done(items[counted], arrivals[counted]) for one in servers)) - arrivals[counted]
+        done = np.maximum(*(one.completions(items[counted], arrivals[counted]) for one in servers))
+        since = np.sort(arrivals[counted])
+        turnover = int((done - since).sum()) / (len(done) * TICKS_PER_S)
+        within = 95 * (len(done) - 1) // 100 + 1  # orders whose turn-over time the 95th percentile is no less than
+        p95 = to_seconds(int(max((done[:within] - since[len(done) - within :]).max(), np.sort(alone)[within - 1])))
+        least = "pickers and robots always at work on the orders with the least left"
+    yield Bound("turnover_s", turnover, least)
+    yield Bound("turnover_p95_s", p95, least)
+    order = np.argsort(arrivals, kind="stable")
+    later = np.cumsum(items[order][::-1])[::-1]  # items of all orders that arrive then or later
+    last = max(int(one.last_done(later, arrivals[order]).max()) for one in servers)
+    yield Bound("makespan_s", to_seconds(last), "pickers and robots always at work since some order's arrival")
+
+
+def _servers(scenario: Scenario, opens: NDArray[np.int64]) -> tuple[Servers, Servers]:
+    """Return pickers, and robots that hold a pod as long as an item is picked from it.
+
+    To both an item is done when it is picked, or handled where orders are complete only then.
+    """
+    pick, handle = to_ticks(scenario.stations.pick_s), to_ticks(scenario.stations.handle_s)
+    done = handle if scenario.stations.release == "handled" else pick
+    robots = np.full(scenario.robots.count, opens[0])
+    return Servers(opens, handle, done), Servers(robots, pick, done)

@@ -1,0 +1,151 @@
+"""Which sources runs, scenarios and rules have."""
+
+from __future__ import annotations
+
+import inspect
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from attrs import frozen
+
+from rmfs_commands.cite.bibtex import CORPORATE, Reference, references_in, with_own_keys
+from rmfs_commands.cli.description import RuleDescription, installed_rules, sections
+from rmfs_commands.validation.checking import read_result
+from rmfs_core.errors import InputError
+from rmfs_core.results import RESULT_FILE
+from rmfs_core.rules import RuleSet
+from rmfs_core.rules.sources import RuleSources
+from rmfs_core.scenario import Scenario, load_scenario, located, scenario_from_dict
+from rmfs_core.scenario.reading import shipped_scenarios
+from rmfs_core.scenario.rulenames import rule_choices
+from rmfs_core.scenario.source import dotted
+from rmfs_core.wording import did_you_mean
+
+RMFS = "rmfs"
+
+
+@frozen
+class Cited:
+    """A source, and the rules that name it.
+
+    Parameters
+    ----------
+    reference
+        The source.
+    rules
+        Names of the rules, `RMFS` for the framework itself, with what they say of it.
+    """
+
+    reference: Reference
+    rules: Mapping[str, str]
+
+
+def cited(what: Iterable[str], *, allow_inline: bool = True) -> list[Cited]:
+    """Return every source once, rmfs first.
+
+    Parameters
+    ----------
+    what
+        Folders of runs, scenarios, and names of rules.
+    allow_inline
+        Whether rules may be loaded from files.
+
+    Raises
+    ------
+    InputError
+        When something is none of these.
+    """
+    installed = {rule.name: rule for rule in installed_rules()}
+    named: dict[str, list[Reference]] = {}
+    for one in what:
+        for rule, text in _references(one, installed, allow_inline):
+            named.setdefault(rule, references_in(text))
+    pairs = [(rule, reference) for rule, references in named.items() for reference in references]
+    entries = {entry.title: entry for entry in with_own_keys(reference for _, reference in pairs)}
+    rules: dict[str, dict[str, str]] = {title: {} for title in entries}
+    for rule, reference in pairs:
+        rules[reference.title][rule] = reference.note
+    return [Cited(_software(), {RMFS: ""}), *(Cited(entry, rules[title]) for title, entry in entries.items())]
+
+
+def _references(one: str, installed: Mapping[str, RuleDescription], allow_inline: bool) -> Iterator[tuple[str, str]]:
+    """Yield the name and the references of each rule that something names."""
+    if one in installed:
+        yield one, installed[one].reference
+        return
+    if ".py:" in one:
+        target = RuleSources(".", allow_inline).find(one, "rmfs cite").target
+        yield one, _own_references(target)
+        return
+    scenario = _scenario(one, installed)
+    if scenario.source is None:
+        yield from _of_result(one, scenario, installed, allow_inline)
+        return
+    with located(scenario):
+        rules = RuleSet.load(scenario.rules, scenario.folder, allow_inline=allow_inline)
+    for bound in (*rules.deciding, *rules.observers):
+        yield bound.name, _own_references(type(bound.instance))
+    for _, choice in rule_choices(scenario.rules):
+        yield from _references_inside(choice.parameters, installed)
+
+
+def _of_result(
+    one: str, scenario: Scenario, installed: Mapping[str, RuleDescription], allow_inline: bool
+) -> Iterator[tuple[str, str]]:
+    """Yield the same of a run's result, which names its rules, and need not have all that they were made with."""
+    for path, choice in rule_choices(scenario.rules):
+        place = f"{one}, {dotted(('rules', *path))}"
+        if choice.rule in installed:
+            yield choice.rule, installed[choice.rule].reference
+        elif ".py:" in choice.rule:
+            yield (
+                choice.rule,
+                _own_references(RuleSources(scenario.folder, allow_inline).find(choice.rule, place).target),
+            )
+        else:
+            why = "a rule that the run was given as an object has its references in its own code"
+            raise InputError(place, f'found rule "{choice.rule}", expected one that is installed; {why}')
+        yield from _references_inside(choice.parameters, installed)
+
+
+def _own_references(rule: object) -> str:
+    return sections(inspect.getdoc(rule) or "").get("References", "")
+
+
+def _scenario(one: str, installed: Iterable[str]) -> Scenario:
+    path = Path(one)
+    if os.path.isdir(path):  # noqa: PTH112 (False for a name that is too long, too)
+        result = read_result(path / RESULT_FILE)
+        if result is None:
+            raise InputError(one, f"there is no {RESULT_FILE}; expected the folder of a run, a scenario, or a rule")
+        return scenario_from_dict(result["scenario"], name=str(path / RESULT_FILE))
+    is_file = os.path.isfile(path)  # noqa: PTH113 (as above)
+    if path.suffix == ".toml" or is_file or one in shipped_scenarios():
+        return load_scenario(one)
+    near = did_you_mean(one, {*installed, *shipped_scenarios()})
+    raise InputError("rmfs cite", f'found "{one}"{near}; expected the folder of a run, a scenario, or a rule')
+
+
+def _references_inside(parameters: Any, installed: Mapping[str, RuleDescription]) -> Iterator[tuple[str, str]]:
+    for name in _rules_inside(parameters):
+        if name in installed:
+            yield name, installed[name].reference
+
+
+def _rules_inside(parameters: Any) -> Iterator[str]:
+    """Yield the names of rules that a rule's parameters choose: of cases, as `switch` has them."""
+    if isinstance(parameters, Mapping):
+        if isinstance(parameters.get("rule"), str):
+            yield parameters["rule"]
+        parameters = list(parameters.values())
+    if isinstance(parameters, list | tuple):
+        for value in parameters:
+            yield from _rules_inside(value)
+
+
+def _software() -> Reference:
+    title = "rmfs: interchangeable decision rules for robotic mobile fulfillment systems"
+    return Reference("software", RMFS, {"author": CORPORATE, "title": title, "version": version(RMFS)})

@@ -1,0 +1,1 @@
+"""The command line; ``rules``, ``scenario``, ``generate``, which describe; and what commands share."""

@@ -1,0 +1,98 @@
+"""`rmfs scenario`: check, show, draw and list scenarios."""
+
+from __future__ import annotations
+
+import click
+
+from rmfs_commands.cli.completion import SetCommand
+from rmfs_commands.cli.options import json_option, no_inline_option, scenario_argument, seed_option, set_option
+from rmfs_commands.cli.screen import print_json, tell
+from rmfs_commands.cli.shipped import print_shipped
+
+
+@click.group()
+def scenario() -> None:
+    """Check, show, draw and list scenarios."""
+
+
+@scenario.command(cls=SetCommand)
+@scenario_argument
+@set_option
+@seed_option
+@no_inline_option
+@json_option
+def check(scenario: str, overrides: tuple[str, ...], seed: int | None, no_inline_rules: bool, as_json: bool) -> None:
+    """Say all that is wrong with SCENARIO, without running it.
+
+    Everything a run needs is made: orders and pods, the layout, the rules with their parameters. Exit codes: 0 nothing
+    is wrong, 2 something is.
+    """
+    from rmfs_commands.cli.checking import check_scenario
+    from rmfs_core.wording import counted, sentence
+
+    checked = check_scenario(scenario, overrides, seed, allow_inline=not no_inline_rules)
+    for file in checked.inline_files:
+        tell(f"Loaded code from {file}.", err=True)
+    if as_json:
+        print_json({"valid": not checked.problems, "problems": checked.problems, "sizes": checked.sizes})
+    elif checked.problems:
+        for problem in checked.problems:
+            click.echo(sentence(f"Error: {problem['place']}: {problem['problem']}"), err=True)
+    else:
+        (_, orders), (_, items), *rest = checked.sizes.items()
+        others = ", ".join(counted(number, what.removesuffix("s")) for what, number in rest)
+        tell(f"{scenario} is valid: {counted(orders, 'order')} of {counted(items, 'item')}, {others}.")
+        for note in checked.notes:
+            tell(note)
+    if checked.problems:
+        raise click.exceptions.Exit(2)
+
+
+@scenario.command(cls=SetCommand)
+@scenario_argument
+@set_option
+@seed_option
+def show(scenario: str, overrides: tuple[str, ...], seed: int | None) -> None:
+    """Print SCENARIO as TOML with every key, defaults included."""
+    from rmfs_commands.cli.checking import load_checked
+    from rmfs_commands.cli.toml_scenario import to_toml
+
+    click.echo(to_toml(load_checked(scenario, overrides, seed)), nl=False)
+
+
+@scenario.command(name="map", cls=SetCommand, short_help="Print the layout of SCENARIO as a text map.")
+@scenario_argument
+@set_option
+def map_(scenario: str, overrides: tuple[str, ...]) -> None:
+    """Print the layout of SCENARIO as a text map, which `layout.map_file` reads.
+
+    # is a storage location, O a picking station, . floor; > < ^ v and lines are floor that robots leave in these
+    directions, arrows the cells of a queue, @ is wall.
+    """
+    from rmfs_commands.cli.checking import load_checked
+    from rmfs_commands.cli.map_drawing import draw_map
+    from rmfs_core.scenario import located
+    from rmfs_core.world import make_layout
+
+    loaded = load_checked(scenario, overrides)
+    with located(loaded):
+        click.echo(draw_map(make_layout(loaded)), nl=False)
+
+
+@scenario.command()
+def schema() -> None:
+    """Print the JSON Schema of scenario files, for editors."""
+    import json
+
+    from rmfs_commands.cli.schema import scenario_schema
+
+    click.echo(json.dumps(scenario_schema(), indent=2))
+
+
+@scenario.command(name="list")
+@json_option
+def list_(as_json: bool) -> None:
+    """List the scenarios that come with the package."""
+    from rmfs_core.scenario import shipped_scenarios
+
+    print_shipped(shipped_scenarios(), as_json)

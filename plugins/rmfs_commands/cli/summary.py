@@ -1,0 +1,109 @@
+"""The table of metrics at the end of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rich.console import Console, Group, RenderableType
+from rich.rule import Rule
+from rich.table import Table
+from rich.text import Text
+
+from rmfs_commands.cli.screen import new_table
+from rmfs_core.decisions import gap_of
+from rmfs_core.results import Result
+from rmfs_core.results.catalogue import TIMING, Metric, by_heading, show
+
+LEFT = ("Orders", "Robots", "Decisions")
+NARROW = 76
+STATUS_STYLE = {"complete": "bold green", "partial": "bold yellow", "failed": "bold red"}
+
+GAPS = (
+    Metric("ended_at_effort", "  at their effort", "", 0, "Of these, decisions whose effort was used up."),
+    Metric("largest_gap", "  largest gap", "%", 1, "Largest distance of an objective to its bound, as its share."),
+)
+
+
+def gaps_of(periods: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+    """Return how many decisions ended at their effort, and the largest gap in percent, where solves stopped early.
+
+    Parameters
+    ----------
+    periods
+        Rows of periods.csv.
+    """
+    early = [row for row in periods if row["stopped_early"]]
+    if not early:
+        return {}
+    found: dict[str, float] = {"ended_at_effort": sum(row["status"] == "effort" for row in early)}
+    gaps = [gap for row in early if (gap := gap_of(row["objective"], row["bound"])) is not None]
+    return {**found, "largest_gap": 100 * max(gaps)} if gaps else found
+
+
+def print_summary(console: Console, name: str, result: Result) -> None:
+    """Print every metric with its unit: in two columns, or in one where the console is narrow."""
+    title = Text.assemble((name, "bold"), f", seed {result.seed}: ", (result.status, STATUS_STYLE[result.status]))
+    # One of the two: a run with orders left has no makespan, and one without was simulated for that long.
+    unsaid = "makespan_s" if result.metrics.get("makespan_s") is None else "simulated_s"
+    gaps = gaps_of(result.periods)
+    groups = by_heading([name for name in result.metrics if name != unsaid], result.described)
+    groups.setdefault("Decisions", []).extend(one for one in GAPS if one.name in gaps)
+    left = [_group(heading, groups.pop(heading, []), {**result.metrics, **gaps}) for heading in LEFT]
+    right = [_group(heading, metrics, result.metrics) for heading, metrics in groups.items()]
+    right.append(_group("Wall clock", TIMING, result.timing))
+    console.print()
+    console.print(Rule(title, align="left", style="dim"))
+    if console.width < NARROW:
+        console.print(_stack([*left, *right]))
+        return
+    columns = Table.grid(padding=(0, 4), expand=console.width < 2 * NARROW)
+    columns.add_column(ratio=1)
+    columns.add_column(ratio=1)
+    columns.add_row(_stack(left), _stack(right))
+    console.print(columns, width=min(console.width, NARROW + 24))
+
+
+PROFILE = {
+    "tables": "Tables of travel times",
+    "queries": "Path queries",
+    "rules": "Other decision rules",
+    "observers": "Observers (metrics, display, trace)",
+    "events": "Events: robots, stations, reservations",
+}
+
+
+def print_profile(console: Console, result: Result) -> None:
+    """Print what the wall-clock time of a run went to, and the time in each hook."""
+    seconds, hooks = result.timing["profile_s"], result.timing["hook_s"]
+    total = sum(seconds.values())
+    table = new_table()
+    table.add_column("Where the time went")
+    table.add_column("s", justify="right")
+    table.add_column("%", justify="right")
+    for key, label in PROFILE.items():
+        table.add_row(label, f"{seconds[key]:.3f}", f"{100 * seconds[key] / total:.1f}" if total else "")
+    table.add_section()
+    for hook, spent in sorted(hooks.items(), key=lambda entry: -entry[1]):
+        table.add_row(Text(f"  in {hook}", style="dim"), Text(f"{spent:.3f}", style="dim"), "")
+    console.print()
+    console.print(table)
+
+
+def _stack(groups: list[Table]) -> RenderableType:
+    spaced: list[RenderableType] = []
+    for group in groups:
+        spaced += [Text(), group]
+    return Group(*spaced[1:])
+
+
+def _group(name: str, metrics: Sequence[Metric], values: Mapping[str, Any]) -> Table:
+    table = Table(box=None, expand=True, show_header=True, padding=(0, 1, 0, 0), pad_edge=False)
+    table.add_column(name, header_style="bold cyan", overflow="fold", ratio=1)
+    table.add_column(justify="right", no_wrap=True)
+    table.add_column(style="dim", no_wrap=True, min_width=1)
+    for metric in metrics:
+        value = values.get(metric.name)
+        unit = metric.unit if value is not None else ""
+        table.add_row(Text(metric.label), show(metric, value), Text(unit))  # an observer's are no markup
+    return table

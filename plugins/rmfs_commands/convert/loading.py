@@ -1,0 +1,36 @@
+"""Rows of a table, cleaned, put into a database."""
+
+from __future__ import annotations
+
+import sqlite3
+from itertools import islice
+
+from attrs import astuple
+
+from rmfs_commands.convert.cleaning import Cleaner
+from rmfs_commands.convert.tables import Table
+
+ROWS_PER_BATCH = 16_384
+
+
+def load(table: Table, cleaner: Cleaner, base: sqlite3.Connection, into: str) -> None:
+    """Put what a cleaner makes of a table into one of a database, and the orders of rows left out into ``lost``.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read, lacks a column, or has numbers or times that may mean two things.
+    """
+    file, rows = str(table.file), table.rows(astuple(cleaner.columns))
+    while batch := list(islice(rows, ROWS_PER_BATCH)):
+        base.execute("BEGIN")
+        base.executemany(f"INSERT INTO {into} VALUES (?, ?, ?, ?, ?, ?, ?, ?)", cleaner.lines(file, batch))
+        keep_lost(cleaner, base)
+        base.execute("COMMIT")
+        cleaner.ask(file)
+
+
+def keep_lost(cleaner: Cleaner, base: sqlite3.Connection) -> None:
+    """Move the orders of rows that were left out from memory into the table ``lost``."""
+    base.executemany("INSERT INTO lost VALUES (?, ?)", cleaner.lost)
+    cleaner.lost.clear()

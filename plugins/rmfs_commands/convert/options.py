@@ -1,0 +1,136 @@
+"""Options that commands on tables share, and their checks."""
+
+from __future__ import annotations
+
+import codecs
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from rmfs_core.errors import InputError
+
+if TYPE_CHECKING:
+    from zoneinfo import ZoneInfo
+
+    from rmfs_commands.convert.quantities import Quantities
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_NO_SEPARATOR = '"\r\n\0 '
+
+
+def _separator(_ctx: click.Context, _param: click.Parameter, text: str) -> str:
+    from rmfs_commands.convert.csv_tables import SEPARATORS
+
+    sign = SEPARATORS.get(text, "\t" if text == "\\t" else text)
+    if len(sign) != 1 or not sign.isascii() or sign.isalnum() or sign in _NO_SEPARATOR:
+        expected = f"expected one sign of ASCII, such as ;, or one of {', '.join(SEPARATORS)}"
+        raise InputError("--separator", f"found {text!r}; {expected}")
+    return sign
+
+
+def _encoding(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
+    try:
+        with suppress(UnicodeError):
+            b"a".decode(name)  # what is no encoding of texts is refused here, too
+        codecs.getincrementaldecoder(name)
+        return codecs.lookup(name).name
+    except (LookupError, ValueError):
+        raise InputError("--encoding", f"found {name!r}; expected utf-8, utf-16, cp1252 or the like") from None
+
+
+def _zone(_ctx: click.Context, _param: click.Parameter, name: str | None) -> ZoneInfo | None:
+    from zoneinfo import ZoneInfo, available_timezones
+
+    from rmfs_core.wording import did_you_mean
+
+    if name is None:
+        return None
+    if name not in (known := available_timezones()):
+        meant = did_you_mean(name, known)
+        raise InputError("--zone", f"there is no time zone {name!r}{meant}; expected a name such as Europe/Berlin")
+    return ZoneInfo(name)
+
+
+def _pattern(_ctx: click.Context, _param: click.Parameter, text: str | None) -> str | None:
+    from rmfs_commands.convert.time_formats import checked_pattern
+
+    return None if text is None else checked_pattern(text)
+
+
+def table_options(command: F) -> F:
+    """Add ``--separator`` and ``--encoding``: how the fields of a CSV file are written."""
+    separator = click.option(
+        "--separator",
+        default="comma",
+        show_default=True,
+        metavar="SIGN",
+        callback=_separator,
+        help="Between the fields of a CSV file: a sign, or comma, semicolon, tab or bar.",
+    )
+    encoding = click.option(
+        "--encoding",
+        default="utf-8",
+        show_default=True,
+        metavar="NAME",
+        callback=_encoding,
+        help="Encoding of the texts: utf-8, utf-16, cp1252 or the like.",
+    )
+    return separator(encoding(command))
+
+
+def number_options(command: F) -> F:
+    """Add ``--decimal`` and ``--thousands``: how quantities are written."""
+    decimal = click.option(
+        "--decimal",
+        type=click.Choice([".", ","]),
+        help="Sign before fractions of quantities. [default: asked where it matters]",
+    )
+    thousands = click.option(
+        "--thousands",
+        type=click.Choice([".", ",", " ", "'"]),
+        help="Sign between thousands of quantities. [default: any but the decimal sign]",
+    )
+    return decimal(thousands(command))
+
+
+def time_options(command: F) -> F:
+    """Add ``--time-format`` and ``--zone``: how times are written."""
+    pattern = click.option(
+        "--time-format",
+        metavar="FORMAT",
+        callback=_pattern,
+        help="How times are written: as %d.%m.%Y %H:%M, or seconds, unix, unix-ms or spreadsheet. "
+        "[default: ISO 8601, or seconds]",
+    )
+    zone = click.option(
+        "--zone",
+        metavar="ZONE",
+        callback=_zone,
+        help="Time zone of the warehouse, such as Europe/Berlin: of times without an offset from UTC, and of the hours "
+        "of the day. [default: as the times are written]",
+    )
+    return pattern(zone(command))
+
+
+def quantities_of(given: Mapping[str, Any]) -> Quantities:
+    """Return a reader of quantities with the signs that are given; InputError when they are the same."""
+    from rmfs_commands.convert.quantities import Quantities
+
+    decimal, thousands = given["decimal"], given["thousands"]
+    if decimal is not None and decimal == thousands:
+        raise InputError("--decimal, --thousands", f'found "{decimal}" for both; expected two signs')
+    return Quantities(decimal, thousands)
+
+
+def needs(given: Mapping[str, Any], option: str, other: str, expected: str) -> None:
+    """Raise an `InputError` where an option is given without another one."""
+    if given[option] is not None and given[other] is None:
+        raise InputError(spelled(option), f"found no {spelled(other)}; expected {expected}")
+
+
+def spelled(option: str) -> str:
+    """Return an option as it is typed."""
+    return f"--{option.replace('_', '-')}"

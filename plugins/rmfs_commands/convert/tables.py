@@ -1,0 +1,71 @@
+"""Tables of a warehouse, CSV or Parquet, read row by row: memory does not grow with the table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from attrs import frozen
+
+from rmfs_commands.convert.csv_tables import csv_rows
+from rmfs_commands.convert.parquet_tables import parquet_rows
+from rmfs_core.errors import InputError
+
+_PARQUET, _PARQUET_SUFFIXES = b"PAR1", (".parquet", ".pq")
+
+
+Row = tuple[int, Sequence[str]]
+"""Number of a row, from 1 (the header and empty lines are none), and its fields."""
+
+
+@frozen
+class Table:
+    """A table in a file.
+
+    Parameters
+    ----------
+    file
+        A CSV file (also compressed: ``.csv.gz``), or a Parquet file.
+    separator
+        Sign between the fields of a CSV file.
+    encoding
+        How the texts of the file are encoded.
+    """
+
+    file: Path
+    separator: str = ","
+    encoding: str = "utf-8"
+
+    def rows(self, columns: Sequence[str | None]) -> Iterator[Row]:
+        """Yield the rows, with the fields of some columns.
+
+        Parameters
+        ----------
+        columns
+            Names of the columns; a name may come twice. None: the field is empty in every row, as is a field where the
+            table has nothing.
+
+        Raises
+        ------
+        InputError
+            When the file cannot be read, is damaged, or lacks a column; with its row where it is one of the rows.
+        """
+        try:
+            if self._is_parquet():
+                yield from enumerate(parquet_rows(self.file, columns, self.encoding), 1)
+            else:
+                yield from enumerate(csv_rows(self.file, columns, self.separator, self.encoding), 1)
+        except OSError as error:
+            raise InputError(str(self.file), f"cannot be read: {error.strerror or 'it is damaged'}") from None
+        except UnicodeEncodeError:  # a byte that is no text, in what was typed
+            raise InputError(str(self.file), "expected names of files, columns and separator in UTF-8") from None
+        except ValueError:  # of a name that no file can have
+            raise InputError(str(self.file), "cannot be read: no file can have that name") from None
+
+    def _is_parquet(self) -> bool:
+        if self.file.suffix.lower() in _PARQUET_SUFFIXES:
+            return True
+        if not self.file.is_file():  # a pipe can be read only once
+            return False
+        with self.file.open("rb") as stream:
+            return stream.read(len(_PARQUET)) == _PARQUET

@@ -1,0 +1,180 @@
+"""The files made of tables, written all together or not at all, and the sentences about them."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from attrs import frozen
+
+from rmfs_commands.cli.screen import tell
+from rmfs_commands.convert.history import Learned
+from rmfs_commands.convert.lines import OrderLines, Sku
+from rmfs_commands.convert.names import short
+from rmfs_commands.convert.placement import items_on
+from rmfs_commands.convert.scenarios import scenario_of
+from rmfs_commands.convert.shares import warn_of_share
+from rmfs_commands.convert.stock_table import StockTable
+from rmfs_commands.convert.time_formats import Moment
+from rmfs_commands.convert.times import offset
+from rmfs_core.errors import InputError
+from rmfs_core.results.files import AtomicFile, staged, write_text
+from rmfs_core.timetable import DAY
+from rmfs_core.wording import counted, listed
+from rmfs_core.world.csv_files import Calendar
+
+LARGEST = 5
+"""Lines that are named, those with most items."""
+
+SCENARIO = "scenario.toml"
+
+_DIFFERENT = (
+    ("times", "times", "the earliest"),
+    ("dues", "due times", "the earliest"),
+    ("priorities", "priorities", "the highest"),
+)
+
+
+@frozen
+class Stock:
+    """Where SKUs stand.
+
+    Parameters
+    ----------
+    skus
+        The SKUs.
+    held
+        The SKUs of each pod, as positions in ``skus``.
+    items
+        Least number of items of a SKU on each of its pods.
+    learned
+        What they stand there by.
+    """
+
+    skus: Sequence[Sku]
+    held: Sequence[Sequence[int]]
+    items: int
+    learned: Learned
+
+
+def check_start(start: str | None) -> None:
+    """Raise an `InputError` for a time 0 that no scenario takes."""
+    try:
+        Calendar(start).zero()
+    except InputError as error:
+        raise InputError("--start", error.problem) from None
+
+
+def write_pods(stock: StockTable, folder: Path, start: str | None = None) -> None:
+    """Write pods.csv, and a scenario where there is none and pods stand anywhere; say what is in them."""
+    own, scenario = stock.columns.row is not None, folder / SCENARIO
+    made = not own and not scenario.exists()
+    if start is not None and not made:
+        why = f"{scenario} is there already" if not own else "pods with places get no scenario.toml"
+        raise InputError("--start", f"{why}; expected no --start (`instance.start` of a scenario is time 0)")
+    with staged(folder) as place:
+        _write_csv(place / "pods.csv", stock.lines())
+        if made:
+            write_text(place / SCENARIO, scenario_of(len(stock.pods), start))
+    for sentence in stock.sentences():
+        tell(sentence)
+    warn_of_share(stock.file, stock)
+    tell(f"Wrote {folder / 'pods.csv'}: {stock.total()}.")
+    if made:
+        orders = "" if (folder / "orders.csv").exists() else f"; it needs {folder / 'orders.csv'}"
+        tell(f"Wrote {scenario}; run it with: rmfs run {scenario}{orders}")
+        if start is None:
+            tell("Its time 0 is a midnight; for orders with dates, give --start (`instance.start`).")
+
+
+def write(lines: OrderLines, folder: Path, zero: Moment, stock: Stock | None) -> None:
+    """Write the files, all of them or none, and say what is in them and what is not."""
+    with staged(folder) as place:
+        with AtomicFile(place / "orders.csv") as stream:
+            text = io.TextIOWrapper(stream, encoding="utf-8", newline="", write_through=True)
+            totals = lines.write(text, zero.tick)
+            text.detach()
+        told = [] if stock is None else _write_stock(stock, place, folder, _start(lines, zero))
+    _tell_left_out(lines)
+    _tell_kept(lines, totals)
+    clock, skus = lines.cleaner.reader.clock, len(lines.skus())
+    start = " (`instance.start`)" if clock.dated else ""
+    tell(
+        f"Wrote {folder / 'orders.csv'}: {counted(lines.n_orders, 'order')}, {counted(lines.n_lines, 'line')}, "
+        f"{counted(totals['items'], 'item')} of {counted(skus, 'SKU')}; "
+        f"time 0 is {clock.iso(zero)}{start}, the last order arrives {totals['last'] / 3_600_000:.1f} hours later."
+    )
+    for sentence in told:
+        tell(sentence)
+
+
+def _write_csv(file: Path, rows: Iterable[Sequence[object]]) -> None:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    write_text(file, text.getvalue())
+
+
+def _start(lines: OrderLines, zero: Moment) -> str | None:
+    """Return `instance.start` for time 0; None where times are no dates and begin at midnight."""
+    clock = lines.cleaner.reader.clock
+    if clock.dated:
+        return clock.iso(zero)
+    return f"2000-01-01T{clock.iso(zero)}" if clock.of_day and zero.tick % DAY else None
+
+
+def _write_stock(stock: Stock, place: Path, folder: Path, start: str | None) -> list[str]:
+    number, raised = items_on(stock.skus, stock.held, stock.items)
+    pods = [(f"P{i}", stock.skus[sku].name, number[sku]) for i, pod in enumerate(stock.held, 1) for sku in pod]
+    _write_csv(place / "pods.csv", [("pod", "sku", "quantity"), *pods])
+    write_text(place / "scenario.toml", scenario_of(len(stock.held), start, stock.learned.sentence()))
+    wanted = "since the orders want more"
+    more = f"; of {raised:,} SKUs more than {stock.items:,} on a pod, {wanted}" if raised else ""
+    places = sum(map(len, stock.held))
+    learned = stock.learned.sentence()
+    return [
+        *([] if learned is None else [learned]),
+        f"Wrote {folder / 'pods.csv'}: {counted(len(stock.held), 'pod')} with {counted(places, 'place')}{more}.",
+        f"Wrote {folder / 'scenario.toml'}; run it with: rmfs run {folder / 'scenario.toml'}",
+    ]
+
+
+def tell_history(past: OrderLines) -> None:
+    """Print how many rows of a table of history were read, and which were left out."""
+    for sentence in past.cleaner.sentences(f" of {past.file}"):
+        tell(sentence)
+    warn_of_share(past.file, past.cleaner)
+
+
+def _tell_left_out(lines: OrderLines) -> None:
+    if lines.heads is not None:
+        for sentence in lines.heads.sentences():
+            tell(sentence)
+        warn_of_share(lines.heads.file, lines.heads.cleaner)
+    for sentence in lines.cleaner.sentences():
+        tell(sentence)
+    for reason, number in lines.left_out.items():
+        tell(f"Left out: {counted(number, 'order')} with {reason}.")
+    if lines.shortened:
+        tell(f"Shortened: {counted(lines.shortened, 'order')} without a line that is left out (--whole-orders).")
+    warn_of_share(lines.file, lines.cleaner)
+
+
+def _tell_kept(lines: OrderLines, totals: Counter[str]) -> None:
+    if number := lines.cleaner.reader.names.respelled:
+        tell(f"Names with accents apart from their letters (NFD): {number:,}; they are spelled as one sign (NFC).")
+    if lines.joined:
+        tell(f"SKUs that an order repeats: {counted(lines.joined, 'row')}; quantities are added up.")
+    of = "Lines" if lines.heads is None else "Headers"
+    for what, kind, chosen in _DIFFERENT:
+        if number := lines.several[what]:
+            tell(f"{of} with different {kind}: {counted(number, 'order')}; {chosen} is the order's.")
+    if totals["early"]:
+        tell(f"Due before time 0: {counted(totals['early'], 'order')}; 0 is written.")
+    if len(lines.offsets) > 1:
+        found = listed(map(offset, lines.offsets))
+        tell(f"Times with offsets from UTC of {found}: hours of the day are by the clock of time 0 (--start).")
+    largest = (f"{items:,} of {short(sku)} (order {short(name)})" for name, sku, items in lines.largest(LARGEST))
+    tell(f"Largest lines: {', '.join(largest)}.")

@@ -1,0 +1,220 @@
+"""The metrics of `rmfs_commands.details.metrics.Metrics`, and those that `rmfs_commands.details.observer.Details` adds.
+
+Medians and 95th percentiles are as numpy has them: between the two nearest values they are interpolated. Orders that
+arrive before ``run.warmup_s`` are left out of what is said of orders' times; other events before it are not counted.
+"""
+
+from __future__ import annotations
+
+from attrs import evolve
+
+from rmfs_core.results.catalogue import Metric
+
+_GROUPS: dict[str, tuple[Metric, ...]] = {
+    "Orders": (
+        Metric("orders_completed", "Orders completed", "", 0, "Orders whose last item was picked (or handled)."),
+        Metric("orders_total", "Orders in all", "", 0, "Orders of the instance."),
+        Metric("turnover_s", "Turn-over time", "s", 1, "Arrival to completion, mean over completed orders."),
+        Metric(
+            "turnover_backlog_s", "  in the backlog", "s", 1, "Arrival until all parts are assigned, mean of those."
+        ),
+        Metric("turnover_station_s", "  at stations", "s", 1, "The rest of the turn-over time, mean of those."),
+        Metric("split_orders_open_max", "Most split orders open", "", 0, "Most split orders open at the same time."),
+    ),
+    "Pods": (
+        Metric("picks", "Picks", "", 0, "Items picked."),
+        Metric("pod_station_visits", "Pod-station visits", "", 0, "Times a pod came to stand at a picking station."),
+        Metric("psv_per_order", "Visits per order", "", 2, "Pod-station visits per completed order."),
+        Metric("pile_on", "Pile-on", "", 2, "Picks per pod-station visit."),
+    ),
+    "Robots": (
+        Metric("distance_m", "Distance", "m", 0, "Distance driven by all robots."),
+        Metric("loaded_distance_m", "  with a pod", "m", 0, "Part of the distance driven with a pod."),
+        Metric("empty_distance_m", "  empty", "m", 0, "Part of the distance driven without a pod."),
+        Metric("distance_per_order_m", "Distance per order", "m", 1, "Distance per completed order."),
+    ),
+    "Throughput": (
+        Metric("makespan_s", "Makespan", "s", 1, "Time of the last completed order; none when orders are left."),
+        Metric("simulated_s", "Simulated time", "s", 1, "The makespan; the end of the run when orders are left."),
+        Metric("orders_per_hour", "Orders per hour", "", 1, "Completed orders per hour of simulated time."),
+        Metric("picks_per_hour", "Picks per hour", "", 1, "Picks per hour of simulated time."),
+        Metric(
+            "picker_utilisation", "Picker utilisation", "%", 1, "Share of it in which pickers handle items.", scale=100
+        ),
+    ),
+    "Decisions": (
+        Metric("periods", "Periods", "", 0, "Times pick orders were assigned (POA or joint decisions)."),
+        Metric(
+            "solves_stopped_early", "Solves stopped early", "", 0, "Decisions that a limit ended before their proof."
+        ),
+    ),
+}
+METRICS = {heading: tuple(evolve(metric, group=heading) for metric in metrics) for heading, metrics in _GROUPS.items()}
+"""What `rmfs_commands.details.metrics.Metrics` measures, by heading, in the order of a table."""
+
+DETAILS: tuple[Metric, ...] = (
+    Metric("turnover_median_s", "Turn-over time, median", "s", 1, "Median of the turn-over times."),
+    Metric("turnover_p95_s", "Turn-over time, 95 %", "s", 1, "95th percentile of the turn-over times."),
+    Metric("turnover_backlog_median_s", "  in the backlog, median", "s", 1, "Median of the times in the backlog."),
+    Metric("turnover_backlog_p95_s", "  in the backlog, 95 %", "s", 1, "95th percentile of the times in the backlog."),
+    Metric("turnover_station_median_s", "  at stations, median", "s", 1, "Median of the times at stations."),
+    Metric("turnover_station_p95_s", "  at stations, 95 %", "s", 1, "95th percentile of the times at stations."),
+    Metric("items_per_line", "Items per order line", "", 2, "Items over order lines of the completed orders."),
+    Metric("orders_per_visit", "Orders per visit", "", 3, "Orders whose last item was picked, per pod-station visit."),
+    Metric(
+        "waiting_per_visit_s",
+        "Waiting for others per visit",
+        "s",
+        1,
+        "Time in which robots with a task, not in a queue, neither drive nor turn nor lift, per pod-station visit.",
+    ),
+    Metric(
+        "waiting_for_room_per_visit_s",
+        "  for room at the station",
+        "s",
+        1,
+        "The part of it that robots spend beneath their pods until the station's queue has room; the rest is traffic.",
+    ),
+    Metric(
+        "picking_distance_per_order_m",
+        "Distance for picking per order",
+        "m",
+        1,
+        "Distance per completed order, without that of robots that are sent to rest or carry pods elsewhere.",
+    ),
+    Metric(
+        "energy_wh",
+        "Energy",
+        "Wh",
+        1,
+        "What runs, turns and lifts take, by the formulas of `rmfs_commands.details.energy`.",
+    ),
+    Metric("energy_acceleration_wh", "  acceleration", "Wh", 1, "The part of it that acceleration takes."),
+    Metric("energy_rolling_wh", "  rolling", "Wh", 1, "The part of it against rolling resistance."),
+    Metric("energy_turns_wh", "  turns", "Wh", 1, "The part of it that turns on the spot take."),
+    Metric("energy_lifts_wh", "  lifts", "Wh", 1, "The part of it that lifting pods takes."),
+    Metric("energy_per_order_wh", "Energy per order", "Wh", 2, "Energy per completed order."),
+)
+"""Metrics of every run."""
+
+OPENING: tuple[Metric, ...] = (
+    Metric(
+        "station_open_h",
+        "Stations open",
+        "h",
+        1,
+        "Hours in which stations are open or finish what they have, summed over the stations.",
+    ),
+    Metric(
+        "open_utilisation_percent",
+        "  of it pickers handle items",
+        "%",
+        1,
+        "Share of the time in which stations are open, or finish what they have, in which their pickers handle items.",
+    ),
+)
+"""Metrics of runs in which stations open and close."""
+
+LATENESS: tuple[Metric, ...] = (
+    Metric(
+        "late_orders",
+        "Late orders",
+        "",
+        0,
+        "Orders completed after their due time, or due and not complete at the end.",
+    ),
+    Metric(
+        "late_percent", "  of those due", "%", 1, "Late orders over orders completed or due, of those with a due time."
+    ),
+    Metric(
+        "tardiness_s", "Tardiness", "s", 1, "Completion after the due time, 0 if before, mean over completed orders."
+    ),
+    Metric("tardiness_p95_s", "  95 %", "s", 1, "95th percentile of the tardiness of completed orders."),
+    Metric("on_time_percent", "On time", "%", 1, "100 less the late ones."),
+)
+"""Metrics of runs in which an order has a due time."""
+
+
+REPLENISHMENT: tuple[Metric, ...] = (
+    Metric("bundles_stored", "Bundles stored", "", 0, "Bundles whose items were put on a pod."),
+    Metric("items_stored", "Items stored", "", 0, "Items of these."),
+    Metric("bundle_turnover_s", "Turn-over time of bundles", "s", 1, "Arrival until it is stored, mean over bundles."),
+    Metric("replenishment_visits", "Replenishment visits", "", 0, "Visits of pods in which a bundle was stored."),
+    Metric("items_per_replenishment_visit", "  items per visit", "", 2, "Items stored per such visit."),
+    Metric("stock_outs", "Stock-outs", "", 0, "Times that no pod had any item of a SKU left."),
+    Metric(
+        "turnover_stock_s",
+        "Waiting for stock",
+        "s",
+        1,
+        "The part of the turn-over time until the pods hold enough for an order, mean over completed orders.",
+    ),
+    Metric(
+        "items_in_stock_mean", "Items in stock", "", 1, "Items on all pods of SKUs that can run out, mean over time."
+    ),
+    Metric("skus_in_stock_mean", "SKUs in stock", "", 1, "SKUs of which a pod has an item, mean over time."),
+    Metric(
+        "replenishment_robot_percent",
+        "Robots replenishing",
+        "%",
+        1,
+        "Robots' time of trips, from task or end of a visit to the end of the next, in which bundles were stored "
+        "and nothing was picked, and of carrying pods back from these, as a share of all their time.",
+    ),
+)
+"""Metrics of runs with replenishment."""
+
+
+UNBUSY: tuple[Metric, ...] = (
+    Metric(
+        "resting_distance_m", "Distance to rest", "m", 0, "Part of the distance driven to where robots rest or charge."
+    ),
+    Metric("pods_moved", "Pods moved", "", 0, "Pods carried elsewhere without a visit."),
+    Metric(
+        "moving_distance_m", "Distance of moving", "m", 0, "Part of the distance driven for that, with pod and without."
+    ),
+    Metric("charges", "Charges", "", 0, "Times a robot came to a charger."),
+    Metric("charging_percent", "Charging", "%", 1, "Share of the robots' time that they stand at chargers."),
+    Metric("charge_lowest_percent", "Lowest charge", "%", 1, "The least that a battery had in it, of its capacity."),
+)
+"""Metrics of runs with rules for robots without a task: one with `idle`, two with `move`, three with batteries."""
+
+
+def on_time(priority: int | str) -> Metric:
+    """Return the metric of the orders of a priority."""
+    meaning = "The same among orders of this priority; there is one for each priority that an order due has."
+    return Metric(f"on_time_percent_priority_{priority}", f"  priority {priority}", "%", 1, meaning)
+
+
+MEASURES = (
+    *(evolve(metric, group=None) for metric in DETAILS),
+    *(evolve(metric, group="Opening hours") for metric in OPENING),
+    *(evolve(metric, group="Replenishment") for metric in REPLENISHMENT),
+    *(evolve(metric, group="Robots without a task") for metric in UNBUSY),
+    *(evolve(metric, group="Due times") for metric in (*LATENESS, *map(on_time, range(10)))),
+)
+"""All of them, with the first ten priorities; the summary of a run shows those of all groups but the first."""
+
+MORE_IS_BETTER = frozenset(
+    {
+        "orders_completed",
+        "pile_on",
+        "orders_per_hour",
+        "picks_per_hour",
+        "picker_utilisation",
+        "orders_per_visit",
+        "open_utilisation_percent",
+        "on_time_percent",
+        *(on_time(priority).name for priority in range(10)),
+        "bundles_stored",
+        "items_stored",
+        "items_per_replenishment_visit",
+        "items_in_stock_mean",
+        "skus_in_stock_mean",
+        "charge_lowest_percent",
+    }
+)
+"""Metrics that are to be large: a limit of "at most" makes no sense for them."""
+
+FROM_ORDERS = frozenset({"orders_total", "picks", "items_per_line"})
+"""Metrics that depend on the orders alone, not on robots, stations or rules."""

@@ -1,0 +1,111 @@
+"""What the robots' driving takes: mechanical energy of runs, turns and lifts, over the efficiency of the drives.
+
+With m the mass that moves (robot, and pod if it carries one), g = 9.81 m/s^2, and a, v the robot's acceleration and top
+speed, a run over D metres reaches u = min(v, sqrt(a D)) after s = u^2 / (2 a) metres, and takes
+
+    acceleration   m a s
+    rolling        c m g (D - s) + max(c g - a, 0) m s
+
+c being the coefficient of rolling resistance: braking wins nothing back, but the resistance helps. A turn by an angle b
+(radians) at the speed w of the full turn takes
+
+    turns          J w^2 / 2 + c m g r b        J = m l^2 / 6
+
+l being the side of the square that turns, and r half the track of the wheels. Lifting a pod of mass p by h metres takes
+
+    lifts          p g h
+
+and setting it down nothing. All of it is divided by the efficiency. Standing, computing and charging are not counted.
+
+Sources: the terms for acceleration, resistance and lifts are those of energy models of shuttles, as in Energy
+evaluation of deep-lane autonomous vehicle storage and retrieval system, Sustainability 11(14) 3817, 2019,
+https://doi.org/10.3390/su11143817; that of a turn is the kinetic energy of a rotating plate. The masses are round
+numbers for a drive unit under a loaded pod.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+from rmfs_commands.details.spans import Handlers, Number, ratio
+from rmfs_core.clock import to_seconds
+from rmfs_core.events import PodLifted, RobotMoved
+from rmfs_core.info import RunInfo
+
+ROBOT_KG, POD_KG = 150.0, 450.0
+ROLLING, EFFICIENCY = 0.015, 0.8
+SIDE_M, HALF_TRACK_M, LIFT_M = 0.9, 0.3, 0.05
+GRAVITY_M_PER_S2 = 9.81
+J_PER_WH = 3600
+
+PARTS = ("acceleration", "rolling", "turns", "lifts")
+
+
+class Energy:
+    """Follows runs, turns and lifts: how many of each kind there were is counted, and divided at the end.
+
+    Parameters
+    ----------
+    run
+        The run.
+    begin
+        The time from which on is counted.
+    """
+
+    def __init__(self, run: RunInfo, begin: int) -> None:
+        self._motion = run.motion
+        self._begin = begin
+        self._legs: Counter[tuple[int, int, bool]] = Counter()  # by metres, ticks of the turn, whether loaded
+        self._lifts = 0
+        self.handlers: Handlers = {RobotMoved: self._moved, PodLifted: self._lifted}
+
+    def _moved(self, event: RobotMoved) -> None:
+        if event.tick >= self._begin:
+            self._legs[event.distance_m, event.turn_ticks, event.pod is not None] += 1
+
+    def _lifted(self, event: PodLifted) -> None:
+        self._lifts += event.tick >= self._begin
+
+    def values(self, completed: int) -> dict[str, Number]:
+        """Return the metrics by name, for so many orders completed."""
+        joules = dict.fromkeys(PARTS, 0.0)
+        motion = self._motion
+        runs: Counter[tuple[int, bool]] = Counter()
+        turns: Counter[tuple[int, bool]] = Counter()
+        for (metres, ticks, loaded), number in self._legs.items():
+            runs[metres, loaded] += number
+            turns[ticks, loaded] += number
+        for (metres, loaded), number in sorted(runs.items()):
+            accelerating, rolling = run_j(metres, loaded, motion.acceleration_m_per_s2, motion.top_speed_m_per_s)
+            joules["acceleration"] += number * accelerating
+            joules["rolling"] += number * rolling
+        for (ticks, loaded), number in sorted(turns.items()):
+            quarters = round(4 * to_seconds(ticks) / motion.full_turn_s)
+            joules["turns"] += number * turn_j(quarters, loaded, motion.full_turn_s)
+        joules["lifts"] = self._lifts * POD_KG * GRAVITY_M_PER_S2 * LIFT_M / EFFICIENCY
+        hours = {part: amount / J_PER_WH for part, amount in joules.items()}
+        total = sum(hours.values())
+        return {
+            "energy_wh": total,
+            **{f"energy_{part}_wh": amount for part, amount in hours.items()},
+            "energy_per_order_wh": ratio(total, completed),
+        }
+
+
+def run_j(metres: int, loaded: bool, acceleration: float, top_speed: float) -> tuple[float, float]:
+    """Return what a run takes to accelerate, and against rolling resistance, in joules."""
+    mass = ROBOT_KG + POD_KG * loaded
+    speeding_m = min(top_speed * top_speed, acceleration * metres) / (2 * acceleration)
+    resistance = ROLLING * GRAVITY_M_PER_S2
+    rolling = mass * (resistance * (metres - speeding_m) + max(resistance - acceleration, 0.0) * speeding_m)
+    return mass * acceleration * speeding_m / EFFICIENCY, rolling / EFFICIENCY
+
+
+def turn_j(quarters: int, loaded: bool, full_turn_s: float) -> float:
+    """Return what a turn by so many right angles takes, in joules."""
+    if not quarters:
+        return 0.0
+    mass, speed, angle = ROBOT_KG + POD_KG * loaded, 2 * math.pi / full_turn_s, quarters * math.pi / 2
+    kinetic = mass * SIDE_M**2 / 6 * speed**2 / 2
+    return (kinetic + ROLLING * mass * GRAVITY_M_PER_S2 * HALF_TRACK_M * angle) / EFFICIENCY

@@ -1,0 +1,99 @@
+"""What happens in each hour: rows of hours.csv."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rmfs_commands.details.spans import Count, Handlers
+from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.events import (
+    Event,
+    ItemPicked,
+    OrderArrived,
+    OrderAssigned,
+    OrderCompleted,
+    RobotMoved,
+    RobotsOnDuty,
+    StationClosed,
+    StationOpened,
+    VisitStarted,
+)
+from rmfs_core.info import RunInfo
+
+COUNTED = ("orders_in", "orders_out", "picks", "visits", "distance_m")
+_HOUR = 3600 * TICKS_PER_S
+
+
+class Hours:
+    """Counts by the hour, from time 0 on; what takes time counts in the hour in which it ends.
+
+    Parameters
+    ----------
+    run
+        The run.
+    """
+
+    def __init__(self, run: RunInfo) -> None:
+        self._rows: list[dict[str, Any]] = []
+        self._over = 0  # when the last of them is
+        self._backlog = 0
+        scenario, self._open, self._on_duty = run.scenario, Count(), Count()
+        self._open.add(0, len(run.warehouse.stations))
+        self._on_duty.add(0, len(run.warehouse.robots))
+        opening = scenario.stations.open is not None or scenario.rules.activate is not None
+        self._there = {
+            **({"stations_open": self._open} if opening else {}),
+            **({"robots_on_duty": self._on_duty} if scenario.robots.available is not None else {}),
+        }
+        self.handlers: Handlers = {
+            OrderArrived: self._arrived,
+            OrderAssigned: self._assigned,
+            OrderCompleted: lambda event: self._count(event, "orders_out"),
+            ItemPicked: lambda event: self._count(event, "picks"),
+            VisitStarted: lambda event: self._count(event, "visits"),
+            RobotMoved: self._moved,
+            StationOpened: lambda event: self._open.add(event.tick, 1),
+            StationClosed: lambda event: self._open.add(event.tick, -1),
+            RobotsOnDuty: lambda event: self._on_duty.add(event.tick, event.number - self._on_duty.number),
+        }
+
+    def _arrived(self, event: OrderArrived) -> None:
+        self._count(event, "orders_in")
+        self._backlog += 1
+
+    def _assigned(self, event: OrderAssigned) -> None:
+        self._until(event.tick // _HOUR)
+        self._backlog -= event.complete
+
+    def _moved(self, event: RobotMoved) -> None:
+        if event.tick >= self._over:
+            self._until(event.tick // _HOUR)
+        self._row["distance_m"] += event.distance_m
+
+    def _count(self, event: Event, what: str) -> None:
+        if event.tick >= self._over:
+            self._until(event.tick // _HOUR)
+        self._row[what] += 1
+
+    def _until(self, hour: int) -> None:
+        """Begin hours up to one, each with the backlog that the one before it has left."""
+        while len(self._rows) <= hour:
+            if self._rows:
+                self._rows[-1]["backlog"] = self._backlog
+            begin = {"hour": len(self._rows), "start_s": len(self._rows) * 3600}
+            self._row: dict[str, Any] = {**begin, **dict.fromkeys(COUNTED, 0), "backlog": 0}
+            self._rows.append(self._row)
+            self._over = len(self._rows) * _HOUR
+
+    def rows(self, end: int) -> list[dict[str, Any]]:
+        """Return a row for each hour that the run has seen; ``backlog`` is that at the end of the hour.
+
+        ``stations_open`` and ``robots_on_duty``, where stations or robots come and go, are means over the hour.
+        """
+        self._until(max(end - 1, 0) // _HOUR)
+        self._rows[-1]["backlog"] = self._backlog
+        for row in self._rows:
+            begin = row["hour"] * _HOUR
+            for column, number in self._there.items():
+                row[column] = round(number.mean(begin, max(min(begin + _HOUR, end), begin)), 3)
+        return self._rows

@@ -1,0 +1,99 @@
+"""Metrics of orders: percentiles of their times, and lateness."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from rmfs_commands.details.catalogue import on_time
+from rmfs_commands.details.spans import Handlers, Number, percentile, ratio
+from rmfs_core.clock import TICKS_PER_S
+from rmfs_core.events import OrderArrived, OrderAssigned, OrderCompleted, VisitStarted
+from rmfs_core.info import RunInfo
+
+
+class Measures:
+    """Follows the orders.
+
+    Parameters
+    ----------
+    run
+        The run.
+    begin
+        The time from which on is counted.
+    """
+
+    def __init__(self, run: RunInfo, begin: int) -> None:
+        self._orders = run.instance.orders
+        self._begin = begin
+        known = run.scenario.instance.arrivals.backlog is None
+        self._arrived = {i: order.arrival_tick for i, order in enumerate(self._orders)} if known else {}
+        self._assigned: dict[int, int] = {}
+        self._completed: dict[int, int] = {}
+        self.visits = 0
+        self.handlers: Handlers = {
+            OrderArrived: self._note_arrived,
+            OrderAssigned: self._note_assigned,
+            OrderCompleted: self._note_completed,
+            VisitStarted: self._note_visit,
+        }
+
+    def _note_arrived(self, event: OrderArrived) -> None:
+        self._arrived[event.order] = event.tick
+
+    def _note_assigned(self, event: OrderAssigned) -> None:
+        self._assigned[event.order] = event.tick
+
+    def _note_completed(self, event: OrderCompleted) -> None:
+        self._completed[event.order] = event.tick
+
+    def _note_visit(self, event: VisitStarted) -> None:
+        self.visits += event.tick >= self._begin
+
+    @property
+    def completed(self) -> int:
+        """Orders completed since the time from which on is counted."""
+        return sum(tick >= self._begin for tick in self._completed.values())
+
+    def values(self, end: int) -> dict[str, Number]:
+        """Return the metrics by name."""
+        counted = {order: tick for order, tick in self._completed.items() if tick >= self._begin}
+        items = sum(self._orders[order].items for order in counted)
+        lines = sum(len(self._orders[order].lines) for order in counted)
+        timed = {i: tick for i, tick in counted.items() if self._arrived[i] >= self._begin}
+        arrived = self._arrived
+        times = {
+            "turnover": [tick - arrived[order] for order, tick in timed.items()],
+            "turnover_backlog": [self._assigned[order] - arrived[order] for order in timed],
+            "turnover_station": [tick - self._assigned[order] for order, tick in timed.items()],
+        }
+        found: dict[str, Number] = {}
+        for name, values in times.items():
+            found[f"{name}_median_s"], found[f"{name}_p95_s"] = percentile(values, 0.5), percentile(values, 0.95)
+        found["items_per_line"] = ratio(items, lines)
+        found["orders_per_visit"] = ratio(len(counted), self.visits)
+        return found | self._lateness(end)
+
+    def _lateness(self, end: int) -> dict[str, Number]:
+        """Return the metrics of orders with a due time; none where no order has one."""
+        if all(order.due_tick is None for order in self._orders):
+            return {}
+        due: Counter[int] = Counter()
+        late: Counter[int] = Counter()
+        tardiness = []
+        for i, order in enumerate(self._orders):
+            if order.due_tick is None or self._arrived.get(i, -1) < self._begin:
+                continue
+            done = self._completed.get(i)
+            if done is not None:
+                tardiness.append(max(done - order.due_tick, 0))
+            if done is not None or order.due_tick < end:
+                due[order.priority] += 1
+                late[order.priority] += done is None or done > order.due_tick
+        return {
+            "late_orders": late.total(),
+            "late_percent": ratio(100 * late.total(), due.total()),
+            "tardiness_s": ratio(sum(tardiness), len(tardiness) * TICKS_PER_S),
+            "tardiness_p95_s": percentile(tardiness, 0.95),
+            "on_time_percent": ratio(100 * (due - late).total(), due.total()),
+            **{on_time(one).name: 100 * (due[one] - late[one]) / due[one] for one in sorted(due)},
+        }

@@ -1,0 +1,103 @@
+"""The observer of every run: hours.csv, stations.csv, robots.csv and delays.csv, and metrics made of the same.
+
+Where there is replenishment, bundles.csv and stock.csv as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from rmfs_commands.details.catalogue import MEASURES
+from rmfs_commands.details.delays import Delays
+from rmfs_commands.details.energy import Energy
+from rmfs_commands.details.hours import Hours
+from rmfs_commands.details.measures import Measures
+from rmfs_commands.details.replenishment import BUNDLE_COLUMNS, STOCK_COLUMNS, Replenishment
+from rmfs_commands.details.robots import Robots
+from rmfs_commands.details.spans import Number, ratio
+from rmfs_commands.details.stations import Stations
+from rmfs_core.clock import TICKS_PER_S, to_ticks
+from rmfs_core.events import Event, QueueJoined, VisitStarted
+from rmfs_core.hookspecs import hookimpl
+from rmfs_core.results.files import to_csv, write_text
+
+if TYPE_CHECKING:
+    from rmfs_core.info import RunInfo
+
+HOURS, STATIONS, ROBOTS, DELAYS = "hours.csv", "stations.csv", "robots.csv", "delays.csv"
+BUNDLES, STOCK = "bundles.csv", "stock.csv"
+"""Of runs with replenishment."""
+
+
+def _below(stations: int, handler: Callable[[Any], None], event: QueueJoined | VisitStarted) -> None:
+    """Hand on what happens at picking stations, whose ids are below those of replenishment stations."""
+    if event.station < stations:
+        handler(event)
+
+
+class Details:
+    """Observer that follows hours, stations, robots, orders and bundles."""
+
+    files: ClassVar = (HOURS, STATIONS, ROBOTS, DELAYS, BUNDLES, STOCK)
+    measures: ClassVar = MEASURES
+
+    @hookimpl
+    def run_started(self, run: RunInfo) -> None:
+        """Start afresh."""
+        self._out = run.out
+        self._begin = self._end = to_ticks(run.scenario.run.warmup_s or 0)
+        self._hours, self._stations, self._delays = Hours(run), Stations(run), Delays(run, self._begin)
+        self._robots, self._measures = Robots(run, self._begin), Measures(run, self._begin)
+        self._energy = Energy(run, self._begin)
+        self._handlers: dict[type[Event], list[Callable[[Any], None]]] = {}
+        self._replenishment = Replenishment(run, self._begin)
+        more = self._replenishment, self._energy
+        picking, last = (self._hours, self._stations, self._measures), len(run.warehouse.stations)
+        for part in (self._hours, self._stations, self._robots, self._delays, self._measures, *more):
+            for kind, handler in part.handlers.items():
+                told = kind in (QueueJoined, VisitStarted) and part in picking and run.layout.replenishing
+                self._handlers.setdefault(kind, []).append(partial(_below, last, handler) if told else handler)
+
+    @property
+    def hears(self) -> Mapping[type[Event], Sequence[Callable[[Any], None]]]:
+        """Who follows which kinds of events."""
+        return self._handlers
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        """Hand the event to those who follow its kind."""
+        for handle in self._handlers.get(type(event), ()):
+            handle(event)
+
+    @hookimpl
+    def run_ended(self, tick: int) -> None:
+        """Write the files, where results are kept."""
+        self._end = max(tick, self._begin)
+        if self._out is None:
+            return
+        write_text(self._out / DELAYS, to_csv(("order", "turnover_s", *self._delays.columns), self._delays.rows()))
+        for name, rows in (
+            (HOURS, self._hours.rows(tick)),
+            (STATIONS, self._stations.rows(self._begin, self._end)),
+            (ROBOTS, self._robots.rows(self._end)),
+        ):
+            write_text(self._out / name, to_csv(list(rows[0]), rows))
+        if self._replenishment.on:
+            write_text(self._out / BUNDLES, to_csv(BUNDLE_COLUMNS, self._replenishment.bundles()))
+            write_text(self._out / STOCK, to_csv(STOCK_COLUMNS, self._replenishment.stock(tick)))
+
+    @hookimpl
+    def measured(self) -> dict[str, Number]:
+        """Every metric of `rmfs_commands.details.catalogue` by name."""
+        visits_ticks = self._measures.visits * TICKS_PER_S
+        return {
+            **self._measures.values(self._end),
+            **self._stations.values(self._begin, self._end),
+            "waiting_per_visit_s": ratio(self._robots.waiting_ticks, visits_ticks),
+            "waiting_for_room_per_visit_s": ratio(self._robots.for_room_ticks, visits_ticks),
+            **self._replenishment.values(self._end, self._delays.values()),
+            **self._energy.values(self._measures.completed),
+            **self._robots.values(self._end, self._measures.completed),
+        }

@@ -1,0 +1,209 @@
+"""What each robot's time goes to: rows of robots.csv."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rmfs_commands.details.spans import Handlers, Number, ratio
+from rmfs_core.clock import to_seconds
+from rmfs_core.events import (
+    PodLifted,
+    PodMoveDecided,
+    PodStored,
+    QueueJoined,
+    RobotMoved,
+    RobotRested,
+    RobotSent,
+    RobotsOnDuty,
+    TaskAssigned,
+    VisitEnded,
+    VisitStarted,
+)
+from rmfs_core.info import RunInfo
+
+STATES = ("idle", "to_pod", "to_station", "queue", "station", "storing")
+"""What a robot does: nothing; fetch a pod, until it has lifted it; carry it to a station, until it joins the queue;
+queue; stand at the station; carry it to its storage location, until it has set it down."""
+
+OFF = "off"
+"""Nothing, off duty; only where `robots.available` says when robots are on duty."""
+
+TO_REST, CHARGING, MOVING = "to_rest", "charging", "moving_pods"
+"""And where the scenario has rules for that, or batteries: drive to where it rests; stand at a charger; carry a pod
+elsewhere, without a visit."""
+
+_UNDER_WAY = ("to_pod", "to_station", "storing")
+
+
+class _Robot:
+    """A robot: what it does since when, and until when it is known to have been busy with that."""
+
+    def __init__(self, state: str, begin: int) -> None:
+        self.state = state
+        self.begin = begin
+        self.since = self.free = 0
+        self.ticks = dict.fromkeys((*STATES, TO_REST, CHARGING, MOVING, "waiting", OFF), 0)
+        self.metres = dict.fromkeys((TO_REST, MOVING), 0)
+        self.distance_m = self.loaded_m = 0
+
+    def turn_to(self, state: str, tick: int) -> None:
+        """Do something else from now on."""
+        self.ticks[self.state] += max(tick, self.begin) - max(self.since, self.begin)
+        self.state, self.since, self.free = state, tick, tick
+
+    def busy(self, start: int, tick: int) -> int:
+        """Note that it drove, turned or lifted; before that it waited, unless it was no time to be under way.
+
+        Returns how long it waited.
+        """
+        waited = 0
+        # A robot that steps aside without a task may get one on the way: that leg began before it was under way.
+        if start > self.free and start > self.begin and self.state in _UNDER_WAY:
+            waited = start - max(self.free, self.begin)
+            self.ticks["waiting"] += waited
+            self.ticks[self.state] -= waited
+        self.free = tick
+        return waited
+
+
+class Robots:
+    """Follows the robots.
+
+    Parameters
+    ----------
+    run
+        The run.
+    begin
+        The time from which on is counted.
+    """
+
+    def __init__(self, run: RunInfo, begin: int) -> None:
+        robots = run.warehouse.robots
+        self._names = [robot.name for robot in robots]
+        self._robots = [_Robot("idle" if robot.pod is None else "queue", begin) for robot in robots]
+        self._at = {pod: robot.id for robot in robots if (pod := robot.pod) is not None}
+        self._begin, self._on_duty = begin, len(robots)
+        self._has_off = run.scenario.robots.available is not None
+        self._chargers = frozenset(run.layout.chargers)
+        self._warehouse = run.warehouse
+        rules, self._battery = run.scenario.rules, run.scenario.robots.battery is not None
+        used = {TO_REST: rules.idle is not None, CHARGING: self._battery, MOVING: rules.move is not None}
+        self._more = [state for state, there in used.items() if there]
+        self._charges = self._moved_pods = 0
+        self._lowest = 1.0
+        self.for_room_ticks = 0
+        """Time in which robots waited beneath their pods for room at a station, summed over the robots."""
+        self.handlers: Handlers = {
+            TaskAssigned: lambda event: self._robots[event.robot].turn_to("to_pod", event.tick),
+            RobotMoved: self._moved,
+            PodLifted: self._lifted,
+            QueueJoined: lambda event: self._robots[event.robot].turn_to("queue", event.tick),
+            VisitStarted: self._started,
+            VisitEnded: self._ended,
+            PodStored: self._stored,
+            RobotsOnDuty: self._duty,
+            RobotSent: lambda event: self._robots[event.robot].turn_to(TO_REST, event.tick),
+            RobotRested: self._rested,
+            PodMoveDecided: lambda event: self._robots[event.robot].turn_to(MOVING, event.tick),
+        }
+
+    def _moved(self, event: RobotMoved) -> None:
+        robot, start = self._robots[event.robot], event.start_tick + event.wait_ticks
+        if start > robot.free:
+            robot.busy(start, event.tick)
+        robot.free = event.tick
+        if event.tick >= self._begin:
+            robot.distance_m += event.distance_m
+            if event.pod is not None:
+                robot.loaded_m += event.distance_m
+            if robot.state in robot.metres:
+                robot.metres[robot.state] += event.distance_m
+        if self._battery:
+            self._look_at(event.robot)
+
+    def _lifted(self, event: PodLifted) -> None:
+        robot = self._robots[event.robot]
+        self.for_room_ticks += robot.busy(event.start_tick, event.tick)
+        if robot.state != MOVING:
+            robot.turn_to("to_station", event.tick)
+
+    def _started(self, event: VisitStarted) -> None:
+        self._at[event.pod] = event.robot
+        self._robots[event.robot].turn_to("station", event.tick)
+
+    def _ended(self, event: VisitEnded) -> None:
+        state = "storing" if event.next_station is None else "to_station"
+        self._robots[self._at[event.pod]].turn_to(state, event.tick)
+
+    def _stored(self, event: PodStored) -> None:
+        robot = self._robots[event.robot]
+        robot.busy(event.start_tick, event.tick)
+        self._moved_pods += robot.state == MOVING and event.tick >= self._begin
+        robot.turn_to(self._resting(event.robot), event.tick)
+        if self._battery:
+            self._look_at(event.robot)
+
+    def _duty(self, event: RobotsOnDuty) -> None:
+        self._on_duty = event.number
+        for i, robot in enumerate(self._robots):
+            if robot.state in ("idle", OFF):
+                robot.turn_to(self._resting(i), event.tick)
+
+    def _resting(self, robot: int) -> str:
+        return "idle" if robot < self._on_duty else OFF
+
+    def _rested(self, event: RobotRested) -> None:
+        charging = event.cell in self._chargers and self._battery
+        self._charges += charging and event.tick >= self._begin
+        self._robots[event.robot].turn_to(CHARGING if charging else self._resting(event.robot), event.tick)
+
+    def _look_at(self, robot: int) -> None:
+        """Note how much is in its battery."""
+        self._lowest = min(self._lowest, self._warehouse.robots[robot].charge or 0.0)
+
+    def values(self, end: int, completed: int) -> dict[str, Number]:
+        """Return the metrics of what robots do without a task, as far as the scenario lets them, and what is left."""
+        for robot in self._robots:
+            robot.turn_to(robot.state, end)
+        metres = {state: sum(robot.metres[state] for robot in self._robots) for state in (TO_REST, MOVING)}
+        charging = 100 * sum(robot.ticks[CHARGING] for robot in self._robots)
+        found: dict[str, dict[str, Number]] = {
+            TO_REST: {"resting_distance_m": metres[TO_REST]},
+            CHARGING: {
+                "charges": self._charges,
+                "charging_percent": ratio(charging, len(self._robots) * (end - self._begin)),
+                "charge_lowest_percent": 100 * self._lowest,
+            },
+            MOVING: {"pods_moved": self._moved_pods, "moving_distance_m": metres[MOVING]},
+        }
+        picking = sum(robot.distance_m for robot in self._robots) - sum(metres.values())
+        return {
+            "picking_distance_per_order_m": ratio(picking, completed),
+            **{name: value for state in self._more for name, value in found[state].items()},
+        }
+
+    @property
+    def waiting_ticks(self) -> int:
+        """Time in which robots waited for others, summed over the robots."""
+        return sum(robot.ticks["waiting"] for robot in self._robots)
+
+    def rows(self, end: int) -> list[dict[str, Any]]:
+        """Return a row for each robot; its times add up to that of the run after the warm-up.
+
+        ``off_s`` is there where robots are off duty at times. ``waiting_s`` is not in the others: the time under way in
+        which a robot neither drives nor turns nor lifts, since others are in its way or the station has no room.
+        """
+        for robot in self._robots:
+            robot.turn_to(robot.state, end)
+        return [
+            {
+                "robot": name,
+                "distance_m": robot.distance_m,
+                "loaded_distance_m": robot.loaded_m,
+                **{
+                    f"{state}_s": to_seconds(robot.ticks[state])
+                    for state in (*STATES, *self._more, "waiting", *([OFF] if self._has_off else []))
+                },
+            }
+            for name, robot in zip(self._names, self._robots, strict=True)
+        ]

@@ -1,0 +1,124 @@
+"""What each station's time goes to: rows of stations.csv."""
+
+from __future__ import annotations
+
+from array import array
+from typing import Any
+
+from rmfs_commands.details.spans import Count, Handlers, Number, length, merged, overlap, ratio, within
+from rmfs_core.clock import to_seconds
+from rmfs_core.events import (
+    ItemPicked,
+    OrderArrived,
+    OrderAssigned,
+    OrderInStock,
+    QueueJoined,
+    StationClosed,
+    StationOpened,
+    VisitStarted,
+)
+from rmfs_core.info import RunInfo
+
+
+class _Station:
+    """What is known of a station: visits, picks, when its picker was busy and it was open, its requests, its queue."""
+
+    def __init__(self) -> None:
+        self.visits, self.picks = array("q"), array("q")
+        self.begun, self.free = array("q"), array("q")  # when its picker took an item, and had handled it
+        self.requests = Count()
+        self.queue = Count()
+        self.open = Count()
+        self.open.add(0, 1)
+
+
+class Stations:
+    """Follows the stations.
+
+    Parameters
+    ----------
+    run
+        The run.
+    """
+
+    def __init__(self, run: RunInfo) -> None:
+        self._names = [station.name for station in run.warehouse.stations]
+        self._stations = [_Station() for _ in self._names]
+        self._backlog, self._view = Count(), run.warehouse
+        self._has_hours = run.scenario.stations.open is not None or run.scenario.rules.activate is not None
+        for station, known in zip(run.warehouse.stations, self._stations, strict=True):
+            known.queue.add(0, len(station.line))
+        self.handlers: Handlers = {
+            OrderArrived: self._arrived,
+            OrderInStock: lambda event: self._backlog.add(event.tick, 1),
+            OrderAssigned: self._assigned,
+            QueueJoined: lambda event: self._stations[event.station].queue.add(event.tick, 1),
+            VisitStarted: self._started,
+            ItemPicked: self._picked,
+            StationOpened: lambda event: self._stations[event.station].open.add(event.tick, 1),
+            StationClosed: lambda event: self._stations[event.station].open.add(event.tick, -1),
+        }
+
+    def _arrived(self, event: OrderArrived) -> None:
+        if not self._view.order(event.order).waits_for_stock:
+            self._backlog.add(event.tick, 1)
+
+    def _assigned(self, event: OrderAssigned) -> None:
+        self._stations[event.station].requests.add(event.tick, event.items)
+        if event.complete:
+            self._backlog.add(event.tick, -1)
+
+    def _started(self, event: VisitStarted) -> None:
+        station = self._stations[event.station]
+        station.queue.add(event.tick, -1)
+        station.visits.append(event.tick)
+
+    def _picked(self, event: ItemPicked) -> None:
+        station = self._stations[event.station]
+        station.requests.add(event.tick, -1)
+        station.picks.append(event.tick)
+        station.begun.append(event.start_tick)
+        station.free.append(event.picker_free_tick)
+
+    def rows(self, begin: int, end: int) -> list[dict[str, Any]]:
+        """Return a row for each station, of what there was between two times.
+
+        ``busy_s``, ``waiting_s`` and ``idle_s`` add up to the time between them: the picker handles an item; or does
+        not, though items are to be picked there (they wait for pods); or nothing is to be picked. ``starved_s`` is
+        the part of ``idle_s`` in which orders are in the backlog, those that wait for stock left out. Where stations
+        open and close, the three add up to ``open_s``, the time in which a station is open or still finishes what it
+        has.
+        """
+        orders_wait = self._backlog.above_zero(begin, end)
+        found = []
+        for name, station in zip(self._names, self._stations, strict=True):
+            busy = merged(within(zip(station.begun, station.free, strict=True), begin, end))
+            wanted = station.requests.above_zero(begin, end)
+            either = merged([*busy, *wanted])
+            there = merged([*either, *station.open.above_zero(begin, end)])
+            times = {
+                "busy_s": length(busy),
+                "waiting_s": length(either) - length(busy),
+                "idle_s": length(there) - length(either),
+                "starved_s": overlap(orders_wait, there) - overlap(orders_wait, either),
+                **({"open_s": length(there)} if self._has_hours else {}),
+            }
+            found.append(
+                {
+                    "station": name,
+                    "picks": sum(tick >= begin for tick in station.picks),
+                    "visits": sum(tick >= begin for tick in station.visits),
+                    **{column: to_seconds(ticks) for column, ticks in times.items()},
+                    "queue_mean": round(station.queue.mean(begin, end), 6),
+                    "queue_max": station.queue.largest(begin, end),
+                }
+            )
+        return found
+
+    def values(self, begin: int, end: int) -> dict[str, Number]:
+        """Return the metrics of opening hours; none where stations are always open."""
+        if not self._has_hours:
+            return {}
+        rows = self.rows(begin, end)
+        opened, busy = (sum(row[column] for row in rows) for column in ("open_s", "busy_s"))
+        return {"station_open_h": opened / 3600, "open_utilisation_percent": ratio(100 * busy, opened)}

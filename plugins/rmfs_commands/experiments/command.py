@@ -1,0 +1,124 @@
+"""``rmfs compare``: run an experiment and compare its rule sets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rmfs_commands.cli.completion import experiments
+from rmfs_commands.cli.notes import notes_console
+from rmfs_commands.cli.options import (
+    dask_option,
+    jobs_option,
+    json_option,
+    no_inline_option,
+    quiet_option,
+    runs_out_option,
+)
+from rmfs_commands.cli.screen import output_console, print_json, say
+from rmfs_commands.cli.shipped import print_shipped
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+RUNS_FOLDER = "runs"
+
+
+@click.command(short_help="Run an experiment and compare its rule sets.")
+@click.argument("experiment", metavar="EXPERIMENT", required=False, shell_complete=experiments)
+@jobs_option
+@dask_option
+@runs_out_option("report", "rmfs-runs/<name of the experiment>")
+@click.option(
+    "--bounds", is_flag=True, help="Show how far each rule set is from what no rules can beat (`rmfs bound`)."
+)
+@click.option(
+    "--quick", is_flag=True, help="Run two seeds of the first value of each axis: a look before hours of runs."
+)
+@click.option("--list", "list_them", is_flag=True, help="List the experiments that come with the package.")
+@no_inline_option
+@json_option
+@quiet_option
+def compare(
+    experiment: str | None,
+    jobs: int | None,
+    dask: str | None,
+    out: Path | None,
+    bounds: bool,
+    quick: bool,
+    list_them: bool,
+    no_inline_rules: bool,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Run EXPERIMENT, a file or the name of a shipped one (small-rules), and compare its rule sets.
+
+    Every finished run is kept in DIR/runs, so that an interrupted experiment goes on where it stopped; a run whose
+    scenario, files or code changed is computed anew. The comparison is printed and written to DIR: summary.csv,
+    runs.parquet, report.html and plots. Exit code 1 when a run failed; the others are finished and compared.
+    """
+    import attrs
+
+    from rmfs_commands.cli.compiling import compile_searches
+    from rmfs_commands.experiments import load_experiment, run_experiment, shipped_experiments
+    from rmfs_commands.experiments.progress import experiment_display
+    from rmfs_commands.experiments.report import REPORT_FILE, print_comparison, write_report
+    from rmfs_core.errors import RunError
+    from rmfs_core.scenario import load_scenario
+
+    if list_them:
+        print_shipped(shipped_experiments(), as_json)
+        return
+    if experiment is None:
+        raise click.UsageError("expected an experiment: a file, or one of `rmfs compare --list`")
+    whole = load_experiment(experiment)
+    loaded = whole.quick() if quick else whole
+    folder = out or Path("rmfs-runs") / loaded.name
+    notes = notes_console(quiet=quiet)
+    for file in () if no_inline_rules else loaded.rule_files():
+        say(notes, f"Loading code from {file}.")
+    compile_searches(notes, load_scenario("examples/small"))
+    try:
+        result = run_experiment(
+            loaded,
+            store=folder / RUNS_FOLDER,
+            jobs=jobs,
+            dask=dask,
+            watcher=experiment_display(notes, loaded.name),
+            allow_inline_rules=not no_inline_rules,
+            bounds=bounds,
+        )
+    except KeyboardInterrupt:
+        say(notes, f"Finished runs are kept in {folder / RUNS_FOLDER}; the same command goes on from there.")
+        raise
+    if not result.computed:
+        say(notes, f"{loaded.name}: all {len(result.rows):,} runs are stored already")
+    comparison = result.comparison()
+    write_report(result, comparison, folder)
+    if as_json:
+        about = {
+            "experiment": loaded.name,
+            "folder": str(folder),
+            "runs": len(result.rows),
+            "failed": len(result.failed),
+        }
+        print_json({**about, **attrs.asdict(comparison)})
+    else:
+        console = output_console(quiet=quiet)
+        print_comparison(console, result, comparison)
+        _conclude(console, folder)
+    if result.failed:
+        raise RunError(
+            f"{len(result.failed)} of {len(result.rows)} runs failed; {folder / REPORT_FILE} has their errors."
+        )
+
+
+def _conclude(console: Console, folder: Path) -> None:
+    """Say where the files are."""
+    from rmfs_commands.experiments.report import PARQUET_FILE, PLOTS_FOLDER, REPORT_FILE, SUMMARY_FILE, TABLES_FOLDER
+
+    console.print()
+    say(console, f"Report in {folder}:")
+    say(console, f"  {REPORT_FILE}, {SUMMARY_FILE}, {PARQUET_FILE}, {PLOTS_FOLDER}/, {TABLES_FOLDER}/, {RUNS_FOLDER}/")

@@ -1,0 +1,40 @@
+"""The files of a comparison."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rmfs_commands.cli.grids import to_latex
+from rmfs_commands.experiments.compare import Comparison
+from rmfs_commands.experiments.report.html import report_html
+from rmfs_commands.experiments.report.plots import make_plots
+from rmfs_commands.experiments.report.tables import grids, summary_csv, write_parquet
+from rmfs_commands.experiments.running import ExperimentResult
+from rmfs_core.results.files import AtomicFile, output_folder, write_text
+
+SUMMARY_FILE = "summary.csv"
+PARQUET_FILE = "runs.parquet"
+REPORT_FILE = "report.html"
+PLOTS_FOLDER = "plots"
+TABLES_FOLDER = "tables"
+
+
+def write_report(result: ExperimentResult, comparison: Comparison, folder: str | Path) -> None:
+    """Write summary.csv, runs.parquet, report.html, the plots and the tables for papers, each whole or not at all.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be written to.
+    """
+    path = output_folder(folder)
+    plots = make_plots(result.rows, comparison)
+    for plot in plots:
+        for file, content in plot.files.items():
+            with AtomicFile(output_folder(path / PLOTS_FOLDER) / file) as stream:
+                stream.write(content)
+    for name, grid in grids(comparison).items():
+        write_text(output_folder(path / TABLES_FOLDER) / f"{name}.tex", to_latex(grid))
+    write_text(path / SUMMARY_FILE, summary_csv(comparison))
+    write_parquet(result, path / PARQUET_FILE)
+    write_text(path / REPORT_FILE, report_html(result, comparison, plots))

@@ -1,0 +1,121 @@
+"""Figures of a comparison as people read them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from attrs import evolve
+
+from rmfs_commands.experiments.compare import FEWEST_SEEDS, Comparison, Interval, Paired
+from rmfs_core.results.catalogue import Metric, show
+from rmfs_core.wording import first_few
+
+NONE = "-"
+MINUS = "\N{MINUS SIGN}"
+_DIFFERENCES = 'Differences from "{}": a value for each seed, the mean over its pairs of runs of the same instance'
+_TEST = (
+    "; over seeds their mean and p of the paired t test, after Holm for the number of rule sets. Intervals hold for "
+    "all rule sets at once with 95 %, and agree with p beside them."
+)
+NO_TEST = (
+    f"With fewer than {FEWEST_SEEDS} seeds, or with the same difference in every seed, there is neither interval nor "
+    "p: they would tell nothing."
+)
+_FIXED = (
+    "come from a file and are the same for every seed: seeds change only where pods and robots start, and what rules "
+    "draw. Intervals and p hold for these orders, not for those of other days."
+)
+_COMPLETE = "Runs that are not complete do not count."
+
+
+def caption(comparison: Comparison) -> str:
+    """Return what the figures beside a baseline are, and what p holds for."""
+    what = _DIFFERENCES.format(comparison.baseline)
+    sentences = [f"{what}{_TEST}" if comparison.tested else f"{what}.", _COMPLETE]
+    others = (one for one in comparison.paired if one.rule_set != comparison.baseline)
+    if any(one.difference.mean is not None and one.difference.p is None for one in others):
+        sentences.insert(1, NO_TEST)
+    return " ".join([*sentences, *filter(None, [fixed(comparison)])])
+
+
+def fixed(comparison: Comparison) -> str | None:
+    """Return what p says nothing of where seeds do not repeat the demand; None where they do, or there is no p."""
+    if not comparison.fixed or not comparison.tested:
+        return None
+    everywhere = len(comparison.fixed) == len(comparison.instance_sets)
+    return f"Orders{'' if everywhere else f' of {first_few(comparison.fixed)}'} {_FIXED}"
+
+
+def title(metric: Metric) -> str:
+    """Return a metric's label with its unit: ``Makespan (s)``."""
+    label = metric.label.strip()
+    if metric.label.startswith(" "):  # a part of the figure above it in a table of all metrics
+        label = metric.meaning.rstrip(".")
+    return f"{label} ({metric.unit})" if metric.unit else label
+
+
+def value(metric: Metric, number: float | None) -> str:
+    """Return a metric's value, one digit finer than a single run's: it is a mean."""
+    return show(_finer(metric), number)
+
+
+def difference(metric: Metric, found: Interval, *, bounds: bool = True) -> str:
+    """Return a difference with its interval beside Holm's p: ``-0.17 [-0.21, -0.13]``; or without."""
+    finer = _finer(metric)
+    return _with_bounds(found, lambda number: _signed(show(finer, number)), bounds=bounds)
+
+
+def relative(found: Interval, *, bounds: bool = True) -> str:
+    """Return a relative difference in percent with its interval beside Holm's p; or without."""
+    return _with_bounds(found, lambda number: _signed(f"{100 * number:,.1f}"), " %", bounds=bounds)
+
+
+def times(multiple: float | None) -> str:
+    """Return how many times the bound a figure is."""
+    return NONE if multiple is None else f"{multiple:,.2f}"
+
+
+def probability(p: float | None) -> str:
+    """Return a p-value with three digits."""
+    if p is None:
+        return NONE
+    return "< 0.001" if p < 0.001 else f"{p:.3f}"
+
+
+def other_sign(metric: Metric, one: Paired) -> str | None:
+    """Return a sentence where the relative difference has another sign than that of the means; else None."""
+    mean, share = one.difference.mean, one.relative.mean
+    if mean is None or share is None or mean * share >= 0:
+        return None
+    p = "" if one.difference.p_holm is None else f", p {probability(one.difference.p_holm)}"
+    return (
+        f"{one.rule_set}, {one.instances}: the means differ by {difference(metric, one.difference)}{p}, the other way "
+        "round than the relative difference, in which small and large figures count alike."
+    )
+
+
+def seeds(one: Paired) -> str:
+    """Return the number of seeds, and how many pairs were left out."""
+    return f"{one.seeds} ({one.left_out} left out)" if one.left_out else str(one.seeds)
+
+
+def _finer(metric: Metric) -> Metric:
+    return evolve(metric, digits=metric.digits + 1)
+
+
+def _signed(text: str) -> str:
+    """Give a number a plus or a proper minus; none to what is rounded to zero."""
+    digits = text.lstrip("-")
+    if not digits.strip("0.,"):
+        return digits
+    return f"{MINUS}{digits}" if text.startswith("-") else f"+{digits}"
+
+
+def _with_bounds(found: Interval, shown: Callable[[float], str], unit: str = "", *, bounds: bool) -> str:
+    if found.mean is None:
+        return NONE
+    if not bounds:
+        return f"{shown(found.mean)}{unit}"
+    if found.low_holm is None or found.high_holm is None:
+        return f"{shown(found.mean)}{unit} (no interval)"
+    return f"{shown(found.mean)}{unit} [{shown(found.low_holm)}, {shown(found.high_holm)}]"

@@ -1,0 +1,282 @@
+"""Plots of a comparison. The same comparison gives the same bytes: no dates, no random ids, no random jitter."""
+
+from __future__ import annotations
+
+import io
+import sys
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from attrs import frozen
+
+from rmfs_commands.experiments.compare import Comparison, Interval
+from rmfs_commands.experiments.report.numbers import title
+from rmfs_core.wording import one_line, sentence
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")
+"""Okabe and Ito's palette, which colour-blind readers can tell apart."""
+
+MOST_SETS = 8
+"""With more instance sets than these a plot has the overall figures alone."""
+MOST_RULE_SETS = 20
+"""With more of them there are no plots of single runs: nobody could tell them apart."""
+LONGEST = 60
+"""Signs of a name that there is room for."""
+DPI = 150
+DIFFERENCES = "differences"
+STYLE: dict[Any, Any] = {
+    "svg.hashsalt": "rmfs",  # else ids in the SVG are random
+    "svg.fonttype": "none",  # text stays text, to be searched, read aloud and edited
+    "pdf.fonttype": 42,
+    "text.parse_math": False,  # a dollar in a label is a dollar
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "legend.frameon": False,
+}
+
+
+@frozen
+class Plot:
+    """A picture.
+
+    Parameters
+    ----------
+    name
+        Of its files, without the ending.
+    title
+        What it shows.
+    svg, png, pdf
+        The picture.
+    """
+
+    name: str
+    title: str
+    svg: bytes
+    png: bytes
+    pdf: bytes
+
+    @property
+    def files(self) -> dict[str, bytes]:
+        """Names of its files, and what is in them."""
+        return {f"{self.name}.{ending}": getattr(self, ending) for ending in ("png", "svg", "pdf")}
+
+
+def make_plots(rows: Sequence[Mapping[str, Any]], comparison: Comparison) -> list[Plot]:
+    """Return the plot of all differences, one for each metric with every complete run in it, and the fronts.
+
+    One that cannot be drawn is left out, and named on standard error.
+    """
+    import matplotlib as mpl
+
+    with mpl.rc_context(STYLE):
+        plots = [
+            plot_of(plot_name(metric), _title(comparison, metric), partial(_runs, rows, comparison, metric))
+            for metric in comparison.metrics
+            if len(comparison.rule_sets) <= MOST_RULE_SETS
+        ]
+        if len(comparison.rule_sets) > 1:
+            heading = f"Differences from {comparison.baseline}"
+            plots.insert(0, plot_of(DIFFERENCES, heading, partial(_differences, comparison)))
+        for first, second in comparison.fronts:
+            heading = f"{_title(comparison, second)} against {_title(comparison, first)}"
+            plots.append(plot_of(front_name(first, second), heading, partial(_fronts, comparison, first, second)))
+    return [plot for plot in plots if plot is not None]
+
+
+def plot_of(name: str, heading: str, draw: Callable[[], Figure], dpi: int = DPI) -> Plot | None:
+    """Return a plot; None, with a sentence on standard error, where it cannot be drawn: it costs no other."""
+    svg, png, pdf = io.BytesIO(), io.BytesIO(), io.BytesIO()
+    try:
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Glyph .* missing from font")  # a box stands for the sign
+            figure = draw()
+            figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
+            figure.savefig(png, format="png", dpi=dpi, metadata={"Software": None})
+            figure.savefig(pdf, format="pdf", metadata={"CreationDate": None, "Creator": None, "Producer": None})
+    except Exception as error:  # whatever a library makes of names and figures
+        print(sentence(f"Left out: the plot {name} cannot be drawn: {one_line(error)}"), file=sys.stderr)
+        return None
+    return Plot(name, heading, svg.getvalue(), png.getvalue(), pdf.getvalue())
+
+
+def plain(text: object) -> str:
+    """Return a name as a picture can show it: not too long, and without signs that no font and no SVG has."""
+    shown = "".join(sign if sign.isprintable() else "\N{REPLACEMENT CHARACTER}" for sign in str(text)[: LONGEST + 1])
+    if len(shown) > LONGEST:
+        shown = f"{shown[: LONGEST - 1]}\N{HORIZONTAL ELLIPSIS}"
+    return f" {shown}" if shown.startswith("_") else shown  # legends leave out what begins so
+
+
+def plot_name(metric: str) -> str:
+    """Return what the plot of a metric is called: an observer's may have the name of the plot of all differences."""
+    return f"metrics.{metric}" if metric.lower() == DIFFERENCES else metric
+
+
+def front_name(first: str, second: str) -> str:
+    """Return what the plot of two metrics against each other is called."""
+    return f"front.{first}.{second}"
+
+
+def _title(comparison: Comparison, metric: str) -> str:
+    return title(comparison.described(metric))
+
+
+def _figure(width: float, height: float) -> Figure:
+    """Return a figure that no window system knows of (pyplot would keep it for ever)."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def shown_sets(comparison: Comparison) -> tuple[str, ...]:
+    """Return the instance sets that there is room for: all of a few, else the overall figures."""
+    return comparison.instance_sets if len(comparison.instance_sets) <= MOST_SETS else comparison.instance_sets[-1:]
+
+
+def _differences(comparison: Comparison) -> Figure:
+    """Intervals of the differences: a panel for each metric, a row for each rule set and instance set."""
+    others = [name for name in comparison.rule_sets if name != comparison.baseline]
+    sets = shown_sets(comparison)
+    columns = min(3, len(comparison.metrics))
+    lines = -(-len(comparison.metrics) // columns)
+    names = 0.07 * max(len(plain(other)) for other in others)  # inches that the longest name takes
+    figure = _figure(3.2 * columns + max(1.0, names), lines * (0.9 + 0.2 * len(others) * (len(sets) + 1)))
+    panels = figure.subplots(lines, columns, sharey=True, squeeze=False).flat
+    for panel, metric in zip(panels, comparison.metrics, strict=False):
+        _forest(panel, comparison, metric, others, sets)
+    for panel in list(panels)[len(comparison.metrics) :]:
+        panel.set_visible(False)
+    if len(sets) > 1:
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=min(4, len(sets)))
+    return figure
+
+
+def _forest(panel: Axes, comparison: Comparison, metric: str, others: Sequence[str], sets: Sequence[str]) -> None:
+    found = {(one.rule_set, one.instances): one for name in sets for one in comparison.of(name, metric)}
+    in_percent = all(found[other, name].relative.mean is not None for other in others for name in sets)
+    panel.axvline(0, color="0.6", linewidth=0.8)
+    for place, name in enumerate(sets):
+        spread = (place - (len(sets) - 1) / 2) * 0.8 / len(sets)
+        colour = "black" if place == len(sets) - 1 else COLOURS[place % len(COLOURS)]
+        for row, other in enumerate(others):
+            one = found[other, name]
+            interval = one.relative if in_percent else one.difference
+            _whisker(panel, interval, row + spread, colour, 100 if in_percent else _scale(metric))
+        panel.plot([], [], "o", color=colour, label=plain(name))
+    panel.set_yticks(range(len(others)), [plain(other) for other in others])
+    panel.set_ylim(len(others) - 0.5, -0.5)
+    panel.set_title(plain(_title(comparison, metric).partition(" (")[0]))
+    unit = comparison.described(metric).unit
+    absolute = f"difference ({unit})" if unit else "difference"
+    panel.set_xlabel(plain(f"difference, % of {comparison.baseline}" if in_percent else absolute))
+
+
+def _whisker(panel: Axes, interval: Interval, y: float, colour: str, scale: float) -> None:
+    if interval.mean is None:
+        return
+    panel.plot(scale * interval.mean, y, "o", color=colour, markersize=4)
+    if interval.low_holm is not None and interval.high_holm is not None:
+        panel.plot([scale * interval.low_holm, scale * interval.high_holm], [y, y], color=colour, linewidth=1.4)
+
+
+def _scale(metric: str) -> float:
+    """Return what a figure is multiplied by for people: a share is shown in percent."""
+    return 100.0 if metric == "picker_utilisation" else 1.0
+
+
+def _fronts(comparison: Comparison, first: str, second: str) -> Figure:
+    """Means of all rule sets in two metrics, a panel for each instance set; whom none beats in both has a number."""
+    sets = shown_sets(comparison)
+    columns = min(2, len(sets))
+    lines = -(-len(sets) // columns)
+    figure = _figure(4.6 * columns, 3.6 * lines)
+    panels = list(figure.subplots(lines, columns, squeeze=False).flat)
+    for panel, name in zip(panels, sets, strict=False):
+        _front(panel, comparison, name, first, second)
+    for panel in panels[len(sets) :]:
+        panel.set_visible(False)
+    return figure
+
+
+def _front(panel: Axes, comparison: Comparison, instances: str, first: str, second: str) -> None:
+    points = zip(comparison.of(instances, first), comparison.of(instances, second), strict=True)
+    shown = [(one, other) for one, other in points if one.mean is not None and other.mean is not None]
+    across, up = _scale(first), _scale(second)
+    panel.plot([across * (a.mean or 0) for a, _ in shown], [up * (b.mean or 0) for _, b in shown], "o", color="0.75")
+    front = comparison.front(instances, first, second)
+    xs, ys = [across * (a.mean or 0) for a, _ in front], [up * (b.mean or 0) for _, b in front]
+    panel.plot(xs, ys, "o-", color=COLOURS[0], markersize=4, linewidth=1, drawstyle="steps-post")
+    for number, (x, y, (one, _)) in enumerate(zip(xs, ys, front, strict=True), 1):
+        panel.annotate(str(number), (x, y), (3, 3), textcoords="offset points", size=7)
+        panel.plot([], [], " ", label=plain(f"{number} {one.rule_set}"))  # names beside the points would overlap
+    if front:
+        panel.legend(fontsize=7, handlelength=0, handletextpad=0)
+    for one, other in shown[:1]:
+        for bound, line, scale in ((one.bound, panel.axvline, across), (other.bound, panel.axhline, up)):
+            if bound is not None:
+                line(scale * bound, linestyle="--", color="black", linewidth=1)
+    panel.set_title(plain(instances))
+    panel.set_xlabel(plain(_title(comparison, first)))
+    panel.set_ylabel(plain(_title(comparison, second)))
+    panel.set_xlim(left=0)
+    panel.set_ylim(bottom=0)
+
+
+def _runs(rows: Sequence[Mapping[str, Any]], comparison: Comparison, metric: str) -> Figure:
+    """Every complete run as a dot, means and bounds of the table as bars, by instance set and rule set."""
+    sets = shown_sets(comparison)
+    found = {(one.rule_set, one.instances): one for name in sets for one in comparison.of(name, metric)}
+    figure = _figure(max(4.0, 1.2 + 0.45 * len(comparison.rule_sets) * len(sets)), 3.0)
+    panel = figure.subplots()
+    width = 0.8 / len(comparison.rule_sets)
+    lowest = 0.0
+    for place, rule_set in enumerate(comparison.rule_sets):
+        colour = COLOURS[place % len(COLOURS)]
+        for column, name in enumerate(sets):
+            x = column + (place - (len(comparison.rule_sets) - 1) / 2) * width
+            values = list(_values(rows, comparison, name, rule_set, metric))
+            if not values:
+                continue
+            offsets = [(0.5 - (i + 0.5) / len(values)) * width * 0.7 for i in range(len(values))]
+            panel.plot([x + offset for offset in offsets], values, "o", color=colour, markersize=3, alpha=0.5)
+            lowest = min(lowest, *values)
+            one = found[rule_set, name]
+            if one.mean is not None:
+                bar = [_scale(metric) * one.mean] * 2
+                panel.plot([x - width * 0.42, x + width * 0.42], bar, color=colour, linewidth=2.2)
+            if one.bound is not None:
+                bar = [_scale(metric) * one.bound] * 2
+                panel.plot([x - width / 2, x + width / 2], bar, "--", color="black", linewidth=1)
+        panel.plot([], [], "o", color=colour, label=plain(rule_set))
+    if comparison.bounded(metric):
+        panel.set_xlabel("dashed: what no rules can beat")
+    panel.set_xticks(range(len(sets)), [plain(name).replace(", ", "\n") for name in sets])
+    panel.set_xlim(-0.5, len(sets) - 0.5)
+    if lowest == 0:
+        panel.set_ylim(bottom=0)
+    panel.set_ylabel(plain(_title(comparison, metric)))
+    figure.legend(loc="outside upper left", ncols=min(4, len(comparison.rule_sets)))
+    return figure
+
+
+def _values(
+    rows: Sequence[Mapping[str, Any]], comparison: Comparison, instances: str, rule_set: str, metric: str
+) -> Iterator[float]:
+    for row in rows:
+        if row["rule_set"] != rule_set or row["status"] != "complete" or row.get(metric) is None:
+            continue
+        if comparison.holds(instances, row):
+            yield _scale(metric) * row[metric]

@@ -1,0 +1,159 @@
+"""The tables for other programs and for papers: summary.csv, runs.parquet, and tables/ in LaTeX."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from rmfs_commands.cli.grids import Grid, no_formula
+from rmfs_commands.experiments.compare import Comparison, Interval
+from rmfs_commands.experiments.experiment import LABELS
+from rmfs_commands.experiments.report import numbers
+from rmfs_commands.experiments.report.plots import front_name, plot_name, shown_sets
+from rmfs_commands.experiments.running import ExperimentResult
+from rmfs_core.results.files import AtomicFile, to_csv
+
+SUMMARY_COLUMNS = (
+    "instances",
+    "metric",
+    "rule_set",
+    "baseline",
+    "seeds",
+    "pairs",
+    "left_out",
+    "mean",
+    "baseline_mean",
+    "difference",
+    "difference_low",
+    "difference_high",
+    "p",
+    "difference_low_holm",
+    "difference_high_holm",
+    "p_holm",
+    "relative",
+    "relative_low",
+    "relative_high",
+    "relative_p",
+    "relative_low_holm",
+    "relative_high_holm",
+    "relative_p_holm",
+    "runs",
+    "complete",
+    "partial",
+    "failed",
+    "stood_still",
+    "stopped_early",
+    "bound",
+    "times_bound",
+)
+"""Columns of summary.csv, see `rmfs_commands.experiments.compare`: `Paired`, `Interval` and `Counted`.
+
+``p`` belongs to ``difference_low`` and ``difference_high``, ``p_holm`` to those with ``_holm``; so for ``relative``.
+"""
+
+
+def summary_csv(comparison: Comparison) -> str:
+    """Return the comparison as CSV: one row an instance set, metric and rule set."""
+    rows = [
+        {name: no_formula(value) if isinstance(value, str) else value for name, value in row.items()}
+        for row in _summary_rows(comparison)
+    ]
+    return to_csv(SUMMARY_COLUMNS, rows)
+
+
+def _summary_rows(comparison: Comparison) -> Iterator[dict[str, Any]]:
+    counted = {(one.instances, one.rule_set): one for one in comparison.counted}
+    for one in comparison.paired:
+        count = counted[one.instances, one.rule_set]
+        yield {
+            "instances": one.instances,
+            "metric": one.metric,
+            "rule_set": one.rule_set,
+            "baseline": comparison.baseline,
+            "seeds": one.seeds,
+            "pairs": one.pairs,
+            "left_out": one.left_out,
+            "mean": one.mean,
+            "baseline_mean": one.baseline_mean,
+            **_interval("difference_", "", one.difference),
+            **_interval("relative_", "relative_", one.relative),
+            "runs": count.runs,
+            "complete": count.complete,
+            "partial": count.partial,
+            "failed": count.failed,
+            "stood_still": count.stood_still,
+            "stopped_early": count.stopped_early,
+            "bound": one.bound,
+            "times_bound": one.times_bound,
+        }
+
+
+def _interval(name: str, of_p: str, found: Interval) -> dict[str, float | None]:
+    return {
+        name.rstrip("_"): found.mean,
+        f"{name}low": found.low,
+        f"{name}high": found.high,
+        f"{of_p}p": found.p,
+        f"{name}low_holm": found.low_holm,
+        f"{name}high_holm": found.high_holm,
+        f"{of_p}p_holm": found.p_holm,
+    }
+
+
+def grids(comparison: Comparison) -> dict[str, Grid]:
+    """Return the tables for a paper by the name of their files: one for each metric, and one for each front."""
+    found = {plot_name(metric): _metric_grid(comparison, metric) for metric in comparison.metrics}
+    return found | {front_name(*pair): _front_grid(comparison, *pair) for pair in comparison.fronts}
+
+
+def _metric_grid(comparison: Comparison, metric: str) -> Grid:
+    shown_as, bounded = comparison.described(metric), comparison.bounded(metric)
+    bound = ("x bound",) if bounded else ()
+    columns = ("Instances", "Rule set", "Seeds", "Mean", *bound, "Difference", "p (Holm)", "Relative", "p (Holm)")
+    rows = []
+    for one in (one for instances in shown_sets(comparison) for one in comparison.of(instances, metric)):
+        differences: tuple[str, ...] = ("", "", "", "")
+        if one.rule_set != comparison.baseline:
+            absolute = numbers.difference(shown_as, one.difference), numbers.probability(one.difference.p_holm)
+            differences = (*absolute, numbers.relative(one.relative), numbers.probability(one.relative.p_holm))
+        times = (numbers.times(one.times_bound),) if bounded else ()
+        mean = numbers.value(shown_as, one.mean)
+        rows.append((one.instances, one.rule_set, numbers.seeds(one), mean, *times, *differences))
+    notes = (numbers.caption(comparison),)
+    return Grid(numbers.title(shown_as), notes, columns, rows, range(2, len(columns)))
+
+
+def _front_grid(comparison: Comparison, first: str, second: str) -> Grid:
+    metrics = comparison.described(first), comparison.described(second)
+    rows = [
+        (
+            instances,
+            pair[0].rule_set,
+            *(numbers.value(metric, one.mean) for metric, one in zip(metrics, pair, strict=True)),
+        )
+        for instances in shown_sets(comparison)
+        for pair in comparison.front(instances, first, second)
+    ]
+    columns = ("Instances", "Rule set", *map(numbers.title, metrics))
+    return Grid("None beats these in both", (), columns, rows, (2, 3))
+
+
+def write_parquet(result: ExperimentResult, path: Path) -> None:
+    """Write one row a run, whole or not at all."""
+    import pyarrow
+    from pyarrow import parquet
+
+    columns = {name: _array(pyarrow, name, values) for name, values in result.table().items()}
+    with AtomicFile(path) as stream:
+        parquet.write_table(pyarrow.table(columns), stream)
+
+
+def _array(pyarrow: Any, name: str, values: list[object]) -> Any:
+    """Return a column; texts where the values are of several kinds, as an axis's may be, or larger than 64 bits."""
+    if all(value is None for value in values):
+        return pyarrow.array(values, pyarrow.string() if name in LABELS else pyarrow.float64())
+    try:
+        return pyarrow.array(values)
+    except (pyarrow.ArrowInvalid, pyarrow.ArrowTypeError, OverflowError):
+        return pyarrow.array([None if value is None else str(value) for value in values])

@@ -1,0 +1,113 @@
+"""A comparison on the terminal."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from rmfs_commands.cli.screen import new_table, print_named
+from rmfs_commands.experiments.compare import Comparison
+from rmfs_commands.experiments.report import numbers
+from rmfs_commands.experiments.running import ExperimentResult
+
+MOST_SETS = 6
+"""With more instance sets than these the terminal has the overall figures alone."""
+MOST_ERRORS = 5
+WIDE = 120
+"""Columns from which on absolute differences are shown beside the relative ones."""
+OF_BOUND = "x bound: how many times what no rules can beat, mean over the same runs."
+
+
+def print_comparison(console: Console, result: ExperimentResult, comparison: Comparison) -> None:
+    """Print how the runs ended, then one table for each metric."""
+    shown = comparison.instance_sets if len(comparison.instance_sets) <= MOST_SETS else comparison.instance_sets[-1:]
+    console.print()
+    print_named(console, _counts(comparison))
+    for row in result.failed[:MOST_ERRORS]:
+        text = f"{row['instance']}, {row['rule_set']}, seed {row['seed']}: {row['error']}"
+        console.print(Text.assemble(("Failed: ", "red"), text), soft_wrap=True)
+    if len(result.failed) > MOST_ERRORS:
+        console.print(f"and {len(result.failed) - MOST_ERRORS} more failed runs.", highlight=False)
+    if result.failed:
+        console.print()
+    for metric in comparison.metrics:
+        print_named(console, _metric(comparison, metric, shown, console.width >= WIDE))
+        for one in (one for name in shown for one in comparison.of(name, metric)):
+            if sentence := numbers.other_sign(comparison.described(metric), one):
+                console.print(sentence, style="yellow", highlight=False, markup=False)
+    for first, second in comparison.fronts:
+        print_named(console, _front(comparison, first, second, shown))
+    console.print(numbers.caption(comparison), style="dim", highlight=False, markup=False)
+    if any(map(comparison.bounded, comparison.metrics)):
+        console.print(OF_BOUND, style="dim", highlight=False, markup=False)
+
+
+def _counts(comparison: Comparison) -> Table:
+    table = new_table("Runs")
+    table.add_column("Rule set")
+    for name in ("Runs", "Complete", "Partial", "Failed", "Stood still", "Stopped early"):
+        table.add_column(name, justify="right")
+    for one in comparison.counted:
+        if one.instances != comparison.instance_sets[-1]:
+            continue
+        bad = (one.failed, one.stood_still, one.stopped_early)
+        table.add_row(
+            Text(one.rule_set),
+            str(one.runs),
+            str(one.complete),
+            Text(str(one.partial), "yellow" if one.partial else ""),
+            *(Text(str(count), "bold red" if count else "") for count in bad),
+        )
+    return table
+
+
+def _metric(comparison: Comparison, metric: str, shown: tuple[str, ...], wide: bool) -> Table:
+    """Return the table of a metric: relative differences, and absolute ones where there is room or need."""
+    shown_as = comparison.described(metric)
+    others = [one for name in shown for one in comparison.of(name, metric) if one.rule_set != comparison.baseline]
+    relative = any(one.relative.mean is not None for one in others)
+    absolute = wide or not relative
+    table = new_table(numbers.title(shown_as))
+    table.add_column("Rule set")
+    tested = comparison.tested
+    p = ["p (Holm)"] * tested
+    columns = (["Difference", *p] if absolute else []) + (["Relative", *p] if relative else [])
+    bounded = comparison.bounded(metric)
+    for name in ("Seeds", "Mean", *(["x bound"] if bounded else []), *columns):
+        table.add_column(name, justify="right")
+    for instances in shown:
+        if len(shown) > 1:
+            table.add_row(Text(instances, "cyan"))
+        for one in comparison.of(instances, metric):
+            name = f"  {one.rule_set}" if len(shown) > 1 else one.rule_set
+            means = [numbers.value(shown_as, one.mean), *([numbers.times(one.times_bound)] if bounded else [])]
+            if one.rule_set == comparison.baseline:
+                table.add_row(Text(name), "", *means, Text("baseline", "dim"))
+                continue
+            cells = []
+            if absolute:
+                cells += [numbers.difference(shown_as, one.difference, bounds=tested)]
+                cells += [numbers.probability(one.difference.p_holm)] * tested
+            if relative:
+                cells += [numbers.relative(one.relative, bounds=tested)]
+                cells += [numbers.probability(one.relative.p_holm)] * tested
+            table.add_row(Text(name), numbers.seeds(one), *means, *cells)
+    return table
+
+
+def _front(comparison: Comparison, first: str, second: str, shown: tuple[str, ...]) -> Table:
+    """Return the table of the rule sets that none beats in two metrics at once."""
+    metrics = comparison.described(first), comparison.described(second)
+    names = [numbers.title(metric) for metric in metrics]
+    table = new_table("None beats these in both")
+    table.add_column("Rule set")
+    for name in names:
+        table.add_column(name, justify="right")
+    for instances in shown:
+        if len(shown) > 1:
+            table.add_row(Text(instances, "cyan"))
+        for pair in comparison.front(instances, first, second):
+            means = [numbers.value(metric, one.mean) for metric, one in zip(metrics, pair, strict=True)]
+            table.add_row(Text(f"  {pair[0].rule_set}" if len(shown) > 1 else pair[0].rule_set), *means)
+    return table

@@ -1,0 +1,258 @@
+"""An experiment from start to end: what is not stored yet is run, and all rows are put together."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from contextlib import closing, nullcontext
+from pathlib import Path
+
+from attrs import field, frozen
+
+from rmfs_commands.experiments.bounds import add_bounds
+from rmfs_commands.experiments.compare import CATALOGUE, Comparison, summary
+from rmfs_commands.experiments.experiment import Experiment, Job
+from rmfs_commands.experiments.outcome import Outcome
+from rmfs_commands.experiments.rows import Row, row_without_result
+from rmfs_commands.experiments.store import RunStore
+from rmfs_commands.experiments.watching import Watcher
+from rmfs_commands.experiments.workers import WorkerDiedError, Workers
+from rmfs_core.results.catalogue import Metric
+
+
+@frozen(eq=False)
+class ExperimentResult:
+    """What came of an experiment.
+
+    Parameters
+    ----------
+    experiment
+        What was run.
+    rows
+        One a run, in the order of `Experiment.jobs`: labels, ``status``, ``error``, every metric and timing figure.
+        A figure is missing where the run ended without a result.
+    versions
+        Versions of everything that took part in some run, by name.
+    computed
+        How many runs were computed now; the others were stored already.
+    measures
+        Metrics that observers describe, by name.
+    fixed
+        Instances whose orders are the same for every seed, as they come from a file.
+    """
+
+    experiment: Experiment
+    rows: list[Row] = field(repr=False)
+    versions: dict[str, str] = field(factory=dict, repr=False)
+    computed: int = 0
+    measures: dict[str, Metric] = field(factory=dict, repr=False)
+    fixed: frozenset[str] = frozenset()
+
+    @property
+    def failed(self) -> list[Row]:
+        """Rows of the runs that failed."""
+        return [row for row in self.rows if row["status"] == "failed"]
+
+    def table(self) -> dict[str, list[object]]:
+        """Return the rows as columns, every column of the same length, None where a run has no such figure."""
+        names = list(dict.fromkeys(name for row in self.rows for name in row))
+        return {name: [row.get(name) for row in self.rows] for name in names}
+
+    def comparison(self) -> Comparison:
+        """Return the rule sets compared with the baseline, as the experiment asks.
+
+        Raises
+        ------
+        InputError
+            When it asks for a metric that no run has measured, though not all of them failed.
+        """
+        one = self.experiment
+        if len(self.failed) < len(self.rows):
+            one.check_metrics({*CATALOGUE, *self.measures, *_metrics(self.rows)})
+        by = one.by or ("instance",)
+        return summary(
+            self.rows,
+            one.baseline,
+            one.metrics,
+            by=by,
+            measures=self.measures,
+            fronts=one.fronts,
+            fixed=self.fixed,
+        )
+
+
+def run_experiment(
+    experiment: Experiment,
+    *,
+    store: str | Path,
+    jobs: int | None = None,
+    dask: str | None = None,
+    watcher: Watcher | None = None,
+    allow_inline_rules: bool = True,
+    bounds: bool = False,
+    workers: Workers | None = None,
+) -> ExperimentResult:
+    """Run what is not stored yet; return all rows.
+
+    Every run is stored as soon as it is finished. One whose files are not as they were stored is run again. A run
+    whose worker dies is repeated once, then it is a failed row; it is not stored, nor is one that ended without a
+    result, so that they are tried again the next time. Runs that a rule's misbehaviour ended are stored: they would end
+    the same way again.
+
+    Parameters
+    ----------
+    experiment
+        What to run.
+    store
+        Folder of finished runs; one folder a run. Several experiments may share it: the same run is computed once.
+    jobs
+        Runs at a time; None: one for each core.
+    dask
+        Address of a Dask scheduler (``tcp://host:8786``) whose workers run them instead; ``jobs`` is then how many are
+        handed over at a time, two for each thread of the cluster if None.
+    watcher
+        Is told what happens.
+    allow_inline_rules
+        Whether code may be loaded from ``./file.py:Class`` rules.
+    bounds
+        Whether the rows have what no rules can beat, too: ``bound.psv_per_order`` beside ``psv_per_order``.
+    workers
+        Who runs them, in place of workers of its own (see `open_workers`): for one experiment after another. They are
+        closed when it ends early.
+
+    Raises
+    ------
+    InputError
+        When a scenario is wrong, or the store cannot be written to; before anything is run. When the comparison asks
+        for a metric that nobody measures: as soon as there is a run of all observers that measure something.
+    RunError
+        When the Dask scheduler is lost.
+    KeyboardInterrupt
+        As it came; what finished is stored.
+    """
+    watcher = watcher or Watcher()
+    all_jobs = experiment.jobs(allow_inline_rules=allow_inline_rules)
+    different = {job.key: job for job in all_jobs}
+    runs = RunStore(store)
+    todo = [job for job in different.values() if not _is_stored(job, runs, watcher)]
+    todo.sort(key=lambda job: experiment.seeds.index(job.seed))  # so that the first tell how long all take
+    missing = {job.key for job in todo}
+    expected = _Expected(experiment, all_jobs)
+    for job in different.values():
+        if expected.waits_for(job) and job.key not in missing:
+            expected.see(job, runs.row(job))
+    not_stored: dict[str, Outcome] = {}
+    if todo:
+        with (
+            nullcontext(workers) if workers else closing(open_workers(jobs, dask, len(todo))) as slots,
+            closing(_outcomes(todo, slots, watcher)) as outcomes,
+        ):
+            watcher.started(len(different), len(different) - len(todo), slots.count)
+            try:
+                for job, outcome in outcomes:
+                    if outcome.result is None:
+                        not_stored[job.key] = outcome
+                    else:
+                        runs.save(job, outcome)
+                    row = _row(job, runs, not_stored)
+                    watcher.run_finished(job, row)
+                    if expected.waits_for(job):
+                        expected.see(job, row)
+            finally:
+                watcher.ended()
+    rows = [_row(job, runs, not_stored) for job in all_jobs]
+    if bounds:
+        add_bounds(all_jobs, rows, runs.folder, watcher)
+    versions = {name: version for job in all_jobs for name, version in job.versions.items()}
+    measures = {name: metric for job in all_jobs for name, metric in job.measures.items()}
+    fixed = frozenset(job.instance for job in all_jobs if job.scenario.instance.orders_file is not None)
+    return ExperimentResult(experiment, rows, dict(sorted(versions.items())), len(todo), measures, fixed)
+
+
+def _is_stored(job: Job, runs: RunStore, watcher: Watcher) -> bool:
+    """Whether a run is there as it was stored; who watches is told of one that is not."""
+    if job not in runs:
+        return False
+    problem = runs.problem(job)
+    if problem is not None:
+        watcher.run_dropped(job, problem)
+    return problem is None
+
+
+class _Expected:
+    """Metrics that are compared but not yet known: what observers measure is seen when a run of theirs is finished."""
+
+    def __init__(self, experiment: Experiment, jobs: Iterable[Job]) -> None:
+        self._experiment = experiment
+        self._unseen = {repr(job.scenario.rules) for job in jobs if job.observed}
+        self._known = {*CATALOGUE, *(name for job in jobs for name in job.measures)}
+
+    def waits_for(self, job: Job) -> bool:
+        """Whether no run with a job's observers was seen."""
+        return bool(self._unseen) and job.observed and repr(job.scenario.rules) in self._unseen
+
+    def see(self, job: Job, row: Row) -> None:
+        """Look at a finished run; when it is the last that was waited for, raise InputError for an unknown metric."""
+        if row["status"] == "failed":
+            return
+        self._unseen.discard(repr(job.scenario.rules))
+        self._known |= _metrics([row])
+        if not self._unseen:
+            self._experiment.check_metrics(self._known)
+
+
+def _metrics(rows: Iterable[Row]) -> set[str]:
+    return {name for row in rows for name in row if name.isidentifier()}
+
+
+def open_workers(jobs: int | None = None, dask: str | None = None, runs: int | None = None) -> Workers:
+    """Return workers as `run_experiment` has them, for no more than so many runs at a time; who asks closes them."""
+    # Imported here, since only a process that runs something needs them.
+    if dask is not None:
+        from rmfs_commands.experiments.cluster import ClusterWorkers
+
+        return ClusterWorkers(dask, jobs)
+    from joblib import cpu_count
+
+    from rmfs_commands.experiments.local import LocalWorkers
+
+    count = jobs or cpu_count()
+    return LocalWorkers(count if runs is None else min(runs, count))
+
+
+def _outcomes(todo: list[Job], workers: Workers, watcher: Watcher) -> Generator[tuple[Job, Outcome], None, None]:
+    """Yield each job with what came of it as soon as it is there; a caller that stops asking stops the workers."""
+    with ThreadPoolExecutor(workers.count) as threads:
+        jobs: dict[Future[Outcome], Job] = {threads.submit(_attempt, job, workers, watcher): job for job in todo}
+        try:
+            for future in as_completed(list(jobs)):
+                yield jobs.pop(future), future.result()
+        finally:
+            threads.shutdown(wait=False, cancel_futures=True)
+            if jobs:
+                workers.close()  # threads that still wait for a worker learn that it is gone
+
+
+def _attempt(job: Job, workers: Workers, watcher: Watcher) -> Outcome:
+    """Run a job; once more when its worker dies."""
+    watcher.run_started(job)
+    try:
+        return workers.run(job)
+    except WorkerDiedError as died:
+        if died.repeated or workers.closed:
+            return _given_up(died)
+        watcher.run_repeated(job, str(died))
+    try:
+        return workers.run(job)
+    except WorkerDiedError as died:
+        return _given_up(died)
+
+
+def _given_up(died: WorkerDiedError) -> Outcome:
+    return Outcome(None, f"{died}; given up after the repetition", type(died).__name__)
+
+
+def _row(job: Job, runs: RunStore, not_stored: dict[str, Outcome]) -> Row:
+    """Return the row of a run: from the store, so that it is the same whenever it was computed."""
+    outcome = not_stored.get(job.key)
+    return runs.row(job) if outcome is None else row_without_result(job, outcome.error or "", outcome.error_kind or "")

@@ -1,0 +1,44 @@
+"""`rmfs new-rule`: a distribution of one's own, to start a rule, an observer or a command from."""
+
+from __future__ import annotations
+
+import shlex
+
+import click
+
+from rmfs_commands.cli.screen import tell
+from rmfs_core.roles import Role
+
+COMMAND = "command"
+"""What can be written besides rules: a command of `rmfs`."""
+
+
+@click.command(name="new-rule", short_help="Write a distribution with a rule of your own.")
+@click.argument("name", metavar="NAME")
+@click.option(
+    "--decides",
+    required=True,
+    type=click.Choice([*(role.label for role in Role), COMMAND]),
+    help="What the rule decides: POA orders to stations, PPS pods to stations, POA+PPS both together, PR where pods go "
+    "back to, TA pods to robots, PP paths, ROA bundles to stations, RPS bundles to pods, ROA+RPS both together, "
+    "activation which stations take orders, idle where robots without a task rest, repositioning pods that these carry "
+    "elsewhere; a filter chooses the orders that POA sees, an observer decides nothing, it measures; a command is none "
+    "of these, but called as `rmfs NAME`.",
+)
+@click.option("--into", default=".", metavar="DIR", help="Folder in which the folder NAME is made. [default: this one]")
+def new_rule(name: str, decides: str, into: str) -> None:
+    """Write a distribution with a rule of your own to the new folder NAME.
+
+    It has a working rule, observer or command of the kind you name, to be changed, with its tests and a README. NAME is
+    what scenarios call the rule: small letters, digits and hyphens.
+    """
+    from rmfs_commands.kit import NewRule, project_files, trying, write_project
+
+    rule = NewRule(name, COMMAND if decides == COMMAND else Role.labelled(decides))
+    folder = write_project(rule, into)
+    tell(f"Wrote {folder}: {', '.join(project_files(rule))}.")
+    tell("Next:")
+    path = shlex.quote(str(folder if folder.is_absolute() else f"./{folder}"))
+    tell(f"  pip install -e {path}")
+    tell(f"  {trying(rule)}")
+    tell(f"Its README says how to test it: {folder / 'README.md'}")

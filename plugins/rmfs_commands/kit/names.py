@@ -1,0 +1,94 @@
+"""The name of a new rule, observer or command, and what is called after it."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
+
+from attrs import field, frozen
+
+from rmfs_commands.kit.command import COMMAND
+from rmfs_core import entrypoints
+from rmfs_core.errors import InputError
+from rmfs_core.roles import Role
+
+
+def _role(role: str) -> Role | str:
+    return role if role == COMMAND else Role(role)
+
+
+_NAME = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
+
+
+@frozen
+class NewRule:
+    """A rule, observer or command that is yet to be written.
+
+    Parameters
+    ----------
+    name
+        Its name in scenarios or on the command line, its distribution's and its folder's: small letters, digits and
+        hyphens.
+    role
+        What it decides; or `COMMAND`.
+    """
+
+    name: str = field()
+    role: Role | str = field(converter=_role)
+
+    @name.validator
+    def _spelling(self, _attribute: object, name: str) -> None:
+        if not _NAME.fullmatch(name):
+            likely = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
+            such_as = likely if _NAME.fullmatch(likely) else "my-rule"
+            raise InputError(
+                self.place,
+                f'expected small letters, digits and single hyphens, beginning with a letter, such as "{such_as}"',
+            )
+
+    @property
+    def kind(self) -> str:
+        """What it is for people."""
+        return COMMAND if self.role == COMMAND else "rule"
+
+    @property
+    def place(self) -> str:
+        """What messages call its name."""
+        return f'{self.kind} name "{self.name}"'
+
+    @property
+    def module(self) -> str:
+        """Name of its import package."""
+        return self.name.replace("-", "_")
+
+    @property
+    def target(self) -> str:
+        """Name of its class, or of a command's function."""
+        if self.role == COMMAND:
+            return self.module
+        return "".join(part.capitalize() for part in self.name.split("-"))
+
+    def check_free(self) -> None:
+        """Raise `InputError` when a rule or command, a distribution or a module has the name already."""
+        place = self.place
+        offers = entrypoints.offers(entrypoints.COMMANDS if self.role == COMMAND else entrypoints.RULES)
+        if self.name in offers:
+            by = " ".join(entrypoints.origin(offers[self.name][0]))
+            raise InputError(place, f"a {self.kind} of that name is installed ({by}); choose another name")
+        try:
+            installed = version(self.name)
+        except PackageNotFoundError:
+            pass
+        else:
+            raise InputError(
+                place, f"a distribution of that name is installed ({self.name} {installed}); choose another name"
+            )
+        for name in (self.module, self.target):
+            if keyword.iskeyword(name):
+                raise InputError(place, f"`{name}` is a word of the Python language; choose another name")
+        if find_spec(self.module) is not None:
+            raise InputError(
+                place, f"there is a module `{self.module}`, which its package would hide; choose another name"
+            )

@@ -1,0 +1,99 @@
+"""From the folder of a run to its replay: the columns of its trace, and what lies beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from attrs import frozen
+
+from rmfs_commands.replay.columns import Columns, ColumnsBuilder
+from rmfs_commands.replay.recorded import recorded_decisions
+from rmfs_commands.trace import Trace, TraceStream, fitting, trace_file
+from rmfs_commands.validation.checking import read_result
+from rmfs_commands.validation.header import check_readable
+from rmfs_core.errors import InputError
+from rmfs_core.results import RESULT_FILE
+from rmfs_core.wording import shown_short
+
+
+@frozen(eq=False)
+class Replay:
+    """A run that can be watched.
+
+    Parameters
+    ----------
+    name
+        What the page calls it: the name of its folder.
+    start
+        The trace's header: what the run started from.
+    tick, status
+        When it ended, and how.
+    columns
+        Its events.
+    metrics
+        Of its result; empty where none lies beside the trace.
+    decisions
+        What its rules decided, where it was recorded.
+    """
+
+    name: str
+    start: Trace
+    tick: int
+    status: str
+    columns: Columns
+    metrics: Mapping[str, Any]
+    decisions: Mapping[str, Any] | None
+
+
+def read_replay(path: str | Path) -> Replay:
+    """Read what a run has recorded.
+
+    Parameters
+    ----------
+    path
+        The folder of a run with ``trace.jsonl.gz``, or a trace file.
+
+    Raises
+    ------
+    InputError
+        When there is no trace, or one that is damaged, cut off, or of another run than what lies beside it.
+    """
+    file = trace_file(path)
+    stream = TraceStream(file)
+    metrics = _metrics(file, stream.start)
+    with fitting(file, "shown"):
+        check_readable(stream.start)
+        builder = ColumnsBuilder(stream.start)
+        for event in stream:
+            builder.add(event)
+    columns = builder.columns()
+    decisions = recorded_decisions(file.parent, stream.start, columns.bundles())
+    name = file.resolve().parent.name
+    return Replay(name, stream.start, stream.tick, stream.status, columns, metrics, decisions)
+
+
+def _metrics(file: Path, start: Trace) -> Mapping[str, Any]:
+    """Return the metrics of the result beside a trace; none where there is no result."""
+    result = file.parent / RESULT_FILE
+    if (content := read_result(result)) is None:
+        return {}
+    found, told = content.get("scenario"), start.scenario
+    if different := _difference(found, told, ""):
+        raise InputError(str(result), f"is of another run than {file.name}: {different}; expected what one run wrote")
+    metrics: Mapping[str, Any] = content["metrics"]
+    return metrics
+
+
+def _difference(found: object, told: object, key: str) -> str | None:
+    """Say where a result's scenario is not that of the trace."""
+    if isinstance(found, Mapping) and isinstance(told, Mapping):
+        for name in {**found, **told}:
+            below = _difference(found.get(name), told.get(name), f"{key}.{name}" if key else str(name))
+            if below:
+                return below
+        return None
+    if found == told:
+        return None
+    return f"its {key or 'scenario'} is {shown_short(found)}, that of the trace {shown_short(told)}"

@@ -1,0 +1,1 @@
+"""The command ``rmfs run``: a scenario, simulated, shown and kept."""

@@ -1,0 +1,209 @@
+"""``rmfs run``: simulate a scenario, watch it, keep what it measured."""
+
+from __future__ import annotations
+
+import re
+import traceback
+from collections.abc import Sequence
+from contextlib import closing, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rmfs_commands.cli.completion import SetCommand, recorders
+from rmfs_commands.cli.notes import notes_console
+from rmfs_commands.cli.options import (
+    OutPath,
+    json_option,
+    no_inline_option,
+    quiet_option,
+    scenario_argument,
+    scenario_name,
+    seed_option,
+    set_option,
+)
+from rmfs_commands.cli.screen import failure, output_console, print_json, say
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from rmfs_commands.cli.progress import RunDisplay
+    from rmfs_commands.replay.live import Watch
+    from rmfs_core.results import Result
+    from rmfs_core.scenario import Scenario
+
+RUNS_FOLDER = "rmfs-runs"
+LONGEST_SUFFIX = 60
+
+
+@click.command(cls=SetCommand, short_help="Simulate a scenario.")
+@scenario_argument
+@seed_option
+@set_option
+@click.option(
+    "--out",
+    type=OutPath(),
+    metavar="DIR",
+    help=f"Folder for the result's files; files of an earlier run in it are replaced. "
+    f"[default: {RUNS_FOLDER}/<scenario>-seed<seed>, with what --set changed]",
+)
+@click.option("--trace", is_flag=True, help="Record every event in DIR/trace.jsonl.gz too.")
+@click.option("--record-decisions", is_flag=True, help="Record what each rule saw and decided, for `rmfs explain`.")
+@click.option(
+    "--record",
+    metavar="RECORDER",
+    multiple=True,
+    shell_complete=recorders,
+    help="Switch on a recorder: trace, decisions ...",
+)
+@click.option("--watch", is_flag=True, help="Show the run in a browser while it goes on, and until Ctrl-C.")
+@click.option("--profile", is_flag=True, help="Print where the wall-clock time went.")
+@no_inline_option
+@json_option
+@quiet_option
+@click.option("--traceback", "show_traceback", is_flag=True, help="When a rule fails, print where in its code.")
+def run(
+    scenario: str,
+    seed: int | None,
+    overrides: tuple[str, ...],
+    out: Path | None,
+    trace: bool,
+    record_decisions: bool,
+    record: tuple[str, ...],
+    watch: bool,
+    profile: bool,
+    no_inline_rules: bool,
+    as_json: bool,
+    quiet: bool,
+    show_traceback: bool,
+) -> None:
+    """Simulate SCENARIO: a scenario file, or the name of a shipped one (paper-250).
+
+    Shows the run while it goes on, then its metrics, and writes result.json and tables: orders.csv, visits.csv,
+    periods.csv, hours.csv, stations.csv, robots.csv and delays.csv. Ctrl-C ends a run early and keeps what was measured
+    until then.
+    """
+
+    from rmfs_commands.cli.checking import idle_notes, load_checked
+    from rmfs_commands.cli.compiling import compiling_announced
+    from rmfs_commands.cli.progress import run_display
+    from rmfs_commands.cli.summary import print_profile, print_summary
+    from rmfs_commands.cli.waiting import StockWaits
+    from rmfs_core import run as simulate
+    from rmfs_core.errors import RunError
+    from rmfs_core.scenario import located
+    from rmfs_core.world import make_layout
+
+    _check_recorders(record)
+    recorded = (*record, *(("trace",) if trace else ()), *(("decisions",) if record_decisions else ()))
+    resolved = load_checked(scenario, overrides, seed)
+    name = scenario_name(scenario)
+    folder = default_folder(name, resolved.seed, overrides) if out is None else out
+    notes = notes_console(quiet=quiet)
+    if resolved.robots.available is not None:
+        with located(resolved):
+            for note in idle_notes(resolved, make_layout(resolved)):
+                say(notes, note)
+    if not no_inline_rules:
+        _announce_inline_rules(notes, resolved)
+    progress: RunDisplay | None = None if quiet else run_display(notes, name)
+    viewer = _viewer(name) if watch else None
+    waits = StockWaits()
+    try:
+        with nullcontext() if progress is None else closing(progress), compiling_announced(notes):
+            result = simulate(
+                resolved,
+                out=folder,
+                record=recorded,
+                observers=[one for one in (waits, progress, viewer) if one is not None],
+                allow_inline_rules=not no_inline_rules,
+            )
+    except RunError as error:
+        if show_traceback:
+            click.echo("".join(traceback.format_exception(error.__cause__ or error)), err=True, nl=False)
+        if error.result is not None:
+            say(notes, f"What was measured until the error is in {folder}.")
+            if as_json:
+                print_json({**error.result.to_dict(), "folder": str(folder), **failure(error, error.exit_code)})
+        raise
+    if as_json:
+        print_json({**result.to_dict(), "folder": str(folder)})
+    else:
+        console = output_console(quiet=quiet)
+        print_summary(console, name, result)
+        if profile:
+            print_profile(console, result)
+        _report(console, result, waits.sentence, folder, recorded)
+    if result.interrupted:
+        raise click.Abort
+    if viewer is not None:
+        viewer.wait()
+
+
+def _viewer(name: str) -> Watch:
+    """Return what shows a run in a browser; it stops when the command does."""
+    from rmfs_commands.replay.live import Watch
+
+    viewer = Watch(name)
+    click.get_current_context().call_on_close(viewer.close)
+    return viewer
+
+
+def default_folder(name: str, seed: int, overrides: tuple[str, ...] = ()) -> Path:
+    """Return the folder for a run's files: runs that differ in what was set do not replace each other."""
+    suffix = "".join(f"-{re.sub(r'[^A-Za-z0-9_.=-]+', '_', override)}" for override in overrides)
+    if len(suffix) > LONGEST_SUFFIX:
+        import hashlib
+
+        digest = hashlib.sha256("\n".join(overrides).encode()).hexdigest()[:8]
+        suffix = f"{suffix[: LONGEST_SUFFIX - 9]}-{digest}"
+    return Path(RUNS_FOLDER) / f"{name}-seed{seed}{suffix}"
+
+
+def _check_recorders(names: Sequence[str]) -> None:
+    """Name the option that names a recorder which cannot be had."""
+    from rmfs_core.errors import InputError
+    from rmfs_core.results.recorders import load_recorder
+
+    for name in names:
+        try:
+            load_recorder(name)
+        except InputError as error:
+            raise InputError(f"--record {name}", error.problem) from error
+
+
+def _announce_inline_rules(notes: Console, scenario: Scenario) -> None:
+    from rmfs_core.scenario.rulenames import is_inline, rule_choices
+
+    names = (choice.rule for _, choice in rule_choices(scenario.rules) if is_inline(choice.rule))
+    for file in dict.fromkeys(name.rpartition(":")[0] for name in names):
+        say(notes, f"Loading code from {Path(scenario.folder) / file}.")
+
+
+def _report(console: Console, result: Result, waited: str, folder: Path, record: Sequence[str]) -> None:
+    """Say what is not complete, what ``waited`` for stock, and where the files are."""
+    from rich.padding import Padding
+    from rich.text import Text
+
+    from rmfs_commands.cli.display import duration
+    from rmfs_core.results import RESULT_FILE, TABLE_FILES
+    from rmfs_core.results.recorders import files_of, load_recorder, make_observers
+
+    console.print()
+    if not result.orders:
+        say(console, "There were no orders, so there is nothing to measure.")
+    if result.status == "partial":
+        total, left = len(result.orders), sum(row["completed_s"] is None for row in result.orders)
+        say(console, f"The run ended with {left:,} of {total:,} orders left; metrics are of what was done.")
+    for note in result.notes:
+        say(console, note)
+    if waited:
+        say(console, waited)
+    if (warmup := result.scenario.run.warmup_s) is not None:
+        say(console, f"Metrics count what happens from {duration(warmup)} on (run.warmup_s).")
+    observers = [observer for observer, _ in make_observers(quiet=True)]
+    written = files_of([*observers, *map(load_recorder, record)])
+    files = [RESULT_FILE, *(file for file, _ in TABLE_FILES.values()), *written]
+    say(console, f"Results in {folder}:")
+    console.print(Padding(Text(", ".join(file for file in files if (folder / file).exists())), (0, 0, 0, 2)))

@@ -1,0 +1,123 @@
+"""``rmfs serve``: decisions for other programs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+from click.core import ParameterSource
+
+from rmfs_commands.cli import completion
+from rmfs_commands.cli.options import NumberRange, WholeNumberRange, decides_option, no_inline_option
+from rmfs_commands.cli.screen import tell
+from rmfs_commands.cli.streams import keep_output, own_input
+from rmfs_core.roles import Role
+
+if TYPE_CHECKING:
+    import socket
+
+DECIDING = (
+    *(Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA),
+    *(Role.ROA, Role.RPS, Role.ROA_RPS, Role.ACTIVATE, Role.IDLE, Role.MOVE),
+)
+
+
+def _check_lines(*options: str) -> None:
+    """Refuse options of the service over HTTP, which would be ignored in silence."""
+    ctx = click.get_current_context()
+    for name in options:
+        if ctx.get_parameter_source(name) is not ParameterSource.DEFAULT:
+            raise click.UsageError(f"--{name.replace('_', '-')} is for HTTP; expected it without --stdio.", ctx)
+
+
+@click.command(short_help="Answer states with decisions, over HTTP.")
+@click.option(
+    "--rule",
+    "rules",
+    multiple=True,
+    required=True,
+    metavar="RULE",
+    shell_complete=completion.rules,
+    help="Rule to ask: a name, ./file.py:Class, or a table such as '{ rule = \"random\", ... }'. Repeatable: then "
+    "requests say which one they ask.",
+)
+@click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="PARAMETER=VALUE",
+    help="Set a parameter of the rule; a file that it names is looked up in the current folder. Repeatable.",
+)
+@decides_option(DECIDING, help="What to ask of a rule that decides several things. [default: what the state says]")
+@click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at.")
+@click.option(
+    "--port",
+    type=WholeNumberRange(0, 65535),
+    default=8750,
+    show_default=True,
+    help="Port to listen at; 0 is any free one.",
+)
+@click.option("--stdio", is_flag=True, help="A request a line on standard input, an answer a line on standard output.")
+@click.option(
+    "--limit-s",
+    type=NumberRange(0.1, 86_400),
+    default=30.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="Time for a decision, and to wait for its turn. Not with --stdio.",
+)
+@click.option(
+    "--max-mb",
+    type=NumberRange(0.001, 190),
+    default=16.0,
+    show_default=True,
+    metavar="MB",
+    help="The longest request.",
+)
+@no_inline_option
+def serve(
+    rules: tuple[str, ...],
+    settings: tuple[str, ...],
+    decides: Role | None,
+    host: str,
+    port: int,
+    stdio: bool,
+    limit_s: float,
+    max_mb: float,
+    no_inline_rules: bool,
+) -> None:
+    """Answer decision states, as `rmfs decide` does, with rules that stay loaded.
+
+    POST a state to /decide; /docs shows the rest. The service is for programs on this machine unless --host says
+    otherwise. Ctrl-C or SIGTERM ends it.
+    """
+    import sys
+
+    most_bytes = int(max_mb * 1e6)
+    if stdio:
+        _check_lines("host", "port", "limit_s")
+        from rmfs_commands.serve.lines import serve_lines
+        from rmfs_commands.serve.service import Service
+
+        answers = keep_output()
+        service = Service.of(rules, settings, decides, not no_inline_rules)
+        serve_lines(service, own_input(), answers, most_bytes)
+        return
+
+    from rmfs_commands.serve.process import RuleProcess
+    from rmfs_core.errors import InputError
+
+    try:
+        from rmfs_commands.serve import server
+    except ModuleNotFoundError as error:
+        raise InputError("serve", f"needs further packages; expected `pip install 'rmfs[serve]'` ({error})") from error
+
+    def ready(listening: socket.socket) -> None:
+        tell(f"Serving {', '.join(process.names)} at {server.url_of(listening)}; Ctrl-C ends it.")
+        if not server.is_loopback(listening):
+            note = "Note: other machines reach this address; there is neither a password nor encryption."
+            tell(note, err=True)
+        sys.stdout.flush()
+
+    process = RuleProcess(rules, settings, decides and decides.label, not no_inline_rules, limit_s)
+    server.serve(process, host, port, most_bytes, ready)

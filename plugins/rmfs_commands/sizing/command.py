@@ -1,0 +1,188 @@
+"""``rmfs size``: the fewest robots and stations for a turn-over time."""
+
+from __future__ import annotations
+
+import math
+import re
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rmfs_commands.cli.completion import SetCommand
+from rmfs_commands.cli.notes import notes_console
+from rmfs_commands.cli.options import (
+    NumberRange,
+    WholeNumberRange,
+    dask_option,
+    jobs_option,
+    json_option,
+    no_inline_option,
+    quiet_option,
+    runs_out_option,
+    scenario_argument,
+    scenario_name,
+    seed_option,
+    set_option,
+)
+from rmfs_commands.cli.screen import output_console, print_json, say
+
+if TYPE_CHECKING:
+    from rmfs_commands.sizing.target import Target
+
+RUNS_FOLDER = "runs"
+MOST_SEEDS = 1_000
+ABOVE_0 = NumberRange(min=0, min_open=True)
+
+
+class RangeType(click.ParamType[tuple[int, int]]):
+    """``4-40``, or ``4`` for no other number."""
+
+    name = "range"
+
+    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        """Return the two ends."""
+        found = re.fullmatch(r"(\d{1,6})(?:-(\d{1,6}))?", value)
+        least, most = (int(found[1]), int(found[2] or found[1])) if found else (0, 0)
+        if not 1 <= least <= most:
+            self.fail(f"expected a number from 1 on, or two such as 2-6, found {value}", param, ctx)
+        return least, most
+
+
+@click.command(cls=SetCommand, short_help="Find the fewest robots and stations for a turn-over time.")
+@scenario_argument
+@click.option("--p95", type=ABOVE_0, metavar="S", help="Most seconds of turn-over, 95th percentile.")
+@click.option("--mean", type=ABOVE_0, metavar="S", help="Most seconds of turn-over, mean.")
+@click.option("--most", metavar="METRIC=X", help="Most of another metric, such as `late_percent=2`.")
+@click.option(
+    "--stations", type=RangeType(), metavar="A-B", help="Numbers of stations. [default: 1 to twice the scenario's]"
+)
+@click.option(
+    "--robots", type=RangeType(), metavar="A-B", help="Numbers of robots. [default: 1 to four times the scenario's]"
+)
+@click.option("--robot-cost", type=NumberRange(min=0), metavar="X", help="Cost of a robot, to say what is cheapest.")
+@click.option("--station-cost", type=NumberRange(min=0), metavar="X", help="Cost of a station.")
+@click.option(
+    "--seeds",
+    type=WholeNumberRange(2, MOST_SEEDS),
+    default=16,
+    show_default=True,
+    metavar="N",
+    help="Most runs of one size, each with a seed of its own.",
+)
+@click.option(
+    "--confidence",
+    type=NumberRange(50, 100, min_open=True, max_open=True),
+    default=95.0,
+    show_default=True,
+    metavar="PERCENT",
+    help="How sure a size has to be enough, or not to be.",
+)
+@set_option
+@seed_option
+@jobs_option
+@dask_option
+@runs_out_option("answer", "rmfs-runs/size-<name of the scenario>")
+@no_inline_option
+@json_option
+@quiet_option
+def size(
+    scenario: str,
+    p95: float | None,
+    mean: float | None,
+    most: str | None,
+    stations: tuple[int, int] | None,
+    robots: tuple[int, int] | None,
+    robot_cost: float | None,
+    station_cost: float | None,
+    seeds: int,
+    confidence: float,
+    overrides: tuple[str, ...],
+    seed: int | None,
+    jobs: int | None,
+    dask: str | None,
+    out: Path | None,
+    no_inline_rules: bool,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Find the fewest robots and stations with which SCENARIO keeps a turn-over time: `--p95 900`.
+
+    For each number of stations the fewest robots are sought, by runs with the same seeds for every size: four runs,
+    then twice as many, and so on, until the mean over the seeds is known to be at most what was asked for, or more.
+    Every finished run is kept in DIR/runs, so that an interrupted search goes on where it stopped. The answer is
+    printed and written to DIR: answer.json, candidates.csv. Exit code 1 when a run failed.
+    """
+    from rmfs_commands.cli.checking import load_checked
+    from rmfs_commands.cli.compiling import compile_searches
+    from rmfs_commands.experiments.running import open_workers
+    from rmfs_commands.sizing import report
+    from rmfs_commands.sizing.notices import Notices
+    from rmfs_commands.sizing.sizing import size as search
+    from rmfs_commands.sizing.trials import counted
+    from rmfs_core.errors import RunError
+    from rmfs_core.rules import RuleSet
+    from rmfs_core.scenario import located
+
+    if (robot_cost is None) != (station_cost is None):
+        raise click.UsageError("expected --robot-cost and --station-cost together, or neither")
+    costs = None if robot_cost is None or station_cost is None else (robot_cost, station_cost)
+    loaded = load_checked(scenario, overrides, seed)
+    target = _target(p95, mean, most, confidence, range(loaded.seed, loaded.seed + seeds))
+    with located(loaded):
+        rules = RuleSet.load(loaded.rules, loaded.folder, allow_inline=not no_inline_rules)
+    notes = notes_console(quiet=quiet)
+    for file in rules.inline_files:
+        say(notes, f"Loading code from {file}.")
+    name = scenario_name(scenario)
+    folder = out or Path("rmfs-runs") / f"size-{name}"
+    compile_searches(notes, loaded)
+    try:
+        with closing(open_workers(jobs, dask)) as workers:
+            answer = search(
+                loaded,
+                name,
+                target,
+                store=folder / RUNS_FOLDER,
+                workers=workers,
+                stations=stations,
+                robots=robots,
+                watcher=Notices(notes),
+                tell=lambda one: say(notes, f"{counted(one.stations, one.robots)}: {report.verdict_of(one, target)}"),
+                allow_inline_rules=not no_inline_rules,
+            )
+    except KeyboardInterrupt:
+        say(notes, f"Finished runs are kept in {folder / RUNS_FOLDER}; the same command goes on from there.")
+        raise
+    report.write_answer(answer, costs, folder)
+    if as_json:
+        print_json(report.content_of(answer, costs))
+    else:
+        console = output_console(quiet=quiet)
+        console.print(report.table_of(answer))
+        for sentence in report.sentences_of(answer, costs):
+            console.print(sentence, markup=False)
+        say(console, f"\nIn {folder}: {report.ANSWER_FILE}, {report.CANDIDATES_FILE}, {RUNS_FOLDER}/")
+    if answer.failed:
+        raise RunError(f"{answer.failed} runs failed; {folder / report.CANDIDATES_FILE} says why.")
+
+
+def _target(p95: float | None, mean: float | None, most: str | None, confidence: float, seeds: range) -> Target:
+    """Return what is asked for."""
+    from rmfs_commands.sizing.target import Target
+
+    if sum(option is not None for option in (p95, mean, most)) != 1:
+        raise click.UsageError("expected one of --p95, --mean and --most")
+    metric, limit = ("turnover_p95_s", p95) if mean is None else ("turnover_s", mean)
+    if most is not None:
+        metric, _, text = most.partition("=")
+        metric = metric.strip()
+        try:
+            limit = float(text)
+        except ValueError:
+            limit = math.nan
+    if limit is None or not math.isfinite(limit) or not metric:
+        found = f"{most}" if most is not None else f"{limit}"
+        raise click.UsageError(f"expected a number, as in --p95 900 or --most late_percent=2, found {found}")
+    return Target(metric, limit, confidence / 100, tuple(seeds))

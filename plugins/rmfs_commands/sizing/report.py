@@ -1,0 +1,131 @@
+"""The answer for people, and as files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import attrs
+
+from rmfs_commands.sizing.trials import counted
+from rmfs_core.results.files import json_ready, output_folder, staged, to_csv, to_json, write_text
+from rmfs_core.wording import listed
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from rmfs_commands.sizing.sizing import Answer
+    from rmfs_commands.sizing.target import Target
+    from rmfs_commands.sizing.trials import Candidate
+
+ANSWER_FILE, CANDIDATES_FILE = "answer.json", "candidates.csv"
+COLUMNS = ("stations", "robots", "mean", "low", "high", "seeds", "verdict", "fewest", "reason")
+
+Costs = tuple[float, float]
+"""Of a robot and of a station."""
+
+
+def verdict_of(candidate: Candidate, target: Target) -> str:
+    """Return what was found of a size, in words."""
+    one = candidate.estimate
+    figures = "" if one is None else f" {target.shown(one.mean)} [{target.shown(one.low)}, {target.shown(one.high)}],"
+    reason = f": {candidate.reason}" if candidate.reason else ""
+    seeds = f" {candidate.seeds} seeds," if candidate.seeds else ""
+    return f"{figures}{seeds} {candidate.verdict.value}{reason}".strip()
+
+
+def table_of(answer: Answer) -> Table:
+    """Return every size that was judged; after those of a number of stations, why it has none that counts."""
+    from rich.text import Text
+
+    from rmfs_commands.cli.screen import new_table
+
+    target = answer.target
+    table = new_table(f"{target.label}, at most {target.with_unit(target.most)}")
+    for name in ("Stations", "Robots", "Mean", "Interval", "Seeds"):
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("Verdict")
+    for found in answer.stations:
+        for one in answer.candidates:
+            if one.stations != found.stations:
+                continue
+            mean = interval = ""
+            if one.estimate is not None:
+                mean, low, high = map(target.shown, (one.estimate.mean, one.estimate.low, one.estimate.high))
+                interval = f"[{low}, {high}]"
+            best = one in answer.frontier
+            verdict = f"{one.verdict.value}, fewest" if best else one.verdict.value
+            verdict += f": {one.reason}" if one.reason else ""
+            cells = str(one.stations), str(one.robots), mean, interval, str(one.seeds or "")
+            table.add_row(*cells, Text(verdict), style="bold green" if best else "")
+        if found.reason:
+            table.add_row(str(found.stations), "", "", "", "", Text(found.reason))
+    return table
+
+
+def rows_of(answer: Answer) -> Iterator[dict[str, Any]]:
+    """Yield a row for every size that was judged."""
+    for one in answer.candidates:
+        known = one.estimate
+        yield {
+            "stations": one.stations,
+            "robots": one.robots,
+            "mean": known and known.mean,
+            "low": known and known.low,
+            "high": known and known.high,
+            "seeds": one.seeds,
+            "verdict": one.verdict.value,
+            "fewest": one in answer.frontier,
+            "reason": one.reason,
+        }
+
+
+def sentences_of(answer: Answer, costs: Costs | None) -> Iterator[str]:
+    """Yield the answer in one sentence, and what one should know besides."""
+    target = answer.target
+    limit, sure = target.with_unit(target.most), f"{100 * target.confidence:g} %"
+    asked = f"{target.label}, at most {limit} with {sure} confidence"
+    if answer.frontier:
+        yield f"{asked}: {', or '.join(counted(one.stations, one.robots, ' with ') for one in answer.frontier)}."
+    else:
+        yield f"{asked}: none of the sizes is shown to be enough."
+    cheapest = answer.cheapest(*costs) if costs else None
+    if cheapest is not None:
+        one, cost = cheapest
+        yield f"The cheapest of these costs {cost:,.12g}: {counted(one.stations, one.robots, ' with ')}."
+    if answer.undecided:
+        sizes = [f"{one.stations} with {one.robots}" for one in answer.undecided]
+        yield f"Undecided after {len(target.seeds)} seeds: {listed(sizes)}; more --seeds may tell."
+    if answer.at_once:
+        yield "All orders are there at once: turn-over says how fast the backlog is worked off, not how a load is kept."
+
+
+def content_of(answer: Answer, costs: Costs | None) -> dict[str, Any]:
+    """Return the answer as plain values."""
+    target = answer.target
+    cheapest = answer.cheapest(*costs) if costs else None
+    rows = list(rows_of(answer))
+    content: dict[str, Any] = {
+        "scenario": answer.scenario,
+        "metric": target.metric,
+        "most": target.most,
+        "confidence": target.confidence,
+        "seeds": list(target.seeds),
+        "frontier": [row for row in rows if row["fewest"]],
+    }
+    if costs is not None:
+        found = None if cheapest is None else {"stations": cheapest[0].stations, "robots": cheapest[0].robots}
+        content["costs"] = {"robot": costs[0], "station": costs[1]}
+        content["cheapest"] = None if found is None or cheapest is None else found | {"cost": cheapest[1]}
+    content["stations"] = [attrs.asdict(found) for found in answer.stations]
+    content["candidates"] = rows
+    content["notes"] = list(sentences_of(answer, costs))
+    return content
+
+
+def write_answer(answer: Answer, costs: Costs | None, folder: Path) -> None:
+    """Write answer.json and candidates.csv, both or none."""
+    with staged(output_folder(folder)) as path:
+        write_text(path / CANDIDATES_FILE, to_csv(COLUMNS, rows_of(answer)))
+        write_text(path / ANSWER_FILE, to_json(json_ready(content_of(answer, costs)), indent=2) + "\n")

@@ -1,0 +1,88 @@
+"""What a warehouse shall keep."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import NoReturn
+
+from attrs import frozen
+
+from rmfs_commands.details.catalogue import FROM_ORDERS, LATENESS, MEASURES, METRICS, MORE_IS_BETTER
+from rmfs_core.errors import InputError
+from rmfs_core.results.catalogue import Metric, show
+from rmfs_core.world import Instance
+
+KNOWN = {metric.name: metric for group in METRICS.values() for metric in group} | {one.name: one for one in MEASURES}
+"""Metrics of every run, by name."""
+
+ON_TIME = "on_time_percent_priority_"
+"""Before a priority: it may be any."""
+
+EXPECTED = "expected one of which less is better, such as turnover_p95_s"
+
+
+@frozen
+class Target:
+    """A metric, whose mean over seeds shall be at most ``most``.
+
+    Parameters
+    ----------
+    metric
+        A figure of result.json, the less the better.
+    most
+        The limit.
+    confidence
+        With which a size is found to keep it, or not to.
+    seeds
+        The most seeds, in the order in which they are taken.
+    """
+
+    metric: str
+    most: float
+    confidence: float = 0.95
+    seeds: tuple[int, ...] = tuple(range(1, 17))
+
+    @property
+    def option(self) -> str:
+        """What messages call it."""
+        return f"--most {self.metric}={self.most:g}"
+
+    def check(self, instances: Collection[Instance]) -> None:
+        """Raise `InputError` for a metric of which "at most" says nothing, whatever is run, with these orders."""
+        if self.metric in MORE_IS_BETTER or self.metric.startswith(ON_TIME):
+            raise InputError(self.option, f"more of `{self.metric}` is better; {EXPECTED}")
+        if self.metric in FROM_ORDERS:
+            raise InputError(self.option, f"`{self.metric}` is the same for every number of robots; {EXPECTED}")
+        if self.most < 0 and self.metric in KNOWN:
+            raise InputError(self.option, f"`{self.metric}` is never below 0; expected a number >= 0")
+        due = any(order.due_tick is not None for instance in instances for order in instance.orders)
+        if not due and self.metric in {metric.name for metric in LATENESS}:
+            self.refuse("no order has a due time")
+
+    def refuse(self, why: str) -> NoReturn:
+        """Raise `InputError` since no run has the metric."""
+        raise InputError(self.option, f"these runs have no `{self.metric}`: {why}; expected one that they have")
+
+    @property
+    def described(self) -> Metric:
+        """The metric for people; of what somebody's observer measures only the name is known."""
+        return KNOWN.get(self.metric) or Metric(self.metric, self.metric, "", 3, "")
+
+    @property
+    def label(self) -> str:
+        """What titles and sentences call it: an indented label follows that of the metric above it."""
+        label = self.described.label
+        if not label.startswith(" "):
+            return label
+        names = list(KNOWN)
+        above = (KNOWN[name].label for name in reversed(names[: names.index(self.metric)]))
+        parent = next(found for found in above if not found.startswith(" "))
+        return f"{parent.partition(',')[0]}, {label.strip()}"
+
+    def shown(self, value: float) -> str:
+        """Return one of its values without the unit."""
+        return show(self.described, float(value))
+
+    def with_unit(self, value: float) -> str:
+        """Return one of its values."""
+        return f"{self.shown(value)} {self.described.unit}".rstrip()

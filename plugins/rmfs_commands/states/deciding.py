@@ -1,0 +1,349 @@
+"""Asking a rule in a state: its decision, held against the kernel's checks, and what it comes to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from attrs import asdict, evolve, field, frozen
+
+from rmfs_commands.cli.single_rule import load_rule
+from rmfs_commands.states.answers import answer_from_dict, answer_to_dict
+from rmfs_commands.states.mementos import due_times
+from rmfs_commands.states.rebuilding import LacksError, OpenState, open_state
+from rmfs_commands.states.state import RandomState, State
+from rmfs_core.errors import InputError, RuleError
+from rmfs_core.events import Event, TripDecided
+from rmfs_core.randomness import rule_stream
+from rmfs_core.roles import Role
+from rmfs_core.rules import BoundRule
+from rmfs_core.scenario.model import RuleChoice, RulesSection, Scenario, StationsSection
+from rmfs_core.simulation import checks
+from rmfs_core.simulation.applying import (
+    apply_activation,
+    apply_assignments,
+    apply_moves,
+    apply_replenishment,
+    apply_rests,
+    apply_selection,
+    apply_tasks,
+)
+from rmfs_core.simulation.asking import Asker, ImpossibleError
+from rmfs_core.simulation.setup import unmet_needs
+
+
+@frozen
+class Outcome:
+    """What a decision comes to, in terms that rules share.
+
+    Parameters
+    ----------
+    orders, items
+        Orders that lines were assigned of, and the items of these lines.
+    visits
+        New pod-station visits: trips decided.
+    unused
+        Places that stay free at the stations: items, or orders with order capacity.
+    uncovered
+        Open requests that no inbound pod has an item for, afterwards.
+    """
+
+    orders: int
+    items: int
+    visits: int
+    unused: int
+    uncovered: int
+
+
+@frozen
+class BundleOutcome:
+    """What a decision of ROA, RPS or both comes to, in terms that rules share.
+
+    Parameters
+    ----------
+    bundles, items
+        Bundles that were assigned to stations, and items of those that a pod was chosen for.
+    visits
+        New pod-station visits: trips decided.
+    unused
+        Places for bundles that stay free at the stations.
+    without_pod
+        Bundles at stations that no pod is chosen for, afterwards.
+    """
+
+    bundles: int
+    items: int
+    visits: int
+    unused: int
+    without_pod: int
+
+
+@frozen
+class Answer:
+    """A rule's decision in a state.
+
+    Parameters
+    ----------
+    rule, distribution, version
+        The rule, and where it comes from.
+    decides
+        What was asked.
+    decision
+        ``assignments``, ``trips``, ``tasks``, ``cell``, ``bundles``, ``stores``, ``active``, ``rests`` or ``moves``,
+        with names.
+    report
+        Status, objective, bound, stopped_early, of a rule that reports them.
+    outcome
+        What the decision comes to; None for those of robots, places and stations.
+    due
+        Orders decided on that have a due time: when, their priority, and what is left until then.
+    waiting_for_stock
+        Orders that the rule was not shown, because the pods hold too little for them, the oldest first.
+    """
+
+    rule: str
+    distribution: str
+    version: str
+    decides: Role
+    decision: dict[str, Any]
+    report: dict[str, Any] | None
+    outcome: Outcome | BundleOutcome | None
+    due: Mapping[str, Mapping[str, float]] = field(factory=dict)
+    waiting_for_stock: tuple[str, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the answer as `rmfs decide` prints it: JSON's objects, lists and values."""
+        asked = {"rule": self.rule, "distribution": self.distribution, "version": self.version}
+        found = {
+            "due": self.due,
+            "waiting_for_stock": [*self.waiting_for_stock],
+            "report": self.report,
+            "outcome": self.outcome and asdict(self.outcome),
+        }
+        return (
+            asked | {"decides": self.decides.label} | self.decision | {key: told for key, told in found.items() if told}
+        )
+
+
+def ask(opened: OpenState, rule: BoundRule) -> Answer:
+    """Ask a rule in a state, and carry out there what it decides: another rule may be asked what comes next."""
+    _check_needs(opened, rule)
+    warehouse = opened.warehouse
+    arguments = _arguments(opened, rule)
+    asker = Asker(warehouse)
+    try:
+        answer, _ = asker.ask(rule, arguments | {"warehouse": opened.view, "rng": _generator(opened.state, rule)})
+    except RuleError as error:
+        if isinstance(error.__cause__, LacksError):
+            lacks = f"asks for {error.__cause__}, but the state has no layout; expected one (`layout`)"
+            raise InputError(opened.names.source, f"{rule.describe()} {lacks}") from error
+        raise
+    decision = answer_to_dict(opened.view, opened.instance.skus, rule.role, answer)
+    outcome = asker.apply(rule, lambda: carry_out(opened, rule.role, answer, arguments, rule.traits.packing_capacity))
+    assert decision is not None  # it could be carried out
+    report = decision.pop("report", None)
+    due = due_times(opened.state, [given["order"] for given in decision.get("assignments", ())])
+    waiting = [order.name for order in opened.view.orders_waiting_for_stock] if rule.role.assigns else []
+    asked = rule.name, rule.source.distribution, rule.source.version, rule.role
+    return Answer(*asked, decision, report, outcome, due, tuple(waiting))
+
+
+def decide_instead(
+    state: State,
+    choices: Sequence[RuleChoice],
+    decides: Role,
+    *,
+    allow_inline: bool = True,
+    source: str = "state",
+    place: str = "rule",
+) -> Answer:
+    """Ask what another rule would have decided; or a POA rule and then, where that leads, a PPS rule.
+
+    Parameters
+    ----------
+    state
+        The state.
+    choices
+        One rule, or a POA and a PPS rule.
+    decides
+        What was decided in the state: POA and joint rules answer each other's states.
+    allow_inline
+        Whether rules may be loaded from files.
+    source
+        What a message calls where the state comes from.
+    place
+        What a message calls where the choices come from.
+
+    Raises
+    ------
+    InputError, RuleError
+        As `decide`; and for a rule that decides something else.
+    """
+    roles: list[tuple[Role, ...]] = [(Role.POA, Role.POA_PPS)] if decides.assigns else [(decides,)]
+    if decides in (Role.ROA, Role.ROA_RPS):
+        roles = [(Role.ROA, Role.ROA_RPS)]
+    if len(choices) > 1:
+        if not decides.assigns or len(choices) > 2:
+            raise InputError(place, f"found {len(choices)} rules to decide {decides.label}; expected one rule")
+        roles = [(Role.POA,), (Role.PPS,)]
+    rules = [
+        load_rule(choice, wanted, allow_inline=allow_inline, place=place, preferred=decides)
+        for choice, wanted in zip(choices, roles, strict=True)
+    ]
+    opened = open_state(state, source)
+    answers = [ask(opened, rule) for rule in rules]
+    first, last = answers[0], answers[-1]
+    if last is first or not (isinstance(first.outcome, Outcome) and isinstance(last.outcome, Outcome)):
+        return first
+    outcome = evolve(last.outcome, orders=first.outcome.orders, items=first.outcome.items)
+    return evolve(first, decides=Role.POA_PPS, decision={**first.decision, **last.decision}, outcome=outcome)
+
+
+def outcome_of(
+    state: State, decides: Role, decision: Mapping[str, Any], source: str = "state"
+) -> Outcome | BundleOutcome | None:
+    """Return what a decision comes to that was made in a state.
+
+    Raises
+    ------
+    InputError
+        When it cannot have been made there.
+    """
+    opened = open_state(state, source)
+    try:
+        answer = answer_from_dict(opened.warehouse, opened.names, decides, decision)
+        return carry_out(opened, decides, answer, _given(opened, decides), None)
+    except (ImpossibleError, KeyError) as error:
+        raise InputError(source, f"the decision does not belong to the state: {error}") from error
+
+
+def _check_needs(opened: OpenState, rule: BoundRule) -> None:
+    """Refuse a rule that needs what the state does not have, as a scenario would be refused."""
+    counts_orders = any(station.counts_orders for station in opened.warehouse.stations)
+    stations = StationsSection(order_capacity=1 if counts_orders else None, oversize="alone")  # sizes: nobody's need
+    scenario = Scenario(RulesSection(poa_pps=RuleChoice("")), stations=stations)
+    for problem in unmet_needs(rule, opened.names.source, scenario, opened.instance):
+        raise problem
+
+
+def _arguments(opened: OpenState, rule: BoundRule) -> dict[str, Any]:
+    """Return what the rule's hook is given besides the warehouse and the random generator."""
+    if rule.role in (Role.PR, Role.IDLE, Role.MOVE) and opened.state.layout is None:
+        raise InputError(
+            opened.names.source,
+            f"{rule.describe()} decides {rule.role.label}, but the state has no layout; expected one",
+        )
+    return _given(opened, rule.role)
+
+
+def _given(opened: OpenState, role: Role) -> dict[str, Any]:
+    asked, warehouse = opened.state.ask, opened.warehouse
+    if role in (Role.PPS, Role.RPS, Role.ROA_RPS):
+        fetches = asked.max_fetches
+        if fetches is None and (opened.state.robots is None or asked.role is Role.POA_PPS):
+            fetches = len(opened.view.free_pods)  # no robots are told of, or the trips may wait for them
+        if fetches is None:
+            fetches = max(len(opened.view.idle_robots) - len(warehouse.waiting), 0)
+        return {"max_fetches": fetches}
+    if role is Role.MOVE:
+        idle = max(len(opened.view.idle_robots) - len(warehouse.waiting), 0)
+        if asked.max_moves is not None and asked.max_moves > idle:
+            expected = f"expected at most {idle}, the number of idle robots that no pod waits for"
+            opened.names.wrong(("ask", "max_moves"), f"found {asked.max_moves}; {expected}")
+        most = max(min(idle, warehouse.spare_locations), 0)
+        return {"max_moves": most if asked.max_moves is None else asked.max_moves}
+    if role is Role.PR:
+        if asked.pod is None:
+            opened.names.wrong(("ask", "pod"), "is missing; expected the pod to store")
+        pod = warehouse.pods[opened.names.pod(asked.pod, "ask", "pod")]
+        if pod.location is not None:
+            opened.names.wrong(("ask", "pod"), f'pod "{asked.pod}" is stored; expected one that a robot carries')
+        return {"pod": pod}
+    return {}
+
+
+def _generator(state: State, rule: BoundRule) -> np.random.Generator:
+    if state.random is None:
+        return rule_stream(state.seed, rule.role, rule.name)
+    return _restored(state.random)
+
+
+def _restored(random: RandomState) -> np.random.Generator:
+    bits = np.random.PCG64(0)
+    bits.state = {
+        "bit_generator": "PCG64",
+        "state": {"state": int(random.state), "inc": int(random.increment)},
+        "has_uint32": random.has_uint32,
+        "uinteger": random.uinteger,
+    }
+    return np.random.Generator(bits)
+
+
+def carry_out(
+    opened: OpenState, role: Role, answer: object, arguments: Mapping[str, Any], packing_capacity: int | None
+) -> Outcome | BundleOutcome | None:
+    """Check a decision and apply it to the state's warehouse, as in a run; return what it comes to.
+
+    None for decisions of robots, places and stations.
+
+    Raises
+    ------
+    ImpossibleError
+        When it cannot be carried out.
+    """
+    warehouse = opened.warehouse
+    if role in (Role.PR, Role.TA, Role.ACTIVATE, Role.IDLE, Role.MOVE):
+        match role:
+            case Role.PR:
+                checks.storage_location(warehouse, arguments["pod"], answer)
+            case Role.TA:
+                apply_tasks(warehouse, answer, _forget, _forget)
+            case Role.ACTIVATE:
+                apply_activation(warehouse, answer, _forget)
+            case Role.IDLE:
+                apply_rests(warehouse, answer, _forget, _forget)
+            case _:
+                apply_moves(warehouse, answer, arguments["max_moves"], _forget, _forget)
+        return None
+    if role in (Role.ROA, Role.RPS, Role.ROA_RPS):
+        return _replenished(opened, role, answer, arguments.get("max_fetches", 0))
+    open_before = sum(order.open_items for order in warehouse.backlog.orders)
+    if role is Role.PPS:
+        decision = apply_selection(warehouse, answer, keep=_forget, **arguments)
+    else:
+        decision = apply_assignments(
+            warehouse,
+            answer,
+            joint=role is Role.POA_PPS,
+            shown=opened.shown,
+            period=opened.period,
+            packing_capacity=packing_capacity,
+            keep=_forget,
+        )
+    return Outcome(
+        orders=len({given.order for given in decision.assignments}),
+        items=open_before - sum(order.open_items for order in warehouse.backlog.orders),
+        visits=len(decision.trips),
+        unused=sum(station.free_capacity for station in warehouse.picking),
+        uncovered=sum(len(station.uncovered_requests) for station in warehouse.stations),
+    )
+
+
+def _replenished(opened: OpenState, role: Role, answer: object, max_fetches: int) -> BundleOutcome:
+    warehouse = opened.warehouse
+    told: list[Event] = []
+    decision = apply_replenishment(warehouse, answer, role=role, max_fetches=max_fetches, keep=told.append)
+    at_stations = [bundle for station in warehouse.storing for bundle in station.bundles]
+    chosen = {store.bundle for store in decision.stores}
+    return BundleOutcome(
+        bundles=len(decision.assignments),
+        items=sum(bundle.items for bundle in at_stations if bundle.id in chosen),
+        visits=sum(isinstance(event, TripDecided) for event in told),
+        unused=sum(station.free_bundle_capacity for station in warehouse.storing),
+        without_pod=sum(bundle.pod is None for bundle in at_stations),
+    )
+
+
+def _forget(*_: object) -> None:
+    """Nobody is told, and no robot sets off: the state is only looked at."""

@@ -1,0 +1,253 @@
+"""From a state's names to the ids and numbers that the kernel makes a warehouse of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from rmfs_commands.states.names import Names
+from rmfs_commands.states.plain import (
+    BundleMemento,
+    Memento,
+    OrderMemento,
+    PartMemento,
+    PodMemento,
+    RequestMemento,
+    RobotMemento,
+    StationMemento,
+)
+from rmfs_commands.states.state import InHandState, OrderState, PartState, RequestState, State
+from rmfs_core.clock import to_ticks
+from rmfs_core.scenario.source import KeyPath
+from rmfs_core.warehouse import UNLIMITED
+from rmfs_core.world import NORTH, Layout, OrderData, PodData
+
+QUEUE_LENGTH = 12
+"""Pods that can wait at a station that does not say how many: the paper's number."""
+
+NOWHERE = -1
+"""Cell that a state does not tell: the home of a pod, or where a robot is."""
+
+Requested = dict[str, dict[str, list[str]]]
+"""Order -> station -> SKUs that have requests there."""
+
+
+def memento_of(state: State, names: Names, layout: Layout) -> Memento:
+    """Return the warehouse that a state describes, with what it leaves out filled in.
+
+    Raises
+    ------
+    InputError
+        Where it names what it does not list, or gives places without a layout.
+    """
+    now = _now(state, names)
+    orders = _orders(state, names)
+    stations = _stations(state, names, layout, sum(_assigned(order) for order in orders))
+    robots = _robots(state, names, layout, stations)
+    pods = _pods(state, names, layout, stations)
+    if state.waiting is None:
+        tasks = {robot.task for robot in robots}
+        waiting = [i for i, pod in enumerate(pods) if pod.bound_for and pod.cell is not None and i not in tasks]
+    else:
+        waiting = [names.pod(pod, "waiting", i) for i, pod in enumerate(state.waiting)]
+    skus, blocked = tuple(names.skus), tuple(sorted(state.empty_pods))
+    bundles, sizes = tuple(_bundles(state, names, now)), _sizes(state, names)
+    return Memento(now, skus, orders, pods, stations, robots, tuple(waiting), blocked, state.reserved, bundles, sizes)
+
+
+def _now(state: State, names: Names) -> int:
+    """Return the time now in ticks."""
+    latest = _latest(state)
+    if state.time_s is not None and latest > state.time_s:
+        names.wrong(("time_s",), f"found {state.time_s}, but an order arrives at {latest}; expected none later")
+    return to_ticks(latest if state.time_s is None else state.time_s)
+
+
+def _latest(state: State) -> float:
+    return max((order.arrival_s for order in state.orders.values()), default=0.0)
+
+
+def due_times(state: State, orders: Sequence[str]) -> dict[str, dict[str, float]]:
+    """Return due time, priority and slack of those orders that have a due time, by name."""
+    now = _latest(state) if state.time_s is None else state.time_s
+    given = [(name, state.orders[name]) for name in orders]
+    return {
+        name: {"due_s": order.due_s, "priority": order.priority, "slack_s": round(order.due_s - now, 3)}
+        for name, order in given
+        if order.due_s is not None
+    }
+
+
+def _orders(state: State, names: Names) -> tuple[OrderMemento, ...]:
+    data = [
+        OrderData(
+            name,
+            to_ticks(state.orders[name].arrival_s),
+            tuple((names.sku(sku, "orders", name, "lines", sku), n) for sku, n in state.orders[name].lines.items()),
+            None if (due := state.orders[name].due_s) is None else to_ticks(due),
+            state.orders[name].priority,
+        )
+        for name in names.orders
+    ]
+    requested = _requested(state, names)
+    orders = []
+    for order in data:
+        name, parts = order.name, []
+        for i, part in enumerate(_parts(state.orders[name], requested.get(name, {}))):
+            path = ("orders", name, "parts", i)
+            station = names.station(part.station, *path, "station")
+            parts.append(PartMemento(station, tuple(names.sku(sku, *path, "skus") for sku in part.skus), part.period))
+        orders.append(OrderMemento(order, tuple(parts), _waits(state, names, name, begun=bool(parts))))
+    return tuple(orders)
+
+
+def _waits(state: State, names: Names, name: str, *, begun: bool) -> bool | None:
+    """Return whether an order waits for stock; not if the rule is shown it."""
+    told, shown = state.orders[name].waits_for_stock, name in (state.backlog or ())
+    if told and (begun or shown):
+        why = "`backlog` names it" if shown else "lines of it are assigned"
+        names.wrong(("orders", name, "waits_for_stock"), f"found true for an order that waits no more: {why}")
+    return False if shown else told
+
+
+def _requested(state: State, names: Names) -> Requested:
+    found: Requested = {}
+    for station, given in state.stations.items():
+        wanted: dict[KeyPath, RequestState | InHandState] = {("requests", i): r for i, r in enumerate(given.requests)}
+        if given.in_hand is not None:
+            wanted["in_hand",] = given.in_hand
+        for within, request in wanted.items():
+            path = ("stations", station, *within)
+            names.order(request.order, *path, "order")
+            names.sku(request.sku, *path, "sku")
+            found.setdefault(request.order, {}).setdefault(station, []).append(request.sku)
+    return found
+
+
+def _parts(order: OrderState, requested: dict[str, list[str]]) -> Sequence[PartState]:
+    if order.parts is not None:
+        return order.parts
+    return [PartState(station, tuple(dict.fromkeys(skus))) for station, skus in requested.items()]
+
+
+def _assigned(order: OrderMemento) -> int:
+    """Return how many items of an order were assigned: as many requests have had a number."""
+    quantities = dict(order.data.lines)
+    return sum(quantities.get(sku, 0) for part in order.parts for sku in part.skus)
+
+
+def _stations(state: State, names: Names, layout: Layout, numbered: int) -> tuple[StationMemento, ...]:
+    stations: list[StationMemento] = []
+    for i, (name, given) in enumerate(state.stations.items()):
+        path = ("stations", name)
+        most = None if state.layout is None else layout.stations[i].places
+        queue_length = given.queue_length or most or QUEUE_LENGTH
+        if most is not None and queue_length > most:
+            names.wrong((*path, "queue_length"), f"found {queue_length}; the layout has {most} cells")
+        requests = []
+        for at, request in enumerate(given.requests):
+            number = numbered if request.id is None else request.id
+            numbered = max(numbered, number + 1)
+            pod = None if request.pod is None else names.pod(request.pod, *path, "requests", at, "pod")
+            requests.append(RequestMemento(number, names.orders[request.order], names.skus[request.sku], pod))
+        only_stores = len(layout.stations) - layout.replenishing <= i
+        if state.layout is not None and given.picks == only_stores:
+            found, expected = ("picks orders", "stores bundles") if given.picks else ("stores bundles", "picks orders")
+            names.wrong(path, f"found one that {found}; expected one that {expected}, as the layout has it")
+        if given.picks and any(not before.picks for before in stations):
+            names.wrong(path, "found one that picks orders; expected those that only store bundles last")
+        inbound = given.line if given.inbound is None else given.inbound
+        station = StationMemento(
+            name=name,
+            capacity=given.order_capacity or given.item_capacity or 0,
+            counts_orders=given.order_capacity is not None,
+            queue_length=queue_length,
+            requests=tuple(requests),
+            inbound=tuple(names.pod(pod, *path, "inbound", at) for at, pod in enumerate(inbound)),
+            line=tuple(names.pod(pod, *path, "line") for pod in given.line),
+            queue_room=queue_length + 1 - len(given.line) if given.queue_room is None else given.queue_room,
+            in_hand=None if (held := given.in_hand) is None else (names.orders[held.order], names.skus[held.sku]),
+            picker_free=None if given.picker_free_s is None else to_ticks(given.picker_free_s),
+            staffed=given.staffed,
+            active=given.active,
+            changes=None if given.changes_s is None else to_ticks(given.changes_s),
+            bundle_capacity=given.bundle_capacity or 0,
+            picks=given.picks,
+        )
+        stations.append(station)
+    return tuple(stations)
+
+
+def _bundles(state: State, names: Names, now: int) -> Iterator[BundleMemento]:
+    named: set[str] = set()
+    number = 0
+    for i, given in enumerate(state.bundles or ()):
+        path = ("bundles", i)
+        if given.name in named:
+            names.wrong((*path, "name"), f'found "{given.name}" twice; expected each bundle once')
+        named.add(given.name)
+        if to_ticks(given.arrival_s) > now:
+            names.wrong((*path, "arrival_s"), f"found {given.arrival_s}, which is later than now")
+        number = number if given.id is None else given.id
+        yield BundleMemento(
+            number,
+            given.name,
+            names.sku(given.sku, *path, "sku"),
+            given.items,
+            to_ticks(given.arrival_s),
+            None if given.station is None else names.station(given.station, *path, "station"),
+            None if given.pod is None else names.pod(given.pod, *path, "pod"),
+        )
+        number += 1
+
+
+def _sizes(state: State, names: Names) -> tuple[int, ...]:
+    """Return the space that an item of each SKU takes, by id; nothing where all take 1."""
+    if not state.sizes:
+        return ()
+    sizes = {names.sku(sku, "sizes", sku): size for sku, size in state.sizes.items()}
+    return tuple(sizes.get(sku, 1) for sku in range(len(names.skus)))
+
+
+def _robots(state: State, names: Names, layout: Layout, stations: Sequence[StationMemento]) -> tuple[RobotMemento, ...]:
+    """Return the robots of a state, and one for each pod in a line that it tells no robot of: some robot carries it."""
+    slots = {
+        pod: layout.stations[i].slot(place)
+        for i, station in enumerate(stations)
+        for place, pod in enumerate(station.line)
+    }
+    robots = []
+    for name, given in (state.robots or {}).items():
+        task = None if given.task is None else names.pod(given.task, "robots", name, "task")
+        cell = NOWHERE if given.cell is None else given.cell
+        if state.layout is None:
+            if given.cell is not None:
+                names.wrong(("robots", name, "cell"), "found a cell, but the state has no layout")
+            cell = 0 if task is None else slots.get(task, 0)
+        battery = given.charge, bool(given.low)
+        robots.append(RobotMemento(name, cell, given.heading, task, given.on_duty, given.goal, *battery))
+    tasks = {robot.task for robot in robots}
+    for pod, slot in slots.items():
+        if pod not in tasks:
+            robots.append(RobotMemento(str(len(robots) + 1), slot, NORTH, pod))
+    return tuple(robots)
+
+
+def _pods(state: State, names: Names, layout: Layout, stations: Sequence[StationMemento]) -> tuple[PodMemento, ...]:
+    pods = []
+    for i, (name, given) in enumerate(state.pods.items()):
+        contents = tuple((names.sku(sku, "pods", name, "contents", sku), n) for sku, n in given.contents.items())
+        if given.bound_for is None:
+            bound_for = tuple(at for at, station in enumerate(stations) if i in station.inbound)
+        else:
+            bound_for = tuple(names.station(station, "pods", name, "bound_for") for station in given.bound_for)
+        cell: int | None
+        if state.layout is None:
+            if given.cell is not None:
+                names.wrong(("pods", name, "cell"), "found a cell, but the state has no layout")
+            home = layout.storage_locations[i]
+            cell = None if any(i in station.line for station in stations) else home
+        else:
+            cell = given.cell
+            home = next((place for place in (given.home, cell) if place is not None), NOWHERE)
+        pods.append(PodMemento(PodData(name, contents), cell, home, bound_for, given.capacity or UNLIMITED))
+    return tuple(pods)

@@ -1,0 +1,253 @@
+"""From plain data to a warehouse as it tells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeVar
+
+from rmfs_commands.states.plain import BundleMemento, Memento, OrderMemento, StationMemento
+from rmfs_core.warehouse import Order, Request, Robot, Station, Warehouse
+from rmfs_core.world import CellKind, Instance
+from rmfs_core.world.travel import Travel
+
+T = TypeVar("T")
+
+
+class ContradictionError(ValueError):
+    """A memento of what no warehouse can be: the path of the value that is wrong (fields and ids), and one sentence."""
+
+    def __init__(self, problem: str, *path: str | int) -> None:
+        super().__init__(f"{'.'.join(map(str, path))}: {problem}")
+        self.problem = problem
+        self.path = path
+
+
+def restore(memento: Memento, travel: Travel) -> Warehouse:
+    """Return a new warehouse as a memento tells it; ContradictionError where that contradicts itself or the layout."""
+    _check_names(memento, travel)
+    cells = travel.layout.stations
+    warehouse = Warehouse(
+        Instance(
+            memento.skus,
+            tuple(o.data for o in memento.orders),
+            tuple(p.data for p in memento.pods),
+            memento.sizes,
+            restocked=any(s.bundle_capacity for s in memento.stations),
+        ),
+        travel,
+        [
+            Station(i, cells[i], s.capacity, s.counts_orders, s.queue_length, s.name, s.bundle_capacity, s.picks)
+            for i, s in enumerate(memento.stations)
+        ],
+        [Robot(i, r.cell, r.heading, r.name, r.on_duty) for i, r in enumerate(memento.robots)],
+        [p.home if p.cell is None else p.cell for p in memento.pods],
+        memento.blocked,
+        [p.capacity for p in memento.pods],
+        wait_for_stock=False,
+    )
+    warehouse.homes = tuple(p.home for p in memento.pods)
+    warehouse.advance(memento.now)
+    for order, given in zip(warehouse.orders, memento.orders, strict=True):
+        warehouse.order_arrives(order)
+        _assign(warehouse, order, given, memento.skus)
+    for station, told in zip(warehouse.stations, memento.stations, strict=True):
+        _keep_requests(warehouse, station, told, memento)
+        warehouse.occupy_picker(station, told.picker_free or 0)
+        warehouse.staff(station, told.staffed, told.changes)
+        warehouse.activate(station, told.active)
+    if not warehouse.unlimited_stock:
+        warehouse.begin_to_wait({i: o.waits for i, o in enumerate(memento.orders) if o.waits is not None})
+    _bind(warehouse, memento)
+    _carry(warehouse, memento)
+    _store(warehouse, memento)
+    _promise(warehouse, memento)
+    for i, bundle in enumerate(memento.bundles):
+        _restore_bundle(warehouse, bundle, "bundles", i)
+    return warehouse
+
+
+def _check(holds: bool, problem: str, *path: str | int) -> None:
+    if not holds:
+        raise ContradictionError(problem, *path)
+
+
+def _at(among: Sequence[T], number: int, *path: str | int) -> T:
+    _check(0 <= number < len(among), f"found the id {number}; expected 0 to {len(among) - 1}", *path)
+    return among[number]
+
+
+def _check_names(memento: Memento, travel: Travel) -> None:
+    """Check that there are the stations, SKUs and storage locations that are named, and the cells once each."""
+    n, most = len(memento.stations), len(travel.layout.stations)
+    _check(n <= most, f"found {n}; the layout has {most}", "stations")
+    wanted = (("orders", "lines", i, one.data.lines) for i, one in enumerate(memento.orders))
+    held = (("pods", "contents", i, one.data.contents) for i, one in enumerate(memento.pods))
+    for section, key, i, items in (*wanted, *held):
+        for sku, number in items:
+            _at(memento.skus, sku, section, i, key)
+            _check(number is None or number >= 0, f"found {number} items; expected 0 or more", section, i, key)
+    places = {*travel.layout.storage_locations}
+    for i, pod in enumerate(memento.pods):
+        known = pod.home in places or pod.home in (-1, pod.cell)  # the cell is looked at later
+        _check(known, f"found {pod.home}; expected a storage location", "pods", i, "home")
+        used = sum((items or 0) * (memento.sizes[sku] if memento.sizes else 1) for sku, items in pod.data.contents)
+        least = f"found {pod.capacity}; expected at least {used}, what the pod holds"
+        _check(used <= pod.capacity, least, "pods", i, "capacity")
+    for key, cells in (("blocked", memento.blocked), ("reserved", memento.reserved)):
+        for cell in cells:
+            _check(cell in places, f"found {cell}; expected a storage location that is not named before", key)
+            places.remove(cell)
+
+
+def _assign(warehouse: Warehouse, order: Order, given: OrderMemento, skus: Sequence[str]) -> None:
+    for i, part in enumerate(given.parts):
+        path = ("orders", order.id, "parts", i)
+        station = _at(warehouse.stations, part.station, *path, "station")
+        left = {line.sku for line in order.open_lines}
+        for sku in part.skus:
+            problem = f'names SKU "{_at(skus, sku, *path)}", which is no line of the order that is still to be assigned'
+            _check(sku in left, problem, *path, "skus")
+            left.remove(sku)
+        if part.skus:
+            warehouse.assign(order, station, part.skus, part.period)
+
+
+def _keep_requests(warehouse: Warehouse, station: Station, given: StationMemento, memento: Memento) -> None:
+    """Leave a station with the requests told, in their order and with their ids; the others were picked."""
+    assigned: dict[tuple[int, int], list[Request]] = {}
+    for request in station.open_requests:
+        assigned.setdefault((request.order.id, request.sku), []).append(request)
+    kept: dict[int, Request] = {}  # those to come, by id
+    for i, wanted in enumerate(given.requests):
+        path = ("stations", station.id, "requests")
+        same = assigned.get((wanted.order, wanted.sku))
+        if not same:
+            name = _at(warehouse.orders, wanted.order, *path, i).name
+            more = f'requests more of SKU "{_at(memento.skus, wanted.sku, *path, i)}" for order "{name}"'
+            raise ContradictionError(f"{more} than `lines` and `parts` of the order assign to this station", *path, i)
+        _check(wanted.id not in kept, f"found the id {wanted.id} twice; expected each once", *path)
+        kept[wanted.id] = same.pop(0)
+    held = next(iter(assigned.get(given.in_hand, ())), None) if given.in_hand else None
+    _check(held is not None or given.in_hand is None, "names no item picked here", "stations", station.id, "in_hand")
+    for request in (request for picked in assigned.values() for request in picked):
+        if request is not held:
+            warehouse.close(request)
+            warehouse.release(request)
+    if held is not None:
+        warehouse.close(held)
+    problem = f"found {given.capacity}; expected at least {station.load}, what is assigned and not picked"
+    alone = len({request.order for request in (*kept.values(), held) if request}) == 1  # one larger than any station
+    _check(alone or given.capacity >= station.load, problem, "stations", station.id, "capacity")
+    warehouse.renumber(station, kept)
+
+
+def _bind(warehouse: Warehouse, memento: Memento) -> None:
+    """Bind pods: which ones, and in which order at a station, is `inbound`; each pod's own order is `bound_for`."""
+    for station, given in zip(warehouse.stations, memento.stations, strict=True):
+        for i, number in enumerate(given.inbound):
+            path = ("stations", station.id, "inbound", i)
+            pod = _at(warehouse.pods, number, *path)
+            _check(pod not in station.inbound_pods, f'names pod "{pod.name}" twice; expected each once', *path)
+            warehouse.bind(pod, station, promise=False)
+    for pod, told in zip(warehouse.pods, memento.pods, strict=True):
+        same = sorted(told.bound_for) == sorted(pod.bound_for)
+        _check(same, "expected the stations that have the pod in `inbound`, each once", "pods", pod.id, "bound_for")
+        warehouse.reroute(pod, told.bound_for)
+
+
+def _carry(warehouse: Warehouse, memento: Memento) -> None:
+    """Give robots their tasks, and let those that are in a station's line stand there."""
+    kind = warehouse.travel.layout.kind
+    for robot, given in zip(warehouse.robots, memento.robots, strict=True):
+        free = 0 <= given.cell < len(kind) and kind[given.cell] != CellKind.WALL
+        _check(free, f"expected a cell of the layout, 0 to {len(kind) - 1}, no wall", "robots", robot.id, "cell")
+        warehouse.send(robot, given.goal)
+        busy = given.task is not None and given.goal is not None
+        _check(not busy, "found a goal and a task; expected one of them", "robots", robot.id, "goal")
+        if given.task is not None:
+            path = ("robots", robot.id, "task")
+            pod = _at(warehouse.pods, given.task, *path)
+            _check(pod.robot is None, f'names pod "{pod.name}", which is another robot\'s task', *path)
+            warehouse.waiting[pod.id] = pod
+            warehouse.take_task(robot, pod)
+            if memento.pods[pod.id].cell is None:
+                warehouse.lift(robot, pod)
+        if given.charge is not None:
+            warehouse.put_battery(robot, given.charge, low=given.low)
+    in_line: set[int] = set()
+    for station, told in zip(warehouse.stations, memento.stations, strict=True):
+        path = ("stations", station.id, "line")
+        for i, number in enumerate(told.line):
+            name = _at(warehouse.pods, number, *path, i).name
+            _check(number in told.inbound, f'names pod "{name}", which `inbound` does not', *path, i)
+            _check(number not in in_line, f'names pod "{name}", which stands in a line already', *path)
+            if (robot_id := warehouse.pods[number].robot) is None:
+                raise ContradictionError(f'names pod "{name}", which no robot carries', *path, i)
+            stored = memento.pods[number].cell is not None
+            _check(
+                not stored, "found a storage location for a pod that stands in a station's line", "pods", number, "cell"
+            )
+            in_line.add(number)
+            warehouse.join_line(warehouse.robots[robot_id], station)
+        room = station.queue_length + 1 - len(told.line)
+        problem = f"found {told.queue_room}; expected 0 to {room}, what the line leaves"
+        _check(0 <= told.queue_room <= room, problem, "stations", station.id, "queue_room")
+        for _ in range(station.queue_room - told.queue_room):
+            warehouse.claim_place(station)
+
+
+def _store(warehouse: Warehouse, memento: Memento) -> None:
+    """Put pods where they are stored; whatever is left is free."""
+    layout = warehouse.travel.layout
+    taken = dict.fromkeys((*memento.blocked, *memento.reserved), "another pod")
+    for pod, given in zip(warehouse.pods, memento.pods, strict=True):
+        path, cell = ("pods", pod.id, "cell"), given.cell
+        if cell is None:
+            expected = "expected the pod's cell, or that it is in a line or a robot's task"
+            _check(pod.robot is not None, f"is missing; {expected}", *path)
+            continue
+        if cell not in layout.storage_locations:
+            first = layout.storage_locations[0]
+            expected = f"the first is {first} ({layout.where(first)})"
+            raise ContradictionError(f"found {cell}, which is no storage location of the layout; {expected}", *path)
+        _check(cell not in taken, f"found {cell}, where there is {taken.get(cell)} already", *path)
+        taken[cell] = f'pod "{pod.name}"'
+    warehouse.reserved = set(memento.reserved)
+    warehouse.free_locations = [cell for cell in layout.storage_locations if cell not in taken]
+    waiting = [pod.id for pod in warehouse.pods if pod.bound_for and pod.robot is None]
+    names = ", ".join(warehouse.pods[number].name for number in waiting) or "none"
+    expected = f"expected the stored pods that are inbound and no robot's task: {names}"
+    _check(sorted(memento.waiting) == waiting, expected, "waiting")
+    warehouse.waiting = {number: warehouse.pods[number] for number in memento.waiting}
+
+
+def _restore_bundle(warehouse: Warehouse, told: BundleMemento, *path: str | int) -> None:
+    """Let a bundle be where it was, on its pod where that is bound for its station."""
+    _at(warehouse.sizes, told.sku, *path, "sku")
+    bundle = warehouse.bundle_arrives(told.sku, told.items, told.name, told.id, told.arrival_tick)
+    if told.station is not None:
+        station = _at(warehouse.stations, told.station, *path, "station")
+        expected = f"expected one that holds more bundles than the {len(station.bundles)} named before"
+        _check(station.free_bundle_capacity > 0, expected, *path, "station")
+        warehouse.assign_bundle(bundle, station)
+    if told.pod is not None:
+        pod = _at(warehouse.pods, told.pod, *path, "pod")
+        bound = told.station in pod.bound_for and pod.free_space >= bundle.size
+        _check(bound, "expected a pod with room for it that is bound for its station", *path, "pod")
+        warehouse.bind_bundle(bundle, pod)
+
+
+def _promise(warehouse: Warehouse, memento: Memento) -> None:
+    """Promise items on inbound pods to requests: first as told, then to whatever is left over."""
+    for station, given in zip(warehouse.stations, memento.stations, strict=True):
+        for i, (request, wanted) in enumerate(zip(station.open_requests, given.requests, strict=True)):
+            if wanted.pod is not None:
+                path = ("stations", station.id, "requests", i, "pod")
+                pod = _at(warehouse.pods, wanted.pod, *path)
+                spare = station.id in pod.bound_for and pod.free_items(request.sku) > 0
+                sku = memento.skus[request.sku]
+                _check(spare, f'pod "{pod.name}" is not inbound here with an item of "{sku}" to spare', *path)
+                warehouse.promises.promise(request, pod)
+    for station in warehouse.stations:
+        for pod in station.inbound_pods:
+            warehouse.promises.promise_items(pod, station)

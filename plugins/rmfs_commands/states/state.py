@@ -1,0 +1,350 @@
+"""The format of decision states, version 2: every key with its meaning, unit and default.
+
+Version 1, which is read too, has no due times, priorities, items in hand and opening hours, and nothing of
+replenishment; a state without is written as version 1.
+
+Orders, pods, stations, robots and SKUs are called by their names; the order in which a state lists them is the order
+of their ids, by which rules break ties. What a warehouse management system does not know it leaves out.
+"""
+
+# ruff: noqa: RUF009
+# (`key` is attrs' `field` with its documentation: it makes a field, not a default.)
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from attrs import frozen
+
+from rmfs_commands.cli.schema import schema_of
+from rmfs_core.motion import Motion
+from rmfs_core.roles import Role
+from rmfs_core.scenario.checks import DURATION, MAYBE_NO_TIME, MOVING, Check, at_least, within
+from rmfs_core.scenario.model import LayoutSection, key
+from rmfs_core.wording import listed
+
+FORMAT = "rmfs-state"
+VERSIONS = (1, 2)
+DECIDING = (
+    *(Role.POA, Role.PPS, Role.POA_PPS, Role.PR, Role.TA),
+    *(Role.ROA, Role.RPS, Role.ROA_RPS, Role.ACTIVATE, Role.IDLE, Role.MOVE),
+)
+DECIDES = tuple(role.label for role in DECIDING)
+"""The decisions that can be asked of a state."""
+
+MOST = 1_000_000_000
+"""Largest number of items, places and the like that a state may have."""
+
+
+def _one_of(*values: str | int) -> Check:
+    return Check(listed(map(str, values), "or"), lambda value: value in values, {"enum": list(values)})
+
+
+def _number(least: int, most: int = MOST) -> Check:
+    """Return the check for a whole number that is no nonsense: sums of such numbers fit into 64 bits."""
+    schema = {"minimum": least, "maximum": most}
+    return Check(f"a whole number from {least} to {most:,}", lambda value: least <= value <= most, schema)
+
+
+_TIME = within(-1e10, 1e10)
+"""Check for a time in seconds: it can be counted in ticks."""
+_ITEMS = Check(
+    f"numbers of items from 0 to {MOST:,}, or null",
+    lambda held: all(n is None or 0 <= n <= MOST for n in held.values()),
+)
+_SIZES = Check(f"sizes from 1 to {MOST:,}", lambda sizes: all(1 <= n <= MOST for n in sizes.values()))
+_QUANTITIES = Check(
+    f"one line or more, with quantities from 1 to {MOST:,}",
+    lambda lines: bool(lines) and all(1 <= n <= MOST for n in lines.values()),
+)
+
+
+@frozen
+class LayoutState:
+    """The grid: the rows of a text map, or the numbers of the block layout."""
+
+    map: tuple[str, ...] | None = key("Rows of a text map, north at the top, signs as in `layout.map_file`", None)
+    blocks: LayoutSection | None = key("Numbers of the block layout, as in a scenario's `layout`", None)
+
+    def __attrs_post_init__(self) -> None:
+        if (self.map is None) == (self.blocks is None):
+            raise ValueError("expected either `map` or `blocks`")
+        if self.blocks is not None and self.blocks.map_file is not None:
+            raise ValueError("expected no `map_file` in a state; give the rows of the map as `map`")
+
+
+@frozen
+class MotionState:
+    """How robots move, for driving times."""
+
+    acceleration_m_per_s2: float = key("Acceleration and deceleration", 1.0, unit="m/s^2", check=MOVING)
+    top_speed_m_per_s: float = key("Top speed", 1.5, unit="m/s", check=MOVING)
+    full_turn_s: float = key("Time of a full turn on the spot", 2.5, unit="s", check=DURATION)
+    lift_s: float = key("Time to lift a pod, and to set it down", 2.2, unit="s", check=MAYBE_NO_TIME)
+
+    def motion(self) -> Motion:
+        """Return the kinematics."""
+        return Motion(self.acceleration_m_per_s2, self.top_speed_m_per_s, self.full_turn_s, self.lift_s)
+
+
+@frozen
+class PodState:
+    """A pod with contents."""
+
+    contents: Mapping[str, int | None] = key("Items of each SKU on the pod; null: it never runs out", check=_ITEMS)
+    cell: int | None = key(
+        "Cell of the storage location it stands in (row * width + column, from 0 in the north-west); "
+        "left out while a robot carries it, and where the state has no layout",
+        None,
+        check=_number(0),
+    )
+    home: int | None = key("Cell of the storage location it stood in at first; left out: `cell`", None)
+    bound_for: tuple[str, ...] | None = key(
+        "Stations it is at or bound for, in the order of its visits; left out: as the stations' `inbound` have it", None
+    )
+    capacity: int | None = key("Space on it, in the unit of `sizes`; left out: any amount", None, check=_number(1))
+
+
+@frozen
+class RequestState:
+    """An item that is still to be picked at a station."""
+
+    order: str = key("Order it is for")
+    sku: str = key("SKU")
+    pod: str | None = key("Inbound pod that the item is promised from; left out: the first that has one free", None)
+    id: int | None = key("Number of the request; left out: counted on", None, check=_number(0))
+
+
+@frozen
+class InHandState:
+    """An item that is picked and still to be handled."""
+
+    order: str = key("Order it is for")
+    sku: str = key("SKU")
+
+
+@frozen
+class StationState:
+    """A station: for picking with a capacity for items or orders, for replenishment with one for bundles."""
+
+    item_capacity: int | None = key("Items that may be assigned at a time", None, unit="items", check=_number(1))
+    order_capacity: int | None = key(
+        "Orders that may be assigned at a time, in place of `item_capacity`", None, unit="orders", check=_number(1)
+    )
+    queue_length: int | None = key(
+        "Pods that can wait besides the one being worked on; left out: as the layout has it, or 12",
+        None,
+        check=_number(1),
+    )
+    requests: tuple[RequestState, ...] = key("Items to pick there, the oldest first", ())
+    in_hand: InHandState | None = key(
+        "Item that is picked and whose order has its place until it is handled (`stations.release`); left out: none",
+        None,
+    )
+    inbound: tuple[str, ...] | None = key(
+        "Pods at the station or bound for it, as their trips were decided; left out: the pods of `line`", None
+    )
+    line: tuple[str, ...] = key("Pods at the station (first) and in its queue", ())
+    queue_room: int | None = key(
+        "Pods that could still set out for it; left out: what `line` leaves", None, check=_number(0)
+    )
+    picker_free_s: float | None = key(
+        "When the picker will have handled the item in hand; left out: now", None, unit="s", check=_TIME
+    )
+    staffed: bool = key("Whether it is open by its timetable; false: it takes no new orders", True)
+    active: bool = key("Whether the activation rule has it take orders; false: it takes no new orders", True)
+    changes_s: float | None = key(
+        "When its timetable closes it next, or opens it, where it is not staffed; left out: never",
+        None,
+        unit="s",
+        check=_TIME,
+    )
+
+    @property
+    def needs_version_2(self) -> bool:
+        """Whether it tells what version 1 does not know."""
+        others = (self.in_hand, self.picker_free_s, self.changes_s)
+        return any(other is not None for other in others) or not (self.staffed and self.active)
+
+    bundle_capacity: int | None = key(
+        "Bundles that may be assigned at a time; left out: nothing is stored there", None, check=_number(1)
+    )
+
+    @property
+    def picks(self) -> bool:
+        """Whether orders are picked at it."""
+        return self.item_capacity is not None or self.order_capacity is not None
+
+    def __attrs_post_init__(self) -> None:
+        both = self.item_capacity is not None and self.order_capacity is not None
+        if both or not (self.picks or self.bundle_capacity):
+            raise ValueError("expected either `item_capacity` or `order_capacity`")
+
+
+@frozen
+class PartState:
+    """What one period assigned of an order to a station."""
+
+    station: str = key("The station")
+    skus: tuple[str, ...] = key("SKUs of the lines assigned; each line goes to one station whole")
+    period: int = key("Number of the period", 1, check=_number(1))
+
+
+@frozen
+class OrderState:
+    """A pick order that has arrived."""
+
+    lines: Mapping[str, int] = key("Items wanted of each SKU", check=_QUANTITIES)
+    arrival_s: float = key("When it arrived", 0.0, unit="s", check=_TIME)
+    due_s: float | None = key("When it shall be complete; left out: whenever", None, unit="s", check=_TIME)
+    priority: int = key("How urgent it is, higher first", 0, check=_number(0))
+    waits_for_stock: bool | None = key(
+        "Whether it waits for stock, so that no rule is shown it; left out: it does if what the pods hold, less the "
+        "stations' requests, is too little for it; orders that are begun take their share first, then the older ones",
+        None,
+    )
+    parts: tuple[PartState, ...] | None = key(
+        "What was assigned so far, also what is picked already; left out: the lines that stations have requests of. "
+        "Every other line is open: in the backlog",
+        None,
+    )
+
+
+@frozen
+class BundleState:
+    """A bundle that has arrived and is not stored yet."""
+
+    name: str = key("Name")
+    sku: str = key("SKU")
+    items: int = key("Number of items", check=_number(1))
+    arrival_s: float = key("When it arrived", 0.0, unit="s", check=_TIME)
+    station: str | None = key("Station that it is assigned to; left out: none", None)
+    pod: str | None = key("Pod that it will be stored on, which is bound for the station; left out: none", None)
+    id: int | None = key("Number of the bundle; left out: counted on", None, check=_number(0))
+
+
+@frozen
+class RobotState:
+    """A robot."""
+
+    cell: int | None = key("Cell where it stands; left out where the state has no layout", None, check=_number(0))
+    heading: int = key("0 east, 1 north, 2 west, 3 south", 1, check=_one_of(0, 1, 2, 3))
+    task: str | None = key("Pod it carries or is on its way to fetch; left out: none", None)
+    on_duty: bool = key("Whether it takes tasks; false: it finishes the one that it has", True)
+    goal: int | None = key(
+        "Cell that it was sent to without a task, or charges in; left out: none", None, check=_number(0)
+    )
+    charge: float | None = key("What is in its battery, 0 to 1; left out: it has none", None, check=within(0, 1))
+    low: int = key("1 where its charge is too low for a task", 0, check=_one_of(0, 1))
+
+
+@frozen
+class AskState:
+    """What is asked, where the rest of the state does not say it."""
+
+    decides: str | None = key(
+        "`POA`, `PPS`, `POA+PPS`, `PR`, `TA`, `ROA`, `RPS`, `ROA+RPS`, `activation`, `idle` or `repositioning`",
+        None,
+        check=_one_of(*DECIDES),
+    )
+    period: int | None = key(
+        "Number of the period; left out: one more than the latest that assigned anything", None, check=_number(0)
+    )
+    max_fetches: int | None = key(
+        "PPS, RPS, ROA+RPS: stored pods that may be sent; left out: idle robots less waiting pods, no limit where "
+        "robots are not listed",
+        None,
+        check=_number(0),
+    )
+    max_moves: int | None = key(
+        "Repositioning: pods that may be moved; at most, and where it is left out: idle robots less waiting pods",
+        None,
+        check=_number(0),
+    )
+    pod: str | None = key("PR: the pod to store", None)
+
+    @property
+    def role(self) -> Role | None:
+        """What is asked for."""
+        return None if self.decides is None else Role.labelled(self.decides)
+
+
+@frozen
+class RandomState:
+    """State of the rule's random generator, numpy's PCG64. Numbers of 128 bits are texts."""
+
+    state: str = key("State")
+    increment: str = key("Increment")
+    has_uint32: int = key("Whether half a number is left over: 0 or 1", 0, check=_one_of(0, 1))
+    uinteger: int = key("That half", 0, check=_number(0, (1 << 32) - 1))
+
+    def __attrs_post_init__(self) -> None:
+        for text in (self.state, self.increment):
+            if not (text.isascii() and text.isdecimal() and int(text) < 1 << 128):
+                raise ValueError(f'expected texts of decimal digits, numbers below 2^128, found "{text}"')
+
+
+@frozen
+class State:
+    """The warehouse as a rule sees it when it is asked."""
+
+    pods: Mapping[str, PodState] = key("Pods with contents, by name")
+    stations: Mapping[str, StationState] = key(
+        "Stations, by name, those that only store bundles last; with a layout, in the order of its stations, row by "
+        "row from the north-west"
+    )
+    orders: Mapping[str, OrderState] = key("Orders that have arrived, by name; those that are done may be left out")
+    format: str = key(f"`{FORMAT}`", FORMAT, check=_one_of(FORMAT))
+    version: int = key(
+        f"Version of the format: {listed(map(str, VERSIONS), 'or')}", VERSIONS[-1], check=_one_of(*VERSIONS)
+    )
+    time_s: float | None = key("Time now; left out: the latest arrival", None, unit="s", check=_TIME)
+    skus: tuple[str, ...] | None = key("SKUs; left out: in the order in which pods and orders name them", None)
+    layout: LayoutState | None = key("The grid; left out: rules cannot ask for places and driving times", None)
+    motion: MotionState = key("How robots move", factory=MotionState)
+    robots: Mapping[str, RobotState] | None = key(
+        "Robots by name; left out, as many as carry the pods in the stations' lines", None
+    )
+    waiting: tuple[str, ...] | None = key(
+        "Stored pods bound for a station that no robot fetches yet, the longest waiting first; left out: as listed",
+        None,
+    )
+    empty_pods: tuple[int, ...] = key("Cells of storage locations that hold an empty pod", ())
+    reserved: tuple[int, ...] = key("Cells of storage locations that a pod is on its way to", ())
+    bundles: tuple[BundleState, ...] | None = key(
+        "Bundles that are not stored yet, the oldest first; those at a station, and for a pod, as that was decided; "
+        "left out: none",
+        None,
+    )
+    sizes: Mapping[str, int] | None = key("Space that an item of a SKU takes on a pod; left out: 1", None, check=_SIZES)
+    backlog: tuple[str, ...] | None = key(
+        "Orders that the rule is shown; left out: all that have open lines (recorded where prefilters are in use)", None
+    )
+    ask: AskState = key("What is asked", factory=AskState)
+    seed: int = key("Seed of the rule's random generator, where `random` is left out", 1, check=at_least(0))
+    random: RandomState | None = key("State of the rule's random generator, where it has drawn already", None)
+
+    def __attrs_post_init__(self) -> None:
+        if self.version == VERSIONS[0] and any(o.due_s is not None or o.priority for o in self.orders.values()):
+            raise ValueError("found `due_s` or `priority` in a state of version 1; expected version 2 with them")
+        if self.version == VERSIONS[0] and any(s.in_hand is not None for s in self.stations.values()):
+            raise ValueError("found `in_hand` in a state of version 1; expected version 2 with it")
+        hours = [s.needs_version_2 for s in self.stations.values()]
+        hours += [not robot.on_duty for robot in (self.robots or {}).values()]
+        if self.version == VERSIONS[0] and any(hours):
+            raise ValueError(
+                "found opening hours, or a busy picker, in a state of version 1; expected version 2 with them"
+            )
+        if self.version == VERSIONS[0] and any(o.waits_for_stock is not None for o in self.orders.values()):
+            raise ValueError("found `waits_for_stock` in a state of version 1; expected version 2 with it")
+        stores = any(s.bundle_capacity for s in self.stations.values())
+        if self.version == VERSIONS[0] and (stores or self.bundles is not None):
+            raise ValueError(
+                "found `bundle_capacity` or `bundles` in a state of version 1; expected version 2 with them"
+            )
+
+
+def state_schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of decision states."""
+    return schema_of(State, "rmfs decision state")

@@ -1,0 +1,256 @@
+"""The small worlds that every rule is tried in: each has what some rule has stumbled over."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from attrs import evolve, frozen
+
+from rmfs_commands.testing.worlds import Wanted, small_instance, small_layout
+from rmfs_core.scenario.model import (
+    BatterySection,
+    InstanceSection,
+    LayoutSection,
+    Replenishment,
+    RobotsSection,
+    RuleChoice,
+    RulesSection,
+    RunSection,
+    Scenario,
+    StationsSection,
+)
+from rmfs_core.timetable import Span
+from rmfs_core.world import BundleData, Instance, Layout
+
+LONGEST_S = 4 * 3600.0
+"""Simulated seconds after which an order that is not complete counts as starved; each world needs a few minutes."""
+
+PLAIN_RULES = RulesSection(
+    poa=RuleChoice("first-come"),
+    pps=RuleChoice("nearest-pod"),
+    pr=RuleChoice("nearest"),
+    ta=RuleChoice("nearest-robot"),
+    pp=RuleChoice("free-flow"),
+    roa=RuleChoice("first-bundle"),
+    rps=RuleChoice("emptiest-pod"),
+)
+"""What decides whatever the rule under test does not: simple, quick, and free of randomness. In some worlds rules for
+robots without a task come in."""
+
+
+@frozen(eq=False)
+class TrialWorld:
+    """A warehouse with its orders, and the scenario around it.
+
+    Parameters
+    ----------
+    name
+        What findings call it.
+    scenario
+        Robots, stations and limits, with `PLAIN_RULES`, and in some worlds rules for robots without a task.
+    instance, layout
+        Orders, pods and grid.
+    """
+
+    name: str
+    scenario: Scenario
+    instance: Instance
+    layout: Layout
+
+    def renamed(self) -> TrialWorld:
+        """Return the same world with longer names of SKUs, orders and pods: they sort as before, and hash otherwise.
+
+        Where a rule goes through a set of names, it goes through it in another order, as in another Python process.
+        """
+        given = self.instance
+        instance = evolve(
+            given,
+            skus=tuple(f"1{sku}" for sku in given.skus),
+            orders=tuple(evolve(order, name=f"1{order.name}") for order in given.orders),
+            pods=tuple(evolve(pod, name=f"1{pod.name}") for pod in given.pods),
+        )
+        return evolve(self, instance=instance)
+
+    def running_out(self) -> TrialWorld:
+        """Return the same world with finite stock: what is ordered, dealt out to the pods, at least one item each."""
+        given = self.instance
+        items = {(pod.name, sku): 0 for pod in given.pods for sku, _ in pod.contents}
+        for sku in range(len(given.skus)):
+            having = [key for key in items if key[1] == sku]
+            ordered = sum(quantity for order in given.orders for wanted, quantity in order.lines if wanted == sku)
+            for number, key in enumerate(having):
+                items[key] = max((ordered + number) // len(having), 1)
+        pods = tuple(
+            evolve(pod, contents=tuple((sku, items[pod.name, sku]) for sku, _ in pod.contents)) for pod in given.pods
+        )
+        return evolve(self, name=f"{self.name}, finite stock", instance=evolve(given, pods=pods))
+
+
+BATTERY = BatterySection(capacity_wh=40, idle_w=400, charging_w=5000)
+"""Standing makes robots too low for a task within minutes, and the only charger has them back in half a minute."""
+
+ORDERS = {"1": "ab", "2": "c", "3": "ade", "4": "b", "5": "bcdf", "6": "ef", "7": "a", "8": "cf", "9": "bde", "10": "d"}
+PODS = {"A": "ab", "B": "bc", "C": "cd", "D": "de", "E": "ef", "F": "fa"}
+
+
+def trial_worlds() -> tuple[TrialWorld, ...]:
+    """Return the worlds, new ones at each call: first those named one by one, then those with finite stock instead."""
+    plain = small_instance(ORDERS, PODS)
+    one_pod_each = small_instance(
+        {str(i): "abcdefgh"[i:] + "abcdefgh"[:i] for i in range(8)}, {s: s for s in "abcdefgh"}
+    )
+    worlds = (
+        _world("one station", plain, capacities=(8,)),
+        _world("several stations", plain, capacities=(4, 6, 5), robots=5),
+        _world("finite stock", _finite(), capacities=(7, 7)),
+        _world("full queues", one_pod_each, capacities=(32,), robots=6, queue_length=1),
+        _world("a single robot", plain, capacities=(5, 5), robots=1),
+        _world("no order", small_instance({}, PODS), capacities=(8, 8)),
+        _world("later orders", _later(), capacities=(5, 5)),
+        _world("an order as large as the largest station", _large(), capacities=(4, 9, 5)),
+        _world("an order larger than the largest station", _large(), capacities=(4, 6, 5)),
+        _world("a line longer than the largest station", _long_line(), capacities=(4, 6)),
+        _world("lines of 10 to 40 items on finite stock", _many_items(), capacities=(45, 60)),
+        _world("order capacity", plain, capacities=(2, 1), counts_orders=True),
+        _world("a station that closes", _later(), capacities=(5, 5), opening={"1": (("00:00", "00:02"),)}),
+        _world("batteries", _later(), capacities=(5, 5), battery=BATTERY, idle="charge-when-low"),
+        _world("moved pods", _later(), capacities=(5, 5), robots=5, move="utility", pod_fill=0.95),
+        _reordered(),
+        _delivered(),
+    )
+    return (*worlds, *(world.running_out() for world in worlds if world.instance.unlimited_stock))
+
+
+def _finite() -> Instance:
+    """Exactly what is ordered is there, some of it on several pods, and an order wants more than any one pod has."""
+    orders: Wanted = {"1": {"a": 3, "b": 1}, "2": {"b": 2}, "3": {"c": 1, "d": 2}, "4": {"a": 1, "d": 1}, "5": {"c": 2}}
+    pods: Wanted = {
+        "A": {"a": 2, "c": 1},
+        "B": {"a": 2, "b": 1},
+        "C": {"b": 2, "d": 1},
+        "D": {"c": 2},
+        "E": {"d": 2},
+    }
+    return small_instance(orders, pods)
+
+
+def _later() -> Instance:
+    """Nothing is there at the start; orders come one by one, two at once, and one long after all is quiet again."""
+    arrivals = {"1": 60, "2": 60, "3": 75.5, "4": 80, "5": 110, "6": 111, "7": 112, "8": 130, "9": 200, "10": 3000}
+    return small_instance(ORDERS, PODS, arrivals_s=arrivals)
+
+
+def _large() -> Instance:
+    """One order fits a single station only, and only when that is empty; smaller ones come before and after it."""
+    orders: Wanted = {"1": {"a": 1}, "2": {"b": 2, "c": 1}, "3": {"a": 4, "d": 3, "f": 2}, "4": {"e": 1}, "5": {"c": 1}}
+    return small_instance(orders, PODS, arrivals_s={"4": 90, "5": 120})
+
+
+def _long_line() -> Instance:
+    """One order fits a single station only when that is empty, however it is split; another has two such lines."""
+    orders: Wanted = {"1": {"a": 1, "b": 9}, "2": {"c": 2}, "3": {"d": 8, "e": 7}, "4": {"f": 3, "a": 2}, "5": {"c": 1}}
+    return small_instance(orders, PODS, arrivals_s={"3": 20, "4": 90, "5": 120})
+
+
+def _many_items() -> Instance:
+    """Lines of 10 to 40 items, most of which only several pods bring together; few have room at a station at a time.
+
+    Some of the pods that are sent for one line bring enough of another SKU for another line, too.
+    """
+    orders: Wanted = {
+        "1": {"a": 40, "c": 20},
+        "2": {"b": 30},
+        "3": {"d": 30, "c": 15},
+        "4": {"a": 25, "f": 11},
+        "5": {"e": 40, "b": 10},
+        "6": {"f": 20},
+    }
+    kinds: list[dict[str, int]] = [{"a": 12, "b": 10}] * 3 + [{"a": 10, "c": 10}] * 4
+    kinds += [{"d": 10, "f": 10}, {"e": 10, "b": 5}] * 4
+    pods: Wanted = dict(zip("ABCDEFGHIJKLMNO", kinds, strict=True))
+    return small_instance(orders, pods, arrivals_s={"4": 30, "5": 30, "6": 60})
+
+
+def _reordered() -> TrialWorld:
+    """Each SKU is ordered when its last items are left; picking stations store, too, and pods have hardly any room."""
+    orders: Wanted = {str(i): {"abcdef"[i % 6]: 2, "abcdef"[(i + 1) % 6]: 1} for i in range(2, 10)}
+    pods: Wanted = {name: dict.fromkeys(skus, 2) for name, skus in PODS.items()}
+    instance = small_instance(orders, pods, arrivals_s={str(i): 40.0 * i for i in range(2, 10)})
+    levels = ((2, 5),) * len(instance.skus)
+    process = Replenishment("reorder-point", reorder_point=2, order_up_to=5, lead_s=60, bundle_items=2)
+    return _world(
+        "replenishment at picking stations",
+        evolve(instance, levels=levels, restocked=True),
+        capacities=(4, 6),
+        replenishment=process,
+        pod_capacity=6,
+    )
+
+
+def _delivered() -> TrialWorld:
+    """Bundles come at their times to two stations of their own, of what no pod holds, too.
+
+    However they are spread, each has room on some pod: 28 places for 23 items in all, 2 in a bundle.
+    """
+    orders: Wanted = {"1": {"a": 3, "g": 1}, "2": {"b": 2}, "3": {"h": 3}, "4": {"a": 2, "c": 2}, "5": {"g": 2, "h": 1}}
+    pods: Wanted = {"A": {"a": 3, "b": 1}, "B": {"c": 4}, "C": {"d": 1, "e": 3}, "D": {"f": 1}}
+    instance = small_instance(orders, pods, arrivals_s={"5": 300})
+    bundles = (
+        ("1", 0, "g", 1),
+        ("2", 0, "h", 2),
+        ("3", 0, "g", 2),
+        ("4", 50, "h", 2),
+        ("5", 50, "a", 2),
+        ("6", 90, "b", 1),
+    )
+    coming = tuple(BundleData(name, 1000 * time, instance.skus.index(sku), n) for name, time, sku, n in bundles)
+    return _world(
+        "replenishment stations",
+        evolve(instance, bundles=coming, restocked=True),
+        capacities=(7,),
+        replenishment=Replenishment("file", file="bundles.csv"),
+        pod_capacity=7,
+        replenishment_stations=2,
+        bundle_capacity=2,
+    )
+
+
+def _world(
+    name: str,
+    instance: Instance,
+    *,
+    capacities: Sequence[int],
+    robots: int = 3,
+    queue_length: int = 3,
+    counts_orders: bool = False,
+    opening: Mapping[str, tuple[Span, ...]] | None = None,
+    replenishment: Replenishment | None = None,
+    pod_capacity: int | None = None,
+    replenishment_stations: int = 0,
+    bundle_capacity: int | None = None,
+    battery: BatterySection | None = None,
+    idle: str | None = None,
+    move: str | None = None,
+    pod_fill: float = 0.6,
+) -> TrialWorld:
+    capacity = tuple(capacities)
+    resting, moving = (RuleChoice(name) if name else None for name in (idle, move))
+    scenario = Scenario(
+        rules=evolve(PLAIN_RULES, idle=resting, move=moving),
+        instance=InstanceSection(replenishment=replenishment, pod_capacity=pod_capacity),
+        layout=LayoutSection(pod_fill=pod_fill),
+        robots=RobotsSection(count=robots, battery=battery),
+        stations=StationsSection(
+            item_capacity=capacity,
+            order_capacity=capacity if counts_orders else None,
+            queue_length=queue_length,
+            open=opening,
+            also_replenish=True if replenishment and not replenishment_stations else None,
+            bundle_capacity=bundle_capacity,
+        ),
+        run=RunSection(until_s=LONGEST_S, standstill_s=2 * LONGEST_S),
+    )
+    layout = small_layout(
+        len(capacity), queue_length=queue_length, replenishment=replenishment_stations, chargers=1 if battery else 0
+    )
+    return TrialWorld(name, scenario, instance, layout)

@@ -1,0 +1,66 @@
+"""The tables beside a trace, held against what it amounts to."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Iterable, Mapping
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from rmfs_commands.trace.reader import Trace
+from rmfs_commands.validation.case import Case
+from rmfs_commands.validation.details import delays_of
+from rmfs_commands.validation.restocking import bundles_of, stock_of
+from rmfs_commands.validation.results import orders_of, periods_of, visits_of
+from rmfs_commands.validation.tables import Row, hours_of, robots_of, stations_of
+from rmfs_core.errors import InputError
+
+FILES: Mapping[str, tuple[str, Callable[[Trace], Iterable[Row]]]] = {
+    "orders.csv": ("order", orders_of),
+    "visits.csv": ("visit", visits_of),
+    "periods.csv": ("period", periods_of),
+    "delays.csv": ("order", delays_of),
+    "hours.csv": ("hour", hours_of),
+    "stations.csv": ("station", stations_of),
+    "robots.csv": ("robot", robots_of),
+    "bundles.csv": ("bundle", bundles_of),
+    "stock.csv": ("hour", stock_of),
+}
+"""Of each table the first column, whose values name its rows, and what works its rows out."""
+
+
+def check_files(case: Case, folder: Path) -> None:
+    """Add a fault for each figure in the tables of a folder that the trace contradicts; tables may be missing.
+
+    Raises
+    ------
+    InputError
+        When a file cannot be read.
+    """
+    for name, (key, work_out) in FILES.items():
+        if (folder / name).exists():
+            rows = _rows(folder / name)
+            expected = [*islice(work_out(case.trace), len(rows) + 1)]  # one more than there are is enough to differ
+            for sentence in _differences(name, key, rows, expected):
+                case.add("table", case.trace.tick, sentence)
+
+
+def _rows(file: Path) -> list[dict[str, Any]]:
+    try:
+        return list(csv.DictReader(io.StringIO(file.read_text(encoding="utf-8"))))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(str(file), f"cannot be read: {error}") from error
+
+
+def _differences(name: str, key: str, rows: list[dict[str, Any]], expected: list[Row]) -> list[str]:
+    if [row.get(key) for row in rows] != [str(row[key]) for row in expected]:
+        return [f"{name} lists other {key}s than the trace"]
+    found = []
+    for row, worked_out in zip(rows, expected, strict=True):
+        for column, value in worked_out.items():
+            if row.get(column) != ("" if value is None else str(value)):
+                tells = f"{name} has {row.get(column) or 'nothing'} as {column} of {key} {row[key]}"
+                found.append(f"{tells}; the trace amounts to {'nothing' if value is None else value}")
+    return found

@@ -1,0 +1,123 @@
+"""Picks: from a pod at the station, by a picker with free hands, of an item that was ordered and assigned there."""
+
+from __future__ import annotations
+
+from rmfs_commands.validation.case import Case, Handlers, seconds
+from rmfs_commands.validation.state import State
+from rmfs_core.events import ItemPicked
+
+
+class PickCheck:
+    """Each item of each order line is picked once, where it is assigned, from a pod that has it."""
+
+    def __init__(self, case: Case, state: State) -> None:
+        self.case = case
+        self.state = state
+        self.handlers: Handlers = {ItemPicked: self.picked}
+
+    def picked(self, event: ItemPicked) -> None:
+        """Check a pick."""
+        item = (
+            f"{self.case.sku(event.sku)} of {self.case.order(event.order)} is picked from {self.case.pod(event.pod)} "
+            f"at {self.case.station(event.station)}"
+        )
+        self._visit(event, item)
+        self._times(event, item)
+        self._stock(event, item)
+        if self._ordered(event, item):
+            self._fulfil(event)
+
+    def _visit(self, event: ItemPicked, item: str) -> None:
+        visit = self.state.stations[event.station].visit
+        if visit is None or (visit.number, visit.pod) != (event.visit, event.pod):
+            there = "no pod is" if visit is None else f"{self.case.pod(visit.pod)} with visit {visit.number} is"
+            self.case.add("no-visit", event.tick, f"{item} in visit {event.visit}, but {there} there")
+        elif event.start_tick < visit.start_tick:
+            self.case.add(
+                "no-visit",
+                event.tick,
+                f"{item} from {seconds(event.start_tick)} on, before its visit began at {seconds(visit.start_tick)}",
+            )
+        if visit is not None:
+            visit.picks += 1
+
+    def _times(self, event: ItemPicked, item: str) -> None:
+        case, station = self.case, self.state.stations[event.station]
+        if event.tick - event.start_tick != case.pick_ticks:
+            taken = seconds(event.tick - event.start_tick)
+            case.add("pick-time", event.tick, f"{item} in {taken}; that takes {seconds(case.pick_ticks)}")
+        if event.picker_free_tick - event.start_tick != case.handle_ticks:
+            taken = seconds(event.picker_free_tick - event.start_tick)
+            case.add("handle-time", event.tick, f"{item} and handled in {taken}; expected {seconds(case.handle_ticks)}")
+        if event.start_tick < station.picker_free_tick:
+            case.add(
+                "picker-busy",
+                event.tick,
+                f"{item} from {seconds(event.start_tick)} on, "
+                f"but its picker handles another item until {seconds(station.picker_free_tick)}",
+            )
+        station.picker_free_tick = max(station.picker_free_tick, event.start_tick + case.handle_ticks)
+
+    def _stock(self, event: ItemPicked, item: str) -> None:
+        stock = self.state.pods[event.pod].stock
+        if event.sku not in stock:
+            self.case.add("sku-not-on-pod", event.tick, f"{item}, which does not hold it")
+            return
+        number = stock[event.sku]
+        if number is None:
+            return
+        if number <= 0:
+            self.case.add("stock-negative", event.tick, f"{item}, which has none left")
+        stock[event.sku] = number - 1
+
+    def _ordered(self, event: ItemPicked, item: str) -> bool:
+        """Check that an item is wanted; return whether it is."""
+        order = self.state.orders[event.order]
+        if event.sku not in order.unpicked:
+            self.case.add("not-ordered", event.tick, f"{item}, but the order does not have the SKU")
+        elif order.unpicked[event.sku] <= 0:
+            self.case.add("picked-twice", event.tick, f"{item}, but all its items have been picked")
+        elif event.sku not in order.part_of:
+            self.case.add("not-assigned", event.tick, f"{item}, but is assigned nowhere")
+        elif order.part_of[event.sku][0] != event.station:
+            where = self.case.station(order.part_of[event.sku][0])
+            self.case.add("not-assigned", event.tick, f"{item}, but is assigned to {where}")
+            return True
+        else:
+            return True
+        return False
+
+    def _fulfil(self, event: ItemPicked) -> None:
+        """Note that an item is picked, and perhaps still to be handled."""
+        order = self.state.orders[event.order]
+        order.unpicked[event.sku] -= 1
+        self.state.stations[order.part_of[event.sku][0]].open[event.sku] -= 1
+        if self.case.keeps_places:
+            order.in_hand += 1
+            handled = event.start_tick + self.case.handle_ticks
+            self.state.stations[event.station].in_hand.append((event.order, event.sku, handled))
+        else:
+            self._release(event.order, event.sku, event.tick)
+
+    def until(self, tick: int) -> None:
+        """Note what is handled by then: at the latest when a place is needed that it gives back."""
+        for station in self.state.stations:
+            while station.in_hand and station.in_hand[0][2] <= tick:
+                order, sku, done = station.in_hand.pop(0)
+                self.state.orders[order].in_hand -= 1
+                self._release(order, sku, done)
+
+    def _release(self, number: int, sku: int, tick: int) -> None:
+        """Take an item off its part; the last one frees the capacity of the whole part."""
+        order = self.state.orders[number]
+        part = order.part_of[sku]
+        station = self.state.stations[part[0]]
+        order.last_tick = max(order.last_tick, tick)  # stations are settled one after the other
+        order.left[part] -= 1
+        if order.left[part] == 0:
+            size = order.size.pop(part)
+            joined = [other for other in order.size if other[0] == part[0]]
+            if joined and self.case.trace.stations[part[0]]["counts_orders"]:
+                order.size[joined[0]] = max(size, order.size[joined[0]])  # the place is theirs now
+            else:
+                station.load -= size

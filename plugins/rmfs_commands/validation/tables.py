@@ -1,0 +1,297 @@
+"""hours.csv, stations.csv and robots.csv, worked out anew from a trace."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rmfs_commands.trace.reader import Trace
+from rmfs_commands.validation.stock import joined_at
+from rmfs_core.clock import TICKS_PER_S, to_ticks
+from rmfs_core.events import (
+    Event,
+    ItemPicked,
+    OrderArrived,
+    OrderAssigned,
+    OrderCompleted,
+    PodLifted,
+    PodMoveDecided,
+    PodStored,
+    QueueJoined,
+    RobotMoved,
+    RobotRested,
+    RobotSent,
+    RobotsOnDuty,
+    StationClosed,
+    StationOpened,
+    TaskAssigned,
+    VisitEnded,
+    VisitStarted,
+)
+
+Row = dict[str, float | str | None]
+STATES = ("idle", "to_pod", "to_station", "queue", "station", "storing")
+OFF = "off"
+FOR_ROOM = "for room"
+HOUR = 3600 * TICKS_PER_S
+
+
+def measured_from(trace: Trace) -> int:
+    """Return the tick from which on is measured."""
+    return to_ticks(trace.scenario.get("run", {}).get("warmup_s") or 0)
+
+
+def refilled(trace: Trace) -> int | None:
+    """Return how many orders are kept in the backlog, as long as there are any; None where they come at their times."""
+    backlog = trace.scenario.get("instance", {}).get("arrivals", {}).get("backlog")
+    return None if backlog is None else int(backlog)
+
+
+def arrivals_of(trace: Trace) -> dict[int, int]:
+    """Return when each order arrives; not those that are kept for later when the run ends."""
+    if refilled(trace) is None:
+        return {i: order.arrival_tick for i, order in enumerate(trace.instance.orders)}
+    return {event.order: event.tick for event in trace.events if isinstance(event, OrderArrived)}
+
+
+def has_hours(trace: Trace) -> bool:
+    """Whether stations open and close in a run."""
+    scenario = trace.scenario
+    return bool(scenario.get("stations", {}).get("open") or scenario.get("rules", {}).get("activate"))
+
+
+def hours_of(trace: Trace) -> Iterator[Row]:
+    """Yield the rows of hours.csv, which a trace of few events may have any number of."""
+    counted: Counter[tuple[int, str]] = Counter()
+    last = max(trace.tick - 1, 0) // HOUR
+    for event in trace.events:
+        number, hour = 1, event.tick // HOUR
+        match event:
+            case OrderArrived():
+                what = "orders_in"
+            case OrderAssigned():
+                what, number = "left", int(event.complete)
+            case OrderCompleted():
+                what = "orders_out"
+            case ItemPicked():
+                what = "picks"
+            case VisitStarted():
+                if event.station >= len(trace.stations) - trace.layout.replenishing:
+                    continue
+                what = "visits"
+            case RobotMoved():
+                what, number = "distance_m", int(trace.layout.distance(event.origin, event.to))
+            case _:
+                continue
+        counted[hour, what] += number
+        last = max(last, hour)
+    backlog, there = 0, _there(trace)
+    for hour in range(last + 1):
+        backlog += counted[hour, "orders_in"] - counted[hour, "left"]
+        numbers = {what: counted[hour, what] for what in ("orders_in", "orders_out", "picks", "visits", "distance_m")}
+        begin, end = hour * HOUR, max(min((hour + 1) * HOUR, trace.tick), hour * HOUR)
+        means = {column: round(_mean(steps, begin, end), 3) for column, steps in there.items()}
+        yield {"hour": hour, "start_s": hour * 3600, **numbers, "backlog": backlog, **means}
+
+
+def _there(trace: Trace) -> dict[str, list[tuple[int, int]]]:
+    """Return how many stations are open, and robots on duty, from when on; empty where they never come or go."""
+    opened, on_duty = [(0, len(trace.stations) - trace.layout.replenishing)], [(0, len(trace.robots))]
+    for event in trace.events:
+        match event:
+            case StationOpened() | StationClosed():
+                opened.append((event.tick, opened[-1][1] + (1 if isinstance(event, StationOpened) else -1)))
+            case RobotsOnDuty():
+                on_duty.append((event.tick, event.number))
+    found = {"stations_open": opened} if has_hours(trace) else {}
+    return found | ({"robots_on_duty": on_duty} if trace.scenario.get("robots", {}).get("available") else {})
+
+
+def _mean(steps: list[tuple[int, int]], begin: int, end: int) -> float:
+    """Return the mean of a number between two times; steps say from when on it is which."""
+    spans = pairwise([*steps, (max(end, steps[-1][0]), 0)])
+    return sum(number * max(min(b, end) - max(a, begin), 0) for (a, number), (b, _) in spans) / max(end - begin, 1)
+
+
+def stations_of(trace: Trace) -> list[Row]:
+    """Return the rows of stations.csv."""
+    begin = measured_from(trace)
+    end = max(trace.tick, begin)
+    steps: dict[int, dict[str, list[tuple[int, int]]]] = defaultdict(lambda: defaultdict(list))
+    totals: Counter[tuple[int, str]] = Counter()
+    backlog = [(tick, 1) for tick in joined_at(trace).values()]
+    for pod in trace.pods:
+        if pod["robot"] is not None:
+            steps[pod["bound_for"][0]]["queue"].append((0, 1))
+    for event in trace.events:
+        match event:
+            case OrderAssigned():
+                steps[event.station]["wanted"].append((event.tick, event.items))
+                backlog.append((event.tick, -int(event.complete)))
+            case StationOpened() | StationClosed():
+                steps[event.station]["open"].append((event.tick, 1 if isinstance(event, StationOpened) else -1))
+            case QueueJoined():
+                steps[event.station]["queue"].append((event.tick, 1))
+            case VisitStarted():
+                steps[event.station]["queue"].append((event.tick, -1))
+                totals[event.station, "visits"] += event.tick >= begin
+            case ItemPicked():
+                steps[event.station]["wanted"].append((event.tick, -1))
+                steps[event.station]["busy"] += [(event.start_tick, 1), (event.picker_free_tick, -1)]
+                totals[event.station, "picks"] += event.tick >= begin
+    rows: list[Row] = []
+    for i, station in enumerate(trace.stations[: len(trace.stations) - trace.layout.replenishing]):
+        changes = steps[i]
+        every = [tick for kind in (*changes.values(), backlog) for tick, _ in kind]
+        times = np.unique(np.clip([begin, end, *every], begin, end))
+        lasts = np.diff(times)
+        busy, wanted, queue = (_levels(times, changes[what]) for what in ("busy", "wanted", "queue"))
+        works, lacks = busy > 0, (wanted > 0) & (busy == 0)
+        takes = _levels(times, changes["open"]) == 0  # it is open at first: one less for each time that it closes
+        rests = takes & ~(works | lacks)
+        spans = {
+            "busy_s": works,
+            "waiting_s": lacks,
+            "idle_s": rests,
+            "starved_s": rests & (_levels(times, backlog) > 0),
+            **({"open_s": works | lacks | takes} if has_hours(trace) else {}),
+        }
+        rows.append(
+            {
+                "station": station["name"],
+                "picks": totals[i, "picks"],
+                "visits": totals[i, "visits"],
+                **{column: int(lasts[span].sum()) / TICKS_PER_S for column, span in spans.items()},
+                "queue_mean": round(int((lasts * queue).sum()) / max(end - begin, 1), 6),
+                "queue_max": int(queue.max(initial=0)),
+            }
+        )
+    return rows
+
+
+def _levels(times: NDArray[np.int64], changes: Iterable[tuple[int, int]]) -> NDArray[np.int64]:
+    """Return the number between any two times that follow each other, which changes add up to."""
+    table = np.array([(0, 0), *changes], dtype=np.int64)
+    found = np.zeros(len(times), dtype=np.int64)
+    np.add.at(found, np.searchsorted(times, np.clip(table[:, 0], times[0], times[-1])), table[:, 1])
+    return np.cumsum(found)[:-1]
+
+
+def has_batteries(trace: Trace) -> bool:
+    """Whether the robots of a trace have batteries."""
+    return "battery" in trace.scenario.get("robots", {})
+
+
+def states_of(trace: Trace) -> tuple[str, ...]:
+    """Return what robots of a trace may do: what its scenario has no rules for is left out."""
+    rules = trace.scenario.get("rules", {})
+    more = {"to_rest": "idle" in rules, "charging": has_batteries(trace), "moving_pods": "move" in rules}
+    return (*STATES, *(state for state, there in more.items() if there))
+
+
+def robots_of(trace: Trace) -> list[Row]:
+    """Return the rows of robots.csv."""
+    begin, has_off = measured_from(trace), bool(trace.scenario.get("robots", {}).get("available"))
+    states = states_of(trace)
+    metres: Counter[tuple[int, bool]] = Counter()
+    for event in trace.events:
+        if isinstance(event, RobotMoved) and event.tick >= begin:
+            metres[event.robot, event.pod is not None] += int(trace.layout.distance(event.origin, event.to))
+    still = waiting_ticks(trace)
+    end = max(trace.tick, begin)
+    rows: list[Row] = []
+    for robot, turned in enumerate(_turns(trace)):
+        ticks = Counter({state: -still[robot, state] for state in (*states, OFF)})
+        for (since, state), (until, _) in pairwise([*turned, (end, "")]):
+            ticks[state] += max(until, begin) - max(since, begin)
+        rows.append(
+            {
+                "robot": str(robot + 1),
+                "distance_m": metres[robot, False] + metres[robot, True],
+                "loaded_distance_m": metres[robot, True],
+                **{f"{state}_s": ticks[state] / TICKS_PER_S for state in states},
+                "waiting_s": sum(still[robot, state] for state in STATES) / TICKS_PER_S,
+                **({"off_s": ticks[OFF] / TICKS_PER_S} if has_off else {}),
+            }
+        )
+    return rows
+
+
+def _turns(trace: Trace) -> list[list[tuple[int, str]]]:
+    """Return what each robot turns to, and when."""
+    carrying = {pod["robot"] for pod in trace.pods}
+    turns = [[(0, "queue" if robot in carrying else "idle")] for robot in range(len(trace.robots))]
+    serving = {pod: start["robot"] for pod, start in enumerate(trace.pods)}
+    chargers = {*trace.layout.chargers} if has_batteries(trace) else set()
+    simple: dict[type[Event], str] = {
+        TaskAssigned: "to_pod",
+        PodMoveDecided: "moving_pods",
+        RobotSent: "to_rest",
+        QueueJoined: "queue",
+        VisitStarted: "station",
+    }
+    on_duty = len(trace.robots)
+    for event in trace.events:
+        robot, state = getattr(event, "robot", None), simple.get(type(event))
+        match event:
+            case RobotRested():
+                rests = "idle" if event.robot < on_duty else OFF
+                state = "charging" if event.cell in chargers else rests
+            case PodStored():
+                state = "idle" if event.robot < on_duty else OFF
+            case RobotsOnDuty():
+                on_duty = event.number
+                for i, turned in enumerate(turns):
+                    if turned[-1][1] in ("idle", OFF):
+                        turned.append((event.tick, "idle" if i < on_duty else OFF))
+            case PodLifted() if turns[event.robot][-1][1] != "moving_pods":
+                state = "to_station"
+            case VisitStarted():
+                serving[event.pod] = event.robot
+            case VisitEnded():
+                robot = serving[event.pod]  # None: nobody has told that the visit began
+                state = "to_station" if event.next_station is not None else "storing"
+        if robot is not None and state is not None:
+            turns[robot].append((event.tick, state))
+    return turns
+
+
+def waiting_ticks(trace: Trace) -> Counter[tuple[int, str]]:
+    """Return the ticks in which robots under way did nothing, by robot and what they were under way for.
+
+    `FOR_ROOM` has the part of ``to_pod`` beneath the pod: the robot was there, and the station had no room.
+
+    Under way is a robot from a task, or from leaving a station, until it joins a queue or has stored its pod; what it
+    did not do after the last that it is known to have done is not counted.
+    """
+    begin = measured_from(trace)
+    since: dict[int, tuple[int, str]] = {}  # robot -> until when all of its time is accounted for; what for
+    serving = {pod: start["robot"] for pod, start in enumerate(trace.pods)}
+    found: Counter[tuple[int, str]] = Counter()
+    for event in trace.events:
+        match event:
+            case TaskAssigned():
+                since[event.robot] = (event.tick, "to_pod")
+            case RobotMoved() | PodLifted() | PodStored():
+                if event.robot in since:
+                    free, state = since[event.robot]
+                    still = event.start_tick + (event.wait_ticks if isinstance(event, RobotMoved) else 0)
+                    found[event.robot, state] += max(0, still - max(free, begin))
+                    if isinstance(event, PodLifted):
+                        found[event.robot, FOR_ROOM] += max(0, still - max(free, begin))
+                    since[event.robot] = (event.tick, "to_station" if isinstance(event, PodLifted) else state)
+                if isinstance(event, PodStored):
+                    since.pop(event.robot, None)
+            case QueueJoined():
+                since.pop(event.robot, None)
+            case VisitStarted():
+                serving[event.pod] = event.robot
+            case VisitEnded():
+                robot = serving[event.pod]
+                if robot is not None:
+                    since[robot] = (event.tick, "to_station" if event.next_station is not None else "storing")
+    return found

@@ -1,0 +1,138 @@
+"""All checks over one trace."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from rmfs_commands.trace.reader import KnownIds, Trace
+from rmfs_commands.trace.writer import EVENTS
+from rmfs_commands.validation.case import Case, seconds
+from rmfs_commands.validation.collisions import find_collisions
+from rmfs_commands.validation.fault import Fault
+from rmfs_commands.validation.files import check_files
+from rmfs_commands.validation.header import check_header, check_readable
+from rmfs_commands.validation.lines import LineCheck
+from rmfs_commands.validation.metrics import compare
+from rmfs_commands.validation.motion import MotionCheck, WayCheck
+from rmfs_commands.validation.opening import check_opening, made_alike
+from rmfs_commands.validation.orders import DecisionCheck, OrderCheck
+from rmfs_commands.validation.picking import PickCheck
+from rmfs_commands.validation.pods import PodCheck
+from rmfs_commands.validation.replenishing import BundleCheck
+from rmfs_commands.validation.resting import RestCheck
+from rmfs_commands.validation.shifts import ShiftCheck
+from rmfs_commands.validation.state import State
+from rmfs_commands.validation.stock import StockCheck
+from rmfs_core.clock import to_ticks
+from rmfs_core.events import Event
+
+
+def faults_of(
+    trace: Trace,
+    result: Mapping[str, Any] | None = None,
+    *,
+    collisions: bool | None = None,
+    tables: Path | None = None,
+) -> list[Fault]:
+    """Return everything that is wrong with a trace, in the order of time.
+
+    Parameters
+    ----------
+    trace
+        The trace.
+    result
+        Content of result.json; its metrics are compared with those of the trace when given.
+    collisions
+        Whether no two robots may hold a cell at once, or pass in a queue. None: unless the scenario's PP rule ignores
+        other robots.
+    tables
+        The run's folder; the tables there are compared when given.
+
+    Raises
+    ------
+    InputError
+        When the header lacks what a validation needs.
+    """
+    check_readable(trace)
+    case = Case(trace)
+    check_header(case)
+    if made_alike(trace, result):
+        check_opening(case)
+    state = State(trace)
+    if collisions is None:
+        collisions = case.avoids_collisions
+    lines, orders, pods = LineCheck(case, state, collisions=collisions), OrderCheck(case, state), PodCheck(case, state)
+    picks, bundles, shifts = PickCheck(case, state), BundleCheck(case, state), ShiftCheck(case, state)
+    stock, decisions = StockCheck(case, state), DecisionCheck(case, state)
+    # The way is checked while a robot is still where its run starts, the decision before its parts take up capacity,
+    # and which orders wait for stock before what is on order for them.
+    checks = (
+        WayCheck(case, state),
+        MotionCheck(case, state),
+        pods,
+        stock,
+        bundles,
+        lines,
+        picks,
+        decisions,
+        shifts,
+        orders,
+        RestCheck(case, state),
+    )
+    handlers: dict[type[Event], list[Callable[[Any], None]]] = {kind: [] for kind in EVENTS.values()}
+    for check in checks:
+        for kind, handler in check.handlers.items():
+            handlers[kind].append(handler)
+    whole = _follow(case, handlers, picks)
+    lines.at_end()
+    orders.at_end()
+    pods.at_end()
+    bundles.at_end()
+    stock.at_end()
+    shifts.at_end()
+    if whole:
+        if collisions:
+            find_collisions(case, state)
+        if result is not None:
+            compare(case, result)
+        if tables is not None:
+            check_files(case, tables)
+    return sorted(case.faults, key=lambda fault: fault.tick)
+
+
+def _follow(case: Case, handlers: Mapping[type[Event], list[Callable[[Any], None]]], picks: PickCheck) -> bool:
+    """Hand each event to its checks; return whether all of them name only what exists."""
+    ids = KnownIds(case.trace)
+    now, whole = 0, True
+    for event in case.trace.events:
+        unknown = ids.unknown(event)
+        if unknown is not None:
+            case.add("unknown-id", event.tick, f"{type(event).__name__} names {unknown}, which does not exist")
+            whole = False
+            continue
+        if event.tick < now:
+            case.add(
+                "time-order",
+                event.tick,
+                f"{type(event).__name__} at {seconds(event.tick)} stands below an event of {seconds(now)}",
+            )
+        now = max(now, event.tick)
+        picks.until(now)
+        for handle in handlers[type(event)]:
+            handle(event)
+    if case.trace.tick < now:
+        case.add("time-order", now, f"the last event is later than the end of the run at {seconds(case.trace.tick)}")
+    _check_end(case, now)
+    return whole
+
+
+def _check_end(case: Case, last: int) -> None:
+    """A run is over with the last thing that happens in it, or when the scenario's time is up."""
+    tick, until = case.trace.tick, case.trace.scenario.get("run", {}).get("until_s")
+    ends = f"the run ends at {seconds(tick)}"
+    if until is not None and tick > to_ticks(until):
+        case.add("end", tick, f"{ends}; run.until_s is {until}")
+    elif case.trace.status == "complete" and case.trace.instance.orders and tick > last:
+        case.add("end", tick, f"{ends}, complete, but nothing has happened since {seconds(last)}")

@@ -1,0 +1,5 @@
+"""TA rule ``balanced``."""
+
+from rmfs_rules.balanced.rule import Balanced
+
+__all__ = ["Balanced"]

@@ -1,0 +1,361 @@
+"""The rules: good places for pods that are wanted much."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from attrs import define, field, validators
+from numpy.typing import NDArray
+
+from rmfs_core import PodMove, hookimpl
+from rmfs_rules.classes.moving import Pause, nearest_to
+from rmfs_rules.classes.places import NO_STATION, Kept, Places, class_at, nearest_of
+from rmfs_rules.classes.worth import Worth, rank_of
+
+if TYPE_CHECKING:
+    from rmfs_core.traffic import Roads
+    from rmfs_core.warehouse import Pod, WarehouseView
+    from rmfs_rules.classes.places import Ids
+
+NOT_OFF = -1
+"""How far from its rank a pod counts that may not be moved."""
+
+
+def _retry() -> Any:
+    return field(
+        default=120.0,
+        validator=validators.gt(0),
+        metadata={"doc": "Seconds until repositioning is looked into again, once no pod was out of place"},
+    )
+
+
+def _weight(default: float, of: str) -> Any:
+    return field(
+        default=default,
+        validator=validators.ge(0),
+        metadata={"doc": f"What {of} counts in how much a pod is wanted, as a share of that of the most wanted pod"},
+    )
+
+
+def _weight_speed(default: float) -> Any:
+    return _weight(default, "the number of items ordered until now of the SKUs on it")
+
+
+def _weight_demand(default: float) -> Any:
+    return _weight(default, "the number of items on it that are wanted now")
+
+
+@define
+class _ByWorth:
+    """A rule that goes by how much pods are wanted."""
+
+    _worth: Worth = field(init=False, factory=Worth, repr=False, eq=False)
+
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self._worth.load()
+
+
+@define
+class StationBased:
+    """Store a pod as near as possible to any picking station.
+
+    That is in the free storage location with the shortest loaded driving time to the station that is nearest to it;
+    ties go to the shortest drive from where the pod is, then to the lowest cell index.
+
+    References
+    ----------
+    M. Merschformann, T. Lamballais, R. de Koster, L. Suhl: Decision rules for robotic mobile fulfillment systems.
+    Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
+    """
+
+    @hookimpl
+    def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
+        """Choose the free location that is nearest to a station."""
+        free = np.array(warehouse.free_storage_locations)
+        times = [warehouse.travel.times_to(station.cell, True)[free].min(axis=1) for station in warehouse.stations]
+        ticks = np.min(times, axis=0)
+        return nearest_of(warehouse, pod, free[ticks == ticks.min()])
+
+
+def _shares(_instance: object, _attribute: Any, value: tuple[float, ...]) -> None:
+    if not value or value[-1] != 1 or any(a >= b for a, b in zip((0.0, *value), value, strict=False)):
+        raise ValueError(f"expected shares above 0 that rise to 1, found {list(value)}")
+
+
+@define
+class TurnoverClasses(_ByWorth):
+    """Store a pod in the class of places that is as good as the pod is wanted.
+
+    The storage locations (those that hold no empty pod), sorted by the loaded driving time to the nearest station, and
+    the pods, sorted by
+
+        sum over the SKUs i that pod p has free of (items of i in all orders until now),
+
+    most first, are cut into classes at the same shares. A pod goes to the free location of its class with the shortest
+    driving time from where it is. When its class is full, the next class down is tried, then the next one up, and so on
+    to both sides. Ties go to the lowest id and cell index.
+
+    References
+    ----------
+    R. Yuan, T. Cezik, S. C. Graves: Velocity-based storage assignment in semi-automated storage systems. Production and
+    Operations Management, 2018.
+
+    M. Merschformann, T. Lamballais, R. de Koster, L. Suhl: Decision rules for robotic mobile fulfillment systems.
+    Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
+    """
+
+    borders: tuple[float, ...] = field(
+        default=(0.1, 0.3, 1.0),
+        validator=_shares,
+        metadata={"doc": "Where the classes end: shares of all places and of all pods, rising to 1"},
+    )
+    _classes: Kept[Ids] = field(init=False, factory=Kept, repr=False, eq=False)
+
+    @hookimpl
+    def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
+        """Choose the nearest free location of the pod's class."""
+        places, classes = self._classes.of(warehouse, lambda places: places.classes(self.borders))
+        wanted = self._worth.speed(warehouse)
+        own = class_at(rank_of(pod.id, wanted), len(wanted), self.borders)
+        free = np.isin(places.cells, warehouse.free_storage_locations)
+        away = _turn(classes - own, better_first=False)
+        return nearest_of(warehouse, pod, places.cells[free & (away == away[free].min())])
+
+
+@define
+class Cache(_ByWorth):
+    """Keep the best places of each station for pods that are wanted much.
+
+    Each station has a cache: of the storage locations (those that hold no empty pod) a share is divided among the
+    stations, the shortest loaded drive to a station first. A pod that leaves station s belongs there if
+
+        (weight_free * f + weight_worth * u) / 2 > threshold,
+
+    f being the share of the cache of s that is free, and u the share of the pods stored in it that are wanted less than
+    the pod (1 where there are none). How much a pod is wanted is the weighted sum of the items on it that are wanted
+    now and of the items ordered until now of its SKUs. It goes to the location with the shortest driving time from
+    where it is: in the cache of s, else in none; a pod that does not belong there to one in no cache. Caches of others
+    come last, as does that of s for such a pod. Ties go to the lowest cell index.
+
+    Repositioning: of the pods that are wanted at all, as many as the caches have places besides ``free_places`` in each
+    are useful, those that are wanted most. Where fewer places of a cache are free, the pods in it that are not useful
+    go out, the one that is wanted least first, to the nearest free location in no cache; where more are, useful pods in
+    no cache come in, the one that is wanted most first, to the free place nearest to it. When there is nothing to move
+    it is looked into again after ``retry_s``.
+
+    References
+    ----------
+    M. Merschformann, T. Lamballais, R. de Koster, L. Suhl: Decision rules for robotic mobile fulfillment systems.
+    Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
+    """
+
+    share: float = field(
+        default=0.25,
+        validator=[validators.ge(0), validators.le(1)],
+        metadata={"doc": "Share of the storage locations that the caches have"},
+    )
+    threshold: float = field(
+        default=0.5,
+        validator=validators.ge(0),
+        metadata={"doc": "What has to be exceeded for a pod to go into the cache: the higher, the fewer pods do"},
+    )
+    weight_free: float = field(
+        default=1.0,
+        validator=validators.ge(0),
+        metadata={"doc": "What the share of the cache that is free counts"},
+    )
+    weight_worth: float = field(
+        default=1.0,
+        validator=validators.ge(0),
+        metadata={"doc": "What the share of the pods in the cache counts that are wanted less"},
+    )
+    weight_speed: float = _weight_speed(0.0)
+    weight_demand: float = _weight_demand(1.0)
+    free_places: int = field(
+        default=8,
+        validator=validators.ge(0),
+        metadata={"doc": "Repositioning: places that are kept free in each cache"},
+    )
+    retry_s: float = _retry()
+    _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
+    _caches: Kept[tuple[Ids, Ids]] = field(init=False, factory=Kept, repr=False, eq=False)
+
+    @hookimpl
+    def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
+        """Choose the nearest free location in the station's cache, or outside all caches."""
+        places, (owner, _) = self._caches.of(warehouse, self._owners)
+        station = min(
+            warehouse.stations,
+            key=lambda s: (int(warehouse.travel.times_to(s.cell, True)[pod.cell].min()), s.id),
+        ).id
+        free = np.isin(places.cells, warehouse.free_storage_locations)
+        if self._belongs(warehouse, pod, station, free[owner == station]):
+            away = np.where(owner == station, 0, np.where(owner == NO_STATION, 1, 2))
+        else:
+            away = np.where(owner == NO_STATION, 0, 1)
+        return nearest_of(warehouse, pod, places.cells[free & (away == away[free].min())])
+
+    @hookimpl
+    def move_pods(self, warehouse: WarehouseView, max_moves: int) -> Sequence[PodMove]:
+        """Clear caches of pods that are wanted little, and fill them with those that are wanted most."""
+        return self._pause.after(warehouse, self.retry_s, lambda: self._moves(warehouse, max_moves))
+
+    @hookimpl
+    def wake_at(self, warehouse: WarehouseView) -> float | None:
+        """Look into repositioning again when the pause is over."""
+        return self._pause.until_s(warehouse)
+
+    def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]:
+        places, (owner, at) = self._caches.of(warehouse, self._owners)
+        wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        stored, movable = self._worth.pods.places, self._worth.pods.movable
+        there = int((owner != NO_STATION).sum()) - self.free_places * len(warehouse.stations)
+        order = np.argsort(-wanted, kind="stable")
+        useful = order[: min(max(there, 0), np.count_nonzero(wanted > 0))]
+        useless = movable.copy()
+        useless[useful] = False
+        now = at[stored]
+        outside = useful[movable[useful] & (now[useful] == NO_STATION)].tolist()
+        free = np.isin(places.cells, warehouse.free_storage_locations)
+        moves: list[PodMove] = []
+
+        def move(pod: int, of: int) -> None:
+            cell = nearest_to(warehouse, int(stored[pod]), places.cells[free & (owner == of)])
+            moves.append(PodMove(pod, cell))
+            free[places.cells == cell] = False
+
+        for station in warehouse.stations:
+            inside = np.flatnonzero(useless & (now == station.id))
+            inside = inside[np.argsort(wanted[inside], kind="stable")]
+            own, elsewhere = (int(np.count_nonzero(free & (owner == of))) for of in (station.id, NO_STATION))
+            for pod in inside[: min(max(self.free_places - own, 0), elsewhere)].tolist()[: max_moves - len(moves)]:
+                move(pod, NO_STATION)
+            for _ in range(min(max(own - self.free_places, 0), len(outside), max_moves - len(moves))):
+                move(outside.pop(0), station.id)
+        return moves
+
+    def _owners(self, places: Places) -> tuple[Ids, Ids]:
+        """Return whose cache each place belongs to, and the same by cell."""
+        owner = places.caches(self.share)
+        return owner, places.by_cell(owner, NO_STATION)
+
+    def _belongs(self, warehouse: WarehouseView, pod: Pod, station: int, free: NDArray[np.bool_]) -> bool:
+        """Whether a pod belongs into the cache of a station, of which these places are free."""
+        if not len(free):
+            return False
+        _, (_, at) = self._caches.of(warehouse, self._owners)
+        wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        stored = at[self._worth.pods.places] == station
+        less = float((wanted[stored] < wanted[pod.id]).mean()) if stored.any() else 1.0
+        return bool((self.weight_free * free.mean() + self.weight_worth * less) / 2 > self.threshold)
+
+
+@define
+class Utility(_ByWorth):
+    """Store a pod in a place of the rank that the pod has among all pods.
+
+    Pods are ranked by how much they are wanted, a weighted sum of the items ordered until now of the SKUs on them and
+    of the items on them that are wanted now, each as a share of the largest; storage locations (those that hold no
+    empty pod) by the loaded driving time to the nearest station, those with the same time together. The pod of rank k
+    (0 is the first) of n belongs to the rank of location
+
+        floor(k / n * (n + buffer * number of locations)),
+
+    counted from the best. Of the free locations of this rank, the next better, the next worse and so on, corridor ranks
+    in all, or else the first such rank that has any, the one with the shortest driving time from where the pod is
+    is taken. Ties go to the lowest id and cell index.
+
+    Repositioning: the pod whose place is the most ranks from its own, ``corridor`` at least, goes first, to the
+    location that would be chosen so, if that is nearer to its rank. When there is nothing to move it is looked into
+    again after ``retry_s``.
+
+    References
+    ----------
+    M. Merschformann, T. Lamballais, R. de Koster, L. Suhl: Decision rules for robotic mobile fulfillment systems.
+    Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
+    """
+
+    weight_speed: float = _weight_speed(1.0)
+    weight_demand: float = _weight_demand(1.0)
+    corridor: int = field(
+        default=3,
+        validator=validators.ge(1),
+        metadata={"doc": "How many ranks of locations are looked at, beginning with the pod's own"},
+    )
+    buffer: float = field(
+        default=0.05,
+        validator=[validators.ge(0), validators.le(1)],
+        metadata={"doc": "Share of the locations that are used besides one for each pod"},
+    )
+    retry_s: float = _retry()
+    _pause: Pause = field(init=False, factory=Pause, repr=False, eq=False)
+    _ranks: Kept[tuple[Ids, Ids, Ids]] = field(init=False, factory=Kept, repr=False, eq=False)
+
+    @hookimpl
+    def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
+        """Choose the nearest free location of about the pod's rank."""
+        places, (ranks, ranked, _) = self._ranks.of(warehouse, _ranked)
+        wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        own = ranked[self._at(rank_of(pod.id, wanted), len(wanted), len(ranks))]
+        free = np.isin(places.cells, warehouse.free_storage_locations)
+        turn = _turn(ranks - own, better_first=True)
+        least = max(self.corridor - 1, int(turn[free].min()))
+        return nearest_of(warehouse, pod, places.cells[free & (turn <= least)])
+
+    @hookimpl
+    def move_pods(self, warehouse: WarehouseView, max_moves: int) -> Sequence[PodMove]:
+        """Move the pods whose places are farthest from their ranks."""
+        return self._pause.after(warehouse, self.retry_s, lambda: self._moves(warehouse, max_moves))
+
+    @hookimpl
+    def wake_at(self, warehouse: WarehouseView) -> float | None:
+        """Look into repositioning again when the pause is over."""
+        return self._pause.until_s(warehouse)
+
+    def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]:
+        places, (ranks, ranked, at) = self._ranks.of(warehouse, _ranked)
+        if not self._worth.ordered.items(warehouse).any():  # nothing is known of any pod
+            return []
+        own = self._own_ranks(warehouse, ranked)
+        cells = self._worth.pods.places
+        off = np.where(self._worth.pods.movable, np.abs(at[cells] - own), NOT_OFF)
+        out_of_place = np.flatnonzero(off >= self.corridor)
+        free = np.isin(places.cells, warehouse.free_storage_locations)
+        moves: list[PodMove] = []
+        for pod in out_of_place[np.argsort(-off[out_of_place], kind="stable")].tolist():
+            if len(moves) == max_moves or not free.any():
+                break
+            turn = _turn(ranks - own[pod], better_first=True)
+            least = max(self.corridor - 1, int(turn[free].min()))
+            better = free & (turn <= least) & (np.abs(ranks - own[pod]) < off[pod])
+            if better.any():
+                cell = nearest_to(warehouse, int(cells[pod]), places.cells[better])
+                moves.append(PodMove(pod, cell))
+                free &= places.cells != cell
+        return moves
+
+    def _own_ranks(self, warehouse: WarehouseView, ranked: Ids) -> Ids:
+        """Return the rank of the location that each pod belongs to."""
+        wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        own = np.empty(len(wanted), np.int64)
+        own[np.argsort(-wanted, kind="stable")] = ranked[self._at(np.arange(len(wanted)), len(wanted), len(ranked))]
+        return own
+
+    def _at(self, rank: Any, number: int, locations: int) -> Any:
+        """Return where, counted from the best location, the pod of a rank among so many belongs to."""
+        at = np.asarray(rank / number * (number + self.buffer * locations)).astype(np.int64)
+        return np.minimum(at, locations - 1)
+
+
+def _ranked(places: Places) -> tuple[Ids, Ids, Ids]:
+    """Return the ranks of places, the same in ascending order, and by cell."""
+    ranks = places.ranks()
+    return ranks, np.sort(ranks), places.by_cell(ranks, 0)
+
+
+def _turn(away: Any, *, better_first: bool) -> Any:
+    """Return when each rank is looked at: its own first, then by distance to both sides, one of which goes first."""
+    return 2 * np.abs(away) - ((away < 0) if better_first else (away > 0))

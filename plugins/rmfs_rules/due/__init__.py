@@ -1,0 +1,88 @@
+"""POA rules ``earliest-due`` and ``least-slack``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from attrs import define, field, validators
+
+from rmfs_core import OrderAssignment, hookimpl
+from rmfs_rules.helpers import assign_best_pairs
+from rmfs_rules.helpers.kept_options import KeptLanes
+from rmfs_rules.helpers.pair_scores import by_due_time
+
+if TYPE_CHECKING:
+    from rmfs_core.warehouse import Order, WarehouseView
+
+
+def _assign(warehouse: WarehouseView, options: KeptLanes) -> list[OrderAssignment]:
+    if options.keeps(warehouse):
+        return options.assign_kept(warehouse)
+    rank = np.array([options.rank(order) for order in warehouse.backlog], np.float64)
+    same = np.zeros(len(rank), np.int64)
+    return assign_best_pairs(
+        warehouse, lambda _: same, max_wait_s=options.max_wait_s, rank=rank, fast_lane=options.fast_lane
+    )
+
+
+@define
+class EarliestDue(KeptLanes):
+    """Assign the order that is due first.
+
+    Of the orders that fit anywhere, the one with the earliest due time goes to the station with the lowest load where
+    it fits (ties: lowest id). Orders without a due time come last; ties go to the oldest. This is repeated until
+    nothing fits.
+
+    References
+    ----------
+    J. R. Jackson: Scheduling a production line to minimize maximum tardiness. Management Sciences Research Project,
+    Research Report 43, University of California, Los Angeles, 1955.
+
+    M. Merschformann, T. Lamballais, R. de Koster, L. Suhl: Decision rules for robotic mobile fulfillment systems.
+    Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
+    """
+
+    @hookimpl
+    def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
+        """Assign orders by due time."""
+        return _assign(warehouse, self)
+
+    def rank(self, order: Order) -> float:
+        """Return the due time in seconds."""
+        return by_due_time(order)
+
+
+@define
+class LeastSlack(KeptLanes):
+    """Assign the order that has least time to spare.
+
+    Of the orders that fit anywhere, the one with the lowest slack
+
+        due time - now - item_s * (items that are open)
+
+    goes to the station with the lowest load where it fits (ties: lowest id). Orders without a due time come last; ties
+    go to the oldest. This is repeated until nothing fits. So of two orders that are due at the same time the larger
+    goes first.
+
+    References
+    ----------
+    S. S. Panwalkar, W. Iskander: A survey of scheduling rules. Operations Research 25(1), 45-61, 1977.
+    https://doi.org/10.1287/opre.25.1.45 (slack as a priority)
+    """
+
+    item_s: float = field(
+        default=13.0,
+        validator=validators.ge(0),
+        metadata={"unit": "s", "doc": "How long an item takes: by default, how long a picker is busy with one"},
+    )
+
+    @hookimpl
+    def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
+        """Assign orders by slack; what time it is makes no difference between them."""
+        return _assign(warehouse, self)
+
+    def rank(self, order: Order) -> float:
+        """Return the slack in seconds, but for the time that it is now."""
+        return by_due_time(order) - self.item_s * order.open_items

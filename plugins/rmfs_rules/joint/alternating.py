@@ -1,0 +1,86 @@
+"""Joint POA+PPS rule ``alternating``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, ClassVar
+
+from attrs import define, field, validators
+
+from rmfs_core import JointDecision, hookimpl
+from rmfs_rules.helpers import waiting_limit
+from rmfs_rules.joint.choosing import Kept, Period, unused_capacity_weight
+from rmfs_rules.joint.covering import Chosen, Sent
+
+if TYPE_CHECKING:
+    from rmfs_core.traffic import Roads
+    from rmfs_core.warehouse import WarehouseView
+
+MOST_ROUNDS = 10
+"""Times that orders and pods are chosen at most, by default."""
+
+
+@define(kw_only=True)
+class Alternating:
+    """Choose orders for pods and pods for orders in turn, each greedily, until that lowers the cost no more.
+
+    Whole orders, without a solver. The cost is that of ``integrated``,
+
+        visits + W_u * free places,
+
+    at a station that counts orders, a free place times the items of the largest order.
+
+    Orders for pods: again and again, the pair of order and station with the fewest missing lines for each place that
+    the order takes, of those where it fits; ties go to the oldest order, then to the station with the lowest load. A
+    line is missing where the pods at, bound for or (from the second time on) sent to the station have too few items
+    left, and no order before it made the SKU one that has to be brought.
+
+    Pods for orders: again and again, the pair of pod and station with most items that the orders there want and no pod
+    there has; ties go to a pod bound for no station, then to the nearest. Pods that the later ones make needless stay.
+
+    It begins with orders for the pods that are at or bound for stations, and ends with the first pair of choices that
+    does not cost less than the one before, which it takes.
+
+    References
+    ----------
+    G. Jiao, M. Huang, Y. Song, H. Li, X. Wang: Online joint optimization of order picking process in robotic mobile
+    fulfillment systems. Omega, 103374, 2025. https://doi.org/10.1016/j.omega.2025.103374 (orders and pods chosen
+    greedily in turn; there with tasks of robots, and another objective)
+    """
+
+    whole_orders: ClassVar[bool] = True
+
+    rounds: int = field(
+        default=MOST_ROUNDS,
+        validator=validators.ge(1),
+        metadata={"doc": "Times that orders and pods are chosen at most"},
+    )
+    unused_capacity_weight: float = unused_capacity_weight()
+    max_wait_s: float | None = waiting_limit()
+    _kept: Kept = field(init=False, factory=Kept, repr=False, eq=False)
+
+    @hookimpl
+    def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
+        """Choose orders and pods in turn."""
+        period = self._kept.period(warehouse, self.max_wait_s)
+        *_, (_, chosen, sent) = improving(period, self.rounds, self.unused_capacity_weight)
+        return period.decision(chosen, sent, self.unused_capacity_weight)
+
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self._kept.load()
+
+
+def improving(period: Period, rounds: int, weight: float) -> Iterator[tuple[float, Chosen, Sent]]:
+    """Yield the choices one after another, with their cost: each costs less than the one before."""
+    before = math.inf
+    sent: Sent = ()
+    for _ in range(rounds):
+        chosen = period.filled(sent)
+        sent = period.pods_for(chosen)
+        costs = period.cost(chosen, sent, weight)
+        if costs >= before:
+            return
+        yield costs, chosen, sent
+        before = costs

@@ -1,0 +1,117 @@
+"""Joint POA+PPS rule ``lns``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+from attrs import define, field, validators
+
+from rmfs_core import JointDecision, hookimpl
+from rmfs_rules.helpers import waiting_limit
+from rmfs_rules.joint.alternating import MOST_ROUNDS, improving
+from rmfs_rules.joint.choosing import Kept, Period, unused_capacity_weight
+from rmfs_rules.joint.covering import Chosen, Sent
+
+if TYPE_CHECKING:
+    from rmfs_core.traffic import Roads
+    from rmfs_core.warehouse import WarehouseView
+
+MOST_ORDERS = 500
+"""Orders of the backlog that a search looks at, besides those that are chosen already."""
+
+
+@define(kw_only=True)
+class LargeNeighborhoodSearch:
+    """Take back some of the orders that were chosen, choose again, and keep what costs less: large neighborhood search.
+
+    Whole orders, without a solver. It begins with the choice of ``alternating``, and its cost is that of
+    ``integrated``,
+
+        visits + W_u * free places,
+
+    at a station that counts orders, a free place times the items of the largest order. Each of the iterations takes
+    orders back, one of three ways, drawn at random: each with the probability ``share``; all that want something of one
+    pod that is sent, at its station; or all of one station. Then orders are added as ``alternating`` does, given the
+    pods that the others need, by scores from which up to half a missing line is taken at random, and pods are chosen
+    for all of them. The outcome is kept if it costs less, or as much and its orders are older: of the orders by which
+    two such outcomes differ, it has the oldest.
+
+    Where more than 500 orders wait, it looks at those that are chosen and at no more than 500 others: as many for each
+    station with free places, those that ``alternating`` would take there first, given the pods that it sends.
+
+    Orders that have waited too long are not taken back; while one is left in the backlog, it stays with the choice of
+    ``alternating``.
+
+    References
+    ----------
+    P. Shaw: Using constraint programming and local search methods to solve vehicle routing problems. CP98, Lecture
+    Notes in Computer Science 1520, 417-431, 1998. https://doi.org/10.1007/3-540-49481-2_30 (large neighborhood search)
+
+    S. Ropke, D. Pisinger: An adaptive large neighborhood search heuristic for the pickup and delivery problem with time
+    windows. Transportation Science 40, 455-472, 2006. https://doi.org/10.1287/trsc.1050.0135 (several ways of taking
+    back, and greedy repair with random noise)
+    """
+
+    whole_orders: ClassVar[bool] = True
+
+    iterations: int = field(
+        default=50,
+        validator=validators.ge(0),
+        metadata={"doc": "Times that orders are taken back and chosen again in a decision"},
+    )
+    share: float = field(
+        default=0.3,
+        validator=validators.and_(validators.gt(0), validators.le(1)),
+        metadata={"doc": "With which probability an order is taken back when orders are drawn one by one"},
+    )
+    unused_capacity_weight: float = unused_capacity_weight()
+    max_wait_s: float | None = waiting_limit()
+    _kept: Kept = field(init=False, factory=Kept, repr=False, eq=False)
+
+    @hookimpl
+    def assign_orders_and_pods(self, warehouse: WarehouseView, rng: np.random.Generator) -> JointDecision:
+        """Improve the choice of ``alternating``."""
+        weight, period = self.unused_capacity_weight, self._kept.period(warehouse, self.max_wait_s)
+        *_, (_, chosen, sent) = improving(period, MOST_ROUNDS, weight)
+        places = {place for place, _ in chosen}
+        if not chosen or any(place not in places for place in period.late()):
+            return period.decision(chosen, sent, weight)
+        few, shown = period.foremost(MOST_ORDERS, chosen, sent)
+        renumbered = {place: number for number, place in enumerate(shown)}
+        chosen = [(renumbered[place], station) for place, station in chosen]
+        stay = {renumbered[place] for place in period.late()}  # all of them are chosen
+        best = _value(few, chosen, sent, weight)
+        for _ in range(self.iterations):
+            taken_back = self._taken_back(few, chosen, sent, rng) - stay
+            kept = [pair for pair in chosen if pair[0] not in taken_back]
+            noise = rng.integers(0, few.orders.missing_line // 2, (len(shown), len(warehouse.stations)))
+            other = few.refilled(kept, few.pods_for(kept), noise)
+            pods = few.pods_for(other)
+            value = _value(few, other, pods, weight)
+            if value < best:
+                best, chosen, sent = value, other, pods
+        return few.decision(chosen, sent, weight)
+
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self._kept.load()
+
+    def _taken_back(self, period: Period, chosen: Chosen, sent: Sent, rng: np.random.Generator) -> set[int]:
+        """Return the orders to take back, by place."""
+        way = int(rng.integers(3))
+        if way == 0 or (way == 1 and not sent):
+            drawn = rng.random(len(chosen)) < self.share
+            return {place for (place, _), taken in zip(chosen, drawn.tolist(), strict=True) if taken}
+        if way == 1:
+            pod, at = sent[int(rng.integers(len(sent)))]
+            there = [place for place, station in chosen if station == at]
+            held = period.warehouse.pods[pod].contents
+            return {there[which] for which, sku, _ in period.orders.lines_of(there) if sku in held}
+        at = chosen[int(rng.integers(len(chosen)))][1]
+        return {place for place, station in chosen if station == at}
+
+
+def _value(period: Period, chosen: Chosen, sent: Sent, weight: float) -> tuple[float, list[int]]:
+    """Return what is compared: the cost, and then the orders, oldest first."""
+    return period.cost(chosen, sent, weight), sorted(place for place, _ in chosen)

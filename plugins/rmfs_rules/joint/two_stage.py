@@ -1,0 +1,78 @@
+"""Joint POA+PPS rule ``two-stage``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+from attrs import define, field, validators
+
+from rmfs_core import JointDecision, hookimpl
+from rmfs_rules.helpers import waiting_limit
+from rmfs_rules.joint.choosing import Kept
+
+if TYPE_CHECKING:
+    from rmfs_core.traffic import Roads
+    from rmfs_core.warehouse import WarehouseView
+
+
+@define(kw_only=True)
+class TwoStage:
+    """Send pods for some orders, then fill the stations with what these pods have.
+
+    Whole orders, without a solver. First stage: while a station's load is below ``first_share`` of its capacity, it
+    takes orders of the first stage. Again and again, of the orders that fit, the one that has fewest missing lines for
+    each place that it takes goes to the station where that is so; ties go to the oldest order, then to the lowest load.
+    (Or the oldest order goes where fewest of its lines are missing.) A line is missing where the pods at or bound for
+    the station have too few items left, and no order before it made the SKU one that has to be brought.
+
+    Then pods are sent for these orders: again and again, the pair of pod and station with most items that the orders
+    there want and no pod there has; ties go to a pod bound for no station, then to the one with most items that the
+    backlog wants, then to the nearest. Pods that the later ones make needless stay.
+
+    Second stage: no more pods are sent. Of the other orders that fit, oldest first, each goes to the station with the
+    lowest load whose pods have all of it. While an order that has waited too long is left, there is no second stage.
+
+    References
+    ----------
+    C. A. Valle, J. E. Beasley: A two stage approach for order and rack allocation with order backlog in a mobile rack
+    environment. Annals of Operations Research 351, 167-201, 2025. https://doi.org/10.1007/s10479-024-06058-6 (the two
+    stages, each solved exactly there; which orders the first one has to fulfil is given there)
+    """
+
+    whole_orders: ClassVar[bool] = True
+
+    first_share: float = field(
+        default=0.75,
+        validator=validators.and_(validators.gt(0), validators.le(1)),
+        metadata={
+            "doc": "Share of a station's capacity; with a load of that or more, it takes only orders for which no pod "
+            "has to be sent"
+        },
+    )
+    first_orders: Literal["cheapest", "oldest"] = field(
+        default="cheapest",
+        validator=validators.in_(("cheapest", "oldest")),
+        metadata={
+            "doc": 'Which orders go first in the first stage: "cheapest" (fewest missing lines for each place) or '
+            '"oldest"'
+        },
+    )
+    max_wait_s: float | None = waiting_limit()
+    _kept: Kept = field(init=False, factory=Kept, repr=False, eq=False)
+
+    @hookimpl
+    def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
+        """Choose orders, pods for them, and more orders for the pods."""
+        period = self._kept.period(warehouse, self.max_wait_s)
+        until = np.array([self.first_share * station.capacity for station in warehouse.stations])
+        first = period.filled((), oldest=self.first_orders == "oldest", until=until)
+        wanted_on = period.pods.wanted_on(period.orders.kept.wanted)
+        sent = period.pods_for(first, wanted_on)
+        chosen = {place for place, _ in first}
+        second = () if any(place not in chosen for place in period.late()) else period.completed(first, sent)
+        return period.decision([*first, *second], sent)
+
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self._kept.load()

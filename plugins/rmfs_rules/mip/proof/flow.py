@@ -1,0 +1,278 @@
+"""Maximum flow from SKU demand to stations with free places, by its minimum cuts.
+
+SKUs that the same set of stations covers are interchangeable, so demand is summed by that set, a bit mask: with S
+stations there are 2^S masks and as many cuts, few enough to look at all of them (S = 4: sixteen). A cut A of the
+stations bounds the flow by the places of A plus the demand that some station outside A covers.
+
+A scarce SKU is a case for itself: each pod that has it counts with its free items and the stations where it is, and the
+cut bounds what flows of the SKU by its demand and by the items of the pods that are at some station outside A.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+from attrs import evolve, frozen
+from numpy.typing import NDArray
+
+from rmfs_rules.mip.period.period import Preference, Stock
+from rmfs_rules.mip.period.reduction import Reduced, masks_of
+from rmfs_rules.mip.period.solution import Visits
+
+MOST_STATIONS = 8
+"""More stations with free places than this have too many cuts; the solver takes over."""
+
+Floats = NDArray[np.float64]
+
+
+def _within(numbers: Floats, stations: int) -> Floats:
+    """Return for each row and each set of stations the sum over the masks within the set: (rows, sets)."""
+    sums = numbers.copy()
+    for station in range(stations):
+        halves = sums.reshape(-1, 2, 1 << station)
+        halves[:, 1] += halves[:, 0]
+    return sums.reshape(-1, 1 << stations)
+
+
+@lru_cache(maxsize=MOST_STATIONS + 1)
+def _outside(stations: int) -> NDArray[np.bool_]:
+    """Return whether each station lies outside each set: (stations, sets)."""
+    outside: NDArray[np.bool_] = np.arange(1 << stations) >> np.arange(stations)[:, None] & 1 == 0
+    return outside
+
+
+@lru_cache(maxsize=256)
+def _places(capacities: tuple[int, ...]) -> Floats:
+    """Return the places of every cut."""
+    sets = np.arange(1 << len(capacities))
+    inside = (sets[:, None] >> np.arange(len(capacities))) & 1
+    return inside.astype(np.float64) @ np.array(capacities, dtype=np.float64)
+
+
+def _sums(of: NDArray[np.int64], numbers: Floats, length: int) -> Floats:
+    return np.bincount(of, weights=numbers, minlength=length).astype(np.float64, copy=False)
+
+
+@frozen(eq=False)
+class Scarce:
+    """The scarce SKUs of a network: their demand, and the free items of the pods.
+
+    Parameters
+    ----------
+    demand
+        Items wanted of each of them; here they have numbers of their own.
+    pod, sku, number
+        Free items f_ip of what is wanted, sorted by pod.
+    at
+        Per pod the bit mask of the stations where it is.
+    """
+
+    demand: Floats
+    pod: NDArray[np.int64]
+    sku: NDArray[np.int64]
+    number: Floats
+    at: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, reduced: Reduced, demand: Floats) -> Scarce | None:
+        """Return them for a period and the demand of all SKUs, or None when nothing is scarce."""
+        items, scarce = reduced.period.stock.items, reduced.scarce
+        if items is None or not len(scarce):
+            return None
+        kept = (reduced.is_scarce & (demand > 0))[items.sku]
+        at = np.zeros(len(reduced.period.stock.pods), dtype=np.int64)
+        for station, pods in enumerate(reduced.period.inbound):
+            at[list(pods)] |= 1 << station
+        sku = np.searchsorted(scarce, items.sku[kept])
+        return cls(demand[scarce], items.pod[kept], sku, items.number[kept].astype(np.float64), at)
+
+    def by_cut(self, stations: int) -> Floats:
+        """Return for each SKU and cut the items on pods that are at some station outside: (SKUs, cuts)."""
+        sets = 1 << stations
+        sums = _sums(self.sku * sets + self.at[self.pod], self.number, len(self.demand) * sets)
+        within = _within(sums, stations)
+        outside: Floats = within[:, -1:] - within
+        return outside
+
+    def flow(self, stations: int) -> Floats:
+        """Return for each cut what flows of all these SKUs to stations outside, at most."""
+        flow: Floats = np.minimum(self.by_cut(stations), self.demand[:, None]).sum(axis=0)
+        return flow
+
+    def with_one_more(self, stations: int) -> tuple[Floats, Floats]:
+        """Return what `flow` gains by each pod at a station outside, (pods, cuts), and what is new where it is nowhere.
+
+        A pod that is at a station outside already brings nothing more.
+        """
+        covered = self.by_cut(stations)[self.sku]
+        brought = np.minimum(self.number[:, None], np.maximum(self.demand[self.sku, None] - covered, 0.0))
+        new = _sums(self.pod, brought[:, 0], len(self.at))
+        brought[(self.at[self.pod, None] & ~np.arange(1 << stations)) != 0] = 0.0
+        gains = np.zeros((len(self.at), 1 << stations))
+        if len(self.pod):
+            first = np.flatnonzero(np.diff(self.pod, prepend=-1))  # they are sorted by pod
+            gains[self.pod[first]] = np.add.reduceat(brought, first)
+        return gains, new
+
+    def adding(self, pod: int, station: int) -> Scarce:
+        """Return them with one more visit."""
+        at = self.at.copy()
+        at[pod] |= 1 << station
+        return evolve(self, at=at)
+
+
+@frozen(eq=False)
+class Network:
+    """Demand for single items, and which stations cover it.
+
+    Parameters
+    ----------
+    capacities
+        Free places of each station.
+    demand
+        Items wanted per SKU that can be brought to a station, none of the scarce SKUs.
+    stock
+        Contents of the pods.
+    mask
+        Bit s set where station s covers the SKU.
+    target
+        Places that shall be filled; some pods can.
+    scarce
+        The scarce SKUs; None where there are none.
+    """
+
+    capacities: tuple[int, ...]
+    demand: Floats
+    stock: Stock
+    mask: NDArray[np.int64]
+    target: int
+    scarce: Scarce | None = None
+
+    @classmethod
+    def of(cls, reduced: Reduced) -> Network:
+        """Return demand and stations of a period."""
+        scarce = Scarce.of(reduced, reduced.demand)
+        return cls(
+            reduced.reachable,
+            reduced.demand if scarce is None else np.where(reduced.is_scarce, 0.0, reduced.demand),
+            reduced.period.stock,
+            masks_of(reduced.period.covered),
+            min(reduced.reachable_sum, reduced.deliverable),
+            scarce,
+        )
+
+    def with_demand_of(self, reduced: Reduced, lines: Sequence[int]) -> Network:
+        """Return the network with the demand of some lines (positions) alone, and as many places to fill as it can."""
+        assert self.scarce is not None
+        period = reduced.period
+        demand = _sums(period.line_sku[lines], period.line_quantity[lines].astype(np.float64), len(self.demand))
+        scarce = evolve(self.scarce, demand=demand[reduced.scarce])
+        target = min(self.target, int(np.minimum(demand, period.supply).sum()))
+        return evolve(self, demand=np.where(reduced.is_scarce, 0.0, demand), target=target, scarce=scarce)
+
+    def by_cut(self) -> Floats:
+        """Return for each set of stations its places and the demand that some other station covers."""
+        stations = len(self.capacities)
+        covered = _within(_sums(self.mask, self.demand, 1 << stations), stations)[0]
+        by_cut: Floats = _places(self.capacities) + covered[-1] - covered
+        return by_cut if self.scarce is None else by_cut + self.scarce.flow(stations)
+
+    def flow(self) -> int:
+        """Return how many places the covered demand fills."""
+        return int(self.by_cut().min())
+
+    def with_one_more(self) -> tuple[Floats, Floats]:
+        """Return what each pod at a station outside adds to each cut, (pods, cuts), and the demand new at each station.
+
+        The second has the shape (stations, pods).
+        """
+        stations, pods = len(self.capacities), len(self.stock.pods)
+        pod, sku = self.stock.entries
+        kept = self.demand[sku] > 0
+        pod, sku = pod[kept], sku[kept]
+        carried = _sums((pod << stations) + self.mask[sku], self.demand[sku], pods << stations)
+        more = _within(carried.reshape(pods, -1), stations)
+        new = more[:, [~(1 << station) for station in range(stations)]].T
+        if self.scarce is not None:
+            gains, brought = self.scarce.with_one_more(stations)
+            there = self.scarce.at >> np.arange(stations)[:, None] & 1
+            more, new = more + gains, new + np.where(there, 0.0, brought)
+        return more, new
+
+    def flows_with_one_more(self) -> tuple[Floats, Floats]:
+        """Return the flow with each pod added to each station, and the demand it newly covers: (stations, pods)."""
+        by_cut = self.by_cut()
+        more, new = self.with_one_more()
+        more += by_cut
+        flows = [np.minimum(more[:, cuts].min(axis=1), by_cut[~cuts].min()) for cuts in _outside(len(self.capacities))]
+        return np.array(flows), new
+
+    def adding(self, pod: int, station: int) -> Network:
+        """Return the network with one more visit."""
+        mask = self.mask.copy()
+        mask[self.stock.skus_of(pod)] |= 1 << station
+        scarce = None if self.scarce is None else self.scarce.adding(pod, station)
+        return Network(self.capacities, self.demand, self.stock, mask, self.target, scarce)
+
+
+def fewest_visits(network: Network) -> int:
+    """Bound from below how many more visits it takes to fill ``target`` places.
+
+    For a set A of stations: at least ``target`` less the places outside A have to be filled in A. What A covers now,
+    and with each visit of a new pod at most the demand of its SKUs that A does not cover yet (all visits of the pod
+    together) and no more than a station holds, has to reach that. Visits to disjoint sets add up. Of a scarce SKU a
+    pod brings no more than its free items.
+    """
+    every = (1 << len(network.capacities)) - 1
+    short = network.target - network.by_cut()
+    more, _ = network.with_one_more()
+    least = [0] * (every + 1)
+    for cut in range(1, every + 1):
+        bound, rest = 0, every ^ cut
+        if short[rest] > 0:
+            largest = max(c for s, c in enumerate(network.capacities) if cut >> s & 1)
+            brings = more[more[:, rest] > 0, rest]
+            gains = np.concatenate([np.clip(brings - n * largest, 0, largest) for n in range(cut.bit_count())])
+            steps = np.cumsum(np.sort(gains)[::-1])
+            bound = int(np.searchsorted(steps, short[rest] - 1e-9)) + 1
+        part = (cut - 1) & cut
+        while part:
+            bound = max(bound, least[part] + least[cut ^ part])
+            part = (part - 1) & cut
+        least[cut] = bound
+    return least[every]
+
+
+def greedy_visits(network: Network, preference: Preference) -> tuple[Visits, Network]:
+    """Add, one at a time, the visit that fills the most places until ``target`` are full.
+
+    Ties: the pod that is preferred, most demand, first station and pod.
+
+    Parameters
+    ----------
+    network
+        The period before any new visit.
+    preference
+        Which pods are preferred.
+
+    Returns
+    -------
+    visits, network
+        The new visits, and the network with them.
+    """
+    visits: list[tuple[int, int]] = []
+    flow, preferred = network.flow(), preference.pods.copy()
+    while flow < network.target:
+        flows, gains = network.flows_with_one_more()
+        flows = np.minimum(flows, network.target)
+        first = np.broadcast_to(preferred, flows.shape)
+        best = np.lexsort((-gains.ravel(), -first.ravel(), -flows.ravel()))[0]
+        station, pod = divmod(int(best), flows.shape[1])
+        network = network.adding(pod, station)
+        visits.append((pod, station))
+        if preference.once_sent is not None:
+            preferred[pod] = preference.once_sent
+        flow = int(flows[station, pod])
+    return tuple(visits), network

@@ -1,0 +1,459 @@
+"""Proves a period's optimum, step by step: first by bounds that need no solver, with the solver as the last resort.
+
+Each step may offer a solution and raise the bound; the first after which they meet is the last (`STEPS`). What steps
+do is taken from the period's effort (`rmfs_rules.mip.period.effort`); one that finds too little left does nothing.
+
+1. `by_what_is_there`: the pods at the stations already fill all places, and nothing can be better. (Nearly always so
+   for split-over-time.)
+2. `by_nothing`: the solution that assigns nothing, where nothing can be assigned.
+3. `by_bounds`, the sandwich. From below: whatever the model, its solution is one of split-over-time (propositions 2 and
+   3), so with W_u > 1 the fewest new visits that let demand flow into all places bound it (`proof.flow`). From
+   above: what `proof.feasible` assigns to the visits that fill most.
+   For other weights, or many stations, `by_stations` bounds each station alone. Where a period is large,
+   `by_greedy_early` has a good solution (`proof.greedy`); elsewhere it comes last, where nothing was proven.
+4. `by_relaxation`: where few orders may be split, all of this without that limit, which bounds it.
+5. `by_restriction`: there, for split-over-time with stations that are alike, also split-among-stations, whose solutions
+   are some of it; likewise integrated for split-among-stations where SKUs are scarce. Then `by_few_splits` looks for
+   fewer visits by exchanging pods (`proof.splitting`).
+6. `by_fewest_visits`: where orders are assigned completely, sets of pods for one value of the objective after another
+   (`proof.fewest`). This alone proves split-among-stations at t = 1.
+7. `by_whole_orders`: a solution to fall back on, which is one of all three models.
+8. `by_patterns`: where the stations are alike, as at t = 1, column generation (`proof.patterns`), which bounds
+   far better than the relaxation of the model itself.
+9. `by_solver`: the aggregated model (`proof.aggregated`) is asked for a solution at least as good as the bound
+   and better than the one at hand. There is none: the one at hand is optimal.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from attrs import evolve
+
+from rmfs_rules.mip.period.decoding import parts_of
+from rmfs_rules.mip.period.effort import is_large
+from rmfs_rules.mip.period.period import Period
+from rmfs_rules.mip.period.reduction import Reduced
+from rmfs_rules.mip.period.solution import Assigned, Model, Solution, Visits
+from rmfs_rules.mip.printed.solver import Limits
+from rmfs_rules.mip.proof.aggregated import assigned_with
+from rmfs_rules.mip.proof.feasible import fill, fill_with_orders, whole_order_visits
+from rmfs_rules.mip.proof.fewest import FewestVisits
+from rmfs_rules.mip.proof.flow import MOST_STATIONS, Network, fewest_visits, greedy_visits
+from rmfs_rules.mip.proof.greedy import pods_for_lines, station_by_station
+from rmfs_rules.mip.proof.parts import builder_of, by_places
+from rmfs_rules.mip.proof.patterns import (
+    ColumnGeneration,
+    alike,
+    choose_among,
+    choose_orders,
+    lines_as_orders,
+    orders_of_lines,
+)
+from rmfs_rules.mip.proof.pricing import SAFE
+from rmfs_rules.mip.proof.proof import SHARE_OF_SOLVER, Proof
+from rmfs_rules.mip.proof.splitting import visits_for_few_splits
+from rmfs_rules.mip.proof.stocked import fill_from_stock, lines_from_stock, one_line_orders, orders_from_stock
+
+Step = Callable[[Proof], None]
+
+WORK_PER_SECOND = 1_000_000
+"""Steps of the search for visits (`proof.fewest`) in a second, roughly."""
+MOST_WORK = {Model.INTEGRATED: 20_000, Model.SPLIT_AMONG_STATIONS: 300_000}
+"""Steps of it before the solver takes over: about as many as the solver needs the time of."""
+MOST_WORK_ALIKE = 100_000_000
+"""The same for split-among-stations where the stations are alike, as at t = 1: the solver may need hours."""
+WORK_ALIKE_SCARCE = 20_000
+"""And with scarce SKUs, for each pod and station: there the solver, too, has bounds that are close."""
+SHARE_OF_RESTRICTION = 4
+"""The same for a restriction, which proves nothing alone."""
+STEPS_PER_LINE = 100
+"""What building the program counts of the effort, for each line and station, where a period is large."""
+CLOSE_SETS = (100, 500, 2000)
+"""Sets of pods from which a better solution, if there is one, is put together: first the best few, then more."""
+FEW_MORE = 3
+"""All sets are not many more than the best few if they are no more than so many times these."""
+
+
+def proof_of(
+    period: Period,
+    model: Model,
+    weight: float,
+    limits: Limits,
+    packing_capacity: int | None = None,
+    steps: Sequence[Step] | None = None,
+) -> Proof:
+    """Return the proof, yet to be run, of a period's optimum.
+
+    Where no order may be split and none is split already, split-among-stations is the integrated model.
+
+    Parameters
+    ----------
+    period
+        The period.
+    model
+        Which of the three models.
+    weight
+        W_u.
+    limits
+        Solver and limits.
+    packing_capacity
+        C of (18); None for no limit on split orders.
+    steps
+        What is tried; all of `STEPS` when None, or of `STEPS_BY_ORDERS` where stations count orders.
+    """
+    if steps is None:
+        steps = STEPS_BY_ORDERS if period.counting_orders else STEPS
+    splits = None
+    if packing_capacity is not None and model is not Model.INTEGRATED:
+        splits = max(packing_capacity - period.split_open, 0)
+    if splits == 0 and model is Model.SPLIT_AMONG_STATIONS and not any(period.begun):
+        return Proof(Reduced(period, Model.INTEGRATED), weight, limits, steps=steps)
+    return Proof(Reduced(period, model), weight, limits, splits, steps)
+
+
+def by_what_is_there(proof: Proof) -> None:
+    """Fill the places by a maximum flow from what is at the stations: with single lines, that is optimal if it does."""
+    if proof.reduced.model is Model.SPLIT_OVER_TIME:
+        _fill_by(proof, (), "flow")
+        if not proof.proven:
+            proof.best = None  # "flow" is for what the flow proves
+
+
+def by_nothing(proof: Proof) -> None:
+    """Assign nothing; where no line can be assigned, that is optimal."""
+    proof.offer((), (), "bounds")
+    if not proof.reduced.candidates.any():
+        proof.bound = proof.incumbent.objective
+
+
+def by_bounds(proof: Proof) -> None:
+    """Bound by the fewest visits that let demand flow into all places; fill what the best visits, one by one, cover.
+
+    With W_u of at most 1 a free place may be better than a visit, and with many stations there are too many cuts.
+    """
+    reduced = proof.reduced
+    if proof.weight <= 1 or len(reduced.capacities) > MOST_STATIONS:
+        return
+    network = Network.of(reduced)
+    base = reduced.period.visits_before + proof.weight * (sum(reduced.capacities) - network.target)
+    visits: Visits = ()
+    if network.flow() >= network.target:
+        proof.bound = base
+    else:
+        proof.bound = base + max(1, fewest_visits(network))
+        visits, _ = greedy_visits(network, reduced.period.preferred)
+    _fill_by(proof, visits, "bounds" if visits else "flow")
+    if len(reduced.scarce) and not proof.proven and reduced.model is not Model.SPLIT_OVER_TIME:
+        lines = one_line_orders(reduced)
+        visits, _ = greedy_visits(network.with_demand_of(reduced, lines), reduced.period.preferred)
+        proof.offer(visits, lines_from_stock(reduced, visits, lines), "bounds" if visits else "flow")
+
+
+def _fill_by(proof: Proof, visits: Visits, how: str) -> None:
+    """Offer what can be assigned with these new visits."""
+    reduced = proof.reduced
+    if not (reduced.period.single_items or reduced.model is Model.INTEGRATED):
+        return
+    if len(reduced.scarce):
+        proof.offer(visits, fill_from_stock(reduced, visits), how)
+    else:
+        proof.offer(visits, fill(reduced, reduced.period.covered_with(visits)), how)
+
+
+def by_relaxation(proof: Proof) -> None:
+    """Prove the period without a limit on newly split orders, as far as that goes without the solver.
+
+    What bounds it without the limit bounds it with it, and its solution may keep the limit.
+    """
+    if proof.splits is not None:
+        relaxed = _part_of(proof, proof.reduced, None, proof.bound)
+        relaxed.take_steps()
+        proof.bound = relaxed.incumbent.objective if relaxed.proven else relaxed.bound
+        _offer_again(proof, relaxed.incumbent)
+
+
+def by_restriction(proof: Proof) -> None:
+    """Where the stations are alike, take the solution of a model that is more restricted, without the solver.
+
+    That is split-among-stations for split-over-time with few splits, and integrated for split-among-stations where SKUs
+    are scarce.
+    """
+    reduced = proof.reduced
+    if not reduced.interchangeable:
+        return
+    if proof.splits is not None and reduced.model is Model.SPLIT_OVER_TIME:
+        among = Reduced(reduced.period, Model.SPLIT_AMONG_STATIONS)
+        restricted = _part_of(proof, among, proof.splits, float(reduced.period.visits_before))
+    elif len(reduced.scarce) and reduced.model is Model.SPLIT_AMONG_STATIONS:
+        restricted = _part_of(proof, Reduced(reduced.period, Model.INTEGRATED), None, proof.bound)
+    else:
+        return
+    effort, most = proof.limits.effort, proof.limits.effort.left / SHARE_OF_RESTRICTION
+    restricted.limits = evolve(proof.limits, effort=effort.part(most))
+    restricted.take_steps()
+    effort.settle(restricted.limits.effort, most)
+    _offer_again(proof, restricted.incumbent)
+
+
+def by_few_splits(proof: Proof) -> None:
+    """Where few orders may be split over time and the stations are alike, look for visits that fill all places.
+
+    First as many as the bound says, which would be proven, then one more after the other.
+    """
+    reduced = proof.reduced
+    limited = proof.splits is not None and reduced.model is Model.SPLIT_OVER_TIME
+    if not limited or not proof.whole or proof.weight <= 1 or not reduced.interchangeable:
+        return
+    assert proof.splits is not None
+    least = reduced.period.visits_before + proof.weight * (sum(reduced.capacities) - reduced.reachable_sum)
+    for number in range(max(math.ceil(proof.bound - least), 1), math.ceil(proof.incumbent.objective - least)):
+        effort, target = proof.limits.effort, reduced.reachable_sum
+        visits = visits_for_few_splits(reduced, number, proof.splits, effort)
+        if visits is None:
+            continue
+        most = effort.left / SHARE_OF_SOLVER
+        limits = evolve(proof.limits, effort=effort.part(most))
+        _, parts = assigned_with(reduced, visits, proof.weight, proof.splits, limits, target)
+        effort.settle(limits.effort, most)
+        if parts is not None:
+            proof.offer(visits, parts, "search")
+            return
+
+
+def _part_of(proof: Proof, reduced: Reduced, splits: int | None, bound: float) -> Proof:
+    """Return a proof of something else about the same period, by the steps that need no solver."""
+    steps = [step for step in proof.steps if step not in (by_what_is_there, by_solver, by_greedy_late)]
+    return evolve(proof, reduced=reduced, splits=splits, steps=steps, bound=bound, best=None)
+
+
+def _offer_again(proof: Proof, found: Solution) -> None:
+    before = proof.reduced.period.inbound
+    proof.offer(tuple((p, s) for p, s in found.visits if p not in before[s]), found.parts, found.how)
+
+
+def by_stations(proof: Proof) -> None:
+    """Bound what each station costs alone: as `by_bounds`, for any weight and any number of stations.
+
+    For each number of new pods, a station has at least the places free that these and what is there cannot fill.
+    """
+    reduced, period = proof.reduced, proof.reduced.period
+    if proof.weight > 1 and len(reduced.capacities) <= MOST_STATIONS:
+        return  # `by_bounds` is stronger
+    least = sum(_least_of_station(reduced, station, proof.weight) for station in range(len(reduced.capacities)))
+    proof.bound = max(proof.bound, period.visits_before + least)
+
+
+def _least_of_station(reduced: Reduced, station: int, weight: float) -> float:
+    period, room = reduced.period, reduced.capacities[station]
+    there = period.covered[station]
+    covered = reduced.demand[there].sum()
+    brings = np.minimum(period.stock.sums(np.where(there, 0.0, reduced.demand)), room)
+    if len(reduced.scarce):
+        brings = np.minimum(period.stock.sums(np.where(there & ~reduced.is_scarce, 0.0, reduced.demand)), room)
+    filled = covered + np.concatenate(([0.0], np.cumsum(np.sort(brings)[::-1][:room])))
+    return float((np.arange(len(filled)) + weight * np.maximum(room - filled, 0.0)).min())
+
+
+def by_greedy(proof: Proof) -> None:
+    """Find a good solution at once: early where a period is large, else where all else came to no proof."""
+    reduced, period = proof.reduced, proof.reduced.period
+    effort = proof.limits.effort
+    whole = Reduced(period, Model.INTEGRATED)
+    if reduced.model is Model.SPLIT_OVER_TIME and proof.splits is None and period.single_items:
+        visits = pods_for_lines(reduced)
+        if len(reduced.scarce):
+            proof.offer(visits, fill_from_stock(reduced, visits), "greedy")
+        else:
+            proof.offer(visits, fill(reduced, period.covered_with(visits)), "greedy")
+    elif whole.candidates.any():
+        proof.offer(*station_by_station(whole, proof.weight, effort), "greedy")
+    if reduced.model is Model.SPLIT_AMONG_STATIONS:
+        search = FewestVisits(reduced, int(proof.weight), 0, proof.splits, proof.limits)
+        least = period.visits_before + proof.weight * (sum(reduced.capacities) - reduced.reachable_sum)
+        if search.possible:
+            lower = max(math.ceil(proof.bound - least), 0)
+            found = search.quickly(lower, math.ceil(proof.incumbent.objective - least))
+            if found is not None:
+                proof.offer(*found, "greedy")
+
+
+def by_greedy_early(proof: Proof) -> None:
+    """Do it early where a period is large."""
+    if is_large(proof.reduced.period):
+        by_greedy(proof)
+
+
+def by_greedy_late(proof: Proof) -> None:
+    """Do it late elsewhere."""
+    if not is_large(proof.reduced.period):
+        by_greedy(proof)
+
+
+def by_fewest_visits(proof: Proof) -> None:
+    """Try one value of the objective after another, from the bound upwards."""
+    reduced = proof.reduced
+    if not proof.whole or reduced.model not in MOST_WORK:
+        return
+    if is_large(reduced.period) and alike(reduced):
+        return  # `by_patterns` is quicker there
+    among = reduced.model is Model.SPLIT_AMONG_STATIONS
+    most_work = MOST_WORK_ALIKE if among and reduced.interchangeable else MOST_WORK[reduced.model]
+    if len(reduced.scarce):
+        most_work = min(most_work, WORK_ALIKE_SCARCE * len(reduced.period.stock.pods) * len(reduced.capacities))
+    left = proof.seconds_left
+    if left is not None:
+        most_work = min(most_work, int(max(left, 0) * WORK_PER_SECOND))
+    search = FewestVisits(reduced, int(proof.weight), most_work, proof.splits, proof.limits)
+    if not search.possible:
+        return
+    least = reduced.period.visits_before + proof.weight * (sum(reduced.capacities) - reduced.reachable_sum)
+    lower = max(math.ceil(proof.bound - least), 0)
+    value, found = search.run(lower, round(proof.incumbent.objective - least))
+    proof.bound = max(proof.bound, least + value)
+    if found is not None:
+        proof.offer(*found, "search")
+
+
+def by_whole_orders(proof: Proof) -> None:
+    """Make sure that there is a solution to fall back on: one of the integrated model is one of all three."""
+    period = proof.reduced.period
+    whole = Reduced(period, Model.INTEGRATED)
+    if is_large(period) and proof.incumbent.how == "greedy":
+        return  # as good, and quicker
+    if len(proof.reduced.scarce):
+        proof.offer(*orders_from_stock(whole, proof.weight), "search")
+    elif whole.candidates.any():
+        visits = whole_order_visits(whole, proof.weight)
+        proof.offer(visits, fill_with_orders(whole, period.covered_with(visits)), "search")
+        _fill_by(proof, visits, "search")
+
+
+def by_patterns(proof: Proof) -> None:
+    """Bound by the relaxation over patterns, and try the best choice of the patterns that it needed."""
+    reduced, period = proof.reduced, proof.reduced.period
+    if not proof.whole:
+        return
+    over_time = reduced.model is Model.SPLIT_OVER_TIME and not period.counting_orders
+    if over_time and proof.splits is None and period.single_items:
+        reduced = Reduced(lines_as_orders(period), Model.INTEGRATED)  # each line goes where it likes
+    if not alike(reduced):
+        return
+    worth = proof.weight * period.factors[0]
+    generation = ColumnGeneration(reduced, worth, proof.limits, lambda: proof.seconds_left)
+    generation.run()
+    _raise_bound(proof, generation)
+    while not proof.proven and _try_orders(proof, generation):
+        pass
+    if proof.proven:
+        return
+    chosen = generation.whole()
+    if chosen is not None:
+        _offer_patterns(proof, reduced, chosen)
+    while len(generation.prices) and not proof.proven and _try_bound(proof, generation):
+        pass
+
+
+def _raise_bound(proof: Proof, generation: ColumnGeneration) -> None:
+    if len(generation.prices):  # else the time was up before anything was known
+        bound = proof.reduced.period.visits_before + math.ceil(generation.bound - SAFE)
+        proof.bound = max(proof.bound, bound)
+
+
+def _try_orders(proof: Proof, generation: ColumnGeneration) -> bool:
+    """Look for a solution with the value of the bound among sets of orders, or raise the bound; return whether it rose.
+
+    Before the next value is tried, the relaxation is solved to its end, so that fewer sets are left.
+    """
+    if not generation.pricing.by_types or not len(generation.prices):
+        return False
+    found, proven = choose_orders(generation, proof.bound - proof.reduced.period.visits_before)
+    if found is not None:
+        _offer_patterns(proof, generation.reduced, found)
+        return False
+    if proven:
+        proof.bound += 1
+        generation.run()
+        _raise_bound(proof, generation)
+    return proven
+
+
+def _try_bound(proof: Proof, generation: ColumnGeneration) -> bool:
+    """Look for a solution with the value of the bound, or raise the bound; return whether that is settled.
+
+    Such a solution consists of patterns whose values exceed the least one by no more than this value exceeds the bound
+    of the relaxation, in all.
+    """
+    value = proof.bound - proof.reduced.period.visits_before
+    limit = generation.least + value - generation.bound
+    sets, complete = generation.pricing.close_sets(generation.prices, limit, CLOSE_SETS[-1])
+    # Where SKUs are scarce, more sets are close; if some are left out, the largest program would prove nothing.
+    numbers = CLOSE_SETS if complete or not len(generation.reduced.scarce) else CLOSE_SETS[:-1]
+    for number in numbers:
+        if complete and number < len(sets) <= FEW_MORE * number:
+            continue  # all of them at once: that none is good enough is shown quickest with all
+        left = proof.seconds_left
+        if left is not None and left <= 0:
+            return False
+        found, exact = choose_among(generation, sets[:number], value, left)
+        if found is not None:
+            _offer_patterns(proof, generation.reduced, found)
+            return proof.proven
+        if len(sets) <= number:
+            if exact and complete:
+                proof.bound += 1
+            return exact and complete
+    return False
+
+
+def _offer_patterns(proof: Proof, reduced: Reduced, found: Assigned) -> None:
+    visits, parts = found
+    if reduced is not proof.reduced:
+        parts = orders_of_lines(proof.reduced.period, parts)
+    proof.offer(visits, parts, "patterns")
+
+
+def by_solver(proof: Proof) -> None:
+    """Ask for a better solution than the one at hand, where there is effort left for a program of that size."""
+    lines = int(proof.reduced.candidates.sum()) * len(proof.reduced.capacities)
+    if is_large(proof.reduced.period) and not proof.limits.effort.allows(STEPS_PER_LINE * lines):
+        return
+    builder = builder_of(proof.reduced, proof.weight, proof.splits)
+    model = builder.build()
+    ceiling = proof.incumbent.objective - (1 if proof.whole else 0)
+    if not builder.objective:  # nothing can be assigned
+        proof.bound = proof.incumbent.objective
+        return
+    builder.limit_objective(proof.bound, ceiling)
+    gap = 0.9 if proof.whole else 1e-6  # below 1 by as much as `MOST_PREFERENCE`
+    outcome = proof.solve(model.program, gap)
+    if outcome.values is not None:
+        counts = model.counts(outcome.values)
+        proof.offer(counts.visits, parts_of(proof.reduced, counts), "solver")
+    elif outcome.bound == float("inf"):
+        outcome = evolve(outcome, bound=proof.incumbent.objective, optimal=True)
+    exact = outcome.optimal and proof.limits.gap == 0
+    proof.bound = proof.incumbent.objective if exact else max(proof.bound, outcome.bound - 0.1)
+
+
+STEPS: tuple[Step, ...] = (
+    by_what_is_there,
+    by_nothing,
+    by_bounds,
+    by_stations,
+    by_greedy_early,
+    by_relaxation,
+    by_restriction,
+    by_few_splits,
+    by_fewest_visits,
+    by_whole_orders,
+    by_patterns,
+    by_solver,
+    by_greedy_late,
+)
+"""What is tried, in this order, until the best solution is proven."""
+
+STEPS_BY_ORDERS: tuple[Step, ...] = (by_nothing, by_places, by_patterns, by_solver)
+"""The same where stations count orders; see `proof.parts`."""

@@ -1,0 +1,249 @@
+"""Solutions found quickly where some SKUs are scarce: as `proof.feasible`, with an eye on the free items.
+
+`fill_from_stock` assigns what the pods at the stations have, `orders_from_stock` sends pods for whole orders first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from attrs import define, field
+from numpy.typing import NDArray
+
+from rmfs_rules.mip.period.reduction import Reduced, highest
+from rmfs_rules.mip.period.serving import PlacesFromStock, stations_of
+from rmfs_rules.mip.period.solution import Assigned, Model, Part, Visits
+from rmfs_rules.mip.proof.feasible import subset
+
+
+def fill_from_stock(reduced: Reduced, visits: Visits) -> tuple[Part, ...]:
+    """Assign as much as a quick search finds; for split-over-time, single items, the most that is possible.
+
+    Parameters
+    ----------
+    reduced
+        The period; for a model that splits orders, all lines are of one item.
+    visits
+        New visits.
+    """
+    period = reduced.period
+    if reduced.model is Model.SPLIT_OVER_TIME:
+        return lines_from_stock(reduced, visits, range(len(period.line_sku)))
+    if reduced.model is Model.INTEGRATED or len(period.capacities) == 1:
+        return _orders_at_hand(reduced, Shelf(reduced, visits))
+    places, goal = PlacesFromStock(period, visits), reduced.reachable_sum
+    chosen: list[int] = []
+    later = [1]  # sums that the orders from a position on can have, as bits
+    for order in reversed(reduced.orders):
+        size = len(period.lines[order])
+        later.append(later[-1] | (later[-1] << size) & ((1 << (goal + 1)) - 1))
+    later.reverse()
+    for position, order in enumerate(reduced.orders):
+        skus = [sku for sku, _ in period.lines[order]]
+        rest = goal - len(skus)
+        if rest >= 0 and later[position + 1] >> rest & 1 and places.add_all(skus):
+            chosen.append(order)
+            goal = rest
+            if goal == 0:
+                break
+        elif not later[position + 1] >> goal & 1:
+            goal = highest(later[position + 1], goal)
+    return _parts(places, [(order, sku) for order in chosen for sku, _ in period.lines[order]])
+
+
+def lines_from_stock(reduced: Reduced, visits: Visits, lines: Sequence[int]) -> tuple[Part, ...]:
+    """Place lines of one item each: a maximum flow, the first lines first.
+
+    Parameters
+    ----------
+    reduced
+        The period.
+    visits
+        New visits.
+    lines
+        Positions of the lines.
+    """
+    period, kept = reduced.period, reduced.candidates
+    places, room = PlacesFromStock(period, visits), sum(period.capacities)
+    placed: list[tuple[int, int]] = []
+    full: set[int] = set()  # SKUs that find no place any more; none that failed can succeed later
+    for line in lines:
+        sku = int(period.line_sku[line])
+        if len(placed) == room:
+            break
+        if kept[line] and sku not in full:
+            if places.add(sku):
+                placed.append((int(period.line_order[line]), sku))
+            else:
+                full.add(sku)
+    return _parts(places, placed)
+
+
+def _parts(places: PlacesFromStock, lines: list[tuple[int, int]]) -> tuple[Part, ...]:
+    """Name the station of each placed line (order, SKU), keeping lines of an order together where it is free to."""
+    parts: dict[tuple[int, int], list[int]] = {}
+    used: dict[int, list[int]] = {}
+    for order, sku in lines:
+        station = places.take(sku, used.get(order, ()))
+        used.setdefault(order, []).append(station)
+        parts.setdefault((order, station), []).append(sku)
+    return tuple(Part(order, station, tuple(skus)) for (order, station), skus in parts.items())
+
+
+def one_line_orders(reduced: Reduced) -> list[int]:
+    """Return the lines of one item, oldest first, that are all of an order: what three models treat alike."""
+    period = reduced.period
+    alone = np.bincount(period.line_order, minlength=len(period.orders))[period.line_order] == 1
+    kept = reduced.candidates & alone & (period.line_quantity == 1)
+    return [int(line) for line in np.flatnonzero(kept)]
+
+
+@define
+class Shelf:
+    """Free items of the pods while orders take them, one order after the other.
+
+    Parameters
+    ----------
+    reduced, visits
+        The period, and new visits so far.
+    """
+
+    reduced: Reduced
+    visits: Visits = ()
+    left: NDArray[np.int64] = field(init=False)
+    """Items, (pods, SKUs)."""
+    supply: NDArray[np.int64] = field(init=False)
+    """Items at each station, (stations, SKUs); a pod at several stations counts at each."""
+    _at: dict[int, list[int]] = field(init=False)
+
+    def __attrs_post_init__(self) -> None:
+        period = self.reduced.period
+        items = period.stock.items
+        assert items is not None
+        most = sum(period.rooms)
+        self.left = np.zeros((len(period.stock.pods), period.stock.n_skus), dtype=np.int64)
+        self.left[items.pod, items.sku] = np.minimum(items.number, most)
+        self.supply = np.zeros((len(period.capacities), period.stock.n_skus), dtype=np.int64)
+        self._at = {}
+        for pod, stations in stations_of(period, self.visits).items():
+            for station in stations:
+                self.bring(pod, station)
+
+    def bring(self, pod: int, station: int) -> None:
+        """Send a pod."""
+        self._at.setdefault(pod, []).append(station)
+        self.supply[station] += self.left[pod]
+
+    def brought(self, pod: int, station: int) -> bool:
+        """Whether a pod is at a station."""
+        return station in self._at.get(pod, ())
+
+    def take(self, station: int, lines: Sequence[tuple[int, int]]) -> None:
+        """Take the items of lines off the pods at a station, first off those that are at few others."""
+        pods = sorted((pod for pod, at in self._at.items() if station in at), key=lambda pod: (len(self._at[pod]), pod))
+        for sku, quantity in lines:
+            wanted = quantity
+            for pod in pods:
+                number = min(wanted, int(self.left[pod, sku]))
+                if number:
+                    wanted -= number
+                    self.left[pod, sku] -= number
+                    self.supply[self._at[pod], sku] -= number
+
+
+def _orders_at_hand(reduced: Reduced, shelf: Shelf) -> tuple[Part, ...]:
+    """Fill station by station with whole orders that the pods there can serve all together.
+
+    Orders that only few stations could take go first, among them the small ones, then the oldest.
+    """
+    period = reduced.period
+    sizes = {order: kind.size for kind in reduced.types for order in kind.orders}
+    served = [
+        {o for o in reduced.orders if all(shelf.supply[s, i] >= q for i, q in period.lines[o])}
+        for s in range(len(period.capacities))
+    ]
+    parts: list[Part] = []
+    taken: set[int] = set()
+    for station in sorted(range(len(period.capacities)), key=lambda s: (len(served[s]), s)):
+        room = period.capacities[station]
+        wanted = [o for o in reduced.orders if o in served[station] and o not in taken and sizes[o] <= room]
+        wanted.sort(key=lambda o: (sum(o in at for at in served), sizes[o]))
+        left, kept = shelf.supply[station].copy(), []
+        for order in wanted:
+            lines = period.lines[order]
+            if all(left[i] >= q for i, q in lines):
+                kept.append(order)
+                for i, q in lines:
+                    left[i] -= q
+        for position in subset([sizes[o] for o in kept], room):
+            order = kept[position]
+            taken.add(order)
+            parts.append(Part(order, station, tuple(sku for sku, _ in period.lines_of(order))))
+            shelf.take(station, period.lines[order])
+    return tuple(parts)
+
+
+def orders_from_stock(reduced: Reduced, weight: float) -> Assigned:
+    """Return new visits and whole orders, found greedily.
+
+    Again and again, the order and station are taken that save most: W_u for each item, less the SKUs that have to come.
+
+    Parameters
+    ----------
+    reduced
+        The period, for the integrated model.
+    weight
+        W_u.
+    """
+    period = reduced.period
+    shelf, rooms = Shelf(reduced), list(period.capacities)
+    wanted = np.zeros((len(period.orders), period.stock.n_skus), dtype=np.int64)
+    for order in reduced.orders:
+        skus, quantities = zip(*period.lines[order], strict=True)
+        wanted[order, list(skus)] = quantities
+    sizes = wanted.sum(axis=1)
+    able = np.repeat([sizes > 0], len(rooms), axis=0)
+    visits: list[tuple[int, int]] = []
+    parts: list[Part] = []
+    while True:
+        best: tuple[float, int, int] | None = None
+        for station, room in enumerate(rooms):
+            fits = np.flatnonzero(able[station] & (sizes <= room))
+            if len(fits):
+                missing = (wanted[fits] > shelf.supply[station]).sum(axis=1)
+                saved = (weight * sizes[fits] - missing) / sizes[fits]
+                at = int(np.lexsort((missing, -saved))[0])
+                if saved[at] > 0 and (best is None or saved[at] > best[0]):
+                    best = float(saved[at]), station, int(fits[at])
+        if best is None:
+            return tuple(visits), tuple(parts)
+        _, station, order = best
+        sent = _pods_for(reduced, shelf, wanted[order], station)
+        able[station, order] = False
+        if sent is None or weight * sizes[order] < len(sent):
+            continue
+        visits += [(pod, station) for pod in sent]
+        for pod in sent:
+            shelf.bring(pod, station)
+        shelf.take(station, period.lines[order])
+        parts.append(Part(order, station, tuple(sku for sku, _ in period.lines_of(order))))
+        able[:, order] = False
+        rooms[station] -= int(sizes[order])
+
+
+def _pods_for(reduced: Reduced, shelf: Shelf, wanted: NDArray[np.int64], station: int) -> list[int] | None:
+    """Return pods that bring what a station lacks of an order, the most of it first; None if there are none."""
+    missing = np.maximum(wanted - shelf.supply[station], 0)
+    at_hand = [pod for pod in range(len(shelf.left)) if shelf.brought(pod, station)]
+    sent: list[int] = []
+    while missing.any():
+        brings = np.minimum(shelf.left, missing).sum(axis=1)
+        brings[at_hand + sent] = 0
+        worth = np.minimum(shelf.left, reduced.demand).sum(axis=1)
+        pod = int(np.lexsort((-worth, -reduced.period.preferred.pods, -brings))[0])
+        if not brings[pod]:
+            return None
+        sent.append(pod)
+        missing = np.maximum(missing - shelf.left[pod], 0)
+    return sent

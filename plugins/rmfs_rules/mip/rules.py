@@ -1,0 +1,292 @@
+"""Joint POA+PPS rules ``integrated``, ``split-among-stations`` and ``split-over-time``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+from attrs import define, evolve, field, validators
+
+from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport, hookimpl
+from rmfs_rules.helpers import OVERSIZE_WAIT_S
+from rmfs_rules.helpers.oversize import Oversize, with_oversize
+from rmfs_rules.mip.period.effort import Effort
+from rmfs_rules.mip.period.period import Period, Preference, Stock
+from rmfs_rules.mip.period.solution import Model, Solution
+from rmfs_rules.mip.printed.constraints import violation
+from rmfs_rules.mip.printed.models import solve_printed
+from rmfs_rules.mip.printed.solver import Limits, check_installed, collecting_later
+from rmfs_rules.mip.proof.parts import with_joining_lines
+from rmfs_rules.mip.proof.steps import proof_of
+from rmfs_rules.mip.proof.ties import break_ties
+
+if TYPE_CHECKING:
+    from rmfs_core.traffic import Roads
+    from rmfs_core.warehouse import Pod, Station, WarehouseView
+
+
+@define(kw_only=True)
+class _Joint:
+    """What the three rules share: parameters, and the way from the warehouse to a decision."""
+
+    model: ClassVar[Model]
+    splits_over_time: ClassVar[bool] = False
+    libraries: ClassVar[tuple[str, ...]] = ("highspy", "mip")
+
+    formulation: Literal["aggregated", "paper"] = field(
+        default="aggregated",
+        validator=validators.in_(("aggregated", "paper")),
+        metadata={
+            "doc": '"aggregated" (same optimum, much faster) or "paper" (one variable and row as printed, for study)'
+        },
+    )
+    solver: Literal["highs", "cbc", "gurobi"] = field(
+        default="highs",
+        validator=validators.in_(("highs", "cbc", "gurobi")),
+        metadata={"doc": '"highs", "cbc" or "gurobi" (where installed), through python-mip'},
+    )
+    threads: int = field(
+        default=1,
+        validator=validators.ge(1),
+        metadata={"doc": "Threads of the solver. With one, the same seed gives the same result everywhere"},
+    )
+    max_seconds: float | None = field(
+        default=None,
+        validator=validators.optional(validators.gt(0)),
+        metadata={
+            "doc": "Wall-clock limit for one period. A period that it ends is marked as stopped early; none by default"
+        },
+    )
+    effort: int | None = field(
+        default=None,
+        validator=validators.optional(validators.ge(0)),
+        metadata={
+            "doc": "Steps that may be done to prove one period, about a microsecond each; the same on every machine. A "
+            "period that uses them up is marked as ended by its effort, with the best decision, its bound and its gap. "
+            "By default 1,200 million with up to 100 pods and 100 SKUs (180 million where W_u is no whole number, or "
+            "where C limits splits between stations that are alike), else 2 million"
+        },
+    )
+    gap: float = field(
+        default=0.0,
+        validator=validators.ge(0),
+        metadata={"doc": "Relative gap at which a solve may stop; such a period is marked, too"},
+    )
+    unused_capacity_weight: float = field(
+        default=2.0,
+        validator=validators.gt(0),
+        metadata={"doc": "W_u in the objective (1): what a free place that stays unused costs, in pod-station visits"},
+    )
+    tie_break: Literal["solver", "oldest", "demand", "finish"] = field(
+        default="solver",
+        validator=validators.in_(("solver", "oldest", "demand", "finish")),
+        metadata={
+            "doc": 'Which of the many optima is taken: "solver" (whichever is found first, as in the paper), "oldest" '
+            '(among the optima the oldest orders first), "demand" (the new pods with the most items that the backlog '
+            'wants), "finish" (for split-over-time: lines that finish orders). The optimum of (1) is never given up; '
+            'with "oldest" and "demand", runs of hundreds of orders can take minutes'
+        },
+    )
+    preferred_pods: Literal["idle", "bound", "any", "random"] = field(
+        default="idle",
+        validator=validators.in_(("idle", "bound", "any", "random")),
+        metadata={
+            "doc": 'Which of the pods that serve as well the aggregated form sends first: "idle" (bound for no '
+            'station), "bound" (for some station), "any" (no preference), "random" (an order drawn anew in each '
+            "period). Decides ties only; with a W_u that is not whole, only where no solver is needed"
+        },
+    )
+    max_wait_s: float = field(
+        default=OVERSIZE_WAIT_S,
+        validator=validators.ge(0),
+        metadata={
+            "doc": "Seconds in the backlog after which the oldest order that is too large for the model (more items "
+            "than any station takes; for split-among-stations, than all take together; if orders are split, in one "
+            "line) gets a station of its own: one takes nothing else until it is empty, and then that order alone"
+        },
+    )
+    _stock: Stock | None = field(default=None, init=False, repr=False, eq=False)
+    _pods: tuple[Pod, ...] | None = field(default=None, init=False, repr=False, eq=False)
+
+    def __attrs_post_init__(self) -> None:
+        if self.formulation == "paper" and self.tie_break != "solver":
+            raise ValueError('tie_break needs formulation = "aggregated"; the printed models leave ties to the solver')
+        if self.tie_break == "finish" and self.model is not Model.SPLIT_OVER_TIME:
+            raise ValueError('tie_break = "finish" is for split-over-time; the other models take orders whole')
+        if self.formulation == "paper" and self.preferred_pods != "idle":
+            raise ValueError('preferred_pods needs formulation = "aggregated"; the printed models have no such choice')
+        if self.formulation == "paper" and self.effort is not None:
+            raise ValueError('effort needs formulation = "aggregated"; the printed models go to the solver as a whole')
+        check_installed(self.solver)
+
+    @property
+    def _packing_capacity(self) -> int | None:
+        return None
+
+    @hookimpl
+    def assign_orders_and_pods(self, warehouse: WarehouseView, rng: np.random.Generator) -> JointDecision:
+        """Solve one period; it may be that of an order which is too large for any station to take it beside others."""
+        stock = self._stock_of(warehouse)
+        large = Oversize.of(
+            warehouse,
+            self.max_wait_s,
+            splits=self.model is not Model.INTEGRATED and self._packing_capacity != 0,
+            over_time=self.model is Model.SPLIT_OVER_TIME,
+        )
+
+        def decide(without: Station | None) -> JointDecision:
+            """Solve the period of all orders, with a station that takes nothing now."""
+            period = Period.of(warehouse, stock, packing=self._packing_capacity is not None, without=without)
+            if self.preferred_pods != "idle":
+                period = evolve(period, preference=self._preference(period, rng))
+            return _decision(period, self.solve(period)) if period.stations else JointDecision()
+
+        return with_oversize(warehouse, large, decide, lambda large: self._alone(warehouse, stock, large))
+
+    def _alone(self, warehouse: WarehouseView, stock: Stock, large: Oversize) -> JointDecision:
+        """Assign all that is left of an order to an empty station, or nothing."""
+        period = Period.alone(warehouse, stock, large.order, large.station)
+        limits = Limits(self.solver, self.threads, self.max_seconds, self.gap)
+        with collecting_later():
+            solution = proof_of(period, Model.INTEGRATED, max(self.unused_capacity_weight, 2), limits).run()
+        return _decision(period, solution)
+
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load the compiled searches, or compile them."""
+        from rmfs_rules.mip.compiled import warm_up
+
+        if self.formulation == "aggregated" and not all(search.signatures for search in warm_up.searches()):
+            warm_up.load()
+
+    def solve(self, period: Period) -> Solution:
+        """Solve a period and hold the solution against the printed constraints.
+
+        Parameters
+        ----------
+        period
+            The period.
+
+        Raises
+        ------
+        RuntimeError
+            When the solution violates one: no decision is better than a wrong one.
+        """
+        limits = Limits(self.solver, self.threads, self.max_seconds, self.gap)
+        weight, packing = self.unused_capacity_weight, self._packing_capacity
+        with collecting_later():
+            if self.formulation == "paper":
+                solution = solve_printed(period, self.model, weight, limits, packing)
+            else:
+                proof = proof_of(period, self.model, weight, limits, packing)
+                proof.limits = evolve(limits, effort=Effort.for_period(period, self.effort, hard=proof.hard))
+                proof.run()
+                solution = break_ties(proof, self.tie_break)
+            solution = with_joining_lines(period, solution, self.model)
+        wrong = violation(period, solution, self.model, weight, packing)
+        if wrong is not None:
+            raise RuntimeError(f"the solution violates the printed model: {wrong}")
+        return solution
+
+    def _preference(self, period: Period, rng: np.random.Generator) -> Preference:
+        if self.preferred_pods == "random":
+            return Preference(rng.random(len(period.stock.pods)))
+        if self.preferred_pods == "bound":
+            return Preference(1 - period.idle, once_sent=1.0)
+        return Preference(np.ones(len(period.stock.pods)))
+
+    def _stock_of(self, warehouse: WarehouseView) -> Stock:
+        """Return the pods' contents: read once where they never change, else as far as they did."""
+        if self._stock is None or self._pods is not warehouse.pods:
+            self._pods = warehouse.pods
+            self._stock = Stock.of(warehouse.pods, warehouse.n_skus)
+        if not warehouse.unlimited_stock:
+            free = warehouse.free_items
+            self._stock = self._stock.with_items(free.pod, free.sku, free.number)
+        return self._stock
+
+
+@define(kw_only=True)
+class _Split(_Joint):
+    """What the two rules that split orders share besides."""
+
+    packing_capacity: int | None = field(
+        default=None,
+        validator=validators.optional(validators.ge(0)),
+        metadata={
+            "doc": "C: split orders that the packing stations have room for, those already open included (18); none by "
+            "default"
+        },
+    )
+
+    @property
+    def _packing_capacity(self) -> int | None:
+        return self.packing_capacity
+
+
+def _decision(period: Period, solution: Solution) -> JointDecision:
+    assignments = tuple(
+        OrderAssignment(period.orders[part.order], period.stations[part.station], part.skus)
+        for part in sorted(solution.parts, key=lambda part: (part.order, part.station))
+    )
+    trips = tuple(
+        PodTrip(period.stock.pods[pod], period.stations[station])
+        for pod, station in solution.visits
+        if pod not in period.inbound[station]
+    )
+    status = solution.how if solution.stopped_early else "optimal"
+    report = SolveReport(status, float(solution.objective), float(solution.bound), solution.stopped_early)
+    return JointDecision(assignments, trips, report)
+
+
+@define(kw_only=True)
+class Integrated(_Joint):
+    """Assign whole orders and select pods together, with the fewest pod-station visits.
+
+    Minimises (1) ``sum of x_ps + W_u * sum of u_s`` over the pods p sent to or already at the stations s and the places
+    u_s that stay free there, such that each assigned order goes to one station (2), (3), no station gets more items
+    than it has places (4), and each of its SKUs is on a pod there (5), (6).
+
+    References
+    ----------
+    L. Xie, N. Thieme, R. Krenzler, H. Li: Efficient order picking methods in robotic mobile fulfillment systems.
+    arXiv:1902.03092, 2019. https://doi.org/10.48550/arXiv.1902.03092
+    Section 3.2, (1) to (10).
+    """
+
+    model: ClassVar[Model] = Model.INTEGRATED
+    whole_orders: ClassVar[bool] = True
+
+
+@define(kw_only=True)
+class SplitAmongStations(_Split):
+    """As ``integrated``, but the lines of an order may go to several stations, all in the same period.
+
+    (2) and (3) give way to (2.1), (3.1), (11) to (14): an assigned order has each line at exactly one station. With a
+    packing capacity, (16) to (18) hold besides: no more orders may be split than the packing stations have room for.
+
+    References
+    ----------
+    L. Xie, N. Thieme, R. Krenzler, H. Li: Efficient order picking methods in robotic mobile fulfillment systems.
+    arXiv:1902.03092, 2019. https://doi.org/10.48550/arXiv.1902.03092
+    Section 3.3, (1) to (14) with (2.1) and (3.1); Section 4.3 for the packing capacity, (3.2) and (16) to (20).
+    """
+
+    model: ClassVar[Model] = Model.SPLIT_AMONG_STATIONS
+
+
+@define(kw_only=True)
+class SplitOverTime(_Split):
+    """As ``split-among-stations``, but lines of an order may also stay in the backlog for later periods.
+
+    (11) gives way to (11.1) and (15): a line of an assigned order is at one station or goes back to the backlog. With a
+    packing capacity, an order of which a line goes back is split, too.
+
+    References
+    ----------
+    L. Xie, N. Thieme, R. Krenzler, H. Li: Efficient order picking methods in robotic mobile fulfillment systems.
+    arXiv:1902.03092, 2019. https://doi.org/10.48550/arXiv.1902.03092
+    Section 3.4, (1) to (15) with (2.1), (3.1) and (11.1); Section 4.3 for the packing capacity, (3.2) and (16) to (20).
+    """
+
+    model: ClassVar[Model] = Model.SPLIT_OVER_TIME
+    splits_over_time: ClassVar[bool] = True

@@ -1,0 +1,223 @@
+"""Joint POA+PPS rule ``pod-index``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from attrs import define, field, validators
+
+from rmfs_core import JointDecision, hookimpl
+from rmfs_core.clock import to_seconds
+from rmfs_rules.helpers import OVERSIZE_WAIT_S
+from rmfs_rules.helpers.oversize import Oversize, with_oversize
+from rmfs_rules.pod_index.alone import assign_alone
+from rmfs_rules.pod_index.deciding import Deciding, prepare
+from rmfs_rules.pod_index.known import NEVER, Known
+
+if TYPE_CHECKING:
+    from rmfs_core.traffic import Roads
+    from rmfs_core.warehouse import WarehouseView
+
+NOTHING = JointDecision()
+
+
+@define(kw_only=True)
+class PodIndex:
+    """Take the lines that finish orders, and send the pods that bring most of them in the least time.
+
+    A greedy rule without a solver, for few visits and a short turn-over at once. It may leave lines of an order for
+    later. A line of SKU i with q items costs c seconds: handle_s * q, and, where no pod at or bound for a station has
+    i, cost_s / (open lines on the pod with most of them that has i). c is fixed at the start of a call. Line l of
+    order o is worth
+
+        w = c_l / (sum of c over the open lines of o) ** finish,
+
+    most when it is the last one, times priority_factor ** (its order's priority) and, with a due time,
+    1 + (due_factor - 1) * exp(-max(seconds until it is due, 0) / due_s). The index of a pod for a station is the worth
+    that it brings a second: the largest ratio, over the sets of lines that the pod would cover and the station does
+    not, of
+
+        sum of w to visit_s + handle_s * items,
+
+    in which lines that another station covers count ``elsewhere`` times. (Of a SKU of which the pod has too few items,
+    the lines that add most come first.)
+
+    Stations take turns, fewest pods first. The one whose turn it is takes the covered line that is worth most. But when
+    fewer than most_pods pods are there or on their way, and the largest index of a pod that is stored or leaving is
+    above stay * w / (handle_s * q) of that line (above 0 where none is covered), it sends that pod, the nearest of
+    equals, and takes its best line. A station that no pod is at or bound for waits for the first one: there pods whose
+    index is less by up to the share ``near`` count as equals. Where neither is to be had, its places stay free. While
+    stations are at work, and once orders have come after the first ones, pods wait until it pays: one is sent only when
+    the ages of its open lines, and base_s for each, add up to
+
+        urge_s * (1 + (full - 1) * share of the station's places that are taken);
+
+    the rule wakes up then.
+
+    A line that no single pod can serve is brought by several, when there is nothing else to send.
+
+    Lines of more items than any station takes are left for last. What is left of such an order goes to an empty
+    station, which takes nothing else, when nothing else can be assigned or the order has waited for max_wait_s.
+
+    References
+    ----------
+    W. E. Smith: Various optimizers for single-stage production. Naval Research Logistics Quarterly 3, 59-66, 1956.
+    https://doi.org/10.1002/nav.3800030106 (weighted shortest processing time first: the idea behind the index)
+
+    W. Dinkelbach: On nonlinear fractional programming. Management Science 13, 492-498, 1967.
+    https://doi.org/10.1287/mnsc.13.7.492 (how the largest ratio is found)
+
+    A. P. J. Vepsalainen, T. E. Morton: Priority rules for job shops with weighted tardiness costs. Management Science
+    33, 1035-1047, 1987. https://doi.org/10.1287/mnsc.33.8.1035 (how a job is worth more the sooner it is due)
+    """
+
+    splits_over_time: ClassVar[bool] = True
+
+    visit_s: float = field(
+        default=300.0,
+        validator=validators.ge(0),
+        metadata={
+            "unit": "s",
+            "doc": "What a visit counts in a pod's index: the larger, the more lines a pod must bring",
+        },
+    )
+    cost_s: float = field(
+        default=1000.0,
+        validator=validators.ge(0),
+        metadata={
+            "unit": "s",
+            "doc": "What a visit costs the lines that need it: the larger, the more rare SKUs are worth",
+        },
+    )
+    finish: float = field(
+        default=0.85,
+        validator=validators.ge(0),
+        metadata={
+            "doc": "How much more a line is worth the less its order has left: 0 not at all, 1 as in Smith's rule"
+        },
+    )
+    stay: float = field(
+        default=1.0,
+        validator=validators.ge(0),
+        metadata={
+            "doc": "How many times better than the best covered line a pod must be: the larger, the fewer visits"
+        },
+    )
+    elsewhere: float = field(
+        default=0.7,
+        validator=validators.and_(validators.ge(0), validators.le(1)),
+        metadata={
+            "doc": "What a line that another station covers counts in a pod's index: the smaller, the fewer visits"
+        },
+    )
+    most_pods: int = field(
+        default=2,
+        validator=validators.ge(1),
+        metadata={"doc": "Pods at or bound for a station from which on no further one is sent"},
+    )
+    urge_s: float = field(
+        default=250.0,
+        validator=validators.ge(0),
+        metadata={
+            "unit": "s",
+            "doc": "What the ages of a pod's lines add up to before it is sent to a station with nothing to do: the "
+            "larger, the fewer visits; 0: no waiting",
+        },
+    )
+    full: float = field(
+        default=31.0,
+        validator=validators.ge(1),
+        metadata={"doc": "How many times as much it takes at a station that is all but full"},
+    )
+    base_s: float = field(
+        default=10.0,
+        validator=validators.gt(0),
+        metadata={"unit": "s", "doc": "What a line counts in `urge_s` besides its age"},
+    )
+    handle_s: float = field(
+        default=13.0,
+        validator=validators.gt(0),
+        metadata={"unit": "s", "doc": "How long a picker is busy with an item"},
+    )
+    near: float = field(
+        default=0.2,
+        validator=validators.and_(validators.ge(0), validators.le(1)),
+        metadata={
+            "doc": "By what share the index of a station's first pod may be less than the largest one if the pod is "
+            "nearer: the larger, the less a station waits, and the more visits"
+        },
+    )
+    packing_capacity: int | None = field(
+        default=None,
+        validator=validators.optional(validators.ge(1)),
+        metadata={
+            "doc": "Split orders that the packing stations have room for, those already open included; none by default"
+        },
+    )
+
+    priority_factor: float = field(
+        default=2.0,
+        validator=validators.gt(0),
+        metadata={"doc": "How many times more a line is worth with each step of its order's priority"},
+    )
+    due_factor: float = field(
+        default=3.0,
+        validator=validators.ge(1),
+        metadata={"doc": "How many times more a line is worth when its order is due or late"},
+    )
+    due_s: float = field(
+        default=1800.0,
+        validator=validators.gt(0),
+        metadata={
+            "unit": "s",
+            "doc": "How long before an order is due what its lines are worth more has fallen to 37 %",
+        },
+    )
+    max_wait_s: float = field(
+        default=OVERSIZE_WAIT_S,
+        validator=validators.ge(0),
+        metadata={
+            "unit": "s",
+            "doc": "Seconds in the backlog after which the oldest order with a line of more items than any station "
+            "takes gets a station of its own: one takes nothing else until it is empty, and then that order alone",
+        },
+    )
+    _known: Known | None = field(default=None, init=False, eq=False, repr=False)
+
+    @hookimpl
+    def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
+        """Take lines and send pods, one after another, until the places are taken or left free."""
+        if self._known is not None and self._known.still_nothing(warehouse):
+            return NOTHING
+        known = self._about(warehouse)
+        if not any(known.room):
+            return NOTHING
+        if not known.oversize:
+            return NOTHING if known.nothing_to_do(warehouse) else Deciding(known, warehouse).decision()
+        large = Oversize.of(warehouse, self.max_wait_s, splits=True, over_time=True)
+        return with_oversize(
+            warehouse,
+            large,
+            lambda without: Deciding(known, warehouse, without).decision(),
+            lambda large: assign_alone(warehouse, large),
+        )
+
+    @hookimpl
+    def wake_at(self, warehouse: WarehouseView) -> float | None:
+        """Return when the ages of the lines of a pod will add up, if a station could take it then."""
+        known = self._known
+        if known is None or not known.still_wakes(warehouse):
+            known = self._about(warehouse)
+            known.wake(warehouse)
+        return None if known.wakes == NEVER else to_seconds(known.wakes)
+
+    def prepare(self, roads: Roads) -> None:
+        """Load the compiled period, or compile it, and search for the ways to the stations."""
+        prepare(self, roads)
+
+    def _about(self, warehouse: WarehouseView) -> Known:
+        """Return what is known of a run, and begin anew with another, or when a pod was given a new SKU."""
+        if self._known is None or not self._known.is_of(warehouse):
+            self._known = Known(self, warehouse)
+        self._known.hear(warehouse)
+        return self._known

@@ -1,0 +1,115 @@
+"""Rule ``random``, for POA, PPS, PR, TA, ROA and RPS: the baseline that every study prints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from attrs import define, field
+from numpy.typing import NDArray
+
+from rmfs_core import BundleAssignment, OrderAssignment, PodTrip, StoreBundle, TaskAssignment, hookimpl
+from rmfs_rules.helpers import KeptSpace, StoragePods, assign_best_pairs, store_bundles, waiting_limit
+from rmfs_rules.helpers.open_orders import OpenOrders
+from rmfs_rules.helpers.pod_sending import Ids, KeptPods
+from rmfs_rules.random.pairs import Drawing
+
+if TYPE_CHECKING:
+    from rmfs_core.traffic import Roads
+    from rmfs_core.warehouse import Bundle, Station, WarehouseView
+
+LOTS = 1 << 62
+"""Lots are whole numbers below this: two are hardly ever the same."""
+
+
+@define
+class Random:
+    """Draw lots, each choice as likely as any other.
+
+    As POA: again and again one of the pairs of order and station that fit, until nothing does. As PPS: one of the
+    pods not in use (or leaving a station with no next one) that can serve an uncovered request of the station, which
+    is that with the fewest inbound pods. As PR: one of the free storage locations. As TA: for each idle robot one of
+    the waiting pods. As ROA: again and again one of the bundles, and one of the replenishment stations with a free
+    place. As RPS: for each bundle that lacks a pod one of those that have room for it and can come.
+
+    References
+    ----------
+    M. Merschformann, T. Lamballais, R. de Koster, L. Suhl: Decision rules for robotic mobile fulfillment systems.
+    Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
+    """
+
+    max_wait_s: float | None = waiting_limit()
+    _orders: OpenOrders = field(init=False, factory=OpenOrders, repr=False, eq=False)
+    _pods: KeptPods = field(init=False, factory=KeptPods, repr=False, eq=False)
+    _kept: KeptSpace = field(init=False, factory=KeptSpace, repr=False, eq=False)
+
+    @hookimpl
+    def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
+        """Draw pairs of order and station."""
+        if warehouse.split_orders_open:  # these may have places: not all orders of a size fit the same stations
+
+            def lots(_station: Station) -> NDArray[np.int64]:
+                return rng.integers(LOTS, size=len(warehouse.backlog))
+
+            return assign_best_pairs(warehouse, lots, max_wait_s=self.max_wait_s)
+        if warehouse.filtered:
+            return Drawing(warehouse, OpenOrders(warehouse.backlog), rng).done(self.max_wait_s)
+        self._orders.update(warehouse)
+        return Drawing(warehouse, self._orders, rng).done(self.max_wait_s)
+
+    @hookimpl
+    def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
+        """Draw pods for the stations that lack one."""
+        self._pods.update(warehouse)
+
+        def one(_station: Station, pods: Ids) -> int:
+            return int(pods[int(rng.integers(len(pods)))])
+
+        return self._pods.send(warehouse, max_fetches, one)
+
+    @hookimpl
+    def choose_storage_location(self, warehouse: WarehouseView, rng: np.random.Generator) -> int:
+        """Draw a free storage location."""
+        free = warehouse.free_storage_locations
+        return free[int(rng.integers(len(free)))]
+
+    @hookimpl
+    def assign_tasks(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[TaskAssignment]:
+        """Draw a pod for each robot, or a robot for each pod: whichever are fewer."""
+        robots, pods = warehouse.idle_robots, warehouse.waiting_pods
+        pairs = zip(rng.permutation(len(robots)).tolist(), rng.permutation(len(pods)).tolist(), strict=False)
+        return [TaskAssignment(robots[robot].id, pods[pod].id) for robot, pod in pairs]
+
+    @hookimpl
+    def assign_bundles(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[BundleAssignment]:
+        """Draw bundles, and a station for each, until no place is free."""
+        bundles = warehouse.bundles
+        places = [station.id for station in warehouse.replenishment_stations if station.free_bundle_capacity > 0]
+        free = {station.id: station.free_bundle_capacity for station in warehouse.replenishment_stations}
+        assignments: list[BundleAssignment] = []
+        for number in rng.permutation(len(bundles)).tolist():
+            if not places:
+                break
+            station = places[int(rng.integers(len(places)))]
+            assignments.append(BundleAssignment(bundles[number].id, station))
+            free[station] -= 1
+            if not free[station]:
+                places.remove(station)
+        return assignments
+
+    @hookimpl
+    def select_replenishment_pods(
+        self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator
+    ) -> Sequence[StoreBundle]:
+        """Draw a pod for each bundle: of those that can take it, the one with the lowest lot."""
+
+        def lots(_pods: StoragePods, _bundle: Bundle) -> NDArray[np.int64]:
+            return rng.integers(LOTS, size=len(warehouse.pods))
+
+        return store_bundles(warehouse, max_fetches, lots, self._kept)
+
+    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
+        """Load what is compiled, or compile it."""
+        self._pods.load()
+        self._kept.load()

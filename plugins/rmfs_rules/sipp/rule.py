@@ -1,0 +1,112 @@
+"""Safe interval path planning with exact kinematics."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import starmap
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from attrs import define, field
+
+from rmfs_core import Leg, Path, hookimpl
+from rmfs_core.traffic import timed_path
+from rmfs_rules.helpers.searching import search_once
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, Tracks, Traffic
+
+LATER_TICKS = 3_000, 15_000, 60_000
+"""How much later than without traffic paths arrive of which the times are looked up first; most are in time."""
+
+
+@define(eq=False)
+class _Memory:
+    """Arrays of the compiled search, kept from query to query."""
+
+    states: NDArray[np.int64] = field(factory=lambda: np.empty((0, 0), dtype=np.int64))
+    queue: NDArray[np.int64] = field(factory=lambda: np.empty(0, dtype=np.int64))
+    low: NDArray[np.int64] = field(factory=lambda: np.empty((4, 0), dtype=np.int64))
+    high: NDArray[np.int64] = field(factory=lambda: np.empty((4, 0), dtype=np.int64))
+    searches: int = 0
+
+    def next(self, table: Reservations) -> int:
+        """Make room for a search of a table and return the search's number."""
+        gaps = len(table.arrays.since)  # their numbers are below this
+        if len(self.queue) < 4 * gaps:
+            from rmfs_rules.sipp.states import empty_states
+
+            self.states, self.queue = empty_states(4 * gaps)
+            self.searches = 0
+            self.low, self.high = (
+                np.zeros((4, gaps + 2), dtype=np.int64) for _ in range(2)
+            )  # a window for each at most
+        self.searches += 3  # as many numbers as a search may take
+        return self.searches
+
+
+@cache
+def _compiled() -> Any:
+    from rmfs_rules.sipp import compiled  # imported when needed, for it takes its time
+
+    return compiled
+
+
+@define
+class Sipp:
+    """Drive the path that arrives first among the reservations of the other robots.
+
+    A search over (cell, heading, gap between reservations) at rest. From a state a robot waits, turns, and drives a
+    straight run of any length that ends at rest. For a run, the departures at which all its cells are free are a few
+    windows; they are narrowed cell by cell, once for all lengths, since runs differ only where they brake. Of each gap
+    that a run can end in only the earliest arrival counts: whoever comes earlier can wait there until any later
+    time. Estimates are exact times without traffic, and never earlier than the goal is free for good, because a path
+    has to end with a hold of the goal without end. Where even that is far too early, a search from the goal finds out
+    when a path can arrive at all (`backwards.py`). Among equal estimates the state nearest to the goal goes first, then
+    the one with the lower number: the result is the same on every machine.
+
+    The arrival is the earliest that any path made of such moves has, waiting times being free to the tick.
+
+    References
+    ----------
+    H. Ma, W. Hoenig, T. K. S. Kumar, N. Ayanian, S. Koenig: Lifelong path planning with kinematic constraints for
+    multi-agent pickup and delivery. AAAI 2019. https://doi.org/10.1609/aaai.v33i01.33017651
+    """
+
+    reserves: ClassVar[str] = "full paths"
+
+    _memory: _Memory = field(init=False, factory=_Memory, repr=False, eq=False)
+
+    def prepare(self, roads: Roads) -> None:
+        """Load the compiled search, or compile it."""
+        search_once(self.search, roads)
+
+    @hookimpl
+    def plan_path(self, traffic: Traffic) -> Path | None:
+        """Return the path that arrives first; None when there is none, which the kernel's scheme excludes."""
+        roads, table, query = traffic.roads, traffic.table, traffic.query
+        latest = query.latest
+        for spare in LATER_TICKS:
+            times, within = roads.travel.times_near(query.cell, query.heading, query.goal, query.loaded, spare)
+            soon = query.start_tick + within
+            legs = self._legs(table, query, min(latest, soon), roads.tracks(query.goal, query.loaded, times))
+            if legs is not None or soon >= latest:
+                return None if legs is None else Path(legs)
+        legs = self._legs(table, query, latest, roads.tracks(query.goal, query.loaded))
+        return None if legs is None else Path(legs)
+
+    def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
+        """Return the path that arrives first and may stay at the goal for ever; None when there is none."""
+        legs = self._legs(table, query, query.latest, roads.tracks(query.goal, query.loaded))
+        return None if legs is None else timed_path(roads, query, legs)
+
+    def _legs(self, table: Reservations, query: Query, latest: int, tracks: Tracks) -> tuple[Leg, ...] | None:
+        memory = self._memory
+        number, compiled = memory.next(table), _compiled()
+        rows: Any = compiled.search(
+            query.cell, query.heading, query.start_tick, query.goal, latest, query.robot, number,
+            compiled.LITTLE, *tracks, *table.arrays, memory.states, memory.queue, memory.low, memory.high,
+        )  # fmt: skip
+        return None if rows is None else tuple(starmap(Leg, rows.tolist()))

@@ -1,0 +1,5 @@
+"""PP rule ``whca-n``."""
+
+from rmfs_rules.whca.rule import WhcaN
+
+__all__ = ["WhcaN"]

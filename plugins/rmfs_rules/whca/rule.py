@@ -1,0 +1,103 @@
+"""Windowed hierarchical cooperative A*, non-volatile, with exact kinematics."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from attrs import define, field, validators
+
+from rmfs_core import Path, hookimpl
+from rmfs_core.clock import to_ticks
+from rmfs_core.traffic import FOREVER, timed_path
+from rmfs_rules.helpers.searching import search_once
+
+if TYPE_CHECKING:
+    from rmfs_core.traffic import Query, Reservations, Roads, TimedPath, Traffic
+
+
+def _positive(_instance: object, _attribute: Any, value: float) -> None:
+    if not value > 0:
+        raise ValueError(f"expected a number > 0, found {value}")
+
+
+def _at_least_a_tick(_instance: object, _attribute: Any, value: float) -> None:
+    if not 0.001 <= value < math.inf:
+        raise ValueError(f"expected a number >= 0.001, found {value}")
+
+
+@cache
+def _compiled() -> Any:
+    from rmfs_rules.whca import compiled  # imported when needed, for it takes its time
+
+    return compiled
+
+
+@define
+class WhcaN:
+    """Drive a fast path among the reservations of the other robots, planned for a window of time.
+
+    A* over (cell, heading, time) at rest, times less than a wait apart counting as one. A robot waits ``wait_s``, or
+    turns and drives a straight run of any length that ends at rest; going straight on is a longer run from the last
+    stop. Within the window reservations are kept clear of; the rest of the way is estimated by its exact time without
+    traffic. The path ends where the window does, or at the goal, and always in a cell that nobody else has reserved
+    from then on, so that it can be held.
+
+    Parameters
+    ----------
+    window_s
+        Simulated time that a path is planned ahead (s); ``inf`` plans to the goal.
+    wait_s
+        Simulated time of a wait (s).
+    max_nodes
+        Nodes after which a search gives up, as if there were no path.
+
+    References
+    ----------
+    M. Merschformann, L. Xie, D. Erdmann: Multi-agent path finding with kinematic constraints for robotic mobile
+    fulfillment systems. arXiv:1706.09347, 2017. https://arxiv.org/abs/1706.09347
+    """
+
+    reserves: ClassVar[str] = "windows"
+
+    window_s: float = field(
+        default=20.0,
+        validator=_positive,
+        metadata={
+            "unit": "s",
+            "doc": "Simulated time that a path is planned ahead; inf plans to the goal",
+            "infinite": True,
+        },
+    )
+    wait_s: float = field(
+        default=2.0, validator=_at_least_a_tick, metadata={"unit": "s", "doc": "Simulated time of a wait"}
+    )
+    max_nodes: int = field(
+        default=100_000,
+        validator=validators.ge(1),
+        metadata={"doc": "Nodes after which a search gives up, as if there were no path"},
+    )
+
+    def prepare(self, roads: Roads) -> None:
+        """Load the compiled search, or compile it."""
+        search_once(self.search, roads)
+
+    @hookimpl
+    def plan_path(self, traffic: Traffic) -> Path | None:
+        """Return a path to the goal or to the end of the window; None where none leads anywhere."""
+        ends = self._ends(traffic.roads, traffic.table, traffic.query)
+        return None if ends is None or not len(ends) else Path(ends)
+
+    def search(self, roads: Roads, table: Reservations, query: Query) -> TimedPath | None:
+        """Return a path to the goal or to the end of the window, where the robot may stay; None when there is none."""
+        ends = self._ends(roads, table, query)
+        return None if ends is None else timed_path(roads, query, Path(ends).legs)
+
+    def _ends(self, roads: Roads, table: Reservations, query: Query) -> Any:
+        """End and wait of each leg, as an array; None when there is no path."""
+        end = FOREVER if self.window_s == math.inf else query.start_tick + to_ticks(self.window_s)
+        return _compiled().search(
+            query.cell, query.heading, query.start_tick, query.goal, query.robot, end, to_ticks(self.wait_s),
+            self.max_nodes, *roads.tracks(query.goal, query.loaded), *table.arrays,
+        )  # fmt: skip

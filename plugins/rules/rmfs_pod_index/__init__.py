@@ -1,5 +1,0 @@
-"""Joint rule ``pod-index``."""
-
-from rmfs_pod_index.rule import PodIndex
-
-__all__ = ["PodIndex"]

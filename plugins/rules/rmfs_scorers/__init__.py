@@ -1,5 +1,0 @@
-"""PPS rules ``completes``, ``work-amount`` and ``lexicographic``."""
-
-from rmfs_scorers.rules import Completes, Lexicographic, WorkAmount
-
-__all__ = ["Completes", "Lexicographic", "WorkAmount"]

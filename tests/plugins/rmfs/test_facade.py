@@ -1,0 +1,52 @@
+"""What users import: one package, whose names are those of the packages behind it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib import import_module
+from importlib.metadata import version
+
+import pytest
+
+import rmfs
+import rmfs_core
+
+MODULES = {
+    "events": "rmfs_core.events",
+    "gym": "rmfs_commands.gym",
+    "helpers": "rmfs_rules.helpers",
+    "testing": "rmfs_commands.testing",
+    "warehouse": "rmfs_core.warehouse",
+}
+
+
+def test_every_name_is_there() -> None:
+    assert all(getattr(rmfs, name) is not None for name in rmfs.__all__)
+    assert {*rmfs_core.__all__, *MODULES, "Decider", "load_result", "replay", "run_experiment"} <= {*rmfs.__all__}
+    assert rmfs.run is rmfs_core.run
+    assert rmfs.__version__ == version("rmfs")
+
+
+@pytest.mark.parametrize(("module", "target"), MODULES.items())
+def test_a_module_has_the_names_of_the_one_behind_it(module: str, target: str) -> None:
+    ours, theirs = import_module(f"rmfs.{module}"), import_module(target)
+    assert dir(ours) == dir(theirs)
+    assert all(getattr(ours, name) is getattr(theirs, name) for name in dir(theirs) if name[0] != "_")
+
+
+def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="module 'rmfs' has no attribute 'runn'"):
+        _ = rmfs.runn
+
+
+def test_importing_it_costs_next_to_nothing() -> None:
+    """Neither numpy nor any part of the kernel is loaded before something is used."""
+    heavy = "{'numpy', 'attrs', 'rmfs_core', 'rmfs_commands', 'rmfs_rules'}"
+    code = f"import sys, rmfs; print(sorted({heavy} & {{*sys.modules}}))"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_it_is_the_command_line_too() -> None:
+    done = subprocess.run([sys.executable, "-m", "rmfs", "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout.rstrip().endswith(f"version {version('rmfs')}")

@@ -1,0 +1,156 @@
+"""Options that several commands have in common mean the same in each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from rmfs_commands.cli.main import main
+from rmfs_commands.cli.options import (
+    NumberRange,
+    WholeNumberRange,
+    dask_option,
+    jobs_option,
+    json_option,
+    scenario_argument,
+    seed_option,
+    set_option,
+)
+
+
+@click.command()
+@scenario_argument
+@set_option
+@seed_option
+@jobs_option
+@dask_option
+@json_option
+def command(**given: object) -> None:
+    """Print what was given."""
+    for name, value in sorted(given.items()):
+        click.echo(f"{name}={value}")
+
+
+def given(*arguments: str) -> dict[str, str]:
+    """Return what the command was given, as texts."""
+    done = CliRunner().invoke(command, arguments)
+    assert done.exit_code == 0, done.output
+    return dict(line.split("=", 1) for line in done.output.splitlines())
+
+
+def test_what_is_left_out() -> None:
+    """Nothing is replaced, and people are written for."""
+    assert given("paper-250") == {
+        "scenario": "paper-250",
+        "overrides": "()",
+        "seed": "None",
+        "jobs": "None",
+        "dask": "None",
+        "as_json": "False",
+    }
+
+
+def test_what_is_given() -> None:
+    """`--set` may be repeated, and keeps its order."""
+    options = ("--set", "a.b=1", "--set", "c=", "--seed", "0", "-j", "2", "--dask", "tcp://host:1", "--json")
+    assert given("x.toml", *options) == {
+        "scenario": "x.toml",
+        "overrides": "('a.b=1', 'c=')",
+        "seed": "0",
+        "jobs": "2",
+        "dask": "tcp://host:1",
+        "as_json": "True",
+    }
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        ((), "Missing argument 'SCENARIO'"),
+        (("x", "--seed", "-1"), "'--seed': expected a whole number >= 0, found -1"),
+        (("x", "--jobs", "0"), "expected a whole number >= 1, found 0"),
+        (("x", "--seed", "one"), "expected a whole number >= 0, found one"),
+    ],
+)
+def test_what_is_wrong_is_said(arguments: tuple[str, ...], problem: str) -> None:
+    """Exit code 2."""
+    done = CliRunner().invoke(command, arguments)
+    assert done.exit_code == 2
+    assert problem in done.output
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "problem"),
+    [
+        (NumberRange(min=0, min_open=True), "3x", "expected a number > 0, found 3x"),
+        (NumberRange(min=0, min_open=True), "nan", "expected a number > 0, found nan"),
+        (NumberRange(min=0, min_open=True), "0", "expected a number > 0, found 0"),
+        (NumberRange(50, 100, min_open=True, max_open=True), "100", "expected a number > 50 and < 100, found 100"),
+        (NumberRange(max=1.5), "2", "expected a number <= 1.5, found 2"),
+        (NumberRange(), "x", "expected a number, found x"),
+        (WholeNumberRange(2, 1000), "1.5", "expected a whole number from 2 to 1,000, found 1.5"),
+        (WholeNumberRange(2, 1000), "1001", "expected a whole number from 2 to 1,000, found 1001"),
+    ],
+)
+def test_a_number_that_is_wrong_is_refused_with_what_is_right(
+    kind: click.ParamType[float], value: str, problem: str
+) -> None:
+    """The same words for no number at all and for one outside the limits."""
+    with pytest.raises(click.BadParameter) as refused:
+        kind.convert(value, None, None)
+    assert refused.value.message == problem
+
+
+def test_numbers_at_closed_limits_are_right() -> None:
+    """As numbers of their kinds."""
+    assert WholeNumberRange(2, 1000).convert("1000", None, None) == 1000
+    assert NumberRange(max=1.5).convert("1.5", None, None) == 1.5
+
+
+RULE = "from pathlib import Path\nPath('loaded').touch()\nclass Mine:\n    pass\n"
+EXPERIMENT = """
+base = "examples/small"
+seeds = [1]
+baseline = "mine"
+[[rule_sets]]
+name = "mine"
+rules.pr = "./mine.py:Mine"
+"""
+LOADING = (
+    ("run", "examples/small", "--set", "rules.pr=./mine.py:Mine"),
+    ("scenario", "check", "examples/small", "--set", "rules.pr=./mine.py:Mine"),
+    ("generate", "examples/small", "--set", "rules.pr=./mine.py:Mine", "--out", "out"),
+    ("rules", "./mine.py:Mine"),
+    ("compare", "experiment.toml"),
+    ("bench", "./mine.py:Mine"),
+    ("plan", "map.txt", "--pp", "./mine.py:Mine", "--agents", "1"),
+)
+"""Commands that load rules, asked for one from a file."""
+
+
+@pytest.mark.parametrize("arguments", LOADING, ids=lambda arguments: arguments[0])
+@pytest.mark.parametrize("by", ["option", "environment"])
+def test_no_code_is_loaded_from_files_where_that_is_refused(
+    by: str,
+    arguments: tuple[str, ...],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """By the option of each command, or by the environment of a service for all of them."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(RULE, encoding="utf-8")
+    (tmp_path / "experiment.toml").write_text(EXPERIMENT, encoding="utf-8")
+    (tmp_path / "map.txt").write_text("....\n....\n", encoding="utf-8")
+    if by == "environment":
+        monkeypatch.setenv("RMFS_NO_INLINE_RULES", "1")
+    with pytest.raises(SystemExit) as stop:
+        main([*arguments, *(["--no-inline-rules"] if by == "option" else [])])
+    printed = capsys.readouterr()
+    assert stop.value.code == 2
+    assert "which --no-inline-rules refuses" in printed.out + printed.err
+    assert "Loading code" not in printed.err
+    assert not (tmp_path / "loaded").exists()

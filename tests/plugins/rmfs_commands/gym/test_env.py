@@ -1,0 +1,372 @@
+"""The environment: what Gymnasium expects of one, and that it is the simulation and nothing else."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import psutil
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
+
+import rmfs_commands.gym
+import rmfs_core
+from copying import COPIES, Policy, copy_of
+from rmfs_commands.gym import FEATURES
+from rmfs_commands.gym.env import ID, DecisionEnv
+from rmfs_core import InputError, RuleError
+
+FEW = ["instance.orders=10", "rules.pp=free-flow"]
+MODULE_ID = f"rmfs_commands.gym.env:{ID}"
+
+
+def first(_observation: Any, mask: Any) -> int:
+    """Choose the first slot that may be chosen."""
+    return int(np.argmax(mask))
+
+
+def played(env: DecisionEnv, policy: Policy = first, **reset: Any) -> list[tuple[Any, float, int]]:
+    """Play an episode; return what each step observed, its reward, and the slot that was chosen."""
+    observation, info = env.reset(**reset)
+    steps = []
+    over = False
+    while not over:
+        slot = policy(observation, info["action_mask"])
+        observation, reward, terminated, truncated, info = env.step(slot)
+        assert info["action"] == slot
+        steps.append((observation, reward, slot))
+        over = terminated or truncated
+    return steps
+
+
+def same(one: Sequence[tuple[Any, float, int]], other: Sequence[tuple[Any, float, int]]) -> bool:
+    """Whether two episodes are the same."""
+    return len(one) == len(other) and all(
+        np.array_equal(a[0], b[0]) and a[1:] == b[1:] for a, b in zip(one, other, strict=True)
+    )
+
+
+@pytest.mark.parametrize("decides", ["POA", "PPS", "PR", "TA"])
+def test_gymnasium_finds_nothing_wrong(decides: str) -> None:
+    """Its own checker has neither an error nor a warning; actions that the mask forbids are among those it tries."""
+    env = gymnasium.make(MODULE_ID, scenario="examples/small", decides=decides, overrides=FEW)
+    check_env(env.unwrapped)
+    env.close()
+
+
+@pytest.mark.parametrize(("decides", "rule"), COPIES)
+def test_a_policy_that_copies_a_rule_gives_the_rules_files(decides: str, rule: str, tmp_path: Path) -> None:
+    """Visits and orders are byte for byte those of the rule itself; only POA is asked more often."""
+    overrides = ["instance.orders=25", f"rules.{decides.lower()}={rule}"]
+    env = rmfs_commands.gym.make("examples/small", decides, overrides=overrides)
+    played(env, copy_of(decides, rule))
+    assert env.result is not None
+    env.result.save(tmp_path / "gym")
+    by_rule = rmfs_core.run("examples/small", overrides=overrides, out=tmp_path / "rule")
+    for file in ("orders.csv", "visits.csv"):
+        assert (tmp_path / "gym" / file).read_bytes() == (tmp_path / "rule" / file).read_bytes()
+    differing = {name for name, number in by_rule.metrics.items() if env.result.metrics[name] != number}
+    assert differing <= ({"periods"} if decides == "POA" else set())
+    assert {name for name in by_rule.timing if name not in env.result.timing} == set()
+
+
+def test_a_filtered_backlog_is_what_is_shown() -> None:
+    """Orders that a filter leaves out are no candidates."""
+    filtered = [*FEW, 'rules.filters=[{rule = "most-covered", n = 1}]']
+    env = rmfs_commands.gym.make("examples/small", "POA", overrides=filtered)
+    env.reset()
+    assert {slot // 2 for slot in env.choice.options} == {0}
+
+
+def test_a_seed_is_that_of_a_run() -> None:
+    """The same seed gives the same episode, whatever came before; another gives another."""
+    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    once, other, again = (played(env, seed=seed) for seed in (5, 6, 5))
+    assert same(once, again)
+    assert not same(once, other)
+    assert env.result is not None
+    assert env.result.seed == 5
+    assert env.result.metrics["orders_total"] == 10
+
+
+def test_episodes_without_a_seed_follow_from_the_last_one_given() -> None:
+    """The first is that of the scenario's seed; those after it are others, and the same in another environment."""
+
+    def seeds(**given: Any) -> list[int]:
+        env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW, **given)
+        return [env.reset()[1]["seed"] for _ in range(3)]
+
+    of_scenario, of_nine = seeds(), seeds(seed=9)
+    assert (of_scenario[0], of_nine[0]) == (1, 9)
+    assert len({*of_scenario, *of_nine}) == 6
+    assert seeds(seed=1) == of_scenario
+    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    env.reset(seed=9)
+    assert [env.reset()[1]["seed"] for _ in range(2)] == of_nine[1:]
+
+
+def test_the_mask_comes_as_gymnasium_and_sb3_contrib_want_it() -> None:
+    """``info`` has it as int8, which `sample` takes, the method as bools: the slots that stand for something."""
+    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    _, info = env.reset()
+    mask = env.action_masks()
+    assert (info["action_mask"].dtype, mask.dtype) == (np.int8, np.bool_)
+    assert np.flatnonzero(mask).tolist() == np.flatnonzero(info["action_mask"]).tolist() == sorted(env.choice.options)
+    assert env.action_space.sample(mask=info["action_mask"]) in env.choice.options
+
+
+def test_for_a_slot_that_is_masked_out_the_next_one_is_taken() -> None:
+    """It is the next that may be chosen, beginning again at the first, and ``info`` says which."""
+    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    _, info = env.reset()
+    allowed = np.flatnonzero(info["action_mask"]).tolist()
+    gap = next((a, b) for a, b in pairwise(allowed) if b > a + 1)
+    assert env.step(gap[0] + 1)[-1]["action"] == gap[1]
+    for forbidden in range(0, env.action_space.n, 5):
+        env.reset(seed=1)
+        taken = env.step(forbidden)[-1]["action"]
+        assert taken == next((slot for slot in allowed if slot >= forbidden), allowed[0])
+
+
+@pytest.mark.parametrize(
+    ("reward", "total"),
+    [
+        ("visits", lambda metrics: metrics["pod_station_visits"]),
+        ("turnover", lambda metrics: metrics["turnover_s"] * metrics["orders_completed"] / 3600),
+        ("distance", lambda metrics: metrics["distance_m"] / 1000),
+        (lambda step: -1, lambda metrics: None),
+    ],
+)
+@pytest.mark.parametrize("decides", ["POA", "TA"])
+def test_the_rewards_of_an_episode_add_up(reward: Any, total: Any, decides: str) -> None:
+    """They are minus what the run's metrics say; a function of one's own is asked at every step."""
+    env = rmfs_commands.gym.make("examples/poisson", decides, overrides=FEW, reward=reward)
+    steps = played(env)
+    assert env.result is not None
+    expected = total(env.result.metrics)
+    assert sum(step[1] for step in steps) == pytest.approx(-len(steps) if expected is None else -expected)
+
+
+def test_a_run_that_is_cut_off_is_truncated() -> None:
+    """At ``run.until_s`` the episode is over, and the result is one of a run that is not complete."""
+    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=[*FEW, "run.until_s=100"])
+    env.reset()
+    over = (False, False)
+    while over == (False, False):
+        _, _, *over, info = env.step(env.action_space.sample())
+        over = tuple(over)
+    assert over == (False, True)
+    assert info["time_s"] == 100
+    assert not info["action_mask"].any()
+    assert env.result is not None
+    assert env.result.status == "partial"
+
+
+def test_an_episode_without_a_choice_is_over_at_the_first_step() -> None:
+    """Whatever the action; what happened counts."""
+    env = rmfs_commands.gym.make("examples/small", "PR", overrides=[*FEW, "run.until_s=30"], reward="distance")
+    observation, info = env.reset()
+    assert not observation.any()
+    assert not info["action_mask"].any()
+    _, reward, terminated, truncated, _ = env.step(0)
+    assert reward < 0
+    assert (terminated, truncated) == (False, True)
+
+
+def test_slots_stand_for_what_the_choice_says() -> None:
+    """Pods for a station, robots and storage locations for a pod, pairs of order and station."""
+
+    def choice(decides: str) -> Any:
+        env = rmfs_commands.gym.make("examples/small", decides, overrides=FEW)
+        env.reset()
+        return env.choice
+
+    pods, robots, cells, orders = (choice(decides) for decides in ("PPS", "TA", "PR", "POA"))
+    assert all(pod.id == slot for slot, pod in pods.options.items())
+    assert pods.subject.uncovered_requests
+    assert all(robot.id == slot and robot.idle for slot, robot in robots.options.items())
+    assert robots.subject.bound_for
+    assert sorted(cells.options) == list(cells.options)
+    assert sorted(cells.options.values()) == list(cells.options.values())
+    assert cells.subject.robot is not None
+    assert all(station.id == slot % 2 for slot, (_, station) in orders.options.items())
+    assert {slot // 2: order.id for slot, (order, _) in orders.options.items()} == {i: i for i in range(10)}
+
+
+def test_environments_do_not_disturb_each_other() -> None:
+    """Steps of three that take turns are those of each alone."""
+    kinds = ("PPS", "POA", "PPS")
+    envs = [rmfs_commands.gym.make("examples/small", decides, overrides=FEW) for decides in kinds]
+    alone = [played(env, seed=seed) for seed, env in enumerate(envs)]
+    for seed, env in enumerate(envs):
+        env.reset(seed=seed)
+    for number in range(min(len(steps) for steps in alone)):
+        for env, steps in zip(envs, alone, strict=True):
+            observation, reward, *_ = env.step(steps[number][2])
+            assert same([(observation, reward, 0)], [(*steps[number][:2], 0)])
+
+
+@pytest.mark.parametrize("kind", [SyncVectorEnv, pytest.param(AsyncVectorEnv, marks=pytest.mark.slow)])
+def test_vectors_of_environments(kind: Any) -> None:
+    """Each is seeded on its own, goes on with another episode after its end, and gives what it gives alone."""
+    alone = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    envs = kind([lambda: rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)] * 2)
+    _, infos = envs.reset(seed=3)
+    assert infos["seed"].tolist() == [3, 4]
+    expected = played(alone, seed=4)
+    ended = 0
+    for number in range(3 * len(expected)):
+        observations, rewards, terminated, truncated, infos = envs.step(np.argmax(infos["action_mask"], axis=1))
+        if number < len(expected):
+            assert np.array_equal(observations[1], expected[number][0])
+            assert rewards[1] == expected[number][1]
+        ended += int(terminated.sum())
+        assert not truncated.any()
+    assert ended >= 4
+    assert [result.status for result in envs.get_attr("result")] == ["complete"] * 2
+    envs.close()
+
+
+def simulations() -> int:
+    """Return how many simulations are held by anything."""
+    gc.collect()
+    return sum(type(thing).__name__ == "Simulation" for thing in gc.get_objects())
+
+
+def test_an_abandoned_episode_leaves_nothing_behind() -> None:
+    """Its simulation is gone after a reset, after `close`, and when an environment that nobody closed is forgotten."""
+    before = simulations()
+    env: DecisionEnv | None = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    assert env is not None
+    for _ in range(2):
+        env.reset()
+        env.step(0)
+        assert simulations() == before + 1
+    env.close()
+    env.close()
+    with pytest.raises(InputError, match="no episode is under way"):
+        env.step(0)
+    env.reset()
+    env.step(0)
+    env = None
+    assert simulations() == before
+
+
+@pytest.mark.slow
+def test_memory_stays_flat_over_a_thousand_resets() -> None:
+    """Each abandons an episode under way; after the first 500 memory grows no more (under 4 kB a reset)."""
+    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    used = []
+    for number in range(1200):
+        env.reset(seed=number % 50)
+        env.step(0)
+        if number in (499, 1199):
+            gc.collect()
+            used.append(psutil.Process().memory_info().rss)
+    assert used[1] - used[0] < 700 * 4096
+
+
+def test_an_episode_can_follow_one_that_failed(tmp_path: Path) -> None:
+    """What another rule does wrong ends the episode with the sentence that a run ends with."""
+    (tmp_path / "bad.py").write_text(
+        "from attrs import define\nfrom rmfs_core import hookimpl\n\n@define\nclass Bad:\n"
+        "    @hookimpl\n    def choose_storage_location(self, warehouse):\n"
+        "        return warehouse.free_storage_locations[0] if warehouse.now_s < 0 else -1\n"
+    )
+    scenario = tmp_path / "scenario.toml"
+    scenario.write_text('[instance]\norders = 10\n[rules]\npoa = "pod-match"\npps = "demand"\npp = "free-flow"\n')
+    env = rmfs_commands.gym.make(scenario, "PPS", overrides=[f"rules.pr={tmp_path}/bad.py:Bad"])
+    for _ in range(2):
+        with pytest.raises(RuleError, match=r"choose_storage_location, at .* s: stores pod .* not on the grid"):
+            played(env)
+        with pytest.raises(InputError, match="step: no episode is under way; expected `reset` first"):
+            env.step(0)
+
+
+def test_an_episode_belongs_to_the_thread_that_began_it() -> None:
+    """A step in another one is refused in a sentence; a reset there begins an episode of its own."""
+    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    env.reset()
+    with ThreadPoolExecutor(1) as thread:
+        with pytest.raises(InputError, match="step: the episode was begun in another thread; expected `reset` in this"):
+            thread.submit(env.step, 0).result()
+        assert thread.submit(played, env).result()
+    assert played(env)
+
+
+@pytest.mark.parametrize("reward", [None, 10**400])
+def test_a_reward_that_is_no_number_is_named(reward: Any) -> None:
+    """In one sentence, at the step that it is asked at."""
+    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW, reward=lambda step: reward)
+    env.reset()
+    with pytest.raises(InputError, match=r"reward: returned \w+; expected a number"):
+        env.step(0)
+
+
+@pytest.mark.parametrize("action", [-1, 30, 0.5, "0", None, np.array([1])])
+def test_an_action_that_is_no_slot_is_named(action: Any) -> None:
+    """One that could be meant is not guessed."""
+    env = rmfs_commands.gym.make("examples/small", "PPS", overrides=FEW)
+    env.reset()
+    with pytest.raises(InputError, match=r"action: found .*; expected a whole number from 0 to 29"):
+        env.step(action)
+    env.step(np.int64(3))
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"decides": "PP"}, "decides: found 'PP'; expected POA, PPS, PR or TA, which are decided one choice at a time"),
+        ({"decides": ["PPS"]}, r"decides: found \['PPS'\]; expected POA, PPS, PR or TA"),
+        ({"reward": "money"}, "reward: found 'money'; expected 'visits', 'turnover', 'distance' or a function of a St"),
+        ({"orders_shown": 0}, "orders_shown: found 0; expected a whole number from 1 to 10,000"),
+        ({"orders_shown": True}, "orders_shown: found True; expected a whole number from 1 to 10,000"),
+        ({"orders_shown": 10**12}, "orders_shown: found 10+; expected a whole number from 1 to 10,000"),
+        ({"scenario": "examples/smal"}, "examples/smal.*did you mean `examples/small`"),
+        ({"overrides": ["instance.orders=-1"]}, "instance.orders"),
+        (
+            {"overrides": ["rules.poa_pps=lns"]},
+            'rules.poa_pps: "lns" decides PPS with the rest; expected `rules.poa` a',
+        ),
+        ({"overrides": "rules.pp=free-flow"}, "overrides: found 'rules.pp=free-flow'; expected a list"),
+        ({"seed": -1}, "seed"),
+    ],
+)
+def test_what_is_wrong_is_said_at_once(given: dict[str, Any], sentence: str) -> None:
+    """One sentence, before any episode."""
+    with pytest.raises(InputError, match=sentence):
+        rmfs_commands.gym.make(**{"scenario": "examples/small", "decides": "PPS"} | given)
+
+
+def test_a_scenario_object_takes_no_overrides() -> None:
+    """It is the same environment as that of its file, and is changed by other means."""
+    scenario = rmfs_core.load_scenario("examples/small", FEW)
+    of_file, of_object = (
+        rmfs_commands.gym.make("examples/small", "TA", overrides=FEW),
+        rmfs_commands.gym.make(scenario, "TA"),
+    )
+    assert same(played(of_file), played(of_object))
+    with pytest.raises(InputError, match="overrides: expected a scenario file with them"):
+        rmfs_commands.gym.make(scenario, "TA", overrides=FEW)
+
+
+def test_every_observation_lies_within_its_space() -> None:
+    """Also where stock is finite, orders have due times, are larger than any station, or places are counted."""
+    worlds = [
+        ["instance.items_per_sku=3", "instance.due={allowance_s=60}"],
+        ["instance.lines=[0,0,0,0,1]", "stations.item_capacity=4"],
+        ["stations.order_capacity=2"],
+    ]
+    for world in worlds:
+        for decides, features in FEATURES.items():
+            env = rmfs_commands.gym.make("examples/small", decides.label, overrides=[*FEW, *world])
+            for observation, *_ in played(env):
+                assert env.observation_space.contains(observation)
+                assert observation.shape[1] == len(features)

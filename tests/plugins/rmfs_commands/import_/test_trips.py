@@ -1,0 +1,163 @@
+"""Instances of path finding: maps with a trip for each robot."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from rmfs_commands.import_.notes import Note
+from rmfs_commands.import_.trips import import_lorr, import_movingai, import_rhcr
+from rmfs_commands.plan import Trip, read_map, read_trips
+from rmfs_core.errors import InputError
+
+OCTILE = "type octile\nheight 3\nwidth 4\nmap\n...@\n.@@.\n...@\n"
+FILES = {"mapFile": "maps/a.map", "agentFile": "a.agents", "taskFile": "a.tasks", "teamSize": 3, "numTasksReveal": 1.5}
+
+
+def scen(*trips: tuple[int, int, int, int]) -> str:
+    """Return a scenario of MovingAI."""
+    lines = ("\t".join(map(str, (0, "a.map", 4, 3, *trip, 1.5))) for trip in trips)
+    return "version 1\n" + "".join(f"{line}\n" for line in lines)
+
+
+def problem(folder: Path, agents: str, tasks: str, told: Mapping[str, object] | None = None) -> Path:
+    """Write a problem of the League of Robot Runners."""
+    (folder / "maps").mkdir(exist_ok=True)
+    (folder / "maps" / "a.map").write_text(OCTILE, encoding="utf-8")
+    (folder / "a.agents").write_text(agents, encoding="utf-8")
+    (folder / "a.tasks").write_text(tasks, encoding="utf-8")
+    (folder / "a.json").write_text(json.dumps({**FILES, **(told or {})}), encoding="utf-8")
+    return folder / "a.json"
+
+
+def trips_of(folder: Path, files: Mapping[str, str]) -> tuple[Trip, ...]:
+    """Write what was imported; return its trips as `rmfs plan` reads them."""
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return read_trips(folder / "trips.scen", read_map(folder / "map.txt"))
+
+
+def test_trips_of_movingai_are_kept_where_robots_can_make_them(tmp_path: Path) -> None:
+    """In four directions, each from and to a cell of its own."""
+    (tmp_path / "a.map").write_text(OCTILE, encoding="utf-8")
+    (tmp_path / "a.scen").write_text(scen((0, 0, 2, 2), (2, 0, 2, 2), (1, 0, 3, 1), (2, 2, 0, 0)), encoding="utf-8")
+    imported = import_movingai(tmp_path / "a.map", tmp_path / "a.scen")
+    assert trips_of(tmp_path, imported.files) == (Trip(0, 10), Trip(10, 0))
+    assert [(note.what, note.number) for note in imported.notes.taken[1:]] == [
+        ("trips whose start or goal another has", 1),
+        ("trips without a way in four directions", 1),
+        ("optimal lengths of trips", 2),
+    ]
+    assert imported.command == "plan {}/map.txt --scen {}/trips.scen --agents 2"
+    assert import_movingai(tmp_path / "a.map", None).command == "plan {}/map.txt --agents 3"  # as many as have room
+
+
+def test_robots_of_rhcr_go_from_home_to_an_endpoint(tmp_path: Path) -> None:
+    """One each, which is drawn: another seed draws others, the same seed the same bytes."""
+    (tmp_path / "k.map").write_text("2,8\n" + "rrr.eeee\n" * 2, encoding="utf-8")
+    imported = import_rhcr(tmp_path / "k.map", 1)
+    trips = trips_of(tmp_path, imported.files)
+    assert sorted(trip.start for trip in trips) == [0, 1, 2, 8, 9, 10]
+    assert len({trip.goal for trip in trips}) == 6
+    assert {trip.goal for trip in trips} <= {4, 5, 6, 7, 12, 13, 14, 15}
+    assert import_rhcr(tmp_path / "k.map", 1) == imported
+    assert import_rhcr(tmp_path / "k.map", 2).files != imported.files
+
+
+def test_one_way_cells_against_each_other_are_noted(tmp_path: Path) -> None:
+    """A text map never leads against a one-way cell."""
+    header = (
+        "Grid size (x, y)\n2,1\nid,type,station,x,y,weight_to_NORTH,weight_to_WEST,weight_to_SOUTH,weight_to_EAST\n"
+    )
+    (tmp_path / "g.grid").write_text(
+        header + "0,Travel,None,0,0,inf,inf,inf,1\n1,Travel,None,1,0,inf,1,inf,1\n", encoding="utf-8"
+    )
+    imported = import_rhcr(tmp_path / "g.grid", 1)
+    assert imported.files == {"map.txt": ">─\n"}
+    assert imported.notes.taken == [Note("ways that a text map cannot say", 1, "left out")]
+
+
+def test_robots_of_the_league_take_a_task_each(tmp_path: Path) -> None:
+    """In the order of the files; to the first location that no other robot goes to."""
+    agents, tasks = "# made\n3\n0\n2\n8\n", "# made\n4\n10,0\n10,9\n10,9\n1,2\n"
+    imported = import_lorr(problem(tmp_path, agents, tasks))
+    assert trips_of(tmp_path, imported.files) == (Trip(0, 10), Trip(2, 9), Trip(8, 1))
+    assert imported.notes.taken == [
+        Note("other keys of the problem (delays, counters, tasks shown at a time)", 1, "left out"),
+        Note("tasks whose first location another robot goes to", 1, "trips to the first that is left"),
+        Note("tasks without a location that is left and in reach", 1, "left out"),
+        Note("further locations of tasks", 3, "left out"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("agents", "tasks", "told", "message"),
+    [
+        ("3\n0\n2\n8\n", "1\n10\n", {"mapFile": 5}, "a.json, mapFile: expected the name of a file, found 5"),
+        ("3\n0\n2\n8\n", "1\n10\n", {"mapFile": "/etc/x"}, "a.json, mapFile: expected a file in the problem's folder"),
+        ("3\n0\n2\n8\n", "1\n10\n", {"agentFile": "b/../../x"}, "a.json, agentFile: expected a file in the problem's"),
+        ("3\n0\n2\n8\n", "1\n10\n", {"taskFile": "\ud800"}, "\ud800: cannot be read: 'utf-8' codec can't encode"),
+        ("3\n0\n2\n8\n", "1\n10\n", {"taskFile": "a\0b"}, "a\0b: cannot be read: embedded null byte"),
+        ("3\n0\n2\n8\n", "1\n10\n", {"taskFile": ""}, "a.json, taskFile: expected the name of a file, found ''"),
+        ("3\n0\n2\n8\n", "1\n10\n", {"teamSize": True}, "a.json, teamSize: expected a whole number from 1 to 100,000"),
+        ("3\n0\n2\n8\n", "1\n10\n", {"agentFile": "no"}, "no: cannot be read: No such file or directory"),
+        ("3\n0\n2\n", "1\n10\n", {}, "a.agents: found 2 lines of locations; expected 3"),
+        ("2\n0\n2\n8\n", "1\n10\n", {}, "a.agents: found 2 lines of locations; expected 3"),
+        ("3\n0\n2\n8\n", "2\n10\n", {}, "a.tasks: found 1 line of locations; expected 2"),
+        ("3\n0\nx\n8\n", "1\n10\n", {}, "a.agents, line 3: expected the number of a cell, found 'x'"),
+        ("3\n0\n,\n8\n", "1\n10\n", {}, "a.agents, line 3: expected at least one location, found none"),
+        ("3\n0\n3\n8\n", "1\n10\n", {}, "a.json: robot 2 begins at location 3, which is no free cell of"),
+        (
+            "3\n0\n2\n0\n",
+            "1\n10\n",
+            {},
+            "a.json: found robots 1 and 3 both at location 0; expected a location of its own for each robot",
+        ),
+        ("3\n0\n2\n8\n", "1\n10,99\n", {}, "a.json: a task is at location 99, which is no free cell of"),
+        (
+            "",
+            "1\n10\n",
+            {},
+            "a.agents: expected how many there are in the first line, and a line of",
+        ),
+    ],
+)
+def test_wrong_problems_are_refused(
+    tmp_path: Path, agents: str, tasks: str, told: Mapping[str, object], message: str
+) -> None:
+    """With file, and line or key."""
+    with pytest.raises(InputError) as caught:
+        import_lorr(problem(tmp_path, agents, tasks, told))
+    assert str(caught.value).startswith(f"{tmp_path}/{message}")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [("{1}", "a.json, line 1: this is no valid JSON"), ("{" * 100_000, "this is no valid JSON")],
+)
+def test_what_is_no_json_is_refused(tmp_path: Path, text: str, message: str) -> None:
+    """With its line."""
+    (tmp_path / "a.json").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        import_lorr(tmp_path / "a.json")
+    assert message in str(caught.value)
+
+
+def test_a_map_without_a_free_cell_is_refused(tmp_path: Path) -> None:
+    """No robot could stand on it."""
+    (tmp_path / "a.map").write_text("type octile\nheight 1\nwidth 2\nmap\n@@\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"a\.map: found no free cell; expected some"):
+        import_movingai(tmp_path / "a.map", None)
+
+
+def test_files_may_begin_with_a_mark_of_their_byte_order(tmp_path: Path) -> None:
+    """As some editors of Windows write it."""
+    file = problem(tmp_path, "3\n0\n2\n8\n", "1\n10\n", {})
+    plain = import_lorr(file)
+    for name in ("a.json", "maps/a.map", "a.agents", "a.tasks"):
+        text = (tmp_path / name).read_text(encoding="utf-8")
+        (tmp_path / name).write_text(text, encoding="utf-8-sig")
+    assert import_lorr(file) == plain

@@ -1,0 +1,67 @@
+"""Recorded runs to replay."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import rmfs_core
+from rmfs_commands.replay.reading import Replay, read_replay
+from rmfs_core.scenario import load_scenario
+
+SETTINGS = ("instance.orders=20",)
+BATTERIES = (
+    "instance.orders=40",
+    "layout.chargers=1",
+    "robots.battery={capacity_wh=70, idle_w=200, charging_w=8000}",
+    "rules.idle=charge-when-low",
+    "rules.pp=free-flow",
+)
+
+
+@pytest.fixture(scope="session")
+def day(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a run with trace and decisions; robots keep out of each other's way in it."""
+    folder = tmp_path_factory.mktemp("runs") / "day"
+    rmfs_core.run("examples/small", overrides=SETTINGS, out=folder, record=["trace", "decisions"])
+    return folder
+
+
+@pytest.fixture(scope="session")
+def short(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a run that ends while robots drive, without decisions."""
+    folder = tmp_path_factory.mktemp("runs") / "short"
+    overrides = (*SETTINGS, "run.until_s=100.5", "rules.pps=random")
+    rmfs_core.run("examples/small", overrides=overrides, out=folder, record=["trace"])
+    return folder
+
+
+@pytest.fixture(scope="session")
+def replay(day: Path) -> Replay:
+    """Return the replay of the day."""
+    return read_replay(day)
+
+
+@pytest.fixture(scope="session")
+def restocked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a run with decisions in which bundles are stored, a station is closed and pods are moved."""
+    folder = tmp_path_factory.mktemp("runs") / "restocked"
+    overrides = ("instance.orders=40", "stations.open={2=[['00:10', '23:00']]}", "rules.move=utility")
+    scenario = load_scenario("examples/replenished", (*overrides, "rules.idle=rest-nearest", "rules.pp=free-flow"))
+    rmfs_core.run(scenario, out=folder, record=["trace", "decisions"])
+    return folder
+
+
+@pytest.fixture(scope="session")
+def charged(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a run in which robots charge."""
+    folder = tmp_path_factory.mktemp("runs") / "charged"
+    rmfs_core.run(load_scenario("examples/small", BATTERIES), out=folder, record=["trace"])
+    return folder
+
+
+@pytest.fixture(scope="session")
+def batteries() -> tuple[str, ...]:
+    """Return what that run differs in from the scenario `examples/small`."""
+    return BATTERIES

@@ -1,0 +1,136 @@
+"""A run that is watched while it goes on."""
+
+from __future__ import annotations
+
+import base64
+import json
+import signal
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+import zlib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import rmfs_core
+from chromium import Chromium
+from rmfs_commands.replay.live import RUNNING, Watch
+from rmfs_commands.replay.reading import read_replay
+from rmfs_commands.replay.telling import told
+from rmfs_core import hookimpl
+from rmfs_core.events import Event
+
+SETTINGS = ["instance.orders=20"]
+HEED = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+"""Whoever runs the tests in the background ignores Ctrl-C, and so would what they start."""
+
+
+def asked(address: str, after: int = -1) -> dict[str, Any] | None:
+    """Return what a browser is told, None where there is nothing new."""
+    with urllib.request.urlopen(f"{address}run?after={after}", timeout=10) as answer:
+        text = answer.read()
+    found: dict[str, Any] | None = json.loads(zlib.decompress(base64.b64decode(text))) if text else None
+    return found
+
+
+class Asking:
+    """Observer that asks as a browser does, at some events."""
+
+    def __init__(self, watch: Watch) -> None:
+        self.watch = watch
+        self.found: list[tuple[int, dict[str, Any] | None]] = []
+        self.events = 0
+
+    @hookimpl
+    def on_event(self, event: Event) -> None:
+        self.events += 1
+        if self.events % 200 == 1:
+            self.found.append((event.tick, asked(self.watch.address)))
+
+
+def test_a_browser_is_told_of_the_run_so_far(tmp_path: Path) -> None:
+    """While it goes on it is told what there was; at the end what the trace tells, but for the result."""
+    watch = Watch("day")
+    asking = Asking(watch)
+    rmfs_core.run("examples/small", overrides=SETTINGS, out=tmp_path, record=["trace"], observers=[asking, watch])
+    told_in_time = [(tick, run) for tick, run in asking.found if run is not None]
+    assert told_in_time
+    assert all(run["status"] == RUNNING and run["tick"] <= tick for tick, run in told_in_time)
+    last = asked(watch.address)
+    assert last is not None
+    whole = json.loads(json.dumps(told(read_replay(tmp_path))))
+    assert {**last, "name": whole["name"], "metrics": whole["metrics"]} == whole
+    assert asked(watch.address, after=last["tick"] + 1) == last  # a page that has missed the end is told it, too
+    watch.close()
+    with pytest.raises(urllib.error.URLError):
+        asked(watch.address)
+    watch.close()
+
+
+def test_telling_costs_a_tenth_of_the_time_at_most() -> None:
+    """Somebody who asks at every event is told once in a while."""
+    watch = Watch("day")
+    told_at: list[float] = []
+
+    class Often:
+        @hookimpl
+        def on_event(self, event: Event) -> None:
+            if watch.news(event.tick - 1) is not None:
+                told_at.append(time.monotonic())
+
+    rmfs_core.run("examples/small", overrides=SETTINGS, observers=[Often(), watch])
+    watch.close()
+    assert 1 <= len(told_at) < 100
+
+
+def test_only_this_machine_s_pages_are_answered() -> None:
+    """A page of somewhere else, whose name leads here, is refused; so is what is neither page nor run."""
+    watch = Watch("day")
+    rmfs_core.run("examples/small", overrides=["instance.orders=1"], observers=[watch])
+    refusals: tuple[tuple[str, dict[str, str], int], ...] = (
+        ("", {"Host": "example.org"}, 403),
+        ("", {"Host": "localhost.example.org:80"}, 403),
+        ("etc", {}, 404),
+    )
+    for path, headers, code in refusals:
+        with pytest.raises(urllib.error.HTTPError) as refused:
+            urllib.request.urlopen(urllib.request.Request(watch.address + path, headers=headers), timeout=10)
+        assert refused.value.code == code
+        refused.value.close()
+    tunnel = urllib.request.Request(watch.address, headers={"Host": "localhost:8000"})
+    with urllib.request.urlopen(tunnel, timeout=10) as answer:
+        assert answer.status == 200
+    assert asked(watch.address, after=0)
+    assert asked(watch.address, after=int("9" * 4000))  # is no time: the whole run
+    watch.close()
+
+
+@pytest.mark.slow
+def test_the_command_shows_the_run_in_a_browser_until_ctrl_c(tmp_path: Path) -> None:
+    """The page plays what there is, gets more, and stays when the run has ended; Ctrl-C ends the command, code 0."""
+    program = f"{HEED}; from rmfs_commands.cli.main import main; main()"
+    long = ("--set", "instance.orders=1000", "--out", str(tmp_path / "out"))
+    command = [sys.executable, "-c", program, "run", "paper-250", "--watch", "--quiet", *long]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process, Chromium() as browser:
+        try:
+            assert process.stderr is not None
+            browser.open(next(line.split()[-1] for line in process.stderr if line.startswith("Watch the run at")))
+            first = browser.evaluate("replay.end")
+            begin = time.monotonic()
+            while browser.evaluate("replay.running"):
+                assert time.monotonic() - begin < 120
+                time.sleep(0.2)
+            assert browser.evaluate("replay.end") > first
+            assert browser.evaluate("replay.clock.tick") > 0
+            assert browser.evaluate("replay.views[0].run.status") == "complete"
+            assert browser.problems == []
+            assert any("until you press Ctrl-C" in line for line in process.stderr)
+            process.send_signal(signal.SIGINT)
+            assert process.wait(timeout=20) == 0
+        finally:
+            process.kill()
+    assert (tmp_path / "out" / "result.json").is_file()

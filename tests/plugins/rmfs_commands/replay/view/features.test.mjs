@@ -1,0 +1,12 @@
+// What there is in some warehouses only.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { featuresOf } from "../../../../../plugins/rmfs_commands/replay/view/features.mjs";
+import { replenished, sample } from "./sample.mjs";
+
+test("what a run has is seen from its layout, its stations and its events", () => {
+  const none = { bundles: false, storing: false, chargers: false, closed: false, moves: false };
+  assert.deepEqual(featuresOf(sample()), none);
+  assert.deepEqual(featuresOf(replenished()), { bundles: true, storing: true, chargers: true, closed: true, moves: true });
+});

@@ -1,0 +1,77 @@
+"""Fixtures for tests of the decision service."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rmfs_commands.serve.service import Service
+
+Answer = Callable[..., tuple[int, dict[str, Any]]]
+
+TROUBLE = """
+import os, sys, time
+from attrs import define
+from rmfs_core import hookimpl
+
+@define
+class Trouble:
+    "POA: nothing; what else it does, the name of the first order says."
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        name = warehouse.backlog[0].name if warehouse.backlog else ""
+        if name == "print":
+            print("hello")
+            os.system("echo from below")
+        if name == "sleep":
+            time.sleep(60)
+        if name == "exit":
+            os._exit(7)
+        if name == "raise":
+            raise ZeroDivisionError("nothing to divide")
+        return []
+"""
+
+
+@pytest.fixture
+def state() -> dict[str, Any]:
+    """Return a small state, with stock that runs out."""
+    return {
+        "format": "rmfs-state",
+        "version": 2,
+        "pods": {"P1": {"contents": {"milk": 3, "tea": 1}}, "P2": {"contents": {"jam": 6}}},
+        "stations": {"north": {"item_capacity": 4, "inbound": ["P1"]}},
+        "orders": {"A": {"lines": {"milk": 1, "tea": 1}}, "B": {"lines": {"jam": 2}, "due_s": 900}},
+    }
+
+
+@pytest.fixture
+def answered() -> Answer:
+    """Return a function that asks a service: status, and what the answer says."""
+
+    def ask(service: Service, request: Any) -> tuple[int, dict[str, Any]]:
+        reply = service.answer(request if isinstance(request, bytes) else json.dumps(request).encode())
+        assert reply.content.endswith(b"\n") and reply.content.count(b"\n") == 1
+        return reply.status, json.loads(reply.content)
+
+    return ask
+
+
+@pytest.fixture
+def trouble(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Return the name of a rule in a file of the current folder that does what an order is called."""
+    (tmp_path / "trouble.py").write_text(TROUBLE, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return "./trouble.py:Trouble"
+
+
+@pytest.fixture
+def rmfs() -> tuple[str, ...]:
+    """Return the words that call `rmfs` in a process of its own."""
+    return (sys.executable, "-c", "from rmfs_commands.cli.main import main; main()")

@@ -1,0 +1,221 @@
+"""``rmfs serve``, as a process."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import re
+import shlex
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
+from typing import Any
+from urllib.request import urlopen
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rmfs_commands.cli.main import main
+from rmfs_commands.serve.command import DECIDING
+from rmfs_commands.states import state
+
+Serve = Callable[..., tuple[subprocess.Popen[str], int]]
+EXTRA = ("starlette", "uvicorn", "prometheus_client", "swagger_ui_bundle")
+WITHOUT = f"import sys; sys.modules.update(dict.fromkeys({EXTRA})); from rmfs_commands.cli.main import main; main()"
+
+
+@pytest.fixture
+def serve(rmfs: tuple[str, ...]) -> Iterator[Serve]:
+    """Return a function that starts a service at a free port; it is ended with the test."""
+    started: list[subprocess.Popen[str]] = []
+
+    def start(*arguments: str) -> tuple[subprocess.Popen[str], int]:
+        command = (*rmfs, "serve", *arguments, "--port", "0")
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        started.append(process)
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        found = re.search(r" at http://.+:(\d+); Ctrl-C ends it\.$", line)
+        assert found, (line, process.communicate())
+        return process, int(found[1])
+
+    yield start
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+def post(port: int, content: bytes, path: str = "/decide") -> tuple[int, bytes]:
+    """Return status and content of an answer."""
+    with closing(http.client.HTTPConnection("127.0.0.1", port, timeout=30)) as connection:
+        connection.request("POST", path, content, {"Content-Type": "application/json"})
+        answer = connection.getresponse()
+        return answer.status, answer.read()
+
+
+def test_the_same_bytes_by_all_ways(serve: Serve, rmfs: tuple[str, ...], state: dict[str, Any]) -> None:
+    """HTTP, lines and `rmfs decide -` say the same, whatever was asked before; so with random numbers."""
+    arguments = ("--rule", "random", "--decides", "POA")
+    content = json.dumps(state | {"seed": 5}).encode()
+    _, port = serve(*arguments)
+    other = json.dumps(state | {"seed": 6, "orders": {"Z": {"lines": {"jam": 1}}}}).encode()
+    over_http = [post(port, content), post(port, other), post(port, content)]
+    called = [
+        subprocess.run((*rmfs, *words, *arguments), input=content + b"\n", capture_output=True, check=True).stdout
+        for words in (("serve", "--stdio"), ("decide", "-"))
+    ]
+    assert over_http[0] == over_http[2] == (200, called[0])
+    compact = json.dumps(json.loads(called[1]), separators=(",", ":"), ensure_ascii=False) + "\n"
+    assert called[0] == compact.encode()
+
+
+def test_closed_standard_input(rmfs: tuple[str, ...]) -> None:
+    """There are no requests."""
+    command = f"{shlex.join((*rmfs, 'serve', '--rule', 'first-come', '--stdio'))} <&-"
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_options_that_lines_do_not_have(capsys: pytest.CaptureFixture[str]) -> None:
+    """One sentence, exit code 2; they are not ignored in silence."""
+    with pytest.raises(SystemExit) as stop:
+        main(["serve", "--rule", "first-come", "--stdio", "--limit-s", "3"])
+    assert stop.value.code == 2
+    assert capsys.readouterr().err.endswith("Error: --limit-s is for HTTP; expected it without --stdio.\n")
+
+
+@pytest.mark.parametrize(("option", "limits"), [("--max-mb", "0.001 to 190"), ("--limit-s", "0.1 to 86,400")])
+def test_a_limit_that_is_no_number(option: str, limits: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """One sentence, exit code 2."""
+    with pytest.raises(SystemExit) as stop:
+        main(["serve", "--rule", "first-come", option, "nan"])
+    assert stop.value.code == 2
+    problem = f"expected a number from {limits}, found nan"
+    assert capsys.readouterr().err.endswith(f"Error: Invalid value for '{option}': {problem}\n")
+
+
+@pytest.mark.parametrize(
+    ("number", "ending"), [(signal.SIGINT, (130, "", "Interrupted.")), (signal.SIGTERM, (0, "", ""))]
+)
+def test_it_ends_in_order(
+    serve: Serve, number: signal.Signals, ending: tuple[int, str, str], state: dict[str, Any]
+) -> None:
+    """Ctrl-C is an interrupt, as of any command; SIGTERM is how a service ends. So does the process with the rules."""
+    process, port = serve("--rule", "first-come")
+    assert post(port, json.dumps(state).encode())[0] == 200
+    process.send_signal(number)
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out, err.strip()) == ending
+    with pytest.raises(OSError):
+        socket.create_connection(("127.0.0.1", port), timeout=1)
+
+
+@pytest.mark.slow
+def test_it_ends_in_order_in_the_middle_of_a_decision(serve: Serve, trouble: str, state: dict[str, Any]) -> None:
+    """Who waits for one that takes too long is told, and who waits for a turn."""
+    process, port = serve("--rule", trouble)
+    endless = json.dumps(state | {"orders": {"sleep": {"lines": {"jam": 1}}}}).encode()
+    with ThreadPoolExecutor() as clients:
+        asked = [clients.submit(post, port, endless) for _ in range(2)]
+        while "rmfs_waiting 2.0" not in urlopen(f"http://127.0.0.1:{port}/metrics").read().decode():
+            time.sleep(0.05)
+        process.terminate()
+        answers = [json.loads(one.result()[1]) for one in asked]
+    assert [(told["status"], told["detail"]) for told in answers] == [(503, "the service ends")] * 2
+    out, err = process.communicate(timeout=20)
+    assert (process.returncode, out, err) == (0, "", "")
+
+
+def test_it_goes_on_after_a_decision_without_end(serve: Serve, trouble: str, state: dict[str, Any]) -> None:
+    """504; then the next request is answered, by the rule loaded anew, to which a change means nothing."""
+    _, port = serve("--rule", trouble, "--limit-s", "0.5")
+    kept = json.loads(post(port, json.dumps({"warehouse": "w", "state": state}).encode())[1])
+    endless = state | {"orders": {"sleep": {"lines": {"jam": 1}}}}
+    assert post(port, json.dumps(endless).encode())[0] == 504
+    change = {"warehouse": "w", "base": kept["revision"], "change": {}}
+    answers = [post(port, json.dumps(change).encode()) for _ in range(20)]
+    assert {status for status, _ in answers} <= {503, 409}
+    assert answers[-1][0] == 409
+    assert post(port, json.dumps(state).encode())[0] == 200
+
+
+@pytest.fixture(scope="module")
+def shared() -> Iterator[int]:
+    """Return the port of a service for several tests."""
+    code = "from rmfs_commands.cli.main import main; main()"
+    command = (sys.executable, "-c", code, "serve", "--rule", "first-come", "--port", "0", "--max-mb", "0.1")
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        yield int(process.stdout.readline().partition("; ")[0].rpartition(":")[2])
+        process.terminate()
+
+
+@settings(max_examples=40)
+@given(st.binary(max_size=200), st.sampled_from([b"", b"POST /decide HTTP/1.1\r\n", b"GET "]))
+def test_any_bytes_are_survived(shared: int, content: bytes, start: bytes) -> None:
+    """What is no HTTP is answered as that, or with nothing; the next request is answered."""
+    with socket.create_connection(("127.0.0.1", shared), timeout=10) as connection:
+        connection.sendall(start + content)
+        connection.shutdown(socket.SHUT_WR)
+        answer = b""
+        while part := connection.recv(65536):
+            answer += part
+    assert answer == b"" or answer.startswith((b"HTTP/1.1 4", b"HTTP/1.1 2"))
+    assert post(shared, b"{}")[0] == 422
+
+
+def test_a_body_that_is_too_long(shared: int) -> None:
+    """413, whether its length is said or not."""
+    assert post(shared, b" " * 100_001)[0] == 413
+    assert post(shared, b" " * 100_000)[0] == 400
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (("--rule", "firstcome"), 'Error: --rule firstcome: there is no rule "firstcome"'),
+        (("--rule", "first-come", "--set", "x=1", "--stdio"), "Error: --set x=1: "),
+        (("--rule", "./a.py:A", "--no-inline-rules"), "--no-inline-rules refuses"),
+        (("--rule", "./a.py:A", "--no-inline-rules", "--stdio"), "--no-inline-rules refuses"),
+        (
+            ("--rule", "first-come", "--host", "nowhere.invalid"),
+            "Error: --host nowhere.invalid --port 8750: cannot listen",
+        ),
+        ((), "Missing option '--rule'"),
+    ],
+)
+def test_wrong_input(capfd: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str) -> None:
+    """One sentence and code 2, over HTTP and in lines."""
+    with pytest.raises(SystemExit) as stop:
+        main(["serve", *arguments])
+    out, err = capfd.readouterr()
+    assert (stop.value.code, out) == (2, "")
+    assert problem in err and "Traceback" not in err
+
+
+def test_without_the_extra(state: dict[str, Any]) -> None:
+    """A sentence with what to install; lines do without."""
+    command = (sys.executable, "-c", WITHOUT, "serve", "--rule", "first-come")
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith("Error: serve: needs further packages; expected `pip install 'rmfs[serve]'` (")
+    lines = subprocess.run((*command, "--stdio"), input=json.dumps(state), capture_output=True, text=True, check=True)
+    assert json.loads(lines.stdout)["decides"] == "POA"
+
+
+def test_who_listens_to_all_is_told(serve: Serve) -> None:
+    """No other machine is let in without a word."""
+    process, _ = serve("--rule", "first-come", "--host", "0.0.0.0")
+    process.terminate()
+    assert process.communicate(timeout=20)[1].startswith("Note: other machines reach this address; there is neither")
+
+
+def test_what_can_be_asked() -> None:
+    """The command offers what the format has."""
+    assert DECIDING == state.DECIDING

@@ -1,0 +1,86 @@
+"""Fixtures for tests of decision states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import rmfs_core
+from rmfs_commands.states import Recording, read_recording
+
+Record = Callable[..., Recording]
+SMALL = ("instance.orders=14", "instance.max_lines=5", "stations.item_capacity=6", "rules.pp=free-flow")
+
+
+@pytest.fixture(scope="session")
+def record(tmp_path_factory: pytest.TempPathFactory) -> Record:
+    """Return a function that runs the small example with its decisions recorded, once for the same settings."""
+    done: dict[tuple[str, ...], Recording] = {}
+
+    def run(*settings: str) -> Recording:
+        if settings not in done:
+            folder = tmp_path_factory.mktemp("recorded")
+            overrides = [*SMALL, "rules.ta=nearest-robot", *settings]
+            rmfs_core.run("examples/small", overrides=overrides, out=folder, record=["decisions"])
+            done[settings] = read_recording(folder)
+        return done[settings]
+
+    return run
+
+
+@pytest.fixture
+def by_hand() -> dict[str, Any]:
+    """Return a state as another program would write it: nothing but what it must have."""
+    return {
+        "format": "rmfs-state",
+        "version": 1,
+        "pods": {"P1": {"contents": {"milk": None, "tea": None}}, "P2": {"contents": {"jam": None}}},
+        "stations": {"north": {"item_capacity": 4}},
+        "orders": {"A": {"lines": {"milk": 1, "tea": 1}}, "B": {"lines": {"jam": 2}}},
+    }
+
+
+@pytest.fixture
+def at_work(by_hand: dict[str, Any], folder_map: list[str]) -> dict[str, Any]:
+    """Return a state with a layout in which half of order A is picked, and pod P1 stands at the station."""
+    return by_hand | {
+        "time_s": 60.5,
+        "layout": {"map": folder_map},
+        "pods": {"P1": {"contents": {"milk": 3, "tea": 1}, "home": 12}, "P2": {"contents": {"jam": 5}, "cell": 13}},
+        "stations": {
+            "north": {
+                "item_capacity": 4,
+                "queue_length": 3,
+                "requests": [{"order": "A", "sku": "tea"}],
+                "inbound": ["P1", "P2"],
+                "line": ["P1"],
+            }
+        },
+        "orders": {
+            "A": {"lines": {"milk": 1, "tea": 1}, "parts": [{"station": "north", "skus": ["milk", "tea"]}]},
+            "B": {"lines": {"jam": 2}, "arrival_s": 30},
+        },
+        "robots": {"r1": {"cell": 54, "task": "P1"}, "r2": {"cell": 0}},
+    }
+
+
+@pytest.fixture
+def folder_map() -> list[str]:
+    """Return the rows of a small text map."""
+    return ["........", ".##.##..", ".##.##..", "........", ".##.##.qqqO", ".##.##.@@@.", "..........."]
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Callable[[Any], Path]:
+    """Return a function that writes a JSON file."""
+    from rmfs_core.results.files import to_json
+
+    def write(content: Any) -> Path:
+        file = tmp_path / "state.json"
+        file.write_text(to_json(content), encoding="utf-8")
+        return file
+
+    return write

@@ -1,0 +1,215 @@
+"""States with bundles: what is asked about them, and what such a state may not say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import rmfs_core
+from rmfs_commands.cli.main import main
+from rmfs_commands.states import decide, read_recording, state_from_dict
+from rmfs_commands.states.rebuilding import open_state
+from rmfs_commands.states.stories import pod_story
+from rmfs_core import InputError
+from rmfs_core.roles import Role
+from rmfs_core.scenario import RuleChoice
+
+
+def state(**changes: Any) -> dict[str, Any]:
+    """Return a state: a station for picking, one for bundles; one bundle waits, the other is at its station."""
+    return {
+        "format": "rmfs-state",
+        "version": 2,
+        "time_s": 100,
+        "pods": {
+            "P": {"contents": {"a": 3}, "capacity": 10},
+            "Q": {"contents": {"b": 1}, "capacity": 10},
+        },
+        "stations": {"out": {"item_capacity": 5}, "in": {"bundle_capacity": 2}},
+        "orders": {},
+        "sizes": {"b": 2},
+        "bundles": [
+            {"name": "late", "sku": "a", "items": 4, "arrival_s": 90},
+            {"name": "early", "sku": "b", "items": 4, "arrival_s": 10, "station": "in"},
+        ],
+    } | changes
+
+
+@pytest.mark.parametrize(
+    ("rule", "decided", "outcome"),
+    [
+        ("first-bundle", {"bundles": [{"bundle": "late", "station": "in"}]}, (1, 0, 0, 0, 2)),
+        ("same-sku", {"stores": [{"bundle": "early", "pod": "Q"}]}, (0, 4, 1, 1, 0)),
+        (
+            {"rule": "pod-first", "parameters": {"pod": "same-sku"}},
+            {
+                "bundles": [{"bundle": "late", "station": "in"}],
+                "stores": [{"bundle": "early", "pod": "Q"}, {"bundle": "late", "pod": "P"}],
+            },
+            (1, 8, 2, 0, 0),
+        ),
+    ],
+)
+def test_each_decision_has_its_answer_and_outcome(rule: Any, decided: dict[str, Any], outcome: tuple[int, ...]) -> None:
+    """Four items of b take 8 of the 8 that are free on Q. No rule needs a layout here, and no robot is told of."""
+    choice = RuleChoice(**rule) if isinstance(rule, dict) else RuleChoice(rule)
+    answer = decide(state_from_dict(state()), choice).to_dict()
+    assert {key: answer[key] for key in ("bundles", "stores") if key in answer} == decided
+    assert tuple(answer["outcome"].values()) == outcome
+
+
+def test_each_pod_has_its_own_capacity() -> None:
+    """Eight items on P leave room for the two of a bundle, though Q, which is full, has room for three in all."""
+    pods = {"P": {"contents": {"a": 8}, "capacity": 10}, "Q": {"contents": {"b": 1}, "capacity": 3}}
+    bundles = [{"name": "x", "sku": "b", "items": 1, "arrival_s": 10, "station": "in"}]
+    answer = decide(state_from_dict(state(pods=pods, bundles=bundles)), RuleChoice("emptiest-pod")).to_dict()
+    assert answer["stores"] == [{"bundle": "x", "pod": "P"}]
+
+
+def test_pods_that_may_be_sent_are_limited() -> None:
+    """By what is asked, or by the robots."""
+    for more in ({"ask": {"max_fetches": 0}}, {"robots": {}}):
+        assert decide(state_from_dict(state(**more)), RuleChoice("same-sku")).decision == {"stores": []}
+
+
+LATE = {"name": "late", "sku": "a", "items": 4}
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"version": 1}, "`bundle_capacity` or `bundles` in a state of version 1"),
+        ({"bundles": [LATE, LATE]}, r'bundles\[1\]\.name: found "late" twice'),
+        (
+            {"bundles": [LATE | {"station": "on"}]},
+            r'bundles\[0\]\.station: names station "on"',
+        ),
+        ({"bundles": [LATE | {"station": "out"}]}, r"bundles\[0\]\.station: expected one that holds more bundles"),
+        (
+            {"bundles": [LATE | {"station": "in", "pod": "P"}]},
+            r"bundles\[0\]\.pod: expected a pod with room",
+        ),
+        ({"bundles": [LATE | {"arrival_s": 101}]}, r"bundles\[0\]\.arrival_s: found 101.*later than now"),
+        ({"bundles": [LATE | {"items": 0}]}, r"bundles\[0\]\.items: expected a whole number from 1"),
+        ({"sizes": {"z": 1}}, r'sizes\.z: names SKU "z"'),
+        (
+            {"stations": {"in": {"bundle_capacity": 2}}, "bundles": []},
+            "stations: found none; expected at least one",
+        ),
+        (
+            {"stations": {"in": {"bundle_capacity": 2}, "out": {"item_capacity": 5}}, "bundles": []},
+            r"stations\.out: found one that picks orders; expected those that only store bundles last",
+        ),
+        ({"stations": {"out": {"queue_length": 2}}}, "expected either `item_capacity` or `order_capacity`"),
+    ],
+)
+def test_what_cannot_be_is_refused(changes: dict[str, Any], problem: str) -> None:
+    """With the place, and one sentence."""
+    with pytest.raises(InputError, match=problem):
+        decide(state_from_dict(state(**changes)), RuleChoice("first-bundle"))
+
+
+def test_stations_are_of_the_kinds_that_the_layout_has() -> None:
+    """The last one here stores bundles."""
+    wrong = {"out": {"item_capacity": 5, "queue_length": 1}, "in": {"item_capacity": 2, "queue_length": 1}}
+    layout = {"blocks": {"block_rows": 3, "block_columns": 1, "stations_east": 1, "replenishment_west": 1}}
+    given = state(stations=wrong, pods={}, sizes={}, skus=["a", "b"], layout=layout, bundles=[])
+    with pytest.raises(InputError, match=r"stations\.in: found one that picks orders; expected one that stores"):
+        decide(state_from_dict(given), RuleChoice("first-bundle"))
+
+
+def test_a_run_explains_what_was_decided_for_bundles(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The bundles, their stations and pods, what other rules would have done; and it is part of a pod's story."""
+    rmfs_core.run("examples/replenished", overrides=["instance.orders=40"], out=tmp_path, record=["decisions"])
+    chosen = next(recorded for recorded in read_recording(tmp_path) if recorded.decides.label == "RPS")
+    assert chosen.decision is not None
+    (store,) = chosen.decision["stores"]
+    against = ("--against", "spread-sku", "--against", "random")
+    main(["explain", str(tmp_path), "--decision", str(chosen.number), *against])
+    shown = capsys.readouterr().out
+    assert f"RPS by emptiest-pod, period {chosen.period}" in shown
+    assert "Without" in shown
+    assert f"bundles {store['bundle']} to pod {store['pod']}" in shown
+    told = [episode.what for episode in pod_story(read_recording(tmp_path), store["pod"])]
+    assert any(what.startswith(f"chosen for bundle {store['bundle']}: ") for what in told)
+
+
+NEW = {"format": "rmfs-state", "version": 2}
+
+
+def asked(**orders: dict[str, Any]) -> dict[str, Any]:
+    """Return the answer of a rule that assigns orders, the only place of a station among it."""
+    given = NEW | {
+        "pods": {"P": {"contents": {"tea": 3}}},
+        "stations": {"n": {"order_capacity": 1}},
+        "orders": {"old": {"lines": {"milk": 1}}, "new": {"lines": {"tea": 1}}} | orders,
+    }
+    return decide(state_from_dict(given), RuleChoice("pod-match")).to_dict()
+
+
+def test_orders_that_stock_cannot_serve_are_not_shown() -> None:
+    """The younger order is assigned, and the answer names the one that waits; what a state says of it counts."""
+    answer = asked()
+    assert [given["order"] for given in answer["assignments"]] == ["new"]
+    assert answer["waiting_for_stock"] == ["old"]
+    answer = asked(old={"lines": {"milk": 1}, "waits_for_stock": False})
+    assert [given["order"] for given in answer["assignments"]] == ["old"]
+    assert "waiting_for_stock" not in answer
+    answer = asked(new={"lines": {"tea": 1}, "waits_for_stock": True})
+    assert (answer["assignments"], answer["waiting_for_stock"]) == ([], ["old", "new"])
+
+
+def test_the_oldest_orders_take_their_share_of_stock_first() -> None:
+    """Two items are left for orders, as one of three is requested; an order that is begun keeps what it wants."""
+    stations = {"n": {"item_capacity": 9, "requests": [{"order": "B", "sku": "tea"}]}}
+    orders = {
+        "A": {"lines": {"tea": 1}, "arrival_s": 30},
+        "B": {"lines": {"tea": 1, "jam": 1}, "arrival_s": 20},
+        "C": {"lines": {"tea": 2}, "arrival_s": 10},
+        "D": {"lines": {"jam": 1}, "arrival_s": 5},
+    }
+    given = NEW | {"pods": {"P": {"contents": {"tea": 3, "jam": 1}}}, "stations": stations, "orders": orders}
+    answer = decide(state_from_dict(given), RuleChoice("first-come")).to_dict()
+    assert [one["order"] for one in answer["assignments"]] == ["C", "B"]
+    assert answer["waiting_for_stock"] == ["D", "A"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"version": 1}, "`waits_for_stock` in a state of version 1; expected version 2"),
+        ({"backlog": ["A"]}, r"orders\.A\.waits_for_stock: found true .* waits no more: `backlog` names it"),
+        (
+            {"stations": {"n": {"order_capacity": 1, "requests": [{"order": "A", "sku": "tea"}]}}},
+            r"orders\.A\.waits_for_stock: found true .*: lines of it are assigned",
+        ),
+    ],
+)
+def test_an_order_that_waits_is_neither_shown_nor_begun(changes: dict[str, Any], problem: str) -> None:
+    """With the place, and one sentence."""
+    orders = {"A": {"lines": {"tea": 1, "jam": 1}, "waits_for_stock": True}}
+    given = NEW | {"pods": {"P": {"contents": {"tea": 3}}}, "stations": {"n": {"order_capacity": 1}}, "orders": orders}
+    with pytest.raises(InputError, match=problem):
+        decide(state_from_dict(given | changes), RuleChoice("first-come"))
+
+
+def test_recorded_states_say_which_orders_wait(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What was decided in each can be carried out there, and the backlog is that which the rule saw."""
+    over = ["instance.replenishment.lead_s=1800", "instance.orders=60", "rules.pp=free-flow"]
+    rmfs_core.run("examples/replenished", overrides=over, out=tmp_path, record=["decisions"])
+    seen, waiting = 0, list[int]()
+    for recorded in read_recording(tmp_path):
+        if recorded.decides is Role.POA:
+            opened = open_state(recorded.state())
+            told = {name for name, order in recorded.content["orders"].items() if order["waits_for_stock"]}
+            assert {order.name for order in opened.view.orders_waiting_for_stock} == told
+            answer = decide(recorded.state(), RuleChoice("pod-match")).to_dict()
+            assert answer["assignments"] == (recorded.decision or {})["assignments"]
+            assert set(answer.get("waiting_for_stock", ())) == told
+            seen, waiting = seen + 1, waiting + [recorded.period] * bool(told)
+    assert seen > 30
+    assert len(waiting) > 10
+    main(["explain", str(tmp_path), "--period", str(waiting[-1])])
+    assert " more wait" in capsys.readouterr().out

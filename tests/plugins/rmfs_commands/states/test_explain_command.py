@@ -1,0 +1,270 @@
+"""``rmfs explain``."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+import rmfs_core
+from rmfs_commands.cli.main import main
+from rmfs_commands.states import Recorded
+from rmfs_core.roles import Role
+
+SETTINGS = ("instance.orders=14", "instance.max_lines=5", "stations.item_capacity=6", "rules.pp=free-flow")
+JOINT = ("rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time")
+
+
+@pytest.fixture(scope="module")
+def sequential(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Folder of a recorded run with POA and PPS rules."""
+    folder = tmp_path_factory.mktemp("sequential")
+    rmfs_core.run("examples/small", overrides=SETTINGS, out=folder, record=["decisions"])
+    return str(folder)
+
+
+@pytest.fixture(scope="module")
+def joint(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Folder of a recorded run with a joint rule."""
+    folder = tmp_path_factory.mktemp("joint")
+    rmfs_core.run("examples/small", overrides=[*SETTINGS, *JOINT], out=folder, record=["decisions"])
+    return str(folder)
+
+
+def explain(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    """Explain; return exit code, output and errors, blanks drawn together."""
+    code = 0
+    try:
+        main(["explain", *arguments])
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    out, err = capsys.readouterr()
+    return code, "\n".join(" ".join(line.split()) for line in out.splitlines()), " ".join(err.split())
+
+
+def test_what_was_decided(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without an option the decisions are counted."""
+    code, out, _ = explain(capsys, sequential)
+    assert code == 0
+    for words in ("POA pod-match", "PPS demand", "PR nearest", "TA balanced", "Periods 1 to"):
+        assert words in out
+
+
+def test_a_period(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Stations, backlog, which orders go where, and the pods selected before the next period."""
+    code, out, _ = explain(capsys, sequential, "--period", "1", "--limit", "3")
+    assert code == 0
+    assert "Decision 1: POA by pod-match, period 1, at 0.000 s" in out
+    assert "1 6 of 6 items 0 0 13 -" in out
+    assert "Backlog: 14 orders" in out
+    assert "more orders; --limit shows more" in out
+    assert "Pods selected in this period" in out
+
+
+def test_alternatives(joint: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """The same state, other rules: orders, visits, unused places, objective and bound, and the decision itself."""
+    against = ("--against", "integrated", "--against", "first-come", "--against", "pod-match + demand")
+    code, out, _ = explain(capsys, joint, "--period", "1", *against)
+    assert code == 0
+    assert "Model: optimal, objective" in out
+    lines = out.splitlines()
+    *_, objective, _, bound = figures_of("split-over-time (decided)", lines)
+    assert objective == bound
+    assert sum(line.startswith("integrated") for line in lines) == 2
+    assert sum(line.startswith("pod-match + demand") for line in lines) == 2
+    assert figures_of("first-come", lines)[4] == "-"  # no pods are sent, so nothing is covered
+
+
+def figures_of(rule: str, lines: list[str]) -> list[str]:
+    """Return the figures of a rule, which stand below its name where names are too long for 80 columns."""
+    return lines[lines.index(rule) + 1].split()
+
+
+def test_a_joint_rule_instead_of_poa(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """A joint rule answers every period of a POA rule, also those in which pods are still to be sent for orders."""
+    for period in (2, 3, 4):
+        code, out, err = explain(capsys, sequential, "--period", str(period), "--against", "split-over-time")
+        assert (code, err) == (0, "")
+        assert "\nsplit-over-time " in out
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"), [("PPS", "free pods could be sent"), ("PR", "is stored at row"), ("TA", "fetches pod")]
+)
+def test_decisions_of_every_kind(sequential: str, capsys: pytest.CaptureFixture[str], kind: str, words: str) -> None:
+    """Any decision can be explained by its number."""
+    from rmfs_commands.states import read_recording
+
+    number = next(recorded.number for recorded in read_recording(sequential) if recorded.decides.label == kind)
+    code, out, _ = explain(capsys, sequential, "--decision", str(number))
+    assert code == 0
+    assert f"Decision {number}: {kind} by" in out
+    assert words in out
+
+
+def test_a_state_goes_round(joint: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The state of a period, written and decided again by the same rule, gives the period's decision."""
+    from rmfs_commands.states import read_recording
+
+    file = tmp_path / "state.json"
+    code, out, _ = explain(capsys, joint, "--period", "2", "--state", str(file))
+    assert code == 0
+    assert f"State written to {file}" in out
+    main(["decide", str(file), "--rule", "split-over-time"])
+    again = json.loads(capsys.readouterr().out)
+    recorded = next(r for r in read_recording(joint) if r.period == 2)
+    assert recorded.decision == {key: again[key] for key in ("assignments", "trips")}
+
+
+def test_an_order_and_a_pod(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """The story of an order ends with its assignment and the pods for it; that of a pod with its place."""
+    code, out, _ = explain(capsys, sequential, "--order", "14")
+    assert code == 0
+    assert "What was decided for order 14" in out
+    assert "assigned to station" in out
+    sent = next(line for line in out.splitlines() if " sent to station " in line and "pod " in line)
+    pod = sent.split("pod ")[1].split()[0]
+    code, out, _ = explain(capsys, sequential, "--pod", pod)
+    assert code == 0
+    assert "fetches it" in out
+
+
+def test_a_pod_that_nothing_was_decided_for(sequential: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Some pod is never sent: that is said."""
+    told = [explain(capsys, sequential, "--pod", str(pod))[1] for pod in range(1, 31)]
+    assert any("no decision concerned it" in out for out in told)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "problem"),
+    [
+        (("--period", "9999"), "there is none; the run has periods 1 to"),
+        (("--decision", "9999"), "there is none; the run has decisions 1 to"),
+        (("--order", "15"), "the run has no order of that name"),
+        (("--order", "x"), "no order of that name; expected one such as 1, 2, 3, 4, 5 and 9 more"),
+        (("--pod", "300"), "did you mean `30`"),
+        (("--pod", "3", "--order", "3"), "exclude each other"),
+        (("--against", "demand"), "need --period or --decision"),
+        (("--order", "3", "--state", "x.json"), "need --period or --decision"),
+        (
+            ("--period", "1", "--against", "demand"),
+            '--against demand: rule "demand" (rmfs 0.2.0.dev0) decides PPS; expected a rule for POA or POA+PPS',
+        ),
+        (
+            ("--period", "1", "--against", "first-come+demand+nearest"),
+            "--against first-come+demand+nearest: found 3 rules",
+        ),
+        (("--period", "1", "--against", "./a.py:A", "--no-inline-rules"), "--no-inline-rules refuses"),
+    ],
+)
+def test_wrong_input(
+    sequential: str, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], problem: str
+) -> None:
+    """What is not there is answered with the nearest names or the range; exit code 2, and nothing is written."""
+    code, out, err = explain(capsys, sequential, *arguments)
+    assert (code, out) == (2, "")
+    assert problem in err
+
+
+def test_a_recording_that_was_changed(sequential: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One sentence for a decision, or a state, that rmfs cannot have recorded; no state is written then."""
+    file = tmp_path / "decisions.jsonl.gz"
+    lines = gzip.decompress((Path(sequential) / file.name).read_bytes()).splitlines()
+    first = json.loads(lines[1])
+    for changed in (
+        {**first, "decision": {"assignments": [{"order": "1"}]}},
+        {**first, "change": {**first["change"], "seed": -1}},
+        {**first, "change": {**first["change"], "time_s": 1e308}},
+    ):
+        file.write_bytes(gzip.compress(b"\n".join([lines[0], json.dumps(changed).encode(), *lines[2:]])))
+        code, _, err = explain(capsys, str(tmp_path), "--decision", "1", "--state", str(tmp_path / "state.json"))
+        assert code == 2
+        assert err.startswith(f"Error: {file}")
+        assert "raised" not in err
+        assert not (tmp_path / "state.json").exists()
+
+
+def test_names_that_are_too_long_are_not_there(capsys: pytest.CaptureFixture[str]) -> None:
+    """As others are not."""
+    code, _, err = explain(capsys, "a" * 300)
+    assert (code, err) == (2, f"Error: {'a' * 300}: cannot be read: File name too long")
+
+
+def test_a_run_without_recorded_decisions(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The sentence says how to have them."""
+    code, _, err = explain(capsys, str(tmp_path), "--period", "1")
+    assert code == 2
+    assert "found no recorded decisions; run the scenario with `--record-decisions`" in err
+
+
+def test_run_records(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """`rmfs run --record-decisions` writes the file and says so."""
+    settings = [argument for setting in SETTINGS for argument in ("--set", setting)]
+    main(["run", "examples/small", "--record-decisions", "--out", str(tmp_path), *settings])
+    assert "decisions.jsonl.gz" in capsys.readouterr().out
+    assert explain(capsys, str(tmp_path))[0] == 0
+
+
+def test_json(sequential: str, joint: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Counts, a decision with what other rules would have decided, and stories: all that the tables tell."""
+    counted = plain(capsys, sequential)
+    assert sum(row["decisions"] for row in counted["by_rule"]) == counted["decisions"]
+    decision = plain(capsys, joint, "--period", "1", "--against", "integrated")
+    assert (decision["number"], decision["decides"], decision["rule"]) == (1, "POA+PPS", "split-over-time")
+    assert decision["outcome"]["orders"] > 0
+    assert [(one["rule"], one["report"]["status"]) for one in decision["against"]] == [("integrated", "optimal")]
+    assert all(one["decides"] == "PPS" for one in plain(capsys, sequential, "--period", "1")["then"])
+    story = plain(capsys, sequential, "--order", "14")
+    assert story["order"] == "14"
+    assert any("assigned to station" in episode["what"] for episode in story["episodes"])
+
+
+def plain(capsys: pytest.CaptureFixture[str], *arguments: str) -> Any:
+    """Return what the command prints for machines."""
+    main(["explain", *arguments, "--json"])
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("width", [80, 140])
+def test_long_names_of_rules_are_whole(width: int) -> None:
+    """In stories and comparisons no name is broken, and no line is wider than the console."""
+    from rmfs_commands.states import Answer
+    from rmfs_commands.states.explain_tables import print_comparison, print_story
+    from rmfs_commands.states.stories import Episode
+
+    name = "a-rule-with-a-long-name-of-somebody"
+    stream = io.StringIO()
+    console = Console(file=stream, width=width)
+    print_story(console, "order 1", [Episode(1, (1, 20), (0.0, 123_456.0), Role.POA_PPS, name, "waited, " * 9)])
+    recorded = Recorded(
+        1, Role.TA, name, {"ask": {}}, {"tasks": [{"robot": str(n), "pod": "p"} for n in range(9)]}, None, "x"
+    )
+    print_comparison(console, recorded, None, [(name, Answer(name, "d", "1", Role.TA, {"tasks": []}, None, None))])
+    lines = stream.getvalue().splitlines()
+    assert max(map(len, lines)) <= width
+    assert sum(name in line for line in lines) == 3
+
+
+def test_due_times_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The backlog shows what is left until orders are due, and their priorities; without due times it does not."""
+    due = ("instance.due.allowance_s=600", "instance.due.priority_share=0.5", "instance.due.priority_allowance_s=60")
+    rmfs_core.run("examples/small", overrides=[*SETTINGS, *due], out=tmp_path, record=["decisions"])
+    code, out, _ = explain(capsys, str(tmp_path), "--decision", "1")
+    assert code == 0
+    assert "Order Waits Due in Priority Open lines (SKUs)" in out
+    assert "0 s 60 s 1" in out
+    assert "0 s 600 s 0" in out
+
+
+def test_a_run_that_decided_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It ends before an order arrives: there is no range of numbers to name."""
+    early = ["run", "examples/poisson", "--set", "run.until_s=0.001", "--out", str(tmp_path / "run")]
+    main([*early, "--quiet", "--record-decisions"])
+    for option in ("period", "decision"):
+        code, _, problem = explain(capsys, str(tmp_path / "run"), f"--{option}", "1")
+        assert (code, problem) == (2, f"Error: --{option} 1: there is none; the run has no {option}")

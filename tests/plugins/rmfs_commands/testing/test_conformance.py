@@ -1,0 +1,536 @@
+"""The conformance suite names what a rule does wrong, and nothing in rules that do nothing wrong."""
+
+from __future__ import annotations
+
+import gc
+import itertools
+import random
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import pytest
+from attrs import define, field
+
+from rmfs_commands.testing import ConformanceError, check_rule, conformance_report, trial
+from rmfs_core import (
+    BundleAssignment,
+    BundleDecision,
+    InputError,
+    JointDecision,
+    Leg,
+    OrderAssignment,
+    Path,
+    PodMove,
+    RobotMove,
+    hookimpl,
+)
+from rmfs_core.events import ItemPicked, PodLifted
+from rmfs_core.rule_helpers import nearest_free_location, send_pods, store_bundles
+from rmfs_core.warehouse import Order, WarehouseView
+from rmfs_rules.idle import ChargeWhenLow, RestMiddle, RestNearest, Stay
+
+numbers = itertools.count()
+
+
+def first_fitting(warehouse: WarehouseView, orders: tuple[Order, ...]) -> list[OrderAssignment]:
+    """Assign the first of these orders that fits a station."""
+    for order, station in itertools.product(orders, warehouse.stations):
+        if warehouse.fits(order, station):
+            return [OrderAssignment(order.id, station.id)]
+    return []
+
+
+@define
+class NoSuchStation:
+    """Names a station that is not there."""
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return [OrderAssignment(warehouse.backlog[0].id, len(warehouse.stations))]
+
+
+@define
+class WrongType:
+    """Returns no path."""
+
+    @hookimpl
+    def plan_path(self, goal):
+        return goal
+
+
+@define
+class Divides:
+    """Forgets that a pod may be alone."""
+
+    @hookimpl
+    def choose_storage_location(self, warehouse):
+        return 1 // len(warehouse.idle_robots[:0])
+
+
+@define
+class BreakingObserver:
+    """Fails at the first pick."""
+
+    @hookimpl
+    def on_event(self, event):
+        if isinstance(event, ItemPicked):
+            raise KeyError(event.sku)
+
+
+@define
+class GlobalRandom:
+    """Draws from a generator that no seed reaches."""
+
+    @hookimpl
+    def choose_storage_location(self, warehouse):
+        return random.choice(warehouse.free_storage_locations)
+
+
+@define
+class CountsOutside:
+    """Remembers in its module how often it was asked."""
+
+    @hookimpl
+    def choose_storage_location(self, warehouse):
+        return warehouse.free_storage_locations[next(numbers) % 7]
+
+
+@define
+class GoesThroughASet:
+    """Takes orders as a set of their names has them: otherwise in every Python process."""
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        by_name = {order.name: order for order in warehouse.backlog}
+        return first_fitting(warehouse, tuple(by_name[name] for name in {*by_name}))
+
+
+@define
+class Remembers:
+    """Remembers in the instance how often it was asked, and never forgets."""
+
+    asked: int = field(default=0, init=False)
+
+    @hookimpl
+    def choose_storage_location(self, warehouse):
+        self.asked += 1
+        return warehouse.free_storage_locations[self.asked % 7]
+
+
+@define
+class EmptiesPods:
+    """Takes off a pod what it thinks is picked."""
+
+    @hookimpl
+    def choose_storage_location(self, warehouse, pod):
+        (behind,) = gc.get_referents(pod.contents)
+        behind.popitem()
+        return nearest_free_location(warehouse, pod)
+
+
+@define
+class NamesRobots:
+    """An observer that is more than that."""
+
+    warehouse: Any = field(default=None, init=False)
+
+    @hookimpl
+    def run_started(self, run):
+        self.warehouse = run.warehouse
+
+    @hookimpl
+    def on_event(self, event):
+        robot = self.warehouse.robots[0]
+        object.__setattr__(robot, "name", f"{robot.name}!")
+
+
+@define
+class ReservesItself:
+    """Takes for itself what the kernel would give it."""
+
+    reserves: ClassVar[str] = "full paths"
+
+    @hookimpl
+    def plan_path(self, goal, traffic):
+        traffic.table.hold(traffic.query.robot, goal, traffic.query.start_tick)
+        return Path([Leg(goal)])
+
+
+@define
+class NeverAssigns:
+    """Waits for better orders."""
+
+    @hookimpl
+    def assign_orders(self):
+        return []
+
+
+@define
+class ForgetsThree:
+    """Passes over one order as long as there is any other."""
+
+    @hookimpl
+    def filter_backlog(self, orders):
+        return [order for order in orders if order.name != "3"]
+
+
+@define
+class FirstStationOnly:
+    """Is all right as long as every order fits the first station."""
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return [
+            OrderAssignment(order.id, 0) for order in warehouse.backlog if warehouse.fits(order, warehouse.stations[0])
+        ][:1]
+
+
+@define
+class WaitsAndWaits:
+    """Never sets off."""
+
+    wait_ticks: int
+
+    @hookimpl
+    def plan_path(self, robot):
+        return Path([Leg(robot.cell, self.wait_ticks)])
+
+
+def rename(warehouse: WarehouseView) -> None:
+    """Give a robot another name."""
+    object.__setattr__(warehouse.robots[0], "name", "1!")
+
+
+@define
+class Waker:
+    """Lets every order through, and wants to wake up all the while."""
+
+    wakes: Callable[[Any], object]
+
+    @hookimpl
+    def filter_backlog(self, orders):
+        return orders
+
+    @hookimpl
+    def wake_at(self, warehouse):
+        return self.wakes(warehouse)
+
+
+ONE, FINITE, LARGE = "one station", "finite stock", "an order as large as the largest station"
+
+
+@pytest.mark.parametrize(
+    ("rule", "kind", "world", "problem"),
+    [
+        (
+            Waker(lambda warehouse: warehouse.now_s),
+            "impossible decision",
+            ONE,
+            "wake_at, at 0.000 s: wants to wake at 0.0",
+        ),
+        (Waker(lambda warehouse: warehouse.wakes), "exception", ONE, "wake_at, at 0.000 s: raised AttributeError"),
+        (Waker(lambda warehouse: warehouse.now_s + 1e-6), "starved order", ONE, "decisions the run is not over"),
+        (Waker(rename), "mutation of the view", ONE, "wake_at changed name of robot 1! (id 0) at 0.000 s"),
+        (NoSuchStation(), "impossible decision", ONE, "named station 1, which does not exist"),
+        (WrongType(), "impossible decision", ONE, "expected Path"),
+        (Divides(), "exception", ONE, "ZeroDivisionError"),
+        (BreakingObserver(), "exception", ONE, f"raised KeyError: 0 ({__file__}, line "),
+        (GlobalRandom(), "nondeterminism", ONE, "RobotMoved"),
+        (CountsOutside(), "nondeterminism", FINITE, "RobotMoved"),
+        (GoesThroughASet(), "nondeterminism", ONE, "OrderAssigned"),
+        (Remembers(), "state kept", FINITE, "RobotMoved"),
+        (EmptiesPods(), "mutation of the view", ONE, "choose_storage_location changed contents of pod "),
+        (NamesRobots(), "mutation of the view", ONE, "on_event changed name of robot 1! (id 0) at 0.000 s"),
+        (ReservesItself(), "mutation of the view", ONE, "plan_path changed the reservations at 0.000 s"),
+        (NeverAssigns(), "starved order", ONE, "stands still"),
+        (ForgetsThree(), "starved order", ONE, "stands still"),
+        (FirstStationOnly(), "starved order", LARGE, "stands still"),
+        (WaitsAndWaits(1), "starved order", ONE, "after 100 decisions the run is not over"),
+        (WaitsAndWaits(60_000), "starved order", ONE, "are not complete after 14400 s"),
+    ],
+    ids=lambda value: "" if isinstance(value, str) else type(value).__name__,
+)
+def test_what_a_rule_does_wrong_is_named(
+    rule: object, kind: str, world: str, problem: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each finding has its kind, the first world where it shows, and what happened there."""
+    if rule == WaitsAndWaits(1) or "not over" in problem:
+        monkeypatch.setattr(trial, "MOST_CALLS", 100)  # the default is patient
+    with pytest.raises(ConformanceError) as caught:
+        check_rule(rule)
+    finding = caught.value.report.findings[0]
+    assert (finding.kind, finding.world) == (kind, world)
+    assert problem in finding.problem
+    assert f'{kind}, in the world "{world}"' in str(caught.value)
+
+
+def test_a_failure_is_an_assertion_error() -> None:
+    """pytest shows it as a failure; the same findings can be had without one."""
+    with pytest.raises(AssertionError, match="NeverAssigns does not conform"):
+        check_rule(NeverAssigns())
+    assert conformance_report(NeverAssigns()).findings[0].kind == "starved order"
+
+
+@define
+class OldestThatFits:
+    """POA without a fault."""
+
+    @hookimpl
+    def assign_orders(self, warehouse):
+        return first_fitting(warehouse, warehouse.backlog)
+
+
+@define
+class AnyPod:
+    """PPS without a fault."""
+
+    @hookimpl
+    def select_pods(self, warehouse, max_fetches):
+        return send_pods(warehouse, max_fetches, lambda station, pods: pods[0])
+
+
+@define
+class AnyPlace:
+    """PR with randomness that the seed reaches, and a memory that ends with the run."""
+
+    asked: int = field(default=0, init=False)
+
+    @hookimpl
+    def run_started(self):
+        self.asked = 0
+
+    @hookimpl
+    def choose_storage_location(self, warehouse, rng):
+        self.asked += 1
+        free = warehouse.free_storage_locations
+        return free[(self.asked + int(rng.integers(9))) % len(free)]
+
+
+@define
+class Watches:
+    """An observer that only observes."""
+
+    seen: list[object] = field(factory=list, init=False)
+
+    @hookimpl
+    def on_event(self, event):
+        self.seen.append(event)
+
+
+@pytest.mark.parametrize("rule", [OldestThatFits(), AnyPod(), AnyPlace(), Watches()], ids=lambda r: type(r).__name__)
+def test_rules_that_do_nothing_wrong_have_no_findings(rule: object) -> None:
+    """All worlds are run, and the report has the time of each hook's calls."""
+    report = check_rule(rule)
+    assert report.findings == ()
+    assert len(report.worlds) == 30
+    assert all(
+        times.calls >= len(report.worlds) and 0 < times.total_s / times.calls <= times.longest_s
+        for times in report.times.values()
+    )
+    assert str(report).endswith("No findings.")
+
+
+def test_the_instance_itself_is_not_used() -> None:
+    """Only its parameters are: it can be checked as often as one likes."""
+    rule = Watches()
+    check_rule(rule)
+    assert rule.seen == []
+
+
+@define
+class NeedsEndlessPods(AnyPod):
+    """Does not count items, and says so."""
+
+    needs: ClassVar[tuple[str, ...]] = ("unlimited stock", "item capacity")
+
+
+def test_worlds_without_what_a_rule_needs_are_left_out() -> None:
+    """They are named in the report, with what they lack."""
+    report = check_rule(NeedsEndlessPods())
+    lacking = {"order capacity", "replenishment at picking stations", "replenishment stations"}
+    assert {name for name in report.left_out if "finite stock" not in name} == lacking
+    assert len(report.left_out) == 18
+    assert len(report.worlds) == 12
+    assert 'Left out: "finite stock", for it needs pods whose SKUs never run out' in str(report)
+
+
+@define
+class Both(OldestThatFits):
+    """Decides POA well, and POA and PPS together never."""
+
+    @hookimpl
+    def assign_orders_and_pods(self):
+        return JointDecision()
+
+
+def test_a_rule_for_several_decisions_is_tried_in_all_of_them() -> None:
+    """POA alone completes every order, so the finding comes from the joint decisions."""
+    report = conformance_report(Both())
+    assert report.decides == ("POA", "POA+PPS")
+    assert {finding.kind for finding in report.findings} == {"starved order"}
+    assert {*report.times} == {"assign_orders", "assign_orders_and_pods"}
+
+
+@define
+class OldestBundles(OldestThatFits):
+    """POA and ROA without a fault, and ROA and RPS together."""
+
+    together: bool = True
+
+    @hookimpl
+    def assign_bundles(self, warehouse):
+        free = [station.id for station in warehouse.replenishment_stations if station.free_bundle_capacity]
+        return [BundleAssignment(warehouse.bundles[0].id, free[0])]
+
+    @hookimpl
+    def assign_bundles_and_pods(self, warehouse, max_fetches):
+        stores = store_bundles(warehouse, max_fetches, lambda pods, bundle: -pods.room)
+        free = any(station.free_bundle_capacity for station in warehouse.replenishment_stations)
+        waiting = warehouse.bundles and free and self.together
+        return BundleDecision(self.assign_bundles(warehouse) if waiting else [], stores)
+
+
+def test_rules_for_bundles_are_tried_where_stock_is_replenished() -> None:
+    """Each of the two ways to decide ROA is; one that never brings anything to a station starves orders."""
+    report = check_rule(OldestBundles())
+    assert report.decides == ("POA", "ROA", "ROA+RPS")
+    assert {*report.times} == {"assign_orders", "assign_bundles", "assign_bundles_and_pods"}
+    found = conformance_report(OldestBundles(together=False)).findings
+    worlds = {"replenishment at picking stations", "replenishment stations"}
+    assert {(finding.kind, finding.world) for finding in found} == {("starved order", world) for world in worlds}
+
+
+@define
+class NeverCharges:
+    """Leaves idle robots where they are, and does not say that it needs no batteries."""
+
+    often: float = 0.0
+
+    @hookimpl
+    def idle_robots(self, warehouse, rng):
+        chargers = [cell for cell in warehouse.free_rest_cells if cell in warehouse.travel.layout.chargers]
+        low = [robot for robot in warehouse.resting_robots if robot.low and robot.cell not in chargers]
+        sent = zip(low, chargers, strict=False) if rng.random() < self.often else ()
+        return [RobotMove(robot.id, cell, 0.9) for robot, cell in sent]
+
+
+def test_rules_for_idle_robots_are_tried_where_these_have_to_charge() -> None:
+    """Orders starve under one that sends no robot to a charger, in those worlds alone; the report says what to do."""
+    found = conformance_report(NeverCharges()).findings
+    worlds = {"batteries", "batteries, finite stock"}
+    assert {(finding.kind, finding.world) for finding in found} == {("starved order", world) for world in worlds}
+    for finding in found:
+        assert "3 robots with too little charge for a task" in finding.problem
+        assert finding.problem.endswith('by needs = ("no batteries",))')
+
+
+def test_a_rule_that_says_it_needs_no_batteries_is_not_tried_with_any() -> None:
+    """All shipped rules for idle robots but one say so."""
+    for rule in (Stay(), RestNearest(), RestMiddle()):
+        assert {*check_rule(rule).left_out} == {"batteries", "batteries, finite stock"}
+    assert not check_rule(ChargeWhenLow()).left_out
+
+
+@define
+class MovesWhatIsInUse:
+    """Carries away the first pod, even one that waits for its robot."""
+
+    @hookimpl
+    def move_pods(self, warehouse):
+        used = [pod for pod in warehouse.pods if pod.location is not None and pod.bound_for]
+        return [PodMove(pod.id, warehouse.free_storage_locations[0]) for pod in used[:1]]
+
+
+@define
+class KeepsBooks:
+    """PR that takes it for granted that only pods on their way from stations are stored."""
+
+    free: set[int] = field(factory=set, init=False)
+
+    @hookimpl
+    def run_started(self, run):
+        self.free = {*run.warehouse.free_storage_locations}
+
+    @hookimpl
+    def on_event(self, event):
+        if isinstance(event, PodLifted):
+            self.free.add(event.cell)
+
+    @hookimpl
+    def choose_storage_location(self):
+        cell = min(self.free)
+        self.free.remove(cell)
+        return cell
+
+
+def test_rules_are_tried_where_pods_are_moved() -> None:
+    """A move of a pod in use is refused; a rule that does not reckon with moves is found out there alone."""
+    assert {finding.kind for finding in conformance_report(MovesWhatIsInUse()).findings} == {"impossible decision"}
+    found = conformance_report(KeepsBooks()).findings
+    assert {(finding.kind, finding.world.split(",")[0]) for finding in found} == {("impossible decision", "moved pods")}
+
+
+@define
+class EmptiesBundles:
+    """ROA that changes what it is asked about."""
+
+    @hookimpl
+    def assign_bundles(self, warehouse):
+        bundle, station = warehouse.bundles[0], warehouse.replenishment_stations[0]
+        object.__setattr__(bundle, "items", 0)
+        return [BundleAssignment(bundle.id, station.id)]
+
+
+def test_bundles_are_for_looking_only() -> None:
+    """As everything in the view."""
+    finding = conformance_report(EmptiesBundles()).findings[0]
+    assert (finding.kind, finding.world) == ("mutation of the view", "replenishment at picking stations")
+    assert finding.problem.startswith("assign_bundles changed items of bundle ")
+
+
+@define
+class Misspelt:
+    """Has a hook that does not exist."""
+
+    @hookimpl
+    def asign_orders(self, warehouse):
+        return []
+
+
+@define
+class Idle:
+    """Implements nothing."""
+
+
+@define
+class NeedsMagic(AnyPod):
+    """Needs what no scenario has."""
+
+    needs: ClassVar[tuple[str, ...]] = ("magic",)
+
+
+@pytest.mark.parametrize(
+    ("rule", "problem"),
+    [
+        (Misspelt(), "did you mean `assign_orders`"),
+        (Idle(), "class Idle: it implements no hook"),
+        (
+            NeedsMagic(),
+            r"class NeedsMagic: .*needs = \('magic',\); expected a tuple of 'unlimited stock', 'item",
+        ),
+        (object(), "expected a class decorated with @attrs.define"),
+        (AnyPod, r"class AnyPod: expected an instance with its parameters: AnyPod\(...\)"),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_what_is_no_rule_is_refused(rule: object, problem: str) -> None:
+    """Wrong input is no finding but an error of its own."""
+    with pytest.raises(InputError, match=problem):
+        check_rule(rule)
+
+
+def test_kinds_are_reported_once() -> None:
+    """A finding in many worlds is one paragraph that names them."""
+    text = str(conformance_report(NeverAssigns()))
+    assert text.count("starved order, in the world") == 1
+    assert '(also in "several stations", "finite stock"' in text

@@ -1,0 +1,97 @@
+"""A third party's rule says what it needs, and a scenario that lacks it is refused with that sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+import rmfs_core
+from rmfs_commands.testing import check_rule
+from rmfs_core import InputError
+
+RULE = """
+from rmfs_core.rule_helpers import send_pods
+
+@define
+class Eager:
+    needs = ({need!r},)
+
+    @hookimpl
+    def select_pods(self, warehouse, max_fetches):
+        return send_pods(warehouse, max_fetches, lambda station, pods: pods[0])
+
+@define
+class Keeps:
+    needs = ({need!r},)
+
+    @hookimpl
+    def filter_backlog(self, orders):
+        return orders
+"""
+
+
+@pytest.mark.parametrize(
+    ("need", "key", "sentence"),
+    [
+        ("unlimited stock", "instance.items_per_sku=500", "needs pods whose SKUs never run out, but the instance has"),
+        ("item capacity", "stations.order_capacity=6", "needs stations that count items, but the scenario sets"),
+    ],
+)
+def test_a_scenario_that_lacks_it_is_refused(install: Callable[..., None], need: str, key: str, sentence: str) -> None:
+    """The sentence names the key, the rule and its distribution; it holds for filters as for rules that decide."""
+    install("acme", {"eager": "acme_rules:Eager", "keeps": "acme_rules:Keeps"}, acme_rules=RULE.format(need=need))
+    for choice in ("rules.pps=eager", 'rules.filters=["keeps"]'):
+        name = choice.partition("=")[2].strip('[]"')
+        with pytest.raises(InputError) as caught:
+            rmfs_core.run("examples/small", overrides=[choice, key])
+        assert str(caught.value).startswith(f'--set {choice}: rule "{name}" (acme 1.0)')
+        assert sentence in str(caught.value)
+
+
+@pytest.mark.parametrize("rule", ["stay", "rest-nearest", "rest-middle"])
+def test_rules_that_send_nobody_to_chargers_are_refused_with_batteries(rule: str) -> None:
+    """Before the run, not when the last battery is empty."""
+    with pytest.raises(
+        InputError, match=f'^--set rules.idle={rule}: rule "{rule}" .* needs robots without batteries, as it sends'
+    ):
+        rmfs_core.run("examples/charging", overrides=[f"rules.idle={rule}"])
+
+
+def test_a_scenario_that_has_it_runs(install: Callable[..., None]) -> None:
+    """With unlimited stock the rule decides, and the conformance suite tries it in the worlds that have that."""
+    install("acme", {"eager": "acme_rules:Eager"}, acme_rules=RULE.format(need="unlimited stock"))
+    result = rmfs_core.run("examples/small", overrides=["rules.pps=eager", "rules.pp=free-flow"])
+    assert result.status == "complete"
+    import acme_rules  # type: ignore[import-not-found]
+
+    left_out = check_rule(acme_rules.Eager()).left_out
+    assert len(left_out) == 17
+    assert all("finite stock" in name or "replenishment" in name for name in left_out)
+
+
+@pytest.mark.parametrize(
+    ("trait", "sentence"),
+    [
+        (
+            "needs = ('magic',)",
+            "has needs = ('magic',); expected a tuple of 'unlimited stock', 'item capacity' or 'no batteries'",
+        ),
+        ("needs = 'unlimited stock'", "has needs = 'unlimited stock'; expected a tuple of 'unlimited stock', 'item"),
+        (
+            "libraries = ('numpy', 3)",
+            "has libraries = ('numpy', 3); expected a tuple of installed distributions' names",
+        ),
+        ("splits_over_time = 1", "has splits_over_time = 1; expected True or False"),
+        ("packing_capacity = -1", "has packing_capacity = -1; expected a whole number >= 0, or None"),
+        ("reserves = 'all'", "has reserves = 'all'; expected 'full paths', 'windows', 'fleet' or None"),
+        ("prepare = 'fast'", "has prepare = 'fast'; expected a method"),
+    ],
+)
+def test_a_trait_of_the_wrong_type_is_refused(install: Callable[..., None], trait: str, sentence: str) -> None:
+    """When the rule is loaded, with one sentence that names it and says what would be right."""
+    rule = f"@define\nclass Odd:\n    {trait}\n    @hookimpl\n    def select_pods(self):\n        return []\n"
+    install("acme", {"odd": "acme_rules:Odd"}, acme_rules=rule)
+    with pytest.raises(InputError) as caught:
+        rmfs_core.run("examples/small", overrides=["rules.pps=odd"])
+    assert str(caught.value).startswith(f'--set rules.pps=odd: rule "odd" (acme 1.0) {sentence}')

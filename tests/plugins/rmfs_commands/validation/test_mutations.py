@@ -1,0 +1,183 @@
+"""Traces of runs of many kinds, corrupted in every way that `corruptions` knows: each corruption shows.
+
+Beside the trace lie ``result.json`` and the tables of the run as it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from attrs import frozen
+
+import rmfs_core
+from corruptions import KINDS, NotThereError, Raw
+from rmfs_commands.validation import check_trace
+from rmfs_core.errors import InputError
+
+HALL = ("instance.orders=14", "instance.skus=12", "instance.pods=12")
+SMALL = (*HALL, "layout.block_columns=2")
+BASES: dict[str, tuple[str, tuple[str, ...]]] = {
+    "text map with one-way cells": ("examples/text-map", HALL),
+    "windowed paths, pods at stations from the start": (
+        "examples/small",
+        (
+            *SMALL,
+            "seed=2",
+            "robots.count=6",
+            "rules.pp=whca-n",
+            "rules.pr=random",
+            "instance.pods_at_stations={1 = ['1', '2'], 2 = ['3']}",
+        ),
+    ),
+    "finite stock, orders that arrive and are due": (
+        "examples/small",
+        (
+            *SMALL,
+            "instance.items_per_sku=12",
+            "instance.arrivals={process='poisson', orders_per_hour=200}",
+            "instance.due={allowance_s=300, spread_s=100, priority_share=0.3}",
+            "rules.poa=earliest-due",
+        ),
+    ),
+    "joint rule": (
+        "examples/small",
+        (*SMALL, "rules.poa=", "rules.pps=", "rules.poa_pps=split-over-time", "stations.item_capacity=5"),
+    ),
+    "order capacity, warm-up, orders left at the end": (
+        "examples/small",
+        (
+            *SMALL,
+            "instance.orders=30",
+            "robots.count=5",
+            "stations.order_capacity=[2, 3]",
+            "run.until_s=200",
+            "run.warmup_s=60",
+            "rules.poa=first-come",
+            "rules.pps=nearest-pod",
+        ),
+    ),
+    "reorder points, pods with little room": (
+        "examples/small",
+        (
+            *SMALL,
+            "layout.stations_east=1",
+            "layout.replenishment_west=1",
+            "instance.orders=30",
+            "instance.items_per_sku=3",
+            "instance.pod_capacity=14",
+            "instance.replenishment={process='reorder-point', reorder_point=3, order_up_to=8}",
+            "instance.replenishment.bundle_items=3",
+            "instance.replenishment.lead_s=60",
+            "rules.roa=first-bundle",
+            "rules.rps=emptiest-pod",
+        ),
+    ),
+    "orders from files, robots that ignore each other": ("examples/from-csv", ("rules.pp=free-flow",)),
+    "stations that open and close, robots that come and go": (
+        "examples/small",
+        (
+            *SMALL,
+            'stations.open={1 = [["00:00", "00:01"]], 2 = [["00:01", "24:00"]]}',
+            'robots.available=[["00:00", "00:02"], ["00:02", "24:00", 1]]',
+        ),
+    ),
+}
+MAP, WINDOWS, STOCK, JOINT, PARTIAL, BUNDLES, FILES, HOURS = BASES
+
+
+@frozen
+class Legitimate:
+    """A corruption that need not show: in which of the runs, and why."""
+
+    bases: frozenset[str]
+    reason: str
+
+
+LEGITIMATE = {
+    "a wait that is none": Legitimate(
+        frozenset({MAP, WINDOWS, STOCK, JOINT, PARTIAL, BUNDLES, HOURS}),
+        "a robot that waits for its run and one that rests before it stand in the same cell for the same time",
+    ),
+    "picks in another order": Legitimate(
+        frozenset({WINDOWS, PARTIAL, BUNDLES}),
+        "which of two open requests a pod serves first is for the simulation to choose, if no order ends otherwise",
+    ),
+    "a sku more on a pod": Legitimate(
+        frozenset({FILES}), "what pods hold comes from a file, and it is enough for all picks either way"
+    ),
+    "other stock": Legitimate(
+        frozenset({FILES}), "what pods hold comes from a file, and it is enough for all picks either way"
+    ),
+}
+
+Recorded = Callable[[str], Path]
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
+    """Return what makes the folder of a run, once each."""
+    made: dict[str, Path] = {}
+
+    def folder(name: str) -> Path:
+        if name not in made:
+            scenario, overrides = BASES[name]
+            out = made[name] = tmp_path_factory.mktemp("base")
+            result = rmfs_core.run(scenario, overrides=overrides, out=out, record=["trace"])
+            assert result.status == ("partial" if name == PARTIAL else "complete")
+        return made[name]
+
+    return folder
+
+
+def missed(folder: Path, kinds: list[str], tmp_path: Path) -> tuple[set[str], int]:
+    """Return the kinds of corruption that did not show, and how many the trace had a place for."""
+    raw = Raw.read(folder / "trace.jsonl.gz")
+    for file in folder.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    found, made = set(), 0
+    for name in kinds:
+        corrupted = raw.copy()
+        try:
+            KINDS[name](corrupted)
+        except NotThereError:
+            continue
+        made += 1
+        corrupted.write(tmp_path / "trace.jsonl.gz")
+        try:
+            if not check_trace(tmp_path).faults:
+                found.add(name)
+        except InputError:
+            pass  # refused with a sentence, and exit code 2
+    return found, made
+
+
+def legitimate(base: str) -> set[str]:
+    """Return the kinds that need not show in a run."""
+    return {name for name, found in LEGITIMATE.items() if base in found.bases}
+
+
+@pytest.mark.parametrize("base", BASES)
+def test_some_corruptions_show(base: str, recorded: Recorded, tmp_path: Path) -> None:
+    """A part of all kinds in each run, another one in each; as it was recorded, no run has a fault."""
+    assert check_trace(recorded(base)).faults == []
+    kinds = list(KINDS)[list(BASES).index(base) :: 2 * len(BASES)]
+    found, made = missed(recorded(base), kinds, tmp_path)
+    assert found == legitimate(base) & {*kinds}
+    assert made >= 10
+
+
+def test_the_run_that_ends_early_has_a_leg_under_way(recorded: Recorded) -> None:
+    """So that kinds of corruption of such legs have a place."""
+    raw = Raw.read(recorded(PARTIAL) / "trace.jsonl.gz")
+    assert raw.one("robot_moved", at=1.0)["tick"] == raw.end["tick"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("base", BASES)
+def test_every_corruption_shows(base: str, recorded: Recorded, tmp_path: Path) -> None:
+    """But for those that are legitimate, and these do not; there are hundreds."""
+    found, made = missed(recorded(base), list(KINDS), tmp_path)
+    assert found == legitimate(base)
+    assert made >= 170

@@ -1,0 +1,137 @@
+"""Parameters that POA rules share: ties, late orders, the fast lane."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rmfs_commands.testing import check_rule, small_world
+from rmfs_core.warehouse import Warehouse, WarehouseView
+from rmfs_rules.common_lines import CommonLines
+from rmfs_rules.due import EarliestDue, LeastSlack
+from rmfs_rules.first_come import FirstCome
+from rmfs_rules.helpers.options import due_s, late
+from rmfs_rules.near_best_pod import NearBestPod
+from rmfs_rules.pod_match import PodMatch
+from rmfs_rules.workload import Workload
+
+PAIRS = (PodMatch, CommonLines, FirstCome, Workload, NearBestPod)
+OF_PAIRS = pytest.mark.parametrize("rule", PAIRS)
+"""Rules with all of these parameters."""
+OF_ORDERS = pytest.mark.parametrize("rule", [*PAIRS, EarliestDue, LeastSlack])
+"""Rules with a fast lane."""
+FOUR = {"1": ["a"], "2": ["a"], "3": ["a"], "4": ["a"]}
+PutAtStation = Callable[[Warehouse, int, int], None]
+
+
+def decide(world: Warehouse, rule: Any, seed: int = 0) -> list[tuple[str, int]]:
+    """Return (order's name, station) of each assignment."""
+    arguments = (WarehouseView(world), np.random.default_rng(seed))[
+        : 1 if isinstance(rule, (EarliestDue, LeastSlack)) else 2
+    ]
+    return [(world.orders[one.order].name, one.station) for one in rule.assign_orders(*arguments)]
+
+
+@OF_PAIRS
+def test_of_orders_that_are_alike_one_goes_first(rule: type[Any]) -> None:
+    """The oldest, the one due first, or one by lot."""
+    world = small_world(FOUR, {"p": ["a"]}, capacities=[2], due_s={"3": 50, "2": 90})
+    assert [name for name, _ in decide(world, rule())] == ["1", "2"]
+    assert [name for name, _ in decide(world, rule(tie_break="due"))] == ["3", "2"]
+    first = Counter(decide(world, rule(tie_break="random"), seed)[0][0] for seed in range(400))
+    assert set(first) == set(FOUR)
+    assert all(55 <= number <= 145 for number in first.values())
+
+
+@OF_PAIRS
+def test_late_orders_go_first_if_asked_for(rule: type[Any]) -> None:
+    """After 60 s orders 2 and 4 are late, whatever the pod at the station is good for; 3 is due, but not yet late."""
+    orders = {"x": ["a"], "1": ["a"], "2": ["b"], "3": ["b"], "4": ["b"]}
+    world = small_world(orders, {"p": ["a"], "q": ["b"]}, capacities=[4], due_s={"2": 50, "3": 60, "4": 40})
+    world.assign(world.orders[0], world.stations[0], [0])
+    world.bind(world.pods[0], world.stations[0])
+    world.now = 60_000
+    assert [name for name, _ in decide(world, rule(late_first=True))] == ["2", "4", "1"]
+    assert decide(world, rule())[0][0] == "1"
+
+
+@OF_ORDERS
+def test_a_place_is_kept_for_what_the_pod_at_the_station_completes(
+    rule: type[Any], put_at_station: PutAtStation
+) -> None:
+    """The pod there has `a`; of two free places one is left for such an order, and nothing else takes it."""
+    orders = {"x": ["a"], "1": ["b"], "2": ["b"], "3": ["a", "b"], "4": ["a"]}
+    pods = {"p": ["a"], "q": ["b"]}
+    world = small_world(orders, pods, capacities=[3])
+    put_at_station(world, 0, 0)
+    world.assign(world.orders[0], world.stations[0], [0])
+    assert {name for name, _ in decide(world, rule(fast_lane=1))} in ({"1", "4"}, {"4"})  # 4 may come before 1
+    del orders["4"]
+    world = small_world(orders, pods, capacities=[3])
+    put_at_station(world, 0, 0)
+    world.assign(world.orders[0], world.stations[0], [0])
+    assert [name for name, _ in decide(world, rule(fast_lane=1))] == ["1"]
+
+
+@OF_ORDERS
+def test_a_station_with_nothing_to_do_keeps_no_place(rule: type[Any]) -> None:
+    """Else an order as large as the station would never come in."""
+    world = small_world({"1": {"a": 3}}, {"p": ["a"]}, capacities=[3])
+    assert decide(world, rule(fast_lane=1)) == [("1", 0)]
+
+
+@OF_ORDERS
+def test_a_pod_on_its_way_completes_nothing_yet(rule: type[Any]) -> None:
+    """Nobody takes the place before it is there."""
+    world = small_world({"x": ["a"], "1": ["a"]}, {"p": ["a"]}, capacities=[2])
+    world.assign(world.orders[0], world.stations[0], [0])
+    world.bind(world.pods[0], world.stations[0])
+    assert decide(world, rule(fast_lane=1)) == []
+
+
+@OF_ORDERS
+def test_items_on_the_pod_are_for_one_order_each(rule: type[Any], put_at_station: PutAtStation) -> None:
+    """Of three items one is promised to order x; order 1 takes one, order 2 the last one; none is left for order 3."""
+    orders = {"x": {"a": 1}, "1": {"a": 1}, "2": {"a": 1}, "3": {"a": 1}}
+    world = small_world(orders, {"p": {"a": 3}, "q": {"a": 9}}, capacities=[4])
+    put_at_station(world, 0, 0)
+    world.assign(world.orders[0], world.stations[0], [0])
+    assert [name for name, _ in decide(world, rule(fast_lane=3))] == ["1", "2"]
+    assert [name for name, _ in decide(world, rule())] == ["1", "2", "3"]
+
+
+@OF_ORDERS
+def test_orders_are_the_places_where_they_are_counted(rule: type[Any], put_at_station: PutAtStation) -> None:
+    """The last of three places is for an order that the pod can complete, however large."""
+    orders = {"x": ["a"], "1": ["b"], "2": ["b"], "3": {"a": 5}}
+    world = small_world(orders, {"p": ["a"], "q": ["b"]}, capacities=[3], counts_orders=True)
+    put_at_station(world, 0, 0)
+    world.assign(world.orders[0], world.stations[0], [0])
+    assert {name for name, _ in decide(world, rule(fast_lane=1))} in ({"1", "3"}, {"3"})  # 3 may come before 1
+
+
+def test_orders_without_a_due_time_are_never_late() -> None:
+    """They are due at the end of time."""
+    world = small_world(FOUR, {"p": ["a"]}, due_s={"1": 3, "2": 4.5})
+    world.now = 4000
+    assert due_s(WarehouseView(world)).tolist() == [3, 4.5, np.inf, np.inf]
+    assert late(WarehouseView(world)).tolist() == [True, False, False, False]
+
+
+@OF_PAIRS
+@pytest.mark.parametrize(
+    ("wrong", "problem"), [({"tie_break": "newest"}, "'tie_break' must be in"), ({"fast_lane": -1}, "must be >= 0")]
+)
+def test_wrong_parameters_are_refused(rule: type[Any], wrong: dict[str, Any], problem: str) -> None:
+    """Before the run."""
+    with pytest.raises(ValueError, match=problem):
+        rule(**wrong)
+
+
+def test_rules_conform_with_all_of_them() -> None:
+    """No order starves for want of a place that is kept."""
+    assert check_rule(PodMatch(tie_break="random", late_first=True, fast_lane=2)).findings == ()

@@ -1,0 +1,118 @@
+"""What a period comes to whose effort is limited."""
+
+import pytest
+from attrs import evolve
+
+from rmfs_rules.mip.period.effort import EFFORT, EFFORT_HARD, EFFORT_LARGE, Effort
+from rmfs_rules.mip.period.period import Period, Stock
+from rmfs_rules.mip.period.solution import Model
+from rmfs_rules.mip.printed.constraints import violation
+from rmfs_rules.mip.printed.solver import Limits
+from rmfs_rules.mip.proof.steps import proof_of
+
+SPLIT = (Model.SPLIT_AMONG_STATIONS, Model.SPLIT_OVER_TIME)
+
+
+def ended(period, model, steps, capacity=None, weight=2):
+    """Return what a budget of steps comes to; it satisfies the printed constraints."""
+    solution = proof_of(period, model, weight, Limits(effort=Effort(steps)), capacity).run()
+    assert violation(period, solution, model, weight, capacity) is None
+    return solution
+
+
+@pytest.mark.parametrize("steps", [0, 3000])
+@pytest.mark.parametrize("model", Model)
+def test_little_effort_leaves_a_bound_and_a_solution(small_periods, brute_force, model, steps):
+    """The bound is never above the optimum, nor the solution below it; a period without proof says so."""
+    unproven = 0
+    for period in small_periods[:: 1 if steps == 0 else 3]:
+        solution = ended(period, model, steps)
+        assert solution.bound <= brute_force(period, model, 2) <= solution.objective
+        assert (solution.how == "effort") == (solution.bound < solution.objective)
+        unproven += solution.how == "effort"
+    assert unproven or steps
+
+
+MANY = pytest.param(range(60, 380), marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize("seeds", [range(30), MANY], ids=["some", "many"])
+@pytest.mark.parametrize("model", Model)
+def test_little_effort_with_few_items(scarce_period, brute_force_from_stock, model, seeds):
+    """So it is where pods run out."""
+    for seed in seeds:
+        period = scarce_period(seed)
+        solution = ended(period, model, 0)
+        assert solution.bound <= brute_force_from_stock(period, model, 2) <= solution.objective, seed
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("splits", [0, 1, 2])
+@pytest.mark.parametrize("model", SPLIT)
+def test_little_effort_with_few_items_and_splits(scarce_period, brute_force_from_stock, model, splits):
+    """So it is where pods run out and few orders may be split."""
+    for seed in range(380, 700):
+        period = scarce_period(seed)
+        solution = ended(period, model, 0, period.split_open + splits)
+        assert solution.bound <= brute_force_from_stock(period, model, 2, splits) <= solution.objective, seed
+
+
+@pytest.mark.parametrize("seeds", [range(4), MANY], ids=["some", "many"])
+@pytest.mark.parametrize("splits", [0, 1])
+def test_little_effort_with_few_splits(splitting_period, brute_force, splits, seeds):
+    """So it is where few orders may be split, and with a weight that is not whole."""
+    for seed in seeds:
+        period = splitting_period(seed, orders=4, stations=2, skus=6)
+        for model in SPLIT:
+            for weight in (1.5, 2):
+                solution = ended(period, model, 0, period.split_open + splits, weight)
+                assert solution.bound <= brute_force(period, model, weight, splits) <= solution.objective, seed
+
+
+@pytest.mark.parametrize("weight", [0.5, 1.0, 1.5])
+def test_other_weights(small_periods, brute_force, weight):
+    """Bounds hold where a free place may be better than a visit."""
+    for period in small_periods[::5]:
+        for model in Model:
+            solution = ended(period, model, 0, weight=weight)
+            assert solution.bound <= brute_force(period, model, weight) <= solution.objective
+
+
+def test_enough_effort_proves(small_periods):
+    """With the default, small periods are proven, and by what proves them without a limit."""
+    for period in small_periods[::7]:
+        for model in Model:
+            limited = Effort.for_period(period, None)
+            solution = proof_of(period, model, 2, Limits(effort=limited)).run()
+            assert solution == proof_of(period, model, 2, Limits()).run()
+            assert solution.bound == solution.objective
+            assert not limited.short
+
+
+def test_same_effort_same_solution(splitting_period):
+    """What a budget comes to is repeatable, wherever it ends."""
+    for steps in (0, 500, 5000, 50_000):
+        for seed in range(6):
+            period = splitting_period(seed, orders=9, stations=3, skus=9)
+            for model in Model:
+                assert ended(period, model, steps) == ended(evolve(period), model, steps)
+
+
+def test_large_periods_get_less(random_period):
+    """By default a period with more pods or SKUs than the paper's gets less effort."""
+    period = random_period(1)
+    more = Period(Stock(tuple(range(101)), ((0,),) * 101, 1), (0,), (1,), ((),), (0,), [0], [0], [1])
+    assert Effort.for_period(period, None).left == EFFORT
+    assert Effort.for_period(more, None).left == EFFORT_LARGE
+    assert Effort.for_period(more, 7).left == 7
+
+
+@pytest.mark.parametrize(
+    ("weight", "capacity", "effort"), [(2, None, EFFORT), (1.5, None, EFFORT_HARD), (2, 3, EFFORT_HARD)]
+)
+def test_periods_without_hope_of_a_proof_get_less(random_period, weight, capacity, effort):
+    """By default fractional weights, and few splits between stations that are alike, get less effort."""
+    period = random_period(1)
+    alike = evolve(period, inbound=((),) * len(period.stations), capacities=(6,) * len(period.stations))
+    proof = proof_of(alike, Model.SPLIT_AMONG_STATIONS, weight, Limits(), capacity)
+    assert Effort.for_period(alike, None, hard=proof.hard).left == effort

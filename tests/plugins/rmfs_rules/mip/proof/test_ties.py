@@ -1,0 +1,171 @@
+"""Tie-breaks reach the best second objective among all optima, and never give up the first."""
+
+from __future__ import annotations
+
+from itertools import combinations, product
+
+import numpy as np
+import pytest
+from attrs import evolve
+
+from rmfs_rules.mip.period.period import Period, Preference, Stock
+from rmfs_rules.mip.period.solution import Model, Part, Visits
+from rmfs_rules.mip.printed.constraints import violation
+from rmfs_rules.mip.printed.solver import Limits
+from rmfs_rules.mip.proof.steps import proof_of
+from rmfs_rules.mip.proof.ties import break_ties, order_gains, pod_gains
+
+
+def seniority(period: Period, parts: tuple[Part, ...]) -> float:
+    """Return the second objective of ``oldest``."""
+    gains, lines = order_gains(period), period.lines
+    return float(sum(gains[part.order] * dict(lines[part.order])[sku] for part in parts for sku in part.skus))
+
+
+def demand_covered(period: Period, visits: Visits) -> float:
+    """Return the second objective of ``demand``."""
+    gains = pod_gains(period)
+    return float(sum(gains[pod] for pod, station in visits if pod not in period.inbound[station]))
+
+
+@pytest.mark.parametrize("packing_capacity", [None, 1])
+@pytest.mark.parametrize("model", Model)
+def test_first_objective_is_kept_and_second_not_worse(periods, model, packing_capacity):
+    """Each tie-break is an optimum of (1), and no other tie-break's solution is better at its own objective."""
+    for period in periods[::3]:
+        found = {}
+        for tie_break in ("solver", "oldest", "demand", *["finish"] * (model is Model.SPLIT_OVER_TIME)):
+            proof = proof_of(period, model, 2, Limits(), packing_capacity)
+            first = proof.run()
+            found[tie_break] = break_ties(proof, tie_break)
+            assert found[tie_break].objective == first.objective
+            assert violation(period, found[tie_break], model, 2, packing_capacity) is None
+        for other in found.values():
+            assert seniority(period, found["oldest"].parts) >= seniority(period, other.parts)
+            assert demand_covered(period, found["demand"].visits) >= demand_covered(period, other.visits)
+            if model is Model.SPLIT_OVER_TIME:
+                assert finished(period, found["finish"].parts) >= finished(period, other.parts) - 1e-6
+
+
+def finished(period: Period, parts: tuple[Part, ...]) -> float:
+    """Return the second objective of ``finish``."""
+    taken: dict[int, int] = {}
+    for part in parts:
+        taken[part.order] = taken.get(part.order, 0) + len(part.skus)
+    return sum(1 / (len(period.lines[order]) - j) for order, m in taken.items() for j in range(m))
+
+
+def optima(period: Period, objective: float) -> list[tuple[Part, ...]]:
+    """Return what may be assigned in the optima of split-over-time, by trying everything; items of one SKU alone."""
+    pods, stations = range(len(period.stock.pods)), range(len(period.stations))
+    pairs = [(p, s) for s in stations for p in pods if p not in period.inbound[s]]
+    kinds = [(order, sku) for order, lines in enumerate(period.lines) for sku, _ in lines]
+    found = []
+    for number in range(len(pairs) + 1):
+        for visits in combinations(pairs, number):
+            there = period.covered_with(visits)
+            for where in product((-1, *stations), repeat=len(kinds)):
+                free = list(period.capacities)
+                for (_, sku), station in zip(kinds, where, strict=True):
+                    if station >= 0:
+                        free[station] -= 1 if there[station, sku] else 99
+                cost = period.visits_before + number + 2 * sum(free)
+                if min(free) >= 0 and cost == objective:
+                    placed = zip(kinds, where, strict=True)
+                    found.append(tuple(Part(order, s, (sku,)) for (order, sku), s in placed if s >= 0))
+    return found
+
+
+@pytest.mark.parametrize("stations", [1, 2])
+@pytest.mark.parametrize("seed", range(12))
+def test_finish_is_the_best_of_all_optima(stations, seed):
+    """Tried out: with and without a pod at the station, orders of one to three lines."""
+    rng = np.random.default_rng(seed)
+    lines = [(o, i, 1) for o in range(3) for i in rng.choice(4, rng.integers(1, 4 - (o > 0)), replace=False).tolist()]
+    contents = tuple(tuple(sorted(rng.choice(4, 2, replace=False).tolist())) for _ in range(3))
+    at = tuple((int(rng.integers(3)),) if rng.random() < 0.6 else () for _ in range(stations))
+    rooms = tuple(rng.integers(1, 4, stations).tolist())
+    columns = zip(*sorted(lines), strict=True)
+    period = Period(Stock((0, 1, 2), contents, 4), tuple(range(stations)), rooms, at, (0, 1, 2), *map(list, columns))
+    proof = proof_of(period, Model.SPLIT_OVER_TIME, 2, Limits())
+    objective = proof.run().objective
+    found = break_ties(proof, "finish")
+    assert found.objective == objective
+    assert violation(period, found, Model.SPLIT_OVER_TIME, 2) is None
+    best = max(finished(period, parts) for parts in optima(period, objective))
+    assert finished(period, found.parts) == pytest.approx(best)
+
+
+def test_the_last_line_of_an_order_goes_first():
+    """A place for one of three lines that the pod has: that of the order with no other line, though it is youngest."""
+    period = Period(
+        stock=Stock(pods=(0,), contents=((0, 1, 2),), n_skus=5),
+        stations=(0,),
+        capacities=(1,),
+        inbound=((0,),),
+        orders=(0, 1, 2),
+        line_order=[0, 0, 0, 1, 1, 2],
+        line_sku=[0, 3, 4, 1, 3, 2],
+        line_quantity=[1] * 6,
+    )
+    proof = proof_of(period, Model.SPLIT_OVER_TIME, 2, Limits())
+    proof.run()
+    assert break_ties(proof, "finish").parts == (Part(2, 0, (2,)),)
+    assert break_ties(proof, "oldest").parts == (Part(0, 0, (0,)),)
+
+
+PREFERENCES = {
+    "any": lambda period, _: Preference(np.ones(len(period.stock.pods))),
+    "bound": lambda period, _: Preference(1 - period.idle, once_sent=1.0),
+    "random": lambda period, rng: Preference(rng.random(len(period.stock.pods))),
+}
+
+
+@pytest.mark.parametrize("weight", [2, 1.5, 0.5002])
+@pytest.mark.parametrize("packing_capacity", [None, 1])
+@pytest.mark.parametrize("model", Model)
+def test_preferred_pods_cost_nothing(periods, model, packing_capacity, weight):
+    """Whatever pods are preferred, the objective is the optimum."""
+    rng = np.random.default_rng(1)
+    for period in periods[::7]:
+        optimum = proof_of(period, model, weight, Limits(), packing_capacity).run().objective
+        for preference in PREFERENCES.values():
+            preferring = evolve(period, preference=preference(period, rng))
+            solution = proof_of(preferring, model, weight, Limits(), packing_capacity).run()
+            assert solution.objective == pytest.approx(optimum, abs=1e-9)
+            assert violation(preferring, solution, model, weight, packing_capacity) is None
+
+
+def pods_alike(stations: int, **kwargs) -> Period:
+    """Return a period with an order and a place a station, and three pods that have the one SKU that all want."""
+    return Period(
+        stock=Stock(pods=(0, 1, 2), contents=((0,), (0,), (0,)), n_skus=1),
+        stations=tuple(range(stations)),
+        capacities=(1,) * stations,
+        inbound=((),) * stations,
+        orders=tuple(range(stations)),
+        line_order=list(range(stations)),
+        line_sku=[0] * stations,
+        line_quantity=[1] * stations,
+        **kwargs,
+    )
+
+
+@pytest.mark.parametrize("model", Model)
+@pytest.mark.parametrize("preferred", range(3))
+def test_of_pods_alike_the_preferred_one_is_sent(model, preferred):
+    """Three pods would serve the order; the preferred one does."""
+    period = pods_alike(1, preference=Preference(np.eye(3)[preferred]))
+    assert proof_of(period, model, 2, Limits(), None).run().visits == ((preferred, 0),)
+
+
+@pytest.mark.parametrize("model", Model)
+@pytest.mark.parametrize(
+    ("preferred", "sent"), [("idle", {0, 1}), ("bound", {2}), ("any", {0}), ("random", {1})], ids=lambda value: value
+)
+def test_what_is_preferred_once_a_pod_is_sent(model, preferred, sent):
+    """The third pod is bound for a station; a pod that is sent to the first station is bound at the second one."""
+    period = pods_alike(2, busy=(2,))
+    if preferred != "idle":
+        period = evolve(period, preference=PREFERENCES[preferred](period, np.random.default_rng(1)))
+    assert {pod for pod, _ in proof_of(period, model, 2, Limits(), None).run().visits} == sent

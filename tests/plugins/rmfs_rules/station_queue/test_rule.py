@@ -1,0 +1,220 @@
+"""POA rule station-queue."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import rmfs_core
+from rmfs_commands.testing import check_rule, small_world
+from rmfs_core import hookimpl
+from rmfs_core.info import Question
+from rmfs_core.roles import Role
+from rmfs_core.warehouse import Order, Pod, Station, Warehouse, WarehouseView
+from rmfs_rules.station_queue import StationQueue
+
+PutAtStation = Callable[[Warehouse, int, int], None]
+
+
+def decide(world: Warehouse, rule: StationQueue) -> list[tuple[str, int]]:
+    """Return (order's name, station) of each assignment."""
+    return [(world.orders[one.order].name, one.station) for one in rule.assign_orders(WarehouseView(world))]
+
+
+def assign(world: Warehouse, found: list[tuple[str, int]]) -> None:
+    """Carry out a decision."""
+    for name, station in found:
+        order = next(order for order in world.orders if order.name == name)
+        world.assign(order, world.stations[station], [line.sku for line in order.open_lines])
+
+
+def test_orders_queue_where_their_items_are_and_stay_there() -> None:
+    """Pod p, bound for station 1, has `a` and `b`: orders with them queue there, though station 0 has places free."""
+    orders = {"x": {"a": 2}, "1": ["a", "b"], "2": ["a"], "3": ["c"]}
+    world = small_world(orders, {"p": ["a", "b"], "q": ["c"]}, capacities=[2, 2])
+    world.bind(world.pods[0], world.stations[1])
+    assign(world, [("x", 1)])
+    rule = StationQueue(fast_lane=0)
+    assert decide(world, rule) == [("3", 0)]
+    assert rule.queue_of == {1: 1, 2: 1, 3: 0}
+    assign(world, [("3", 0)])
+    assert decide(world, rule) == []  # station 0 has a place free, but nobody queues for it
+
+
+def test_queues_have_an_end() -> None:
+    """With one place each, the oldest orders queue first, in turns; the others wait in the backlog."""
+    world = small_world({str(i): ["a"] for i in range(5)}, {"p": ["a"]}, capacities=[1, 1])
+    rule = StationQueue(queue_length=1)
+    assert decide(world, rule) == [("0", 0), ("1", 1)]
+    assert rule.queue_of == {0: 0, 1: 1}
+    assign(world, [("0", 0), ("1", 1)])
+    assert decide(world, rule) == []
+    assert rule.queue_of == {2: 0, 3: 1}
+
+
+def test_what_is_urgent_then_what_the_pod_at_the_station_completes_goes_first(put_at_station: PutAtStation) -> None:
+    """At 400 s order `due` has 600 s left; `now` is on the pod at the station, `soon` on one that comes."""
+    orders = {"old": ["z"], "soon": ["b"], "now": ["a"], "due": ["z"], "later": ["z"]}
+    pods = {"p": ["a"], "q": ["b"], "r": ["z"]}
+    world = small_world(orders, pods, capacities=[5], due_s={"due": 1000, "later": 1001})
+    put_at_station(world, 0, 0)
+    world.bind(world.pods[1], world.stations[0])
+    world.now = 400_000
+    assert [name for name, _ in decide(world, StationQueue(fast_lane=0))] == ["due", "now", "soon", "old", "later"]
+    assert decide(world, StationQueue(fast_lane=0, urgent_s=0))[0] == ("now", 0)
+
+
+def test_another_run_begins_with_empty_queues() -> None:
+    """And orders that are done leave theirs."""
+    rule = StationQueue(queue_length=2)
+    for _ in range(2):
+        world = small_world({str(i): ["a"] for i in range(3)}, {"p": ["a"]}, capacities=[1])
+        assert decide(world, rule) == [("0", 0)]
+        assert rule.queue_of == {0: 0, 1: 0}
+
+
+def test_an_order_queues_only_where_it_fits() -> None:
+    """Three items are too many for station 0, and nine for both: that order goes to whichever is empty."""
+    world = small_world({"1": {"a": 3}, "2": {"a": 3}, "3": {"a": 9}}, {"p": ["a"]}, capacities=[2, 4])
+    rule = StationQueue()
+    assert decide(world, rule) == [("1", 1), ("3", 0)]
+    assert rule.queue_of == {0: 1, 1: 1}
+
+
+def completes(order: Order, pods: list[Pod]) -> bool:
+    """Whether pods have all that is open of an order."""
+    return all(sum(pod.free_items(line.sku) for pod in pods) >= line.quantity for line in order.open_lines)
+
+
+def literal(world: Warehouse, rule: StationQueue) -> list[tuple[str, int]]:
+    """Return what the definition says, of a first decision, pair by pair in plain Python."""
+    due = {order.id: np.inf if order.due_s is None else order.due_s for order in world.orders}
+    queues: dict[int, list[Order]] = {station.id: [] for station in world.stations}
+
+    def suits(order: Order, station: Station) -> tuple[Any, ...]:
+        wanted = {request.sku for request in station.open_requests}
+        items = sum(
+            min(line.quantity, sum(pod.free_items(line.sku) for pod in station.inbound_pods))
+            for line in order.open_lines
+        )
+        share = sum(line.sku in wanted for line in order.open_lines) / len(order.open_lines)
+        return -items, -share, due[order.id], order.id, len(queues[station.id]), station.id
+
+    backlog = list(world.backlog.orders)
+    while pairs := [
+        (suits(order, station), order, station)
+        for order in backlog
+        for station in world.stations
+        if len(queues[station.id]) < rule.queue_length and order.open_items <= station.capacity
+    ]:
+        _, order, station = min(pairs, key=lambda pair: pair[0])
+        queues[station.id].append(order)
+        backlog.remove(order)
+    found = []
+    start = {
+        (order.id, station.id): (
+            due[order.id] > world.now / 1000 + rule.urgent_s,
+            not (station.line and completes(order, [world.pods[station.line[0].pod or 0]])),
+            not completes(order, list(station.inbound_pods)),
+            order.id,
+        )
+        for station in world.stations
+        for order in queues[station.id]
+    }
+    while fitting := [
+        (start[order.id, station.id], station.load, order, station)
+        for station in world.stations
+        for order in queues[station.id]
+        if order.open_lines and order.open_items <= station.free_capacity
+    ]:
+        _, _, order, station = min(fitting, key=lambda one: one[:2])
+        found.append((order.name, station.id))
+        assign(world, found[-1:])
+    return found
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_random_worlds_as_defined(seed: int, put_at_station: PutAtStation) -> None:
+    """With unlimited and finite stock, due times, requests and inbound pods."""
+
+    def build() -> Warehouse:
+        rng = np.random.default_rng(seed)
+
+        def some(most: int) -> dict[str, int]:
+            return {str(s): int(rng.integers(1, most)) for s in rng.choice(list("abcd"), rng.integers(1, 4), False)}
+
+        orders = {str(i): some(3) for i in range(14)}
+        held = {str(i): some(5) for i in range(6)}
+        pods: Any = held if seed % 2 else {name: list(items) for name, items in held.items()}
+        due_s = {str(i): float(rng.integers(0, 2000)) for i in range(14) if rng.random() < 0.5}
+        world = small_world(orders, pods, capacities=[9, 7], due_s=due_s)
+        put_at_station(world, 0, 0)
+        world.bind(world.pods[1], world.stations[1])
+        world.bind(world.pods[2], world.stations[0])
+        for i in (0, 1):
+            world.assign(world.orders[i], world.stations[i], [line.sku for line in world.orders[i].open_lines][:1])
+        world.now = 300_000
+        return world
+
+    rule = StationQueue(queue_length=1 + seed % 5, fast_lane=0)
+    assert decide(build(), rule) == literal(build(), rule)
+
+
+def test_a_place_is_kept_for_what_the_pod_completes(put_at_station: PutAtStation) -> None:
+    """As with other rules: of two places the second is not for `b`."""
+    world = small_world({"x": ["a"], "1": ["b"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[3])
+    put_at_station(world, 0, 0)
+    assign(world, [("x", 0)])
+    assert Counter(decide(world, StationQueue())) == {("1", 0): 1}
+
+
+@pytest.mark.parametrize("wrong", [{"queue_length": 0}, {"urgent_s": -1}, {"fast_lane": -1}])
+def test_wrong_parameters_are_refused(wrong: dict[str, Any]) -> None:
+    """Before the run."""
+    with pytest.raises(ValueError, match="must be >="):
+        StationQueue(**wrong)
+
+
+def test_short_queues_conform() -> None:
+    """No order is left in one."""
+    assert check_rule(StationQueue(queue_length=1)).findings == ()
+
+
+class Doubter:
+    """Observer that has each decision made once more, by a rule that keeps its queues and nothing else."""
+
+    def __init__(self, **parameters: Any) -> None:
+        self.rule, self.orders = StationQueue(**parameters), 0
+
+    @hookimpl
+    def rule_answered(self, question: Question, answer: Any) -> None:
+        """Compare."""
+        if question.decides is Role.POA:
+            view = question.warehouse.showing(question.warehouse.backlog)  # as filters do: nothing is kept
+            assert list(answer) == list(self.rule.assign_orders(view))
+            self.orders += len(answer)
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        [],
+        ["instance.items_per_sku=3", "stations.order_capacity=4"],
+        ["instance.due={allowance_s=500,spread_s=400}", "rules.poa.urgent_s=100"],
+        ["stations.item_capacity=4", "rules.poa.queue_length=3"],  # some orders are larger than any station
+        ["instance.arrivals.process=refill", "instance.arrivals.backlog=30", "rules.poa.fast_lane=0"],
+        ['stations.open={"1"=[["08:00","18:00"]],"2"=[["00:00","00:05"],["00:08","00:00"]]}'],
+    ],
+    ids=", ".join,
+)
+def test_every_decision_of_a_run(overrides: list[str]) -> None:
+    """What is kept from call to call changes no decision."""
+    given = dict(one.removeprefix("rules.poa.").split("=") for one in overrides if one.startswith("rules.poa."))
+    doubter = Doubter(**{name: int(value) for name, value in given.items()})
+    always = ["rules.poa.rule=station-queue", "instance.orders=120", "rules.pp=free-flow", "run.until_s=900"]
+    rmfs_core.run("paper-250", overrides=[*always, *overrides], observers=[doubter])
+    assert doubter.orders > 15
