@@ -11,10 +11,10 @@ from hypothesis import Phase, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule, run_state_machine_as_test
 
+from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import BUSY, STORED, Lines, Order, Pod, Stock, Warehouse, WarehouseView, column_keeping
 from rmfs_core.warehouse.accounts import Backlog
 from rmfs_core.warehouse.stock import Stock as Claims
-from rmfs_testing import small_world
 from standing import put_at_station
 
 SKUS = "abcd"

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
+from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import BUSY, STORED, WarehouseView
-from rmfs_testing import small_world
 
 
 def test_lines_of_two_orders_one_of_them_begun() -> None:

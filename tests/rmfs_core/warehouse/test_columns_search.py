@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import Lines, WarehouseView
 from rmfs_core.warehouse.columns_search import enlist, leave, put
-from rmfs_testing import small_world
 
 
 def writable(lines: Lines) -> Lines:
