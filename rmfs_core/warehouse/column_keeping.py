@@ -40,6 +40,7 @@ class LineColumns:
         by_sku = {name: np.zeros(n_skus, np.int64) for name in ("first", "number")}
         self._all = Lines(**ints | seconds | by_sku | {"begin": np.zeros(1, np.int64)})  # type: ignore[arg-type]
         self._room = np.zeros(n_skus, np.int64)  # of each SKU's list
+        self._looked_at: Lines | None = None  # of which there are views for looking only
         self._show()
 
     def note(self, order: Order) -> None:
@@ -146,10 +147,13 @@ class LineColumns:
 
     def _show(self) -> None:
         """Make what is shown of the columns, for looking only."""
-        ends = dict.fromkeys(_BY_ORDER, self._orders) | dict.fromkeys(_BY_LINE, self._lines)
-        ends["begin"] = self._orders + 1
-        self._shown = Lines(
-            *(_shown(array[: ends.get(name)]) for name, array in zip(Lines._fields, self._all, strict=True))
+        if self._looked_at is not self._all:
+            self._looked_at, self._views = self._all, Lines(*map(_shown, self._all))
+        there, orders, lines = self._views, self._orders, self._lines
+        self._shown = there._replace(
+            **{name: getattr(there, name)[:orders] for name in _BY_ORDER},
+            **{name: getattr(there, name)[:lines] for name in _BY_LINE},
+            begin=there.begin[: orders + 1],
         )
 
 
@@ -158,6 +162,11 @@ def columns_of(orders: Sequence[Order], n_skus: int) -> Lines:
     columns = LineColumns(n_skus)
     columns._join(orders)
     return columns._shown
+
+
+def stock_of(pods: Sequence[Pod], n_skus: int) -> Stock:
+    """Return the columns of some pods, with the ids 0, 1, ..., of which none is about to leave a station."""
+    return StockColumns(pods, n_skus).stock(())
 
 
 class StockColumns:
