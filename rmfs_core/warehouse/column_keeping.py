@@ -191,7 +191,7 @@ class StockColumns:
         self._moved = {*range(len(pods))}
 
     def note(self, pod: Pod) -> None:
-        """Note that a pod may be elsewhere, or bound for another station."""
+        """Note that a pod may be elsewhere, bound for another station, or have other space."""
         self._moved.add(pod.id)
 
     def stock(self, leaving: Iterable[Pod]) -> Stock:
@@ -213,10 +213,10 @@ class StockColumns:
                 self._insert(rows[:missing])
         self._touched.clear()
         assert self._all is not None
-        at, cell, locations = self._all.at, self._all.cell, self._all.location
+        at, cell, locations, space = self._all.at, self._all.cell, self._all.location, self._all.space
         for number in self._moved:
             pod = self._pods[number]
-            location = pod._location
+            location, space[number] = pod._location, pod.free_space
             if location is None:
                 at[number], locations[number] = BUSY, -1
             else:
@@ -241,7 +241,7 @@ class StockColumns:
         ends = np.arange(len(self._pods) + 1), np.arange(self._n_skus + 1)
         by_sku = np.lexsort((pod, sku))
         of_pod, of_sku = pod.searchsorted(ends[0]), sku[by_sku].searchsorted(ends[1])
-        where = np.zeros((3, len(self._pods)), np.int64)
+        where = np.zeros((4, len(self._pods)), np.int64)
         self._all = Stock(pod, sku, items, of_pod, by_sku, of_sku, *where)
         self._shown = Stock(*map(_shown, self._all))
 
