@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from rmfs_rules.helpers.bundles import KeptSpace, StoragePods, cheapest, store_bundles
+from rmfs_rules.helpers.bundles import StoragePods, cheapest, store_bundles
 from rmfs_rules.helpers.pairs import (
     OVERSIZE_WAIT_S,
     assign_best_pairs,
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "OVERSIZE_WAIT_S",
-    "KeptSpace",
     "StoragePods",
     "assign_best_pairs",
     "cheapest",

@@ -100,7 +100,7 @@ class Pairs:
         self._largest = largest_capacity(warehouse)
         self._free = [station.free_capacity for station in self.stations]
         self._load = [station.load for station in self.stations]
-        self._placed = _placed(warehouse) if warehouse.split_orders_open else {}
+        self._placed = places_taken(warehouse)
         self._lane = _FastLane(warehouse, fast_lane) if fast_lane else None
         self._heads: dict[int, tuple[int, float]] = {}  # best order of each station, of those that were looked at
         self._chosen: list[OrderAssignment] = []
@@ -486,9 +486,11 @@ def pod_at(warehouse: WarehouseView, station: Station) -> Pod | None:
     return warehouse.pods[station.line[0].pod]
 
 
-def _placed(warehouse: WarehouseView) -> dict[int, Flags]:
+def places_taken(warehouse: WarehouseView) -> dict[int, Flags]:
     """Return which orders have a place at stations that count orders, by station and place; none: left out."""
     placed: dict[int, Flags] = {}
+    if not warehouse.split_orders_open:
+        return placed
     lines = warehouse.lines
     for place in lines.begun.tolist():
         order = warehouse.order(int(lines.order_id[place]))

@@ -106,6 +106,15 @@ def worth(stock: Stock, pods: Ids, wanted: Ids) -> Ids:
     return sums
 
 
+def held(stock: Stock, values: Ids) -> Ids:
+    """Return of all pods the sum of values by SKU, whole numbers, over the SKUs that each has free, shape (pods,)."""
+    from rmfs_rules.helpers import sending_search  # as above
+
+    search: Any = sending_search
+    sums: Ids = search.held(stock, values)
+    return sums
+
+
 def load() -> None:
     """Load what is compiled, or compile it, by a decision without pods."""
     from rmfs_rules.helpers import sending_search  # as above
@@ -114,6 +123,7 @@ def load() -> None:
     stock = stock_of((), 1)
     search.servers(stock, np.zeros(0, np.int64), np.zeros(1, np.int64), 0, True)
     search.worth(stock, np.zeros(0, np.int64), np.zeros(1, np.int64))
+    search.held(stock, np.zeros(1, np.int64))
 
 
 def ticks_from(warehouse: WarehouseView, cells: Ids, station: Station) -> Ids:

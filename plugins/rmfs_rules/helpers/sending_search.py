@@ -59,3 +59,13 @@ def worth(stock: Stock, pods: Ids, wanted: Ids) -> Ids:
         for entry in range(stock.of_pod[pods[i]], stock.of_pod[pods[i] + 1]):
             sums[i] += min(stock.items[entry], wanted[stock.sku[entry]])
     return sums
+
+
+@njit(cache=True)
+def held(stock: Stock, values: Ids) -> Ids:
+    """Of all pods the sum of values by SKU over the SKUs that each has free."""
+    sums = np.zeros(len(stock.at), np.int64)
+    for entry in range(len(stock.items)):
+        if stock.items[entry] > 0:
+            sums[stock.pod[entry]] += values[stock.sku[entry]]
+    return sums

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import BUSY, STORED, WarehouseView
+from rmfs_rules.helpers.sending_search import held as held_by
 from rmfs_rules.helpers.sending_search import servers, worth
 
 SKUS = "abcd"
@@ -36,3 +37,11 @@ def test_pods_are_worth_what_is_wanted_of_them(held: list[dict[str, int]], wante
     some = np.arange(len(held))[::-1]
     sums = [sum(min(wanted[sku], pod.free_items(sku)) for sku in pod.contents) for pod in reversed(world.pods)]
     assert worth(WarehouseView(world).stock, some, np.array(wanted)).tolist() == sums
+
+
+@given(pods, st.lists(st.integers(0, 4), min_size=4, max_size=4))
+def test_values_of_what_pods_have_free_are_summed(given: list[dict[str, int]], values: list[int]) -> None:
+    """Each SKU once, whatever number of items there is."""
+    world = small_world({"1": [*SKUS]}, {str(i): pod for i, pod in enumerate(given)})
+    sums = [sum(values[sku] for sku in pod.contents if pod.free_items(sku) > 0) for pod in world.pods]
+    assert held_by(WarehouseView(world).stock, np.array(values)).tolist() == sums
