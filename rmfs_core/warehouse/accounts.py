@@ -10,6 +10,7 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
+from rmfs_core.warehouse.column_keeping import LineColumns, StockColumns
 from rmfs_core.warehouse.parts import Order, OrderLine, Pod
 from rmfs_core.warehouse.stock import by_age
 
@@ -108,8 +109,9 @@ class BacklogLog:
 class Backlog(Sequence[Order]):
     """Orders with open lines, oldest first: themselves, as arrays, and their sizes."""
 
-    def __init__(self) -> None:
+    def __init__(self, n_skus: int) -> None:
         self.log = BacklogLog()
+        self.columns = LineColumns(n_skus)
         self.sizes: Counter[int] = Counter()
         """How many orders have so many open items."""
         self.line_sizes: Counter[int] = Counter()
@@ -160,6 +162,7 @@ class Backlog(Sequence[Order]):
     def _count(self, orders: Sequence[Order]) -> None:
         for order in orders:
             self._orders[order.id] = order
+            self.columns.note(order)
             self.sizes[order.open_items] += 1
             for line in order._open.values():
                 self.line_sizes[line.quantity] += 1
@@ -169,6 +172,7 @@ class Backlog(Sequence[Order]):
         """Assign open lines of an order, which leaves with the last one; return them."""
         _drop(self.sizes, order.open_items)
         lines = [order._open.pop(sku) for sku in skus]
+        self.columns.note(order)
         for line in lines:
             _drop(self.line_sizes, line.quantity)
             self.log._close(order, line)
@@ -209,15 +213,13 @@ class FreeItemsLog:
     A rule remembers how many changes it has seen, and asks for what came since; another run has another log.
     """
 
-    def __init__(self, pods: Sequence[Pod]) -> None:
-        self._pods = pods
-        self._touched: set[tuple[Pod, int]] = set()  # SKUs of pods to be read anew
+    def __init__(self, pods: Sequence[Pod], columns: StockColumns) -> None:
+        self._pods, self._columns = pods, columns
+        self._touched = columns._logged
         self._places: dict[Pod, dict[int, int]] = {}
         self._changed: list[int] = []
         self._items: FreeItems | None = None
         self._shown: FreeItems | None = None  # a copy of what they are
-        for pod in pods:
-            pod._touched = self._touched
 
     @property
     def items(self) -> FreeItems:
@@ -232,6 +234,7 @@ class FreeItemsLog:
             self._ordered = self._entries = self._rows.shape[1]
             self._items, self._changed = self._first_entries(), list(range(self._entries))
         changed, new = [], []
+        self._columns._look()
         for pod, sku in self._touched:
             place, free = self._places_of(pod, self._items).get(sku, -1), pod.free_items(sku)
             if place < 0:

@@ -11,6 +11,7 @@ from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.scenario.model import BatterySection
 from rmfs_core.warehouse.accounts import Backlog, FreeItemsLog
 from rmfs_core.warehouse.battery import Battery
+from rmfs_core.warehouse.column_keeping import StockColumns
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Part, Pod, Request, Robot, Station, put
 from rmfs_core.warehouse.promises import Promises, serves_none
 from rmfs_core.warehouse.stock import Stock, by_age
@@ -70,7 +71,8 @@ class Warehouse:
             Pod(i, data, cell, capacity, self.sizes)
             for i, (data, cell, capacity) in enumerate(zip(instance.pods, pod_cells, capacities, strict=True))
         )
-        self.free_items = FreeItemsLog(self.pods)
+        self.columns = StockColumns(self.pods, self.n_skus)
+        self.free_items = FreeItemsLog(self.pods, self.columns)
         self.stock = Stock(self.pods) if wait_for_stock and not self.unlimited_stock else None
         self.homes = tuple(pod_cells)
         self.stations = tuple(stations)
@@ -95,8 +97,9 @@ class Warehouse:
         self.reserved: set[int] = set()
         self.waiting: dict[int, Pod] = {}
         self.open_demand = np.zeros(self.n_skus, dtype=np.int64)
+        self.ordered = np.zeros(self.n_skus, dtype=np.int64)
         self.split_orders_open = 0
-        self.backlog = Backlog()
+        self.backlog = Backlog(self.n_skus)
         self.promises = Promises(self.stations, self.n_skus)
         self._next_request = 0
         with_sku: dict[int, list[Pod]] = {}
@@ -189,6 +192,11 @@ class Warehouse:
         self.changes += 1
         station._changes += 1
 
+    def _moves(self, pod: Pod) -> None:
+        """Note that a pod is bound, lifted, set down, no longer bound, or given items."""
+        self.columns.note(pod)
+        self.changed_pods.append(pod.id)
+
     def order_arrives(self, order: Order, tick: int | None = None) -> None:
         """Put an order into the backlog, or let it wait for stock; ``tick``: when, where the order did not know it."""
         if tick is not None:
@@ -200,6 +208,7 @@ class Warehouse:
             self.backlog.add(order)
         for line in order.lines:
             self.open_demand[line.sku] += line.quantity
+            self.ordered[line.sku] += line.quantity
 
     def assign(self, order: Order, station: Station, skus: Sequence[int], period: int = 1) -> int:
         """Turn open lines of an order into requests at a station; return their number of items.
@@ -231,7 +240,7 @@ class Warehouse:
     def bind(self, pod: Pod, station: Station, *, promise: bool = True) -> None:
         """Decide a trip: the pod is bound for the station from now on. ``promise``: and its items are promised."""
         self._note(station)
-        self.changed_pods.append(pod.id)
+        self._moves(pod)
         pod._itinerary.append(station.id)
         station._inbound[pod.id] = pod
         self.promises.count(pod, station, 1)
@@ -263,6 +272,7 @@ class Warehouse:
         assert bundle._station is not None
         bundle._pod = pod.id
         pod._bundles[bundle.id] = bundle
+        self.columns.note(pod)
         if bundle._station in pod._itinerary:
             return None
         self.bind(pod, self.stations[bundle._station])
@@ -276,7 +286,7 @@ class Warehouse:
         assert bundle._station is not None
         del self.stations[bundle._station]._bundles[bundle.id], pod._bundles[bundle.id]
         self.stations[bundle._station]._changes += 1
-        self.changed_pods.append(pod.id)
+        self._moves(pod)
         pod._used += bundle.size
         if bundle.sku not in pod._contents:
             pod._contents[bundle.sku] = 0
@@ -297,7 +307,7 @@ class Warehouse:
 
     def take_task(self, robot: Robot, pod: Pod) -> None:
         """Give a waiting pod to a robot."""
-        self.changed_pods.append(pod.id)
+        self._moves(pod)
         del self.waiting[pod.id]
         robot._task = pod.id
         pod._carrier = robot
@@ -322,7 +332,7 @@ class Warehouse:
         """Let a robot lift the pod it stands under."""
         self._lifted(robot)
         assert pod._location is not None
-        self.changed_pods.append(pod.id)
+        self._moves(pod)
         insort(self.free_locations, pod._location)
         pod._location = None
         robot._pod = pod.id
@@ -349,7 +359,7 @@ class Warehouse:
         """Set a pod down where the robot stands; the robot is idle then."""
         self._lifted(robot)
         self.reserved.discard(robot._cell)
-        self.changed_pods.append(pod.id)
+        self._moves(pod)
         pod._location = robot._cell
         pod._carrier = None
         robot._pod = robot._task = None
@@ -401,7 +411,7 @@ class Warehouse:
         self._note(station)
         station._line.remove(robot)
         self.promises.count(pod, station, -1)
-        self.changed_pods.append(pod.id)
+        self._moves(pod)
         pod._itinerary.remove(station.id)
         del station._inbound[pod.id]
 
@@ -414,6 +424,8 @@ class Warehouse:
         if pod._contents[request.sku] < UNLIMITED:
             pod._contents[request.sku] -= 1
             pod._used -= self.sizes[request.sku]
+            if pod.capacity < UNLIMITED:
+                self.columns.note(pod)
         self.close(request)
         if handled:
             self.release(request)
@@ -468,7 +480,7 @@ class Warehouse:
             else:
                 stock.serve(order)
         if stock.waiting:
-            backlog, self.backlog = self.backlog, Backlog()
+            backlog, self.backlog = self.backlog, Backlog(self.n_skus)
             self.backlog.add(*(order for order in backlog if not order._waits))
 
     def renumber(self, station: Station, requests: Mapping[int, Request]) -> None:

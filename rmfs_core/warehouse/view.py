@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from rmfs_core.clock import to_seconds
 from rmfs_core.warehouse.accounts import BacklogLines, BacklogLog, FreeItems, FreeItemsLog, lines_of
+from rmfs_core.warehouse.column_keeping import columns_of
+from rmfs_core.warehouse.columns import Lines, Stock
 from rmfs_core.warehouse.parts import Bundle, Order, Pod, ReadOnly, Robot, Station
 from rmfs_core.warehouse.state import Warehouse
 from rmfs_core.world.travel import Travel
@@ -21,12 +23,13 @@ class WarehouseView(ReadOnly):
     Properties that return several objects make a tuple at each access: name it once where it is used in a loop.
     """
 
-    __slots__ = ("_backlog", "_lines", "_state")
+    __slots__ = ("_backlog", "_columns", "_lines", "_state")
 
     def __init__(self, state: Warehouse, backlog: Sequence[Order] | None = None) -> None:
         self._state = state
         self._backlog = None if backlog is None else tuple(backlog)
         self._lines: BacklogLines | None = None
+        self._columns: Lines | None = None
 
     @property
     def now_tick(self) -> int:
@@ -79,6 +82,20 @@ class WarehouseView(ReadOnly):
         if self._lines is None:
             self._lines = lines_of(self._backlog)
         return self._lines
+
+    @property
+    def lines(self) -> Lines:
+        """Orders and open lines of ``backlog`` as columns; they hold for one call, later they change in place."""
+        if self._backlog is None:
+            return self._state.backlog.columns.lines()
+        if self._columns is None:
+            self._columns = columns_of(self._backlog, self._state.n_skus)
+        return self._columns
+
+    @property
+    def stock(self) -> Stock:
+        """Free items of the pods and where pods are, as columns; they hold for one call, later they change in place."""
+        return self._state.columns.stock(self._state.leaving_pods())
 
     def showing(self, orders: Sequence[Order]) -> WarehouseView:
         """Return the warehouse with some orders as its ``backlog``, oldest first, for who looks at no others."""
@@ -247,6 +264,10 @@ class WarehouseView(ReadOnly):
         Shape (n_skus,).
         """
         return self._state.open_demand.copy()
+
+    def ordered(self) -> NDArray[np.int64]:
+        """Items per SKU id of all orders that have arrived, picked or not. Shape (n_skus,)."""
+        return self._state.ordered.copy()
 
     def available(self) -> NDArray[np.int64]:
         """Items on each station's inbound pods that are not promised to any request. Shape (stations, n_skus)."""

@@ -36,7 +36,7 @@ def test_a_new_log_begins_when_an_order_joins_late() -> None:
     """All that are there join anew, by age, and lines that are assigned leave at once; younger ones join the log."""
     world = small_world({"1": ["a"], "2": {"a": 1, "b": 2}, "3": ["b"], "4": ["a"]}, {"p": ["a", "b"]}, capacities=[9])
     first, second, third, fourth = world.orders
-    backlog, station = Backlog(), world.stations[0]
+    backlog, station = Backlog(world.n_skus), world.stations[0]
     for order in (second, third):
         backlog.add(order)
     backlog.close(second, [0])

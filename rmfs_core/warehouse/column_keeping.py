@@ -1,0 +1,268 @@
+"""Keeps the columns of the warehouse as the objects are: what changed is noted, and read when columns are asked for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rmfs_core.warehouse.columns import BUSY, STORED, Lines, Stock
+from rmfs_core.warehouse.parts import Order, Pod
+from rmfs_core.warehouse.stock import by_age
+
+Ints = NDArray[np.int64]
+
+SPARE = 64
+"""Orders that have left may be so many more than those that are there."""
+
+_BY_ORDER = ("order_id", "arrival_s", "due_s", "items", "open_lines")
+_BY_LINE = ("order", "sku", "quantity")
+_LISTED = ("listed_order", "listed_items")
+
+
+class LineColumns:
+    """Keeps `Lines`: follows the orders that are noted.
+
+    Parameters
+    ----------
+    n_skus
+        Number of SKUs.
+    """
+
+    def __init__(self, n_skus: int) -> None:
+        self._changed: dict[int, Order] = {}  # orders that joined, or whose lines were assigned, since
+        self._orders = self._lines = self._used = self._gone = 0
+        ints = {name: np.zeros(0, np.int64) for name in Lines._fields}
+        seconds = {name: np.zeros(0) for name in ("arrival_s", "due_s")}
+        by_sku = {name: np.zeros(n_skus, np.int64) for name in ("first", "number")}
+        self._all = Lines(**ints | seconds | by_sku | {"begin": np.zeros(1, np.int64)})  # type: ignore[arg-type]
+        self._room = np.zeros(n_skus, np.int64)  # of each SKU's list
+        self._looked_at: Lines | None = None  # of which there are views for looking only
+        self._show()
+
+    def note(self, order: Order) -> None:
+        """Note that an order has joined the backlog, or that lines of it were assigned."""
+        self._changed[order.id] = order
+
+    def lines(self) -> Lines:
+        """Return the columns as the orders are now."""
+        if self._changed:
+            self._follow()
+        return self._shown
+
+    def _follow(self) -> None:
+        """Let lines leave that were assigned, and orders join."""
+        there, new, left = self._all, list[Order](), list[int]()
+        for order in self._changed.values():
+            place = int(there.place[order.id]) if order.id < len(there.place) else -1
+            if place >= 0:
+                lines = enumerate(order.lines, int(there.begin[place]))
+                left += [number for number, (sku, _) in lines if sku not in order._open and there.quantity[number]]
+            elif order._open:
+                new.append(order)
+        self._changed.clear()
+        new.sort(key=by_age)
+        last = self._orders - 1
+        late = bool(new) and last >= 0 and (new[0].arrival_s, new[0].id) < (there.arrival_s[last], there.order_id[last])
+        self._join(new, left)
+        if late:  # they had to wait for stock
+            self._keep(np.lexsort((self._shown.order_id, self._shown.arrival_s)))
+        if self._gone > SPARE + (self._orders - self._gone):
+            self._keep(np.arange(self._orders))
+
+    def _join(self, orders: Sequence[Order], left: Sequence[int] = ()) -> None:
+        """Let lines leave, and put orders behind all others."""
+        from rmfs_core.warehouse import columns_search  # as above
+
+        told = [(o.id, o.arrival_s, math.inf if o.due_s is None else o.due_s, len(o.lines)) for o in orders]
+        wanted = [(sku, items if sku in order._open else 0) for order in orders for sku, items in order.lines]
+        begin, line = self._orders, self._lines
+        self._orders, self._lines = begin + len(told), line + len(wanted)
+        self._make_room(max((order.id + 1 for order in orders), default=0))
+        rows = np.array(told, np.float64).reshape(-1, 4), np.array(wanted, np.int64).reshape(-1, 2)
+        gone, line, self._used = columns_search.follow(
+            self._all, self._room, np.array(left, np.int64), *rows, begin, line, self._used
+        )
+        self._gone += gone
+        while line < self._lines:  # the lists need more space
+            self._all = _longer(self._all, _LISTED, 2 * len(self._all.listed_order) + 2 * (self._lines - line) + 16)
+            line, self._used = columns_search.enlist(self._all, self._room, line, self._lines, self._used)
+        if orders:
+            self._show()
+
+    def _make_room(self, ids: int) -> None:
+        """Let the columns have room for all orders, lines and ids."""
+        there = self._all
+        if self._orders > len(there.order_id):
+            self._all = _longer(self._all, _BY_ORDER, 2 * self._orders)
+            self._all = _longer(self._all, ("begin",), 2 * self._orders + 1)
+        if self._lines > len(there.sku):
+            self._all = _longer(self._all, _BY_LINE, 2 * self._lines)
+        if ids > len(there.place):
+            self._all = _longer(self._all, ("place",), 2 * ids, -1)
+
+    def _keep(self, places: Ints) -> None:
+        """Move the orders at some places together, in this order; those that have left go."""
+        from rmfs_core.warehouse import columns_search  # as above
+
+        there = self._shown
+        places = places[there.open_lines[places] > 0]
+        number = there.begin[places + 1] - there.begin[places]
+        begin = np.concatenate([[0], np.cumsum(number)])
+        line = np.arange(begin[-1]) + np.repeat(there.begin[places] - begin[:-1], number)
+        self._orders, self._lines, self._gone = len(places), len(line), 0
+        place = np.full_like(there.place, -1)
+        place[there.order_id[places]] = np.arange(len(places))
+        self._room = np.bincount(there.sku[line][there.quantity[line] > 0], minlength=len(there.first))
+        self._used = int(self._room.sum())
+        self._all = Lines(
+            **{name: getattr(there, name)[places] for name in _BY_ORDER},
+            begin=begin,
+            order=np.repeat(np.arange(len(places)), number),
+            sku=there.sku[line],
+            quantity=there.quantity[line],
+            first=np.cumsum(self._room) - self._room,
+            number=np.zeros_like(self._room),
+            listed_order=np.zeros(self._used, np.int64),
+            listed_items=np.zeros(self._used, np.int64),
+            place=place,
+        )
+        columns_search.enlist(self._all, self._room, 0, len(line), self._used)
+        self._show()
+
+    def _show(self) -> None:
+        """Make what is shown of the columns, for looking only."""
+        if self._looked_at is not self._all:
+            self._looked_at, self._views = self._all, Lines(*map(_shown, self._all))
+        (order_id, arrival_s, due_s, items, open_lines, begin, order, sku, quantity, *others) = self._views
+        n, m = self._orders, self._lines
+        by_order = order_id[:n], arrival_s[:n], due_s[:n], items[:n], open_lines[:n], begin[: n + 1]
+        self._shown = Lines(*by_order, order[:m], sku[:m], quantity[:m], *others)
+
+
+def columns_of(orders: Sequence[Order], n_skus: int) -> Lines:
+    """Return the columns of some orders, whose places are their positions."""
+    columns = LineColumns(n_skus)
+    columns._join(orders)
+    return columns._shown
+
+
+def stock_of(pods: Sequence[Pod], n_skus: int) -> Stock:
+    """Return the columns of some pods, with the ids 0, 1, ..., of which none is about to leave a station."""
+    return StockColumns(pods, n_skus).stock(())
+
+
+class StockColumns:
+    """Keeps `Stock`: follows the pods that are noted.
+
+    Parameters
+    ----------
+    pods
+        The pods, by id.
+    n_skus
+        Number of SKUs.
+    """
+
+    def __init__(self, pods: Sequence[Pod], n_skus: int) -> None:
+        self._pods, self._n_skus = pods, n_skus
+        self._touched: set[tuple[Pod, int]] = set()  # SKUs of pods to be read anew
+        self._noted: set[tuple[Pod, int]] = set()  # the same, since the pods were looked at
+        self._logged: set[tuple[Pod, int]] = set()  # the same, for the log of free items
+        for pod in pods:
+            pod._touched = self._noted
+        self._all: Stock | None = None
+        self._moved = {*range(len(pods))}
+
+    def note(self, pod: Pod) -> None:
+        """Note that a pod may be elsewhere, bound for another station, or have other space."""
+        self._moved.add(pod.id)
+
+    def stock(self, leaving: Iterable[Pod]) -> Stock:
+        """Return the columns as the pods are now.
+
+        Parameters
+        ----------
+        leaving
+            Pods that are about to leave a station.
+        """
+        from rmfs_core.warehouse import columns_search  # as above
+
+        self._look()
+        if self._all is None:
+            self._begin()
+        elif self._touched:
+            rows = np.array([(pod.id, sku, pod.free_items(sku)) for pod, sku in self._touched], np.int64)
+            if missing := columns_search.put(self._all, rows):
+                self._insert(rows[:missing])
+        self._touched.clear()
+        assert self._all is not None
+        at, cell, locations, space = self._all.at, self._all.cell, self._all.location, self._all.space
+        for number in self._moved:
+            pod = self._pods[number]
+            location, space[number] = pod._location, pod.free_space
+            if location is None:
+                at[number], locations[number] = BUSY, -1
+            else:
+                at[number], locations[number] = BUSY if pod._itinerary else STORED, location
+                cell[number] = location
+        self._moved.clear()
+        for pod in leaving:
+            at[pod.id], cell[pod.id] = pod._itinerary[0], pod.cell
+            self._moved.add(pod.id)
+        return self._shown
+
+    def _look(self) -> None:
+        """Let both readers know of the SKUs of pods that were noted."""
+        self._touched |= self._noted
+        self._logged |= self._noted
+        self._noted.clear()
+
+    def _begin(self) -> None:
+        """Read all pods."""
+        rows = [n for pod in self._pods for i in sorted(pod._contents) for n in (pod.id, i, pod.free_items(i))]
+        pod, sku, items = np.array(rows, np.int64).reshape(-1, 3).T.copy()
+        ends = np.arange(len(self._pods) + 1), np.arange(self._n_skus + 1)
+        by_sku = np.lexsort((pod, sku))
+        of_pod, of_sku = pod.searchsorted(ends[0]), sku[by_sku].searchsorted(ends[1])
+        where = np.zeros((4, len(self._pods)), np.int64)
+        self._all = Stock(pod, sku, items, of_pod, by_sku, of_sku, *where)
+        self._shown = Stock(*map(_shown, self._all))
+
+    def _insert(self, rows: Ints) -> None:
+        """Take in entries of SKUs that pods never held."""
+        for pod, sku, items in rows.tolist():
+            there = self._all
+            assert there is not None
+            begin, end = there.of_pod[pod : pod + 2].tolist()
+            entry = begin + int(there.sku[begin:end].searchsorted(sku))
+            begin, end = there.of_sku[sku : sku + 2].tolist()
+            at = begin + int(there.by_sku[begin:end].searchsorted(entry))
+            there.of_pod[pod + 1 :] += 1
+            there.of_sku[sku + 1 :] += 1
+            by_sku = np.insert(there.by_sku + (there.by_sku >= entry), at, entry)
+            new = {
+                name: np.insert(getattr(there, name), entry, value)
+                for name, value in zip(("pod", "sku", "items"), (pod, sku, items), strict=True)
+            }
+            self._all = there._replace(by_sku=by_sku, **new)
+            self._shown = Stock(*map(_shown, self._all))
+
+
+def _shown(array: NDArray[Any]) -> NDArray[Any]:
+    """Return a view of an array, for looking only."""
+    view = array[:]
+    view.setflags(write=False)
+    return view
+
+
+def _longer(lines: Lines, names: Iterable[str], length: int, value: int = 0) -> Lines:
+    """Return columns of which some are so long, filled up with a value."""
+    longer = {}
+    for name in names:
+        old = getattr(lines, name)
+        longer[name] = np.full(length, value, old.dtype)
+        longer[name][: len(old)] = old
+    return lines._replace(**longer)
