@@ -1,6 +1,7 @@
 """The warehouse: its state, which the kernel changes, and the read-only view of it that rules get."""
 
 from rmfs_core.warehouse.accounts import FreeItems, FreeItemsLog, lines_of
+from rmfs_core.warehouse.column_keeping import columns_of, stock_of
 from rmfs_core.warehouse.columns import BUSY, STORED, Lines, Stock
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, OrderLine, Pod, Request, Robot, Station
 from rmfs_core.warehouse.state import Warehouse
@@ -23,5 +24,7 @@ __all__ = [
     "Stock",
     "Warehouse",
     "WarehouseView",
+    "columns_of",
     "lines_of",
+    "stock_of",
 ]

@@ -160,6 +160,11 @@ def columns_of(orders: Sequence[Order], n_skus: int) -> Lines:
     return columns._shown
 
 
+def stock_of(pods: Sequence[Pod], n_skus: int) -> Stock:
+    """Return the columns of some pods, with the ids 0, 1, ..., of which none is about to leave a station."""
+    return StockColumns(pods, n_skus).stock(())
+
+
 class StockColumns:
     """Keeps `Stock`: follows the pods that are noted.
 
