@@ -40,6 +40,7 @@ class LineColumns:
         by_sku = {name: np.zeros(n_skus, np.int64) for name in ("first", "number")}
         self._all = Lines(**ints | seconds | by_sku | {"begin": np.zeros(1, np.int64)})  # type: ignore[arg-type]
         self._room = np.zeros(n_skus, np.int64)  # of each SKU's list
+        self._looked_at: Lines | None = None  # of which there are views for looking only
         self._show()
 
     def note(self, order: Order) -> None:
@@ -146,10 +147,13 @@ class LineColumns:
 
     def _show(self) -> None:
         """Make what is shown of the columns, for looking only."""
-        ends = dict.fromkeys(_BY_ORDER, self._orders) | dict.fromkeys(_BY_LINE, self._lines)
-        ends["begin"] = self._orders + 1
-        self._shown = Lines(
-            *(_shown(array[: ends.get(name)]) for name, array in zip(Lines._fields, self._all, strict=True))
+        if self._looked_at is not self._all:
+            self._looked_at, self._views = self._all, Lines(*map(_shown, self._all))
+        there, orders, lines = self._views, self._orders, self._lines
+        self._shown = there._replace(
+            **{name: getattr(there, name)[:orders] for name in _BY_ORDER},
+            **{name: getattr(there, name)[:lines] for name in _BY_LINE},
+            begin=there.begin[: orders + 1],
         )
 
 
@@ -187,7 +191,7 @@ class StockColumns:
         self._moved = {*range(len(pods))}
 
     def note(self, pod: Pod) -> None:
-        """Note that a pod may be elsewhere, or bound for another station."""
+        """Note that a pod may be elsewhere, bound for another station, or have other space."""
         self._moved.add(pod.id)
 
     def stock(self, leaving: Iterable[Pod]) -> Stock:
@@ -209,10 +213,10 @@ class StockColumns:
                 self._insert(rows[:missing])
         self._touched.clear()
         assert self._all is not None
-        at, cell, locations = self._all.at, self._all.cell, self._all.location
+        at, cell, locations, space = self._all.at, self._all.cell, self._all.location, self._all.space
         for number in self._moved:
             pod = self._pods[number]
-            location = pod._location
+            location, space[number] = pod._location, pod.free_space
             if location is None:
                 at[number], locations[number] = BUSY, -1
             else:
@@ -237,7 +241,7 @@ class StockColumns:
         ends = np.arange(len(self._pods) + 1), np.arange(self._n_skus + 1)
         by_sku = np.lexsort((pod, sku))
         of_pod, of_sku = pod.searchsorted(ends[0]), sku[by_sku].searchsorted(ends[1])
-        where = np.zeros((3, len(self._pods)), np.int64)
+        where = np.zeros((4, len(self._pods)), np.int64)
         self._all = Stock(pod, sku, items, of_pod, by_sku, of_sku, *where)
         self._shown = Stock(*map(_shown, self._all))
 

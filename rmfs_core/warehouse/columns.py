@@ -103,6 +103,9 @@ class Stock(NamedTuple):
     location
         Cell index of the storage location that a pod stands in, bound or not; -1 while it is carried. int64, shape
         (pods,).
+    space
+        Space of the pod's capacity that neither items nor bundles to come take; `UNLIMITED` without a capacity. int64,
+        shape (pods,).
     """
 
     pod: Ints
@@ -114,3 +117,4 @@ class Stock(NamedTuple):
     at: Ints
     cell: Ints
     location: Ints
+    space: Ints

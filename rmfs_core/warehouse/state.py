@@ -97,6 +97,7 @@ class Warehouse:
         self.reserved: set[int] = set()
         self.waiting: dict[int, Pod] = {}
         self.open_demand = np.zeros(self.n_skus, dtype=np.int64)
+        self.ordered = np.zeros(self.n_skus, dtype=np.int64)
         self.split_orders_open = 0
         self.backlog = Backlog(self.n_skus)
         self.promises = Promises(self.stations, self.n_skus)
@@ -192,7 +193,7 @@ class Warehouse:
         station._changes += 1
 
     def _moves(self, pod: Pod) -> None:
-        """Note that a pod is bound, lifted, set down or no longer bound."""
+        """Note that a pod is bound, lifted, set down, no longer bound, or given items."""
         self.columns.note(pod)
         self.changed_pods.append(pod.id)
 
@@ -207,6 +208,7 @@ class Warehouse:
             self.backlog.add(order)
         for line in order.lines:
             self.open_demand[line.sku] += line.quantity
+            self.ordered[line.sku] += line.quantity
 
     def assign(self, order: Order, station: Station, skus: Sequence[int], period: int = 1) -> int:
         """Turn open lines of an order into requests at a station; return their number of items.
@@ -270,6 +272,7 @@ class Warehouse:
         assert bundle._station is not None
         bundle._pod = pod.id
         pod._bundles[bundle.id] = bundle
+        self.columns.note(pod)
         if bundle._station in pod._itinerary:
             return None
         self.bind(pod, self.stations[bundle._station])
@@ -283,7 +286,7 @@ class Warehouse:
         assert bundle._station is not None
         del self.stations[bundle._station]._bundles[bundle.id], pod._bundles[bundle.id]
         self.stations[bundle._station]._changes += 1
-        self.changed_pods.append(pod.id)
+        self._moves(pod)
         pod._used += bundle.size
         if bundle.sku not in pod._contents:
             pod._contents[bundle.sku] = 0
@@ -421,6 +424,8 @@ class Warehouse:
         if pod._contents[request.sku] < UNLIMITED:
             pod._contents[request.sku] -= 1
             pod._used -= self.sizes[request.sku]
+            if pod.capacity < UNLIMITED:
+                self.columns.note(pod)
         self.close(request)
         if handled:
             self.release(request)

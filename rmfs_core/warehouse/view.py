@@ -265,6 +265,10 @@ class WarehouseView(ReadOnly):
         """
         return self._state.open_demand.copy()
 
+    def ordered(self) -> NDArray[np.int64]:
+        """Items per SKU id of all orders that have arrived, picked or not. Shape (n_skus,)."""
+        return self._state.ordered.copy()
+
     def available(self) -> NDArray[np.int64]:
         """Items on each station's inbound pods that are not promised to any request. Shape (stations, n_skus)."""
         return self._state.promises.available[: len(self._state.picking)].copy()

@@ -10,9 +10,10 @@ from attrs import define, field, validators
 from numpy.typing import NDArray
 
 from rmfs_core import PodMove, hookimpl
+from rmfs_rules.classes import worth
 from rmfs_rules.classes.moving import Pause, nearest_to
 from rmfs_rules.classes.places import NO_STATION, Kept, Places, class_at, nearest_of
-from rmfs_rules.classes.worth import Worth, rank_of
+from rmfs_rules.helpers.sending import load
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -51,11 +52,9 @@ def _weight_demand(default: float) -> Any:
 class _ByWorth:
     """A rule that goes by how much pods are wanted."""
 
-    _worth: Worth = field(init=False, factory=Worth, repr=False, eq=False)
-
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
-        self._worth.load()
+        load()
 
 
 @define
@@ -118,8 +117,8 @@ class TurnoverClasses(_ByWorth):
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
         """Choose the nearest free location of the pod's class."""
         places, classes = self._classes.of(warehouse, lambda places: places.classes(self.borders))
-        wanted = self._worth.speed(warehouse)
-        own = class_at(rank_of(pod.id, wanted), len(wanted), self.borders)
+        wanted = worth.speed(warehouse)
+        own = class_at(worth.rank_of(pod.id, wanted), len(wanted), self.borders)
         free = np.isin(places.cells, warehouse.free_storage_locations)
         away = _turn(classes - own, better_first=False)
         return nearest_of(warehouse, pod, places.cells[free & (away == away[free].min())])
@@ -210,8 +209,8 @@ class Cache(_ByWorth):
 
     def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]:
         places, (owner, at) = self._caches.of(warehouse, self._owners)
-        wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
-        stored, movable = self._worth.pods.places, self._worth.pods.movable
+        wanted = worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        stored, movable = warehouse.stock.location, worth.movable(warehouse)
         there = int((owner != NO_STATION).sum()) - self.free_places * len(warehouse.stations)
         order = np.argsort(-wanted, kind="stable")
         useful = order[: min(max(there, 0), np.count_nonzero(wanted > 0))]
@@ -247,8 +246,8 @@ class Cache(_ByWorth):
         if not len(free):
             return False
         _, (_, at) = self._caches.of(warehouse, self._owners)
-        wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
-        stored = at[self._worth.pods.places] == station
+        wanted = worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        stored = at[warehouse.stock.location] == station
         less = float((wanted[stored] < wanted[pod.id]).mean()) if stored.any() else 1.0
         return bool((self.weight_free * free.mean() + self.weight_worth * less) / 2 > self.threshold)
 
@@ -298,8 +297,8 @@ class Utility(_ByWorth):
     def choose_storage_location(self, warehouse: WarehouseView, pod: Pod) -> int:
         """Choose the nearest free location of about the pod's rank."""
         places, (ranks, ranked, _) = self._ranks.of(warehouse, _ranked)
-        wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
-        own = ranked[self._at(rank_of(pod.id, wanted), len(wanted), len(ranks))]
+        wanted = worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        own = ranked[self._at(worth.rank_of(pod.id, wanted), len(wanted), len(ranks))]
         free = np.isin(places.cells, warehouse.free_storage_locations)
         turn = _turn(ranks - own, better_first=True)
         least = max(self.corridor - 1, int(turn[free].min()))
@@ -317,11 +316,11 @@ class Utility(_ByWorth):
 
     def _moves(self, warehouse: WarehouseView, max_moves: int) -> list[PodMove]:
         places, (ranks, ranked, at) = self._ranks.of(warehouse, _ranked)
-        if not self._worth.ordered.items(warehouse).any():  # nothing is known of any pod
+        if not warehouse.ordered().any():  # nothing is known of any pod
             return []
         own = self._own_ranks(warehouse, ranked)
-        cells = self._worth.pods.places
-        off = np.where(self._worth.pods.movable, np.abs(at[cells] - own), NOT_OFF)
+        cells = warehouse.stock.location
+        off = np.where(worth.movable(warehouse), np.abs(at[cells] - own), NOT_OFF)
         out_of_place = np.flatnonzero(off >= self.corridor)
         free = np.isin(places.cells, warehouse.free_storage_locations)
         moves: list[PodMove] = []
@@ -339,7 +338,7 @@ class Utility(_ByWorth):
 
     def _own_ranks(self, warehouse: WarehouseView, ranked: Ids) -> Ids:
         """Return the rank of the location that each pod belongs to."""
-        wanted = self._worth.combined(warehouse, self.weight_speed, self.weight_demand)
+        wanted = worth.combined(warehouse, self.weight_speed, self.weight_demand)
         own = np.empty(len(wanted), np.int64)
         own[np.argsort(-wanted, kind="stable")] = ranked[self._at(np.arange(len(wanted)), len(wanted), len(ranked))]
         return own

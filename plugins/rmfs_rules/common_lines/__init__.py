@@ -7,18 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from attrs import define
-from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rules.helpers import lines_at, sum_per_order
-from rmfs_rules.helpers.kept_options import KeptPairs
+from rmfs_rules.helpers.pairs import PairOptions, Pairs
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
 
 
 @define
-class CommonLines(KeptPairs):
+class CommonLines(PairOptions):
     """Assign the order that wants the same SKUs as the orders already at a station.
 
     Over all stations s with room and all orders o that fit there, the pair with the most lines in common,
@@ -44,20 +42,9 @@ class CommonLines(KeptPairs):
         wanted = np.zeros((len(warehouse.stations), warehouse.n_skus), dtype=np.int64)
         for station in warehouse.stations:
             wanted[station.id, [request.sku for request in station.open_requests]] = 1
-        if self.keeps(warehouse, wanted):
-            return self.assign_kept(warehouse, rng, self._take)
-        lines = warehouse.backlog_lines
 
-        def score(station: Station) -> NDArray[np.int64]:
-            return sum_per_order(warehouse, wanted[station.id, lines.sku])
+        def take(pairs: Pairs, station: Station, place: int) -> None:
+            for sku, _ in pairs.lines.of_order(place):
+                pairs.change(station.id, sku, 1)
 
-        def assigned(station: Station, position: int) -> tuple[int]:
-            wanted[station.id, lines.sku[lines_at(warehouse, position)]] = 1
-            return (station.id,)
-
-        return self.assign(warehouse, rng, score, assigned)
-
-    def _take(self, station: Station, place: int) -> None:
-        """Let a station want the SKUs of an order."""
-        for sku, _ in self.scores.lines_of(place):
-            self.scores.change(station.id, sku, 1)
+        return self.assign(warehouse, rng, wanted, take)

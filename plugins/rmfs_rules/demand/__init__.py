@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from attrs import define, field
+from attrs import define
 
 from rmfs_core import PodTrip, hookimpl
-from rmfs_rules.helpers.pod_sending import Ids, KeptPods, KeptSums, may_send
+from rmfs_rules.helpers.sending import Ids, load, may_send, nearest, send, worth
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -37,27 +37,19 @@ class Demand:
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
-    _pods: KeptPods = field(init=False, factory=KeptPods, repr=False, eq=False)
-    _wanted: KeptSums = field(init=False, factory=KeptSums, repr=False, eq=False)
-
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int) -> Sequence[PodTrip]:
         """Send the most wanted pods to the stations that lack one."""
         if not may_send(warehouse, max_fetches):
             return []
-        kept = self._pods
-        kept.update(warehouse)
-        wanted = self._wanted.of_free(kept, warehouse.open_demand())  # nothing on a pod that can be sent is promised
+        stock, demand = warehouse.stock, warehouse.open_demand()
 
         def most_wanted(station: Station, pods: Ids) -> int:
-            ties = kept.highest(pods, wanted)
-            if len(ties) == 1:  # only ties need driving times
-                return int(ties[0])
-            return int(ties[kept.ticks(warehouse, ties, station).argmin()])
+            wanted = worth(stock, pods, demand)  # nothing on a pod that can be sent is promised
+            return nearest(warehouse, stock, pods[wanted == wanted.max()], station)
 
-        return kept.send(warehouse, max_fetches, most_wanted)
+        return send(warehouse, max_fetches, most_wanted)
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
-        self._pods.load()
-        self._wanted.load()
+        load()

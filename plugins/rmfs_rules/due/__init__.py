@@ -5,30 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
 from attrs import define, field, validators
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rules.helpers import assign_best_pairs
-from rmfs_rules.helpers.kept_options import KeptLanes
-from rmfs_rules.helpers.pair_scores import by_due_time
+from rmfs_rules.helpers.pairs import LaneOptions
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Order, WarehouseView
-
-
-def _assign(warehouse: WarehouseView, options: KeptLanes) -> list[OrderAssignment]:
-    if options.keeps(warehouse):
-        return options.assign_kept(warehouse)
-    rank = np.array([options.rank(order) for order in warehouse.backlog], np.float64)
-    same = np.zeros(len(rank), np.int64)
-    return assign_best_pairs(
-        warehouse, lambda _: same, max_wait_s=options.max_wait_s, rank=rank, fast_lane=options.fast_lane
-    )
+    from rmfs_core.warehouse import WarehouseView
 
 
 @define
-class EarliestDue(KeptLanes):
+class EarliestDue(LaneOptions):
     """Assign the order that is due first.
 
     Of the orders that fit anywhere, the one with the earliest due time goes to the station with the lowest load where
@@ -47,15 +34,11 @@ class EarliestDue(KeptLanes):
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
         """Assign orders by due time."""
-        return _assign(warehouse, self)
-
-    def rank(self, order: Order) -> float:
-        """Return the due time in seconds."""
-        return by_due_time(order)
+        return self.assign_by(warehouse.lines.due_s, warehouse)
 
 
 @define
-class LeastSlack(KeptLanes):
+class LeastSlack(LaneOptions):
     """Assign the order that has least time to spare.
 
     Of the orders that fit anywhere, the one with the lowest slack
@@ -81,8 +64,5 @@ class LeastSlack(KeptLanes):
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
         """Assign orders by slack; what time it is makes no difference between them."""
-        return _assign(warehouse, self)
-
-    def rank(self, order: Order) -> float:
-        """Return the slack in seconds, but for the time that it is now."""
-        return by_due_time(order) - self.item_s * order.open_items
+        lines = warehouse.lines
+        return self.assign_by(lines.due_s - self.item_s * lines.items, warehouse)

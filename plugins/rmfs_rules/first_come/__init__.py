@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
 from attrs import define
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rules.helpers.kept_options import KeptPairs
+from rmfs_rules.helpers.pairs import PairOptions
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from rmfs_core.warehouse import WarehouseView
 
 
 @define
-class FirstCome(KeptPairs):
+class FirstCome(PairOptions):
     """Assign the oldest order first.
 
     The oldest order that fits anywhere goes to the station with the lowest load where it fits (ties: lowest id). When
@@ -31,7 +32,4 @@ class FirstCome(KeptPairs):
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign orders by age: all pairs score the same, and ties go to the oldest order."""
-        if self.keeps(warehouse):
-            return self.assign_kept(warehouse, rng)
-        same = np.zeros(len(warehouse.backlog), dtype=np.int64)
-        return self.assign(warehouse, rng, lambda _: same)
+        return self.assign(warehouse, rng)

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import StoreBundle
-from rmfs_rules.helpers.pod_sending import Ids, KeptPods, KeptSums
+from rmfs_core.warehouse import STORED
+from rmfs_rules.helpers.sending import Ids, held, ticks_from
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Bundle, Station, WarehouseView
@@ -18,29 +19,6 @@ Values = NDArray[np.float64] | NDArray[np.int64]
 
 NO_ROOM = -1
 ENDLESS = 1 << 40  # free space of a pod without a capacity
-
-
-class KeptSpace:
-    """What is kept of pods from call to call: which can come, their free space, and values of what they hold."""
-
-    def __init__(self) -> None:
-        self.pods, self.sums = KeptPods(), KeptSums()
-        self._space: Ids = np.zeros(0, np.int64)
-        self._of: object = None
-
-    def load(self) -> None:
-        """Load what is compiled, or compile it."""
-        self.pods.load()
-        self.sums.load()
-
-    def room(self, warehouse: WarehouseView) -> Ids:
-        """Take in what pods have become; return the free space on those that are stored and bound nowhere."""
-        if warehouse.pods is not self._of:
-            self._of, self._space = warehouse.pods, np.zeros(len(warehouse.pods), np.int64)
-        self.pods.update(warehouse)
-        for pod in self.pods.changed:
-            self._space[pod.id] = pod.free_space
-        return np.where(self.pods.stored, self._space, NO_ROOM)
 
 
 class StoragePods:
@@ -54,21 +32,18 @@ class StoragePods:
         The warehouse now.
     max_fetches
         How many stored pods that are bound nowhere may be chosen.
-    kept
-        What is kept from call to call. Left out: nothing.
     """
 
-    def __init__(self, warehouse: WarehouseView, max_fetches: int, kept: KeptSpace | None = None) -> None:
-        self.warehouse, self._fetches, self._kept = warehouse, max_fetches, kept or KeptSpace()
+    def __init__(self, warehouse: WarehouseView, max_fetches: int) -> None:
+        self.warehouse, self._fetches, self._stock = warehouse, max_fetches, warehouse.stock
         stations = {station.id: station for station in (*warehouse.stations, *warehouse.replenishment_stations)}
         coming = {pod.id: pod for station in stations.values() for pod in station.inbound_pods}
         self._pods = warehouse.pods
         self._coming = np.zeros(len(self._pods), dtype=bool)
         self._coming[list(coming)] = True
-        self._room = self._kept.room(warehouse)
-        if not max_fetches:
-            self._room[:] = NO_ROOM
-        self._cells = self._kept.pods.cells.copy()
+        can_come = (self._stock.at == STORED) & (max_fetches > 0)
+        self._room = np.where(can_come, self._stock.space, NO_ROOM)
+        self._cells = self._stock.cell.copy()
         for pod in coming.values():
             self._room[pod.id], self._cells[pod.id] = pod.free_space, pod.cell
         self._to_come = [(pod.id, bundle.sku, bundle.items) for pod in coming.values() for bundle in pod.bundles]
@@ -100,8 +75,7 @@ class StoragePods:
         values
             Value (>= 0, a whole number) of each SKU, shape (n_skus,).
         """
-        held = self._kept.sums.of_held(self._kept.pods, values.astype(np.int64, casting="safe"))
-        sums = held.copy()
+        sums = held(self._stock, values.astype(np.int64, casting="safe"))
         for number, sku in {(number, sku) for number, sku, _ in self._to_come}:
             if self._pods[number].free_items(sku) <= 0:
                 sums[number] += values[sku]
@@ -111,8 +85,7 @@ class StoragePods:
         """Return the pod with the shortest loaded driving time to one of some stations; ties go to the lowest id."""
         if len(pods) == 1:  # a state without a layout has no driving times
             return int(pods[0])
-        cells = self._cells[pods]
-        ticks = [self._kept.pods.ticks_from(self.warehouse, station)[cells] for station in stations]
+        ticks = [ticks_from(self.warehouse, self._cells[pods], station) for station in stations]
         return int(pods[np.min(ticks, axis=0).argmin()])
 
     def take(self, bundle: Bundle, pod: int) -> None:
@@ -127,9 +100,7 @@ Cost = Callable[[StoragePods, "Bundle"], Values]
 """What it costs to store a bundle on each pod, by pod id."""
 
 
-def store_bundles(
-    warehouse: WarehouseView, max_fetches: int, cost: Cost, kept: KeptSpace | None = None
-) -> list[StoreBundle]:
+def store_bundles(warehouse: WarehouseView, max_fetches: int, cost: Cost) -> list[StoreBundle]:
     """Choose for each bundle that lacks a pod the one with the lowest cost, of those that have room and can come.
 
     Ties go to the shortest loaded driving time to the bundle's station, then to the lowest id. Bundles choose in the
@@ -143,15 +114,13 @@ def store_bundles(
         How many stored pods that are bound nowhere may be chosen.
     cost
         Cost of storing a bundle on each pod, shape (pods,).
-    kept
-        What is kept from call to call. Left out: nothing.
 
     Returns
     -------
     list[StoreBundle]
         The choices; bundles that no pod can take are left out.
     """
-    pods = StoragePods(warehouse, max_fetches, kept)
+    pods = StoragePods(warehouse, max_fetches)
     return [
         StoreBundle(bundle.id, pod)
         for station in warehouse.replenishment_stations

@@ -3,32 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from attrs import define, field, validators
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment
-from rmfs_rules.helpers import assign_best_pairs, waiting_limit
+from rmfs_rules.helpers.pairs import assign_best_pairs, places_kept, waiting_limit
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
 
 Score = Callable[["Station"], NDArray[np.int64]]
 Assigned = Callable[["Station", int], Iterable[int]]
-
-
-def places_kept(default: int = 0) -> Any:
-    """Return the parameter ``fast_lane`` of a rule that assigns orders with `assign_best_pairs`."""
-    return field(
-        default=default,
-        validator=validators.ge(0),
-        metadata={
-            "doc": "Places that a station with something to do keeps for orders that the pod which is there can "
-            "complete at once"
-        },
-    )
 
 
 @define

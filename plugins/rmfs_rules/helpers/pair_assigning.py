@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment
-from rmfs_rules.helpers import pod_at, station_to_keep
+from rmfs_rules.helpers.pairs import pod_at, station_to_keep
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.decisions import OrderAssignment
-from rmfs_rules.helpers import OVERSIZE_WAIT_S, largest_capacity
 from rmfs_rules.helpers.calendars import Calendar
 from rmfs_rules.helpers.pair_assigning import NO_LANES, Assigning, Ints, Prefer, Take
+from rmfs_rules.helpers.pairs import OVERSIZE_WAIT_S, largest_capacity
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Order, WarehouseView

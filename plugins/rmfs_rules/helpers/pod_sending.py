@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rmfs_core.clock import UNREACHABLE, far
 from rmfs_core.decisions import PodTrip
+from rmfs_rules.helpers.sending import send
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import FreeItems, FreeItemsLog, Pod, Request, Station, WarehouseView
@@ -47,41 +48,9 @@ def send_pods(
     list[PodTrip]
         The trips in the order in which they were chosen.
     """
-    leaving, sent = {pod.id for pod in warehouse.leaving_pods}, set[int]()
-
-    def servers(station: Station, skus: Iterable[int], fetch: bool) -> Ids:
-        """Pods that can be sent, by id, that hold a free item of one of the SKUs and are not bound for the station."""
-        found = set()
-        for sku in skus:
-            for pod in warehouse.pods_with(sku):
-                if pod.id in leaving:
-                    usable = station.id not in pod.bound_for
-                else:
-                    usable = fetch and pod.location is not None and not pod.bound_for
-                if usable and pod.id not in sent and pod.free_items(sku) > 0:
-                    found.add(pod.id)
-        return np.array(sorted(found), np.int64)
-
-    def best(station: Station, pods: Ids) -> int:
-        pod = choose(station, [warehouse.pods[pod] for pod in pods.tolist()]).id
-        sent.add(pod)
-        return pod
-
-    return _send(warehouse, max_fetches, leaving, servers, best)
-
-
-def may_send(warehouse: WarehouseView, max_fetches: int) -> bool:
-    """Whether a pod may be there to send: a stored one, or one that leaves a station and can serve another."""
-    if max_fetches > 0:
-        return True
-    for pod in warehouse.leaving_pods:
-        held, been = pod.contents, pod.bound_for
-        for station in warehouse.stations:
-            if station.id not in been:
-                for request in station.uncovered_requests:
-                    if request.sku in held and pod.free_items(request.sku) > 0:
-                        return True
-    return False
+    return send(
+        warehouse, max_fetches, lambda station, pods: choose(station, [warehouse.pods[pod] for pod in pods.tolist()]).id
+    )
 
 
 def _send(

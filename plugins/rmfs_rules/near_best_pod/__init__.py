@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from attrs import define, field
+from attrs import define
+from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rules.helpers import assign_best_pairs
-from rmfs_rules.helpers.kept_options import KeptPairs
-from rmfs_rules.helpers.options import late
-from rmfs_rules.helpers.pod_sending import Ids, KeptPods
+from rmfs_core.warehouse import STORED
+from rmfs_rules.helpers.pairs import PairOptions
+from rmfs_rules.helpers.sending import ticks_from
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
-    from rmfs_core.warehouse import Station, WarehouseView
+    from rmfs_core.warehouse import Station, Stock, WarehouseView
 
 
 @define
-class NearBestPod(KeptPairs):
+class NearBestPod(PairOptions):
     """Assign each order to the station that is nearest to a pod with most of it.
 
     The oldest order that fits anywhere (or as ``tie_break`` says) goes next. The best pods for it are those of the pods
@@ -38,34 +37,25 @@ class NearBestPod(KeptPairs):
     Logistics Research 11, 8, 2018. https://doi.org/10.23773/2018_8
     """
 
-    _pods: KeptPods = field(init=False, factory=KeptPods, repr=False, eq=False)
-
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign orders near their best pods; only the pods of orders whose turn it is are looked at."""
-        self._pods.update(warehouse)
-        best: dict[int, Ids] = {}
+        lines, stock = warehouse.lines, warehouse.stock
+        best: dict[int, NDArray[np.int64]] = {}
 
-        def drive(order: int, station: Station) -> int:
-            if order not in best:
-                wanted = warehouse.order(order).open_lines
-                best[order] = self._pods.with_most((line.sku, line.quantity) for line in wanted)
-            return int(self._pods.ticks(warehouse, best[order], station).min()) if len(best[order]) else 0
+        def drive(place: int, station: Station) -> int:
+            if place not in best:
+                best[place] = with_most(stock, lines.of_order(place))
+            return int(ticks_from(warehouse, stock.cell[best[place]], station).min()) if len(best[place]) else 0
 
-        if self.keeps(warehouse):
-            return self.assign_kept(warehouse, rng, prefer=drive)
-        same = np.zeros(len(warehouse.backlog), np.int64)
-        return assign_best_pairs(
-            warehouse,
-            lambda _: same,
-            max_wait_s=self.max_wait_s,
-            rank=self.rank(warehouse, rng),
-            first=late(warehouse) if self.late_first else None,
-            prefer=lambda position, station: drive(warehouse.backlog[position].id, station),
-            fast_lane=self.fast_lane,
-        )
+        return self.assign(warehouse, rng, prefer=drive)
 
-    def prepare(self, roads: Roads) -> None:
-        """Load what is compiled, or compile it."""
-        super().prepare(roads)
-        self._pods.load()
+
+def with_most(stock: Stock, wanted: Iterable[tuple[int, int]]) -> NDArray[np.int64]:
+    """Return the stored pods bound nowhere with most free items of what is wanted, SKUs and numbers, if any."""
+    items = np.zeros(len(stock.at), np.int64)
+    for sku, number in wanted:
+        entries = stock.by_sku[stock.of_sku[sku] : stock.of_sku[sku + 1]]
+        items[stock.pod[entries]] += np.minimum(stock.items[entries], number)
+    items[stock.at != STORED] = 0
+    return np.flatnonzero((items > 0) & (items == items.max(initial=0)))

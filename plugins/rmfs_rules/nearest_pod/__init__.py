@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from attrs import define, field
+from attrs import define
 
 from rmfs_core import PodTrip, hookimpl
-from rmfs_rules.helpers.pod_sending import Ids, KeptPods
+from rmfs_rules.helpers.sending import load, nearest, send
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
-    from rmfs_core.warehouse import Station, WarehouseView
+    from rmfs_core.warehouse import WarehouseView
 
 
 @define
@@ -29,18 +29,12 @@ class NearestPod:
     Operations Research Perspectives 6, 100128, 2019. https://doi.org/10.1016/j.orp.2019.100128
     """
 
-    _pods: KeptPods = field(init=False, factory=KeptPods, repr=False, eq=False)
-
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int) -> Sequence[PodTrip]:
         """Send the nearest pods to the stations that lack one."""
-        self._pods.update(warehouse)
-
-        def nearest(station: Station, pods: Ids) -> int:
-            return int(pods[self._pods.ticks(warehouse, pods, station).argmin()])
-
-        return self._pods.send(warehouse, max_fetches, nearest)
+        stock = warehouse.stock
+        return send(warehouse, max_fetches, lambda station, pods: nearest(warehouse, stock, pods, station))
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
-        self._pods.load()
+        load()

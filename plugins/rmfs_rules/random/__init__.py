@@ -6,18 +6,17 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from attrs import define, field
+from attrs import define
 from numpy.typing import NDArray
 
 from rmfs_core import BundleAssignment, OrderAssignment, PodTrip, StoreBundle, TaskAssignment, hookimpl
-from rmfs_rules.helpers import KeptSpace, StoragePods, assign_best_pairs, store_bundles, waiting_limit
-from rmfs_rules.helpers.open_orders import OpenOrders
-from rmfs_rules.helpers.pod_sending import Ids, KeptPods
+from rmfs_rules.helpers import StoragePods, store_bundles, waiting_limit
+from rmfs_rules.helpers.sending import load, send
 from rmfs_rules.random.pairs import Drawing
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
-    from rmfs_core.warehouse import Bundle, Station, WarehouseView
+    from rmfs_core.warehouse import Bundle, WarehouseView
 
 LOTS = 1 << 62
 """Lots are whole numbers below this: two are hardly ever the same."""
@@ -40,33 +39,16 @@ class Random:
     """
 
     max_wait_s: float | None = waiting_limit()
-    _orders: OpenOrders = field(init=False, factory=OpenOrders, repr=False, eq=False)
-    _pods: KeptPods = field(init=False, factory=KeptPods, repr=False, eq=False)
-    _kept: KeptSpace = field(init=False, factory=KeptSpace, repr=False, eq=False)
 
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Draw pairs of order and station."""
-        if warehouse.split_orders_open:  # these may have places: not all orders of a size fit the same stations
-
-            def lots(_station: Station) -> NDArray[np.int64]:
-                return rng.integers(LOTS, size=len(warehouse.backlog))
-
-            return assign_best_pairs(warehouse, lots, max_wait_s=self.max_wait_s)
-        if warehouse.filtered:
-            return Drawing(warehouse, OpenOrders(warehouse.backlog), rng).done(self.max_wait_s)
-        self._orders.update(warehouse)
-        return Drawing(warehouse, self._orders, rng).done(self.max_wait_s)
+        return Drawing(warehouse, rng).done(self.max_wait_s)
 
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
         """Draw pods for the stations that lack one."""
-        self._pods.update(warehouse)
-
-        def one(_station: Station, pods: Ids) -> int:
-            return int(pods[int(rng.integers(len(pods)))])
-
-        return self._pods.send(warehouse, max_fetches, one)
+        return send(warehouse, max_fetches, lambda _, pods: int(pods[int(rng.integers(len(pods)))]))
 
     @hookimpl
     def choose_storage_location(self, warehouse: WarehouseView, rng: np.random.Generator) -> int:
@@ -107,9 +89,8 @@ class Random:
         def lots(_pods: StoragePods, _bundle: Bundle) -> NDArray[np.int64]:
             return rng.integers(LOTS, size=len(warehouse.pods))
 
-        return store_bundles(warehouse, max_fetches, lots, self._kept)
+        return store_bundles(warehouse, max_fetches, lots)
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
-        self._pods.load()
-        self._kept.load()
+        load()

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right, insort
-from collections import defaultdict
-from collections.abc import Iterable
-from itertools import accumulate, chain, takewhile
+from bisect import bisect_right
+from collections.abc import Iterator
+from itertools import accumulate
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from rmfs_core import OrderAssignment
-from rmfs_rules.helpers import OVERSIZE_WAIT_S, largest_capacity, station_to_keep
+from rmfs_rules.helpers.pairs import OVERSIZE_WAIT_S, SHUT, largest_capacity, places_taken, station_to_keep
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from rmfs_core.warehouse import WarehouseView
-    from rmfs_rules.helpers.open_orders import OpenOrders
+
+PLACED = 0
+"""Instead of a number of items: the orders that have a place at a full station already."""
 
 
 class Drawing:
@@ -27,36 +29,45 @@ class Drawing:
     Parameters
     ----------
     warehouse
-        The warehouse now; where stations count orders, none of the backlog has a place already.
-    orders
-        The orders of the backlog.
+        The warehouse now.
     rng
         Draws lots.
     """
 
-    def __init__(self, warehouse: WarehouseView, orders: OpenOrders, rng: np.random.Generator) -> None:
-        self._warehouse, self._orders, self._rng = warehouse, orders, rng
+    def __init__(self, warehouse: WarehouseView, rng: np.random.Generator) -> None:
+        self._warehouse, self._rng, self._lines = warehouse, rng, warehouse.lines
         self._largest = largest_capacity(warehouse)
         self._free = [station.free_capacity for station in warehouse.stations]
-        self._taken: dict[int, list[int]] = defaultdict(list)  # by size: which of these orders are assigned, ascending
+        self._placed = places_taken(warehouse)
+        self._items = self._lines.items.copy()  # of each order, 0 once it is assigned
+        self._number = np.bincount(self._items)  # of orders, by items
         self._chosen: list[OrderAssignment] = []
 
     def done(self, max_wait_s: float | None = None) -> list[OrderAssignment]:
-        """Decide; orders that have waited too long go first, as `assign_best_pairs` has them."""
+        """Decide; orders that have waited too long go first, as `Pairs` has them."""
         self._assign_waiting(max_wait_s)
-        sizes = sorted(self._orders.of_size)
         while True:
-            left = [(size, len(self._orders.of_size[size]) - len(self._taken[size])) for size in sizes]
-            pairs = [(at, size, number) for at in self._with_room() for size, number in left if self._fits(size, at)]
-            up_to = list(accumulate(number for _, _, number in pairs))
-            if not pairs or not up_to[-1]:
+            groups = [*self._groups()]
+            up_to = [*accumulate(number for _, _, number in groups)]
+            if not groups or not up_to[-1]:
                 return self._chosen
             lot = int(self._rng.integers(up_to[-1]))
-            at, size, number = pairs[among := bisect_right(up_to, lot)]
-            which = lot - (up_to[among] - number)
-            for taken in self._taken[size]:
-                which += taken <= which
-            self._assign(size, which, at)
+            at, size, number = groups[among := bisect_right(up_to, lot)]
+            orders = np.sort(self._lines.order_id[self._alike(at, size)])
+            self._assign(int(self._lines.place[orders[lot - (up_to[among] - number)]]), at)
+
+    def _groups(self) -> Iterator[tuple[int, int, int]]:
+        """Yield stations, sizes of orders that fit there, and how many orders have this size."""
+        sizes = [(size, number) for size, number in enumerate(self._number.tolist()) if size and number]
+        for at in self._with_room():
+            yield from ((at, size, number) for size, number in sizes if self._fits(size, at))
+        for at, placed in self._placed.items():
+            if self._free[at] == 0:
+                yield at, PLACED, int(np.count_nonzero(placed & (self._items > 0)))
+
+    def _alike(self, at: int, size: int) -> NDArray[np.bool_]:
+        """Return which orders are of a group, by place."""
+        return self._placed[at] & (self._items > 0) if size == PLACED else self._items == size
 
     def _with_room(self) -> list[int]:
         """Return the ids of the stations that are not full."""
@@ -67,34 +78,29 @@ class Drawing:
         station = self._warehouse.stations[at]
         return station.counts_orders or self._free[at] >= (station.capacity if size > self._largest else size)
 
-    def _assign(self, size: int, which: int, at: int) -> None:
-        """Assign one of the orders of a size."""
-        station = self._warehouse.stations[at]
-        self._chosen.append(OrderAssignment(self._orders.of_size[size][which], at))
-        self._free[at] -= 1 if station.counts_orders else min(size, station.capacity)
-        insort(self._taken[size], which)
+    def _assign(self, place: int, at: int) -> None:
+        """Assign an order."""
+        station, items = self._warehouse.stations[at], int(self._items[place])
+        self._chosen.append(OrderAssignment(int(self._lines.order_id[place]), at))
+        placed = at in self._placed and self._placed[at][place]
+        self._free[at] -= int(not placed) if station.counts_orders else min(items, station.capacity)
+        self._number[items] -= 1
+        self._items[place] = 0
 
     def _assign_waiting(self, max_wait_s: float | None) -> None:
         """Assign the orders that have waited too long; for those that fit nowhere stations are kept."""
         kept: dict[int, bool] = {}  # stations kept for an order that waits, and whether that is larger than any station
-        for order in self._waiting(max_wait_s):
-            size = self._orders.items[order]
+        limit_s = OVERSIZE_WAIT_S if max_wait_s is None else max_wait_s
+        waiting = self._items > (self._largest if max_wait_s is None else 0)
+        waiting &= self._warehouse.now_s - self._lines.arrival_s >= limit_s
+        for place in np.flatnonzero(waiting).tolist():
+            size = int(self._items[place])
             if fitting := [at for at in self._with_room() if self._fits(size, at)]:
-                at = fitting[int(self._rng.integers(len(fitting)))]
-                self._assign(size, bisect_left(self._orders.of_size[size], order), at)
+                self._assign(place, fitting[int(self._rng.integers(len(fitting)))])
             elif max_wait_s is not None or not any(kept.values()):
-                free = dict(enumerate(self._free))
-                keep = station_to_keep(self._warehouse, self._warehouse.order(order), free, kept)
+                order = self._warehouse.order(int(self._lines.order_id[place]))
+                keep = station_to_keep(self._warehouse, order, dict(enumerate(self._free)), kept)
                 if keep is not None:
-                    kept[keep], self._free[keep] = size > self._largest, 0
+                    kept[keep], self._free[keep] = size > self._largest, SHUT
             if len(kept) == len(self._free):
                 break
-
-    def _waiting(self, max_wait_s: float | None) -> Iterable[int]:
-        """Return the ids of the orders that have waited too long, oldest first."""
-        warehouse, limit_s = self._warehouse, OVERSIZE_WAIT_S if max_wait_s is None else max_wait_s
-        oldest: Iterable[int] = self._orders.items
-        if max_wait_s is None:
-            large = [self._orders.of_size[size] for size in self._orders.of_size if size > self._largest]
-            oldest = sorted(chain(*large), key=lambda order: (warehouse.order(order).arrival_s, order))
-        return takewhile(lambda order: warehouse.now_s - warehouse.order(order).arrival_s >= limit_s, oldest)

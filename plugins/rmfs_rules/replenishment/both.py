@@ -50,7 +50,7 @@ class PodFirst:
     def assign_bundles_and_pods(self, warehouse: WarehouseView, max_fetches: int) -> BundleDecision:
         """Choose pods, and then stations, until no place is free."""
         stations, cost = warehouse.replenishment_stations, self._rule.cost
-        pods = StoragePods(warehouse, max_fetches, self._rule.kept)
+        pods = StoragePods(warehouse, max_fetches)
         free = {station.id: station.free_bundle_capacity for station in stations}
         going: dict[int, set[int]] = {}  # pods of this decision -> stations
         assignments, stores = [], []

@@ -1,4 +1,4 @@
-"""What was ordered until now: how much of each SKU, and which SKUs together."""
+"""What was ordered until now: which SKUs together."""
 
 from __future__ import annotations
 
@@ -15,17 +15,11 @@ if TYPE_CHECKING:
 
 @define(eq=False)
 class Ordered:
-    """Counts items ordered by SKU, and orders by pairs of SKUs; each order is looked at once in a run."""
+    """Counts orders by pairs of SKUs; each order is looked at once in a run."""
 
-    _items: NDArray[np.int64] = field(init=False, factory=lambda: np.zeros(0, np.int64))
     _pairs: dict[int, Counter[int]] = field(init=False, factory=dict)
     _counted: int = field(init=False, default=0)
     _run: object = field(init=False, default=None)
-
-    def items(self, warehouse: WarehouseView) -> NDArray[np.int64]:
-        """Return the number of items by SKU of all orders that have arrived."""
-        self._look(warehouse)
-        return self._items
 
     def together(self, warehouse: WarehouseView, sku: int) -> NDArray[np.int64]:
         """Return by SKU in how many orders that have arrived it is with a SKU; 0 for that itself."""
@@ -36,15 +30,13 @@ class Ordered:
         return together
 
     def _look(self, warehouse: WarehouseView) -> None:
-        run = warehouse.free_items_log()
+        run = warehouse.robots
         if run is not self._run:  # another run
-            self._run, self._counted = run, 0
-            self._items, self._pairs = np.zeros(warehouse.n_skus, np.int64), {}
+            self._run, self._counted, self._pairs = run, 0, {}
         for order in warehouse.orders_since(self._counted):
             self._counted += 1
             wanted = dict(order.lines)
-            for sku, quantity in wanted.items():
-                self._items[sku] += quantity
+            for sku in wanted:
                 pairs = self._pairs.setdefault(sku, Counter())
                 pairs.update(wanted.keys())
                 del pairs[sku]

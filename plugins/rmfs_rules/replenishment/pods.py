@@ -15,7 +15,8 @@ from attrs import define, field
 from numpy.typing import NDArray
 
 from rmfs_core import StoreBundle, hookimpl
-from rmfs_rules.helpers import KeptSpace, StoragePods, store_bundles
+from rmfs_rules.helpers import StoragePods, store_bundles
+from rmfs_rules.helpers.sending import load
 from rmfs_rules.replenishment.ordered import Ordered
 
 if TYPE_CHECKING:
@@ -29,17 +30,14 @@ Values = NDArray[np.float64] | NDArray[np.int64]
 class ByCost(ABC):
     """RPS by the cost of storing a bundle on each pod; a rule says what that is."""
 
-    kept: KeptSpace = field(init=False, factory=KeptSpace, repr=False, eq=False)
-    """What is kept of pods from call to call."""
-
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
-        self.kept.load()
+        load()
 
     @hookimpl
     def select_replenishment_pods(self, warehouse: WarehouseView, max_fetches: int) -> Sequence[StoreBundle]:
         """Choose a pod for each bundle that lacks one."""
-        return store_bundles(warehouse, max_fetches, self.cost, self.kept)
+        return store_bundles(warehouse, max_fetches, self.cost)
 
     @abstractmethod
     def cost(self, pods: StoragePods, bundle: Bundle) -> Values:
@@ -196,11 +194,10 @@ class TurnoverPod(ByCost):
         validator=_shares,
         metadata={"doc": "Where the classes end: shares of all SKUs and of all pods, rising to 1"},
     )
-    _ordered: Ordered = field(init=False, factory=Ordered, repr=False, eq=False)
 
     def cost(self, pods: StoragePods, bundle: Bundle) -> Values:
         """Return when each pod's class is looked at: the bundle's own first, then to both sides, down before up."""
-        ordered = self._ordered.items(pods.warehouse)
+        ordered = pods.warehouse.ordered()
         away = self._classes(pods.sums(ordered)) - self._classes(ordered)[bundle.sku]
         turn: Values = 2 * np.abs(away) - (away > 0)
         return turn

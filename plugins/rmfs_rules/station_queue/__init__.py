@@ -5,16 +5,23 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from attrs import define, field, validators
-from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rules.helpers import assign_best_pairs, items_per_order, largest_capacity, pod_at, sum_per_order
-from rmfs_rules.helpers.options import due_s, places_kept
-from rmfs_rules.helpers.pair_scores import PairScores, by_due_time
+from rmfs_rules.helpers.pairs import (
+    NO_PLACES,
+    Flags,
+    Floats,
+    Ints,
+    Pairs,
+    largest_capacity,
+    load,
+    places_kept,
+    pod_at,
+)
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -62,134 +69,73 @@ class StationQueue:
     """Order -> the station that it queues for."""
     _robots: tuple[Robot, ...] = field(init=False, default=(), repr=False, eq=False)  # whose run it is
 
-    _scores: PairScores = field(init=False, factory=lambda: PairScores(by_due_time, tables=2), repr=False, eq=False)
-    _places: dict[int, int] = field(init=False, factory=dict, repr=False, eq=False)  # of queued orders, in the scores
-    _log: object = field(init=False, default=None, repr=False, eq=False)  # whose lines the scores are made of
-
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
-        self._scores.load()
+        load()
 
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView) -> Sequence[OrderAssignment]:
         """Fill the queues, and then the stations from them."""
         if self._robots is not warehouse.robots:  # another run
             self._robots, self.queue_of = warehouse.robots, {}
-        if self._log is not warehouse.backlog_log():  # the scores begin anew
-            self._log, self._places = warehouse.backlog_log(), {}
         self.queue_of = {  # of a station that closes they queue elsewhere
             order: at
             for order, at in self.queue_of.items()
             if warehouse.order(order).open_lines and warehouse.stations[at].open
         }
-        wanted = np.zeros((len(warehouse.stations), warehouse.n_skus), np.int64)
+        lines, available = warehouse.lines, warehouse.available()
+        large = np.flatnonzero(lines.items > largest_capacity(warehouse))
+        self._fill(warehouse, available, large)
+        places = lines.place[[*self.queue_of]] if self.queue_of else NO_PLACES
+        chosen = np.union1d(places[places >= 0], large)  # a filter may leave out some that queue
+        candidates = warehouse.showing([warehouse.order(order) for order in lines.order_id[chosen].tolist()])
+        return self._drain(candidates, available, np.isin(chosen, large))
+
+    def _fill(self, warehouse: WarehouseView, available: Ints, large: Ints) -> None:
+        """Let orders join queues, the best pair of order and station first."""
+        wanted = np.zeros_like(available)
         for station in warehouse.stations:
             wanted[station.id, [request.sku for request in station.open_requests]] = 1
-        if self._scores.decides(warehouse, warehouse.available(), wanted):
-            self._fill_by_scores(warehouse)
-            large = {self._scores.order_at(place): place for place in self._scores.oversize}
-            places = large | {order: self._places[order] for order in self.queue_of}
-            candidates = warehouse.showing([warehouse.order(order) for order in sorted(places, key=places.__getitem__)])
-        else:
-            self._fill(_Suitability(warehouse), items_per_order(warehouse) > largest_capacity(warehouse))
-            candidates = warehouse
-        suitability = _Suitability(candidates)
-        oversize = items_per_order(candidates) > largest_capacity(warehouse)
-        queue = np.array([self.queue_of.get(order.id, NOWHERE) for order in candidates.backlog], np.int64)
-        urgent = due_s(candidates) <= warehouse.now_s + self.urgent_s
-
-        def score(station: Station) -> NDArray[np.int64]:
-            here = 4 * urgent + 2 * suitability.completed_now(station) + suitability.completed_soon(station)
-            return np.where((queue == station.id) | oversize, here, -1)
-
-        return assign_best_pairs(candidates, score, fast_lane=self.fast_lane)
-
-    def _fill_by_scores(self, warehouse: WarehouseView) -> None:
-        """Let orders join queues as `_fill` does, by what is kept."""
         length = Counter(self.queue_of.values())
-        for order in self.queue_of.keys() - self._places.keys():  # queued without the scores
-            self._places[order] = self._scores.place_of(order)
-        queued = [self._places[order] for order in self.queue_of]
-        for place, at in self._scores.queue_up(warehouse, length, self.queue_length, queued):
-            order = self._scores.order_at(place)
-            self.queue_of[order], self._places[order] = at, place
-        self._places = {order: self._places[order] for order in self.queue_of}
+        queues = _Queues(warehouse, available, shares=wanted, rank=warehouse.lines.due_s)
+        queues.begin([length[station.id] for station in warehouse.stations], self.queue_length)
+        places = warehouse.lines.place[[*self.queue_of]] if self.queue_of else NO_PLACES
+        queues.taken[places[places >= 0]] = queues.taken[large] = True
+        self.queue_of |= {joined.order: joined.station for joined in queues.assign()}
 
-    def _fill(self, suitability: _Suitability, oversize: NDArray[np.bool_]) -> None:
-        """Let orders join queues, the best pair of order and station first."""
-        warehouse = suitability.warehouse
-        length = Counter(self.queue_of.values())
-        joining = np.array([order.id not in self.queue_of for order in warehouse.backlog], np.bool_) & ~oversize
-        stations = [s for s in warehouse.stations if s.open and length[s.id] < self.queue_length]
-        lines = {s.id: suitability.ranked(s, joining) for s in stations}
-        heads = {station: next(line, None) for station, line in lines.items()}
-        while ready := [(key, length[station], station) for station, key in heads.items() if key is not None]:
-            key, _, station = min(ready)
-            position = key[-1]
-            if joining[position]:
-                joining[position] = False
-                self.queue_of[warehouse.backlog[position].id] = station
-                length[station] += 1
-            heads[station] = next(lines[station], None) if length[station] < self.queue_length else None
+    def _drain(self, candidates: WarehouseView, available: Ints, oversize: Flags) -> list[OrderAssignment]:
+        """Let stations with room take from their queues, and empty ones orders larger than any."""
+        lines = candidates.lines
+        queue = np.array([self.queue_of.get(order, NOWHERE) for order in lines.order_id.tolist()], np.int64)
+        urgent = lines.due_s <= candidates.now_s + self.urgent_s
 
+        def completed(items: Ints) -> Flags:
+            """Whether items by SKU serve all that is open of each order."""
+            missing = np.bincount(lines.order, items[lines.sku] < lines.quantity, len(queue))
+            return np.asarray(missing == 0)
 
-class _Suitability:
-    """How orders suit stations, by what is available and wanted there when a decision begins."""
+        def score(station: Station) -> Floats:
+            at_station, pod = np.zeros(candidates.n_skus, np.int64), pod_at(candidates, station)
+            for sku in pod.contents if pod is not None else ():
+                at_station[sku] = pod.free_items(sku) if pod is not None else 0
+            here = 4.0 * urgent + 2.0 * completed(at_station) + completed(available[station.id])
+            return np.where((queue == station.id) | oversize, here, -1.0)
 
-    def __init__(self, warehouse: WarehouseView) -> None:
-        self.warehouse = warehouse
-        self._lines = warehouse.backlog_lines
-        self._available = warehouse.available()
-        self._number = sum_per_order(warehouse, np.ones_like(self._lines.sku))
-        self._due_s = due_s(warehouse)
-
-    def ranked(self, station: Station, joining: NDArray[np.bool_]) -> _Line:
-        """Return the orders that may join the queue of a station, the most suitable first."""
-        lines, warehouse = self._lines, self.warehouse
-        matches = sum_per_order(warehouse, np.minimum(self._available[station.id, lines.sku], lines.quantity))
-        wanted = np.zeros(warehouse.n_skus, np.int64)
-        wanted[[request.sku for request in station.open_requests]] = 1
-        related = sum_per_order(warehouse, wanted[lines.sku]) / np.maximum(self._number, 1)
-        capacity = math.inf if station.counts_orders else station.capacity
-        able = np.flatnonzero(joining & (items_per_order(warehouse) <= capacity))
-        order = able[np.lexsort((self._due_s[able], -related[able], -matches[able]))]
-        return _Line(order, matches, related, self._due_s)
-
-    def completed_now(self, station: Station) -> NDArray[np.bool_]:
-        """Whether the pod at a station has all that is open of each order."""
-        items = np.zeros(self.warehouse.n_skus, np.int64)
-        pod = pod_at(self.warehouse, station)
-        for sku in pod.contents if pod is not None else ():
-            items[sku] = pod.free_items(sku) if pod is not None else 0
-        return self._completed(items)
-
-    def completed_soon(self, station: Station) -> NDArray[np.bool_]:
-        """Whether the pods inbound to a station have all that is open of each order."""
-        return self._completed(self._available[station.id])
-
-    def _completed(self, items: NDArray[np.int64]) -> NDArray[np.bool_]:
-        missing = (items[self._lines.sku] < self._lines.quantity).astype(np.int64)
-        completed: NDArray[np.bool_] = sum_per_order(self.warehouse, missing) == 0
-        return completed
+        return Pairs(candidates, score=score, fast_lane=self.fast_lane).assign()
 
 
-class _Line:
-    """Orders in the order in which they may join a queue; each comes with the key that it is compared by."""
+class _Queues(Pairs):
+    """Queues of stations that orders join: each takes one place, if it would fit the station were it empty."""
 
-    def __init__(
-        self,
-        order: NDArray[np.int64],
-        matches: NDArray[np.int64],
-        related: NDArray[np.float64],
-        due_s: NDArray[np.float64],
-    ) -> None:
-        self._order = iter(order.tolist())
-        self._keys = matches, related, due_s
+    def begin(self, length: list[int], most: int) -> None:
+        """Let queues have these lengths, and so many orders at most; stations that are closed take none."""
+        self._load = length
+        self._free = [most - length[at] if station.open else 0 for at, station in enumerate(self.stations)]
+        self._largest = math.inf  # no order is so large that it may join alone
 
-    def __iter__(self) -> _Line:
-        return self
+    def _space(self, at: int) -> Any:
+        capacity = self.stations[at].capacity
+        return self._search.Space(capacity, capacity, capacity, self._largest, self.stations[at].counts_orders)
 
-    def __next__(self) -> tuple[float, float, float, int]:
-        position = next(self._order)
-        matches, related, due = (float(values[position]) for values in self._keys)
-        return -matches, -related, due, position
+    def _size(self, place: int, at: int) -> int:  # noqa: ARG002
+        return 1

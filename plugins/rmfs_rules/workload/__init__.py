@@ -7,17 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from attrs import define, field, validators
-from numpy.typing import NDArray
 
 from rmfs_core import OrderAssignment, hookimpl
-from rmfs_rules.helpers.kept_options import KeptPairs
+from rmfs_rules.helpers.pairs import PairOptions, Pairs
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Station, WarehouseView
 
 
 @define
-class Workload(KeptPairs):
+class Workload(PairOptions):
     """Fill the station that works on the fewest orders, or on the most.
 
     Of the stations where an order fits, the one that works on the fewest orders (``prefer = "fewest"``, which evens the
@@ -40,24 +39,12 @@ class Workload(KeptPairs):
     @hookimpl
     def assign_orders(self, warehouse: WarehouseView, rng: np.random.Generator) -> Sequence[OrderAssignment]:
         """Assign orders to the stations by their number of orders."""
-        orders = {s.id: {request.order.id for request in s.open_requests} for s in warehouse.stations}
-        if self.keeps(warehouse):
-            sign = 1.0 if self.prefer == "most" else -1.0
-            extra = np.array([sign * len(orders[station.id]) for station in warehouse.stations])
+        sign = 1.0 if self.prefer == "most" else -1.0
+        orders = [{request.order.id for request in station.open_requests} for station in warehouse.stations]
+        extra = np.array([sign * len(of_station) for of_station in orders])
 
-            def take(station: Station, _place: int) -> None:
-                extra[station.id] += sign
+        def take(pairs: Pairs, station: Station, place: int) -> None:
+            orders[station.id].add(int(pairs.lines.order_id[place]))  # one that is begun may be there already
+            extra[station.id] = sign * len(orders[station.id])
 
-            return self.assign_kept(warehouse, rng, take, extra=extra)
-        backlog = warehouse.backlog
-        most = max(map(len, orders.values()), default=0) + len(backlog)
-
-        def score(station: Station) -> NDArray[np.int64]:
-            number = len(orders[station.id])
-            return np.full(len(backlog), number if self.prefer == "most" else most - number, np.int64)
-
-        def assigned(station: Station, position: int) -> tuple[int]:
-            orders[station.id].add(backlog[position].id)
-            return (station.id,)
-
-        return self.assign(warehouse, rng, score, assigned)
+        return self.assign(warehouse, rng, take=take, extra=extra)

@@ -74,6 +74,7 @@ def hold_stock(stock: Stock, world: Warehouse) -> None:
 
     assert stock.at.tolist() == [at(pod) for pod in world.pods]
     assert stock.location.tolist() == [-1 if pod.location is None else pod.location for pod in world.pods]
+    assert stock.space.tolist() == [pod.free_space for pod in world.pods]
     sent = [pod.id for pod in world.pods if at(pod) != BUSY]
     assert stock.cell[sent].tolist() == [world.pods[pod].cell for pod in sent]
 
@@ -93,10 +94,12 @@ class Run(RuleBasedStateMachine):
         """Make the warehouse, in which no order has arrived."""
         named = {str(i): lines for i, lines in enumerate([*orders, dict.fromkeys(SKUS, 1)])}
         held = {str(i): pod if finite else [*pod] for i, pod in enumerate(pods)}
-        self.world = small_world(named, held, capacities=[40, 40], bundle_capacity=9, due_s={"0": 7.5} if due else None)
+        self.world = small_world(
+            named, held, capacities=[40, 40], bundle_capacity=9, pod_capacity=40, due_s={"0": 7.5} if due else None
+        )
         self.world.backlog = Backlog(self.world.n_skus)
         self.world.arrived.clear()
-        self.world.open_demand[:] = 0
+        self.world.open_demand[:] = self.world.ordered[:] = 0
         if finite:
             self.world.stock = Claims(self.world.pods)
         self.coming = [*self.world.orders]

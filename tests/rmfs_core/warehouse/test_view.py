@@ -196,3 +196,10 @@ def test_what_is_available_follows_pods_and_promises() -> None:
     assert view.available().tolist() == [[0, 0], [2, 2]]
     view.available()[1, 1] = 9
     assert view.available()[1, 1] == 2
+
+
+def test_items_ordered_until_now_are_counted() -> None:
+    """Of all orders that have arrived, assigned or picked or not."""
+    world = small_world({"1": {"a": 3}, "2": {"b": 1, "a": 1}}, {"p": {"a": 2, "b": 1}})
+    world.assign(world.orders[0], world.stations[0], [0])
+    assert WarehouseView(world).ordered().tolist() == [4, 1]

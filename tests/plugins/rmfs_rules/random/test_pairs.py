@@ -15,7 +15,6 @@ from rmfs_commands.testing import small_world
 from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.warehouse import WarehouseView
 from rmfs_rules.helpers import assign_best_pairs
-from rmfs_rules.helpers.open_orders import OpenOrders
 from rmfs_rules.random import Random
 from rmfs_rules.random.pairs import Drawing
 
@@ -29,13 +28,13 @@ def test_decisions_are_as_likely_as_those_of_lots(counts: bool, now_s: int, max_
     """Whole decisions, by chi-square against those of `assign_best_pairs` with a lot for each pair as its score."""
     world = small_world(ORDERS, {"p": ["a", "b"]}, capacities=[2, 3], counts_orders=counts)
     world.advance(now_s * TICKS_PER_S)
-    view, orders, rng = WarehouseView(world), OpenOrders(world.backlog), np.random.default_rng(5)
+    view, rng = WarehouseView(world), np.random.default_rng(5)
 
     def lots(_station: Any) -> Any:
         return rng.integers(1 << 62, size=len(ORDERS))
 
     def drawn() -> tuple[Any, ...]:
-        return tuple(Drawing(view, orders, rng).done(max_wait_s))
+        return tuple(Drawing(view, rng).done(max_wait_s))
 
     def plain() -> tuple[Any, ...]:
         return tuple(assign_best_pairs(view, lots, max_wait_s=max_wait_s))

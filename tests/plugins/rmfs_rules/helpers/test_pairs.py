@@ -1,4 +1,4 @@
-"""Parameters that POA rules share: ties, late orders, the fast lane."""
+"""Pairs of order and station, and the parameters that POA rules share: ties, late orders, the fast lane."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from rmfs_commands.testing import check_rule, small_world
-from rmfs_core.warehouse import Warehouse, WarehouseView
+from rmfs_core.warehouse import Station, Warehouse, WarehouseView
 from rmfs_rules.common_lines import CommonLines
 from rmfs_rules.due import EarliestDue, LeastSlack
 from rmfs_rules.first_come import FirstCome
-from rmfs_rules.helpers.options import due_s, late
+from rmfs_rules.helpers.pairs import Pairs
 from rmfs_rules.near_best_pod import NearBestPod
 from rmfs_rules.pod_match import PodMatch
 from rmfs_rules.workload import Workload
@@ -115,11 +115,59 @@ def test_orders_are_the_places_where_they_are_counted(rule: type[Any], put_at_st
 
 
 def test_orders_without_a_due_time_are_never_late() -> None:
-    """They are due at the end of time."""
-    world = small_world(FOUR, {"p": ["a"]}, due_s={"1": 3, "2": 4.5})
+    """They are due at the end of time: of two that match, the one that is late goes first."""
+    world = small_world(FOUR, {"p": ["a"]}, due_s={"2": 4.5, "3": 3})
     world.now = 4000
-    assert due_s(WarehouseView(world)).tolist() == [3, 4.5, np.inf, np.inf]
-    assert late(WarehouseView(world)).tolist() == [True, False, False, False]
+    assert [name for name, _ in decide(world, FirstCome(late_first=True))] == ["3", "1", "2", "4"]
+
+
+def test_a_score_is_a_sum_over_open_lines() -> None:
+    """Of min(items, what the SKU counts at most); without a table all orders score the same."""
+    world = small_world({"1": {"a": 1, "b": 1}, "2": {"a": 3}, "3": {"b": 2}}, {"p": ["a", "b"]}, capacities=[3])
+    view = WarehouseView(world)
+    for table, first in (([[2, 0]], 1), ([[1, 1]], 0), ([[1, 3]], 0), ([[0, 3]], 2), ([[0, 0]], 0), (None, 0)):
+        assert Pairs(view, None if table is None else np.array(table)).assign()[0].order == first
+
+
+def test_who_takes_is_told_until_nothing_more_fits() -> None:
+    """Each assignment but the one that fills the last free place is told before the next is chosen."""
+    world = small_world({"0": ["a"], "1": ["a"], "2": ["b"]}, {"p": ["a", "b"]}, capacities=[1, 1])
+    told: list[tuple[int, int]] = []
+
+    def take(pairs: Pairs, station: Station, place: int) -> None:
+        told.append((station.id, int(pairs.lines.order_id[place])))
+        pairs.change(1, 1, 5)  # now station 1 has what the youngest order wants
+
+    chosen = Pairs(WarehouseView(world), np.zeros((2, 2), np.int64)).assign(take)
+    assert [(one.station, one.order) for one in chosen] == [(0, 0), (1, 2)]
+    assert told == [(0, 0)]
+
+
+def test_ties_go_to_the_station_that_is_preferred() -> None:
+    """Of the stations with an order's highest score the lowest by ``prefer`` takes it."""
+    view = WarehouseView(small_world({"0": {"a": 1}}, {"p": ["a"]}, capacities=[4, 4]))
+    assert [one.station for one in Pairs(view).assign()] == [0]
+    assert [one.station for one in Pairs(view).assign(prefer=lambda _, station: -station.id)] == [1]
+    better = np.array([[9], [0]])
+    assert [one.station for one in Pairs(view, better).assign(prefer=lambda _, station: -station.id)] == [0]
+
+
+def test_a_begun_order_takes_no_second_place_at_its_station() -> None:
+    """Where orders are counted it fits a full station that it has a place at; another does not."""
+    world = small_world({"0": ["a", "b"], "1": ["c"]}, {"p": ["a", "b", "c"]}, capacities=[1], counts_orders=True)
+    world.assign(world.orders[0], world.stations[0], [0])
+    chosen = Pairs(WarehouseView(world)).assign()
+    assert [(one.order, one.station) for one in chosen] == [(0, 0)]
+
+
+def test_lots_do_not_depend_on_orders_that_have_left() -> None:
+    """Nor on whether a filter shows all orders: the same draw for the orders that are there."""
+    world = small_world({str(i): ["a"] for i in range(9)}, {"p": ["a"]}, capacities=[3])
+    world.assign(world.orders[2], world.stations[0], [0])
+    rule, view = FirstCome(tie_break="random"), WarehouseView(world)
+    for seed in range(9):
+        other = rule.assign_orders(view.showing(view.backlog), np.random.default_rng(seed))
+        assert rule.assign_orders(view, np.random.default_rng(seed)) == other
 
 
 @OF_PAIRS

@@ -1,0 +1,152 @@
+"""Pods for the stations that lack one."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from heapq import heapify, heappop, heappush
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rmfs_core.clock import UNREACHABLE, far
+from rmfs_core.decisions import PodTrip
+from rmfs_core.warehouse import BUSY, STORED, stock_of
+
+if TYPE_CHECKING:
+    from rmfs_core.warehouse import Station, Stock, WarehouseView
+
+Ids = NDArray[np.int64]
+
+
+def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, Ids], int]) -> list[PodTrip]:
+    """Select pods one after another until every uncovered request is served or no candidate can help.
+
+    The station with the fewest inbound pods is next, then the one with most uncovered requests, then the lowest id:
+    robots are scarce, and a station without pods idles. Candidates are stored pods bound nowhere, at most
+    ``max_fetches`` of them, and pods that are about to leave a station.
+
+    Parameters
+    ----------
+    warehouse
+        The warehouse now.
+    max_fetches
+        How many stored pods may be sent.
+    choose
+        Picks one of the pods, ids in ascending order, each of which serves an uncovered request of the station.
+
+    Returns
+    -------
+    list[PodTrip]
+        The trips in the order in which they were chosen.
+    """
+    from rmfs_rules.helpers import sending_search  # compiled: imported when needed, for it takes its time
+
+    search: Any = sending_search
+    stock = warehouse.stock
+    at, leaving = stock.at.copy(), np.count_nonzero(stock.at >= 0)  # a pod that is sent is busy from then on
+    needy = [  # those with the fewest inbound pods, and of these with the most uncovered requests, go first
+        (len(station.inbound_pods), -len(uncovered), station.id, Counter([request.sku for request in uncovered]))
+        for station in warehouse.stations
+        if (uncovered := station.uncovered_requests)
+    ]
+    heapify(needy)
+    trips: list[PodTrip] = []
+    while needy and (max_fetches > 0 or leaving):
+        inbound, _, identifier, wanted = heappop(needy)
+        skus = np.fromiter(wanted, np.int64, len(wanted))
+        pods = search.servers(stock, at, skus, identifier, max_fetches > 0)
+        if not len(pods):
+            continue
+        pod = warehouse.pods[choose(warehouse.stations[identifier], pods)]
+        trips.append(PodTrip(pod.id, identifier))
+        for sku in wanted.keys() & pod.contents.keys():
+            wanted[sku] -= pod.free_items(sku)
+        if wanted := +wanted:  # those that are still uncovered
+            heappush(needy, (inbound + 1, -wanted.total(), identifier, wanted))
+        if at[pod.id] == STORED:
+            max_fetches -= 1
+        else:
+            leaving -= 1
+        at[pod.id] = BUSY
+    return trips
+
+
+def may_send(warehouse: WarehouseView, max_fetches: int) -> bool:
+    """Whether a pod may be there to send: a stored one, or one that leaves a station and can serve another."""
+    if max_fetches > 0:
+        return True
+    for pod in warehouse.leaving_pods:
+        held, been = pod.contents, pod.bound_for
+        for station in warehouse.stations:
+            if station.id not in been:
+                for request in station.uncovered_requests:
+                    if request.sku in held and pod.free_items(request.sku) > 0:
+                        return True
+    return False
+
+
+def worth(stock: Stock, pods: Ids, wanted: Ids) -> Ids:
+    """Return of each pod the sum over its SKUs of min(free items, items wanted), int64, shape (pods,).
+
+    Parameters
+    ----------
+    stock
+        The pods.
+    pods
+        Some of them, by id.
+    wanted
+        Items wanted by SKU, shape (n_skus,).
+    """
+    from rmfs_rules.helpers import sending_search  # as above
+
+    search: Any = sending_search
+    sums: Ids = search.worth(stock, pods, wanted)
+    return sums
+
+
+def held(stock: Stock, values: Ids) -> Ids:
+    """Return of all pods the sum of values by SKU, whole numbers, over the SKUs that each has free, shape (pods,)."""
+    from rmfs_rules.helpers import sending_search  # as above
+
+    search: Any = sending_search
+    sums: Ids = search.held(stock, values)
+    return sums
+
+
+def load() -> None:
+    """Load what is compiled, or compile it, by a decision without pods."""
+    from rmfs_rules.helpers import sending_search  # as above
+
+    search: Any = sending_search
+    stock = stock_of((), 1)
+    search.servers(stock, np.zeros(0, np.int64), np.zeros(1, np.int64), 0, True)
+    search.worth(stock, np.zeros(0, np.int64), np.zeros(1, np.int64))
+    search.held(stock, np.zeros(1, np.int64))
+
+
+def ticks_from(warehouse: WarehouseView, cells: Ids, station: Station) -> Ids:
+    """Return the shortest loaded driving times from cells to a station, whatever way robots will face."""
+    table = warehouse.travel.ways_to(station.cell, True)
+    ticks = table[cells].min(axis=1).astype(np.int64)
+    return np.where(ticks < far(table), ticks, UNREACHABLE)
+
+
+def nearest(warehouse: WarehouseView, stock: Stock, pods: Ids, station: Station) -> int:
+    """Return the pod that can be sent with the shortest loaded driving time to a station; ties: the lowest id.
+
+    Parameters
+    ----------
+    warehouse
+        The warehouse now.
+    stock
+        Its pods.
+    pods
+        Pods that can be sent, by ascending id, one at least.
+    station
+        Where it is sent.
+    """
+    if len(pods) == 1:  # only ties need driving times
+        return int(pods[0])
+    return int(pods[ticks_from(warehouse, stock.cell[pods], station).argmin()])

@@ -1,0 +1,71 @@
+"""Compiled looks at what pods hold; `sending` says what is decided with them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rmfs_core.jit import njit
+from rmfs_core.warehouse.columns import BUSY, STORED
+
+if TYPE_CHECKING:
+    from rmfs_core.warehouse import Stock
+
+Ids = NDArray[np.int64]
+
+
+@njit(cache=True)
+def servers(stock: Stock, at: Ids, skus: Ids, station: int, fetch: bool) -> Ids:
+    """Pods that can be sent to a station and have a free item of one of the SKUs, ascending.
+
+    Parameters
+    ----------
+    stock
+        The pods.
+    at
+        As `Stock.at`, with what this decision has sent.
+    skus
+        SKUs of the requests that are uncovered.
+    station
+        Its id.
+    fetch
+        Whether stored pods can be sent, besides those that are about to leave a station.
+    """
+    found = np.zeros(len(at), np.bool_)
+    number = 0
+    for sku in skus:
+        for place in range(stock.of_sku[sku], stock.of_sku[sku + 1]):
+            entry = stock.by_sku[place]
+            pod = stock.pod[entry]
+            where = at[pod]
+            if stock.items[entry] > 0 and where not in (BUSY, station) and (fetch or where != STORED):
+                number += not found[pod]
+                found[pod] = True
+    pods, number = np.empty(number, np.int64), 0
+    for pod in range(len(found)):
+        if found[pod]:
+            pods[number] = pod
+            number += 1
+    return pods
+
+
+@njit(cache=True)
+def worth(stock: Stock, pods: Ids, wanted: Ids) -> Ids:
+    """Of each pod the sum over its SKUs of min(free items, items wanted)."""
+    sums = np.zeros(len(pods), np.int64)
+    for i in range(len(pods)):
+        for entry in range(stock.of_pod[pods[i]], stock.of_pod[pods[i] + 1]):
+            sums[i] += min(stock.items[entry], wanted[stock.sku[entry]])
+    return sums
+
+
+@njit(cache=True)
+def held(stock: Stock, values: Ids) -> Ids:
+    """Of all pods the sum of values by SKU over the SKUs that each has free."""
+    sums = np.zeros(len(stock.at), np.int64)
+    for entry in range(len(stock.items)):
+        if stock.items[entry] > 0:
+            sums[stock.pod[entry]] += values[stock.sku[entry]]
+    return sums
