@@ -11,9 +11,9 @@ from attrs import field, validators
 from numpy.typing import NDArray
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip, SolveReport
-from rmfs_core.clock import UNREACHABLE, far
 from rmfs_core.warehouse import columns_of, stock_of
 from rmfs_rules.helpers import OVERSIZE_WAIT_S, largest_capacity, station_to_keep
+from rmfs_rules.helpers.sending import ticks_from
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -198,9 +198,7 @@ class Period:
             wanted = np.bincount(lines.sku, lines.quantity, self.warehouse.n_skus).astype(np.int64)
             pods = pods._replace(wanted=wanted)
         for station in new:
-            table = self.warehouse.travel.ways_to(self._stations[station].cell, True)
-            ticks = table[self._cells].min(axis=1).astype(np.int64)
-            pods.ticks[station] = np.where(ticks < far(table), ticks, UNREACHABLE)
+            pods.ticks[station] = ticks_from(self.warehouse, self._cells, self._stations[station])
         self._known_ticks |= new
         trips, enough = self._pods.few(_pairs(chosen), lines, self._stock, pods)
         assert enough, "all pods together have enough"
