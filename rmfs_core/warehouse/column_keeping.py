@@ -55,8 +55,6 @@ class LineColumns:
 
     def _follow(self) -> None:
         """Let lines leave that were assigned, and orders join."""
-        from rmfs_core.warehouse import columns_search  # compiled: imported when needed, for it takes its time
-
         there, new, left = self._all, list[Order](), list[int]()
         for order in self._changed.values():
             place = int(there.place[order.id]) if order.id < len(there.place) else -1
@@ -66,44 +64,34 @@ class LineColumns:
             elif order._open:
                 new.append(order)
         self._changed.clear()
-        if left:
-            self._gone += columns_search.leave(there, np.array(left, np.int64))
-        if new:
-            new.sort(key=by_age)
-            youngest = [
-                (there.arrival_s[at], there.order_id[at]) for at in range(max(self._orders - 1, 0), self._orders)
-            ]
-            self._join(new)
-            if youngest and (new[0].arrival_s, new[0].id) < youngest[0]:  # it had to wait for stock
-                self._keep(np.lexsort((self._shown.order_id, self._shown.arrival_s)))
+        new.sort(key=by_age)
+        last = self._orders - 1
+        late = bool(new) and last >= 0 and (new[0].arrival_s, new[0].id) < (there.arrival_s[last], there.order_id[last])
+        self._join(new, left)
+        if late:  # they had to wait for stock
+            self._keep(np.lexsort((self._shown.order_id, self._shown.arrival_s)))
         if self._gone > SPARE + (self._orders - self._gone):
             self._keep(np.arange(self._orders))
 
-    def _join(self, orders: Sequence[Order]) -> None:
-        """Put orders behind all others."""
+    def _join(self, orders: Sequence[Order], left: Sequence[int] = ()) -> None:
+        """Let lines leave, and put orders behind all others."""
         from rmfs_core.warehouse import columns_search  # as above
 
-        number = [len(order.lines) for order in orders]
+        told = [(o.id, o.arrival_s, math.inf if o.due_s is None else o.due_s, len(o.lines)) for o in orders]
+        wanted = [(sku, items if sku in order._open else 0) for order in orders for sku, items in order.lines]
         begin, line = self._orders, self._lines
-        self._orders, self._lines = end, last = begin + len(orders), line + sum(number)
+        self._orders, self._lines = begin + len(told), line + len(wanted)
         self._make_room(max((order.id + 1 for order in orders), default=0))
-        there, new = self._all, slice(begin, end)
-        there.order_id[new] = [order.id for order in orders]
-        there.arrival_s[new] = [order.arrival_s for order in orders]
-        there.due_s[new] = [math.inf if order.due_s is None else order.due_s for order in orders]
-        there.items[new] = [order.open_items for order in orders]
-        there.open_lines[new] = [len(order._open) for order in orders]
-        there.begin[begin + 1 : end + 1] = line + np.cumsum(number, dtype=np.int64)
-        there.place[there.order_id[new]] = np.arange(begin, end)
-        there.order[line:last] = np.repeat(np.arange(begin, end), number)
-        lines = [(sku, items if sku in order._open else 0) for order in orders for sku, items in order.lines]
-        there.sku[line:last], there.quantity[line:last] = np.array(lines, np.int64).reshape(-1, 2).T
-        while True:
-            line, self._used = columns_search.enlist(self._all, self._room, line, last, self._used)
-            if line == last:
-                break
-            self._all = _longer(self._all, _LISTED, 2 * len(self._all.listed_order) + 2 * (last - line) + 16)
-        self._show()
+        rows = np.array(told, np.float64).reshape(-1, 4), np.array(wanted, np.int64).reshape(-1, 2)
+        gone, line, self._used = columns_search.follow(
+            self._all, self._room, np.array(left, np.int64), *rows, begin, line, self._used
+        )
+        self._gone += gone
+        while line < self._lines:  # the lists need more space
+            self._all = _longer(self._all, _LISTED, 2 * len(self._all.listed_order) + 2 * (self._lines - line) + 16)
+            line, self._used = columns_search.enlist(self._all, self._room, line, self._lines, self._used)
+        if orders:
+            self._show()
 
     def _make_room(self, ids: int) -> None:
         """Let the columns have room for all orders, lines and ids."""
@@ -149,12 +137,10 @@ class LineColumns:
         """Make what is shown of the columns, for looking only."""
         if self._looked_at is not self._all:
             self._looked_at, self._views = self._all, Lines(*map(_shown, self._all))
-        there, orders, lines = self._views, self._orders, self._lines
-        self._shown = there._replace(
-            **{name: getattr(there, name)[:orders] for name in _BY_ORDER},
-            **{name: getattr(there, name)[:lines] for name in _BY_LINE},
-            begin=there.begin[: orders + 1],
-        )
+        (order_id, arrival_s, due_s, items, open_lines, begin, order, sku, quantity, *others) = self._views
+        n, m = self._orders, self._lines
+        by_order = order_id[:n], arrival_s[:n], due_s[:n], items[:n], open_lines[:n], begin[: n + 1]
+        self._shown = Lines(*by_order, order[:m], sku[:m], quantity[:m], *others)
 
 
 def columns_of(orders: Sequence[Order], n_skus: int) -> Lines:

@@ -44,6 +44,34 @@ def enlist(lines: Lines, room: Ints, line: int, end: int, used: int) -> tuple[in
 
 
 @njit(cache=True)
+def join(lines: Lines, orders: NDArray[np.float64], wanted: Ints, order: int, line: int) -> None:
+    """Write orders and their lines to the columns, from an order's place and a line on.
+
+    Parameters
+    ----------
+    lines
+        The columns, with room for them.
+    orders
+        Id, arrival and due time in seconds, and number of lines of each, shape (orders, 4).
+    wanted
+        SKU and open items of each line, 0 if it is assigned, shape (lines, 2).
+    """
+    first = line
+    for told in orders:
+        lines.order_id[order], lines.arrival_s[order], lines.due_s[order] = int(told[0]), told[1], told[2]
+        lines.place[int(told[0])] = order
+        lines.items[order] = lines.open_lines[order] = 0
+        for _ in range(int(told[3])):
+            lines.order[line], lines.sku[line] = order, wanted[line - first, 0]
+            lines.quantity[line] = wanted[line - first, 1]
+            lines.items[order] += lines.quantity[line]
+            lines.open_lines[order] += lines.quantity[line] > 0
+            line += 1
+        order += 1
+        lines.begin[order] = line
+
+
+@njit(cache=True)
 def leave(lines: Lines, left: Ints) -> int:
     """Take open lines out of the columns; return how many orders have left with their last one."""
     gone = 0
@@ -66,6 +94,17 @@ def leave(lines: Lines, left: Ints) -> int:
         lines.quantity[line] = 0
         gone += lines.open_lines[order] == 0
     return gone
+
+
+@njit(cache=True)
+def follow(
+    lines: Lines, room: Ints, left: Ints, orders: NDArray[np.float64], wanted: Ints, order: int, line: int, used: int
+) -> tuple[int, int, int]:
+    """Let lines leave and orders join, as `leave`, `join` and `enlist` do; return what these return."""
+    gone = leave(lines, left)
+    join(lines, orders, wanted, order, line)
+    line, used = enlist(lines, room, line, line + len(wanted), used)
+    return gone, line, used
 
 
 @njit(cache=True)

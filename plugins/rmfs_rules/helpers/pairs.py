@@ -88,15 +88,17 @@ class Pairs:
         self._search: Any = pairs_search
         self.warehouse, self.lines, self.stations = warehouse, warehouse.lines, warehouse.stations
         orders = len(self.lines.order_id)
-        none = np.zeros((len(self.stations), 0), np.int64)
-        self._table, self._shares = none if table is None else table, none if shares is None else shares
+        self._table, self._shares = (
+            np.zeros((len(self.stations), 0), np.int64) if counts is None else np.ascontiguousarray(counts, np.int64)
+            for counts in (table, shares)
+        )
         self._score, self._scores = score, dict[int, Floats]()
         self.taken = np.zeros(orders, np.bool_)
         self._extra = np.zeros(len(self.stations)) if extra is None else extra
         self._order = pairs_search.Order(
             self.taken, NO_FLAGS if first is None else first, NO_RANKS if rank is None else _shown(rank)
         )
-        self._zeros = np.zeros(orders)
+        self._zeros = _scratch(orders)
         self._largest = largest_capacity(warehouse)
         self._free = [station.free_capacity for station in self.stations]
         self._load = [station.load for station in self.stations]
@@ -144,10 +146,10 @@ class Pairs:
 
     def _best(self) -> tuple[int, int] | None:
         """Return the order (place) and the station that go next; None when nothing fits."""
+        if stale := [at for at in range(len(self.stations)) if at not in self._heads]:
+            self._look(stale)
         found = None
         for at, load in enumerate(self._load):
-            if at not in self._heads:
-                self._heads[at] = self._best_at(at)
             place, score = self._heads[at]
             if place < 0:
                 continue
@@ -158,21 +160,34 @@ class Pairs:
                 found = key
         return None if found is None else (found[3], found[5])
 
-    def _best_at(self, at: int) -> tuple[int, float]:
-        """Return place and score of the order that goes first at a station."""
-        free, placed = self._free[at], self._placed.get(at, NO_FLAGS)
-        if free <= 0 and not (free == 0 and len(placed)):
-            return NOTHING
-        space = self._space(at)
-        completed = NO_PLACES if self._lane is None or space.room == space.free else self._lane.completed(at)
-        rest = self._order, space, placed, completed
-        best: tuple[int, float]
+    def _look(self, stale: list[int]) -> None:
+        """Look for the orders that go first at some stations."""
+        self._heads |= dict.fromkeys(stale, NOTHING)
+        open_to = [at for at in stale if self._free[at] > 0 or (self._free[at] == 0 and at in self._placed)]
+        spaces = [self._space(at) for at in open_to]
+        completed = [
+            NO_PLACES if self._lane is None or space.room == space.free else self._lane.completed(at)
+            for at, space in zip(open_to, spaces, strict=True)
+        ]
         if self._score is not None:
-            best = self._search.best_by_score(self.lines, self._scored(at), *rest)
-        else:
-            counts = self._search.Counts(self._table[at], self._shares[at])
-            best = self._search.best_by_sku(self.lines, counts, self._zeros, *rest)
-        return best
+            for at, space, there in zip(open_to, spaces, completed, strict=True):
+                rest = self._order, space, self._placed.get(at, NO_FLAGS), there
+                self._heads[at] = self._search.best_by_score(self.lines, self._scored(at), *rest)
+        elif open_to:
+            told = [(at, s.room, s.free, s.capacity, s.counts_orders) for at, s in zip(open_to, spaces, strict=True)]
+            none = np.zeros(len(self.taken) if self._placed else 0, np.bool_)
+            places, scores = self._search.best_by_skus(
+                self.lines,
+                self._search.Counts(self._table, self._shares),
+                self._zeros,
+                self._order,
+                np.array(told, np.int64),
+                self._largest,
+                np.array([self._placed.get(at, none) for at in open_to]),
+                NO_PLACES if self._lane is None else np.concatenate(completed),
+                np.cumsum([len(there) for there in completed]),
+            )
+            self._heads |= zip(open_to, zip(places.tolist(), scores.tolist(), strict=True), strict=True)
 
     def _scored(self, at: int) -> Floats:
         """Return the scores of all orders at a station where they are no sums over lines."""
@@ -452,9 +467,10 @@ def load() -> None:
     from rmfs_rules.helpers import pairs_search  # as above
 
     search: Any = pairs_search
-    lines, most = columns_of((), 1), np.zeros(1, np.int64)
-    order, space = search.Order(NO_FLAGS, NO_FLAGS, NO_RANKS), search.Space(1, 1, 1, 1.0, False)
-    search.best_by_sku(lines, search.Counts(most, most), np.zeros(0), order, space, NO_FLAGS, NO_PLACES)
+    lines = columns_of((), 1)
+    order, table = search.Order(NO_FLAGS, NO_FLAGS, NO_RANKS), np.zeros((1, 1), np.int64)
+    spaces, placed, ends = np.zeros((1, 5), np.int64), np.zeros((1, 0), np.bool_), np.zeros(1, np.int64)
+    search.best_by_skus(lines, search.Counts(table, table), np.zeros(0), order, spaces, 1.0, placed, NO_PLACES, ends)
     search.completed_by(lines, NO_PLACES, NO_PLACES)
 
 
@@ -498,6 +514,16 @@ def places_taken(warehouse: WarehouseView) -> dict[int, Flags]:
             if station.counts_orders and order.has_place_at(station.id):
                 placed.setdefault(station.id, np.zeros(len(lines.items), np.bool_))[place] = True
     return placed
+
+
+_zeros = [np.zeros(1024)]
+
+
+def _scratch(length: int) -> Floats:
+    """Return an array of zeros that all decisions share: compiled code fills it with zeros again when it is done."""
+    if length > len(_zeros[0]):
+        _zeros[0] = np.zeros(2 * length)
+    return _zeros[0]
 
 
 def _shown(array: NDArray[Any]) -> NDArray[Any]:

@@ -235,6 +235,40 @@ def best_by_sku(
 
 
 @njit(cache=True)
+def best_by_skus(
+    lines: Lines, table: Counts, zeros: Floats, order: Order, spaces: Ints, largest: float, placed: Flags,
+    completed: Ints, ends: Ints,
+) -> tuple[Ints, Floats]:  # fmt: skip
+    """As `best_by_sku`, for several stations at once: places, and scores, shape (stations asked for,).
+
+    Parameters
+    ----------
+    lines, zeros, order
+        See there.
+    table
+        What SKUs count at all stations, shapes (stations, n_skus), or (stations, 0).
+    spaces
+        Id of each station asked for, and its `Space`: room, free, capacity, and whether it counts orders; shape
+        (stations asked for, 5).
+    largest
+        The same for all.
+    placed
+        Orders that have a place there, shape (stations asked for, orders), or (.., 0): none has any anywhere.
+    completed, ends
+        Orders that the pod at each of these stations can complete, one after another, and where those of each end.
+    """
+    places, scores, begin = np.empty(len(spaces), np.int64), np.empty(len(spaces), np.float64), 0
+    for i in range(len(spaces)):
+        at = spaces[i, 0]
+        space = Space(spaces[i, 1], spaces[i, 2], spaces[i, 3], largest, spaces[i, 4] != 0)
+        counts = Counts(table.most[at], table.shares[at])
+        there = completed[begin : ends[i]]
+        places[i], scores[i] = best_by_sku(lines, counts, zeros, order, space, placed[i], there)
+        begin = ends[i]
+    return places, scores
+
+
+@njit(cache=True)
 def completed_by(lines: Lines, sku: Ints, items: Ints) -> Ints:
     """Places of the orders of which all open lines can be served with so many items of SKUs, each SKU once."""
     enough, found = np.zeros(len(lines.items), np.int32), [np.int64(0) for _ in range(0)]

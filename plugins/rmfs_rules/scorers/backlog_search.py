@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
+MANY = 1 << 32
+"""More items than all orders want: where stock is unlimited."""
+
 
 @njit(cache=True)
 def items_on(stock: Stock, pods: Ints, skus: Ints) -> Ints:
@@ -44,23 +47,23 @@ def completed(lines: Lines, stock: Stock, pods: Ints, wanted: Ints) -> Ints:
     """
     number, enough, left = np.zeros(len(pods), np.int64), np.zeros(len(lines.items), np.int64), np.zeros_like(wanted)
     for i in range(len(pods)):
-        entries, alone = range(stock.of_pod[pods[i]], stock.of_pod[pods[i] + 1]), [np.int64(0) for _ in range(0)]
-        for entry in entries:
+        before, scarce, alone = np.int64(i) << 32, False, [np.int64(0) for _ in range(0)]
+        for entry in range(stock.of_pod[pods[i]], stock.of_pod[pods[i] + 1]):
             sku = stock.sku[entry]
             left[sku] = max(stock.items[entry] - wanted[sku], 0)
+            scarce = scarce or left[sku] < MANY
             for at in listed(lines, sku):
                 if lines.listed_items[at] <= left[sku]:
                     order = lines.listed_order[at]
-                    enough[order] += 1
-                    if enough[order] == lines.open_lines[order]:
+                    enough[order] = max(enough[order], before) + 1
+                    if enough[order] - before == lines.open_lines[order]:
                         alone.append(order)
-        for entry in entries:
-            for at in listed(lines, stock.sku[entry]):
-                enough[lines.listed_order[at]] = 0
+        if not scarce:  # of unlimited stock, one order leaves enough for the next
+            number[i] = len(alone)
+            continue
         alone.sort()
         for order in alone:
-            there = range(lines.begin[order], lines.begin[order + 1])
-            whole = True
+            there, whole = range(lines.begin[order], lines.begin[order + 1]), True
             for line in there:
                 whole = whole and lines.quantity[line] <= left[lines.sku[line]]
             number[i] += whole
@@ -75,8 +78,8 @@ def worth(
 ) -> Floats:
     """What the backlog's items are worth that each pod has free but for what is wanted by SKU; the oldest go first.
 
-    An item is worth 1, or, ``by_age``, the seconds since its order's time, if that has come, divided by the items of the
-    order that are not yet picked.
+    An item is worth 1, or, ``by_age``, the seconds since its order's time, if that has come, by the order's items that
+    are not yet picked.
     """
     values = np.zeros(len(pods))
     for i in range(len(pods)):

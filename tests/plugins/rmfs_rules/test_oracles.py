@@ -6,8 +6,11 @@ next one, so they share no bookkeeping with the rules.
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from typing import Any
 
 import numpy as np
 from hypothesis import given, settings
@@ -15,10 +18,12 @@ from hypothesis import strategies as st
 
 from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import Order, Pod, Station, Warehouse, WarehouseView
+from rmfs_core.warehouse.accounts import Backlog
 from rmfs_rules.common_lines import CommonLines
 from rmfs_rules.demand import Demand
+from rmfs_rules.due import EarliestDue, LeastSlack
 from rmfs_rules.first_come import FirstCome
-from rmfs_rules.helpers.options import PairOptions
+from rmfs_rules.helpers.pairs import PairOptions, pod_at
 from rmfs_rules.near_best_pod import NearBestPod
 from rmfs_rules.nearest_pod import NearestPod
 from rmfs_rules.pod_match import PodMatch
@@ -31,8 +36,11 @@ Value = Callable[[Warehouse, Pod, Station], tuple[float, ...]]
 
 
 @st.composite
-def worlds(draw: st.DrawFn) -> Callable[[], Warehouse]:
-    """Draw a world in the middle of a run; calling the result builds it, the same each time."""
+def worlds(draw: st.DrawFn) -> Callable[..., Warehouse]:
+    """Draw a world in the middle of a run; calling the result builds it, the same each time.
+
+    With ``late`` its orders arrived at different times, and it is later.
+    """
     lines = st.dictionaries(st.sampled_from(SKUS), st.integers(1, 3), min_size=1, max_size=4)
     orders = draw(st.lists(lines, max_size=9))
     finite = draw(st.booleans())
@@ -46,15 +54,19 @@ def worlds(draw: st.DrawFn) -> Callable[[], Warehouse]:
     bound = draw(st.lists(st.tuples(number, number), max_size=5))
     begun = draw(st.lists(st.tuples(number, number, st.booleans()), max_size=4))
     at_station = draw(st.booleans())
+    due_s = draw(st.dictionaries(st.sampled_from([str(i) for i in range(len(orders))] or ["none"]), st.integers(0, 9)))
+    arrivals = draw(st.lists(st.sampled_from([0, 0, 500, 900]), min_size=9, max_size=9).map(sorted))
 
-    def build() -> Warehouse:
+    def build(*, late: bool = False) -> Warehouse:
         world = small_world(
             {str(i): order for i, order in enumerate(orders)},
             {str(i): pod for i, pod in enumerate(pods)},  # type: ignore[misc]
             capacities=capacities,
             counts_orders=counts_orders,
-            due_s={str(i): 10.0 * i for i in range(0, len(orders), 2)},
+            due_s={order: 100.0 * due for order, due in due_s.items() if order != "none"},
         )
+        if late:
+            _arrive(world, arrivals)
         _assign_some(world, begun)
         if at_station:
             _put_at_station(world, world.pods[0], world.stations[0])
@@ -66,6 +78,15 @@ def worlds(draw: st.DrawFn) -> Callable[[], Warehouse]:
         return world
 
     return build
+
+
+def _arrive(world: Warehouse, arrivals: list[int]) -> None:
+    """Let orders arrive at some seconds, and let it be later."""
+    world.backlog = Backlog(world.n_skus)
+    world.open_demand[:] = world.ordered[:] = 0
+    for order, arrival_s in zip(world.orders, arrivals, strict=False):
+        world.order_arrives(order, 1000 * arrival_s)
+    world.advance(1_000_000)
 
 
 def _assign_some(world: Warehouse, begun: list[tuple[int, int, bool]]) -> None:
@@ -103,6 +124,105 @@ def literal_assignments(world: Warehouse, score: Score) -> Iterator[tuple[int, i
         order = world.backlog.orders[age]
         yield order.id, station_id
         world.assign(order, world.stations[station_id], [line.sku for line in order.open_lines], period=2)
+
+
+class Literal:
+    """One decision with the parameters that the POA rules share, after their definition.
+
+    Parameters
+    ----------
+    world
+        The world, to which each choice is applied.
+    score
+        Score of an order at a station.
+    goes_first
+        What goes before the age of orders with the same score.
+    options
+        The rule's ``max_wait_s``, ``fast_lane``, ``late_first``.
+    """
+
+    def __init__(
+        self, world: Warehouse, score: Score, goes_first: Callable[[Order], float], options: dict[str, Any]
+    ) -> None:
+        self.world, self.score, self.goes_first = world, score, goes_first
+        self.max_wait_s, self.places = options.get("max_wait_s"), options.get("fast_lane", 0)
+        self.late_first = options.get("late_first", False)
+        self.kept: dict[int, bool] = {}  # station -> whether it is kept for an order larger than any station
+        self.there = {s.id: pod for s in world.stations if (pod := pod_at(WarehouseView(world), s)) is not None}
+        self.left = {pod.id: Counter({sku: pod.free_items(sku) for sku in pod.contents}) for pod in self.there.values()}
+        self.made: list[tuple[int, int]] = []
+
+    def fits(self, order: Order, station: Station) -> bool:
+        """Whether a pair fits: the places of a fast lane are for what the pod at the station completes."""
+        size, free = self.world.size_at(order, station), station.free_capacity
+        if station.id in self.kept:
+            return False
+        if not self.places or not station.load or size <= max(free - self.places, 0):
+            return size <= free
+        wanted = Counter({line.sku: line.quantity for line in order.open_lines})
+        return size <= free and station.id in self.there and wanted <= self.left[self.there[station.id].id]
+
+    def pairs(self, orders: Iterable[Order]) -> list[tuple[Any, ...]]:
+        """Return the pairs that fit, with what goes first before them."""
+        late = [order.due_s is not None and order.due_s < self.world.now / 1000 for order in self.world.orders]
+        return [
+            (
+                not (self.late_first and late[order.id]),
+                negative(self.score(self.world, order, station)),
+                self.goes_first(order),
+                self.world.backlog.orders.index(order),
+                station.load,
+                station.id,
+            )
+            for order in orders
+            for station in self.world.stations
+            if self.fits(order, station)
+        ]
+
+    def take(self, pairs: list[tuple[Any, ...]]) -> None:
+        """Apply the best of some pairs."""
+        *_, age, _, at = min(pairs)
+        order, station = self.world.backlog.orders[age], self.world.stations[at]
+        self.made.append((order.id, at))
+        for pod in self.there.values():
+            if at in pod.bound_for and not self.world.unlimited_stock:
+                self.left[pod.id].subtract({line.sku: line.quantity for line in order.open_lines})
+        self.world.assign(order, station, [line.sku for line in order.open_lines], period=2)
+
+    def keep(self, order: Order) -> None:
+        """Keep the station with most room of those that could take an order, if they took nothing else."""
+        lacking = {
+            station: self.world.size_at(order, station) - station.free_capacity
+            for station in self.world.stations
+            if station.id not in self.kept and self.world.size_at(order, station) <= station.capacity
+        }
+        if lacking:
+            station = min(lacking, key=lambda station: (lacking[station], station.id))
+            self.kept[station.id] = self.large(order)
+
+    def large(self, order: Order) -> bool:
+        """Whether an order has more items than any station takes."""
+        return not self.world.stations[0].counts_orders and order.open_items > max(
+            station.capacity for station in self.world.stations
+        )
+
+    def decide(self) -> list[tuple[int, int]]:
+        """Decide: orders that waited too long first, then all."""
+        limit_s = 600 if self.max_wait_s is None else self.max_wait_s
+        for order in self.world.backlog.orders:
+            waited = self.world.now / 1000 - order.arrival_s >= limit_s
+            if (
+                len(self.kept) < len(self.world.stations)
+                and waited
+                and (self.max_wait_s is not None or self.large(order))
+            ):
+                if pairs := self.pairs([order]):
+                    self.take(pairs)
+                elif self.max_wait_s is not None or not any(self.kept.values()):
+                    self.keep(order)
+        while pairs := self.pairs(self.world.backlog.orders):
+            self.take(pairs)
+        return self.made
 
 
 def match(world: Warehouse, order: Order, station: Station) -> int:
@@ -267,6 +387,49 @@ def test_order_assignment_is_what_its_definition_says(build: Callable[[], Wareho
         assert decided == list(literal_assignments(build(), score)), rule
 
 
+OPTIONS = st.fixed_dictionaries(
+    {},
+    optional={
+        "max_wait_s": st.sampled_from([0.0, 100.0, 600.0, 2000.0]),
+        "fast_lane": st.integers(1, 3),
+        "tie_break": st.just("due"),
+        "late_first": st.just(True),
+    },
+)
+
+
+def due(order: Order) -> float:
+    """When an order is due."""
+    return math.inf if order.due_s is None else order.due_s
+
+
+@settings(max_examples=400, deadline=None)
+@given(worlds(), OPTIONS)
+def test_options_are_what_they_say(build: Callable[..., Warehouse], options: dict[str, Any]) -> None:
+    """Orders that waited, the fast lane, ties and late orders, in all rules that assign whole orders."""
+    later = partial(build, late=True)
+    rules: tuple[tuple[type[PairOptions], Score], ...] = (
+        (PodMatch, match),
+        (CommonLines, in_common),
+        (FirstCome, lambda world, order, station: 0),
+        (Workload, lambda world, order, station: -orders_at(station)),
+    )
+    shared = not later().unlimited_stock and any(len(pod.bound_for) > 1 for pod in later().pods)
+    rng = np.random.default_rng(0)
+    tie = due if "tie_break" in options else lambda order: 0.0
+    for rule, score in rules[shared:]:
+        decided = rule(**options).assign_orders(WarehouseView(later()), rng)
+        assert [(one.order, one.station) for one in decided] == Literal(later(), score, tie, options).decide(), rule
+    lane = {key: value for key, value in options.items() if key in ("max_wait_s", "fast_lane")}
+    for by_due, tie in (
+        (EarliestDue(**lane), due),
+        (LeastSlack(**lane), lambda order: due(order) - 13.0 * order.open_items),
+    ):
+        decided = by_due.assign_orders(WarehouseView(later()))
+        literal = Literal(later(), lambda world, order, station: 0, tie, lane).decide()
+        assert [(one.order, one.station) for one in decided] == literal, by_due
+
+
 @settings(max_examples=300, deadline=None)
 @given(worlds(), st.integers(0, 4))
 def test_pod_selection_is_what_its_definition_says(build: Callable[[], Warehouse], max_fetches: int) -> None:
@@ -295,7 +458,7 @@ def test_work_is_what_its_definition_says(build: Callable[[], Warehouse]) -> Non
     """work-amount sends no pod that another beats by more than what sums of fractions are off."""
     for value in ("picks", "age", "lateness"):
         world = build()
-        world.now = 60_000
+        world.now = 250_000
         no_better_pod(world, value)
 
 
