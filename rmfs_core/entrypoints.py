@@ -17,6 +17,7 @@ COMMANDS = "rmfs.commands"
 RECORDERS = "rmfs.recorders"
 OBSERVERS = "rmfs.observers"
 INSTANCES = "rmfs.instances"
+LAYOUTS = "rmfs.layouts"
 
 RENAMED = {RULES: "rmfs"}
 """Groups with the name that they had in rmfs 0.1.0, which is read as well until rmfs 0.3.0."""
@@ -92,7 +93,7 @@ def load(entries: tuple[EntryPoint, ...], place: str, kind: str) -> object:
     for group, old in RENAMED.items():
         if entry.group == old:
             what = f"{describe(kind, entry.name, *origin(entry))} is in the entry-point group `{old}`"
-            warnings.warn(f"{what}; from rmfs 0.3.0 on `{group}` alone is read", DeprecationWarning, stacklevel=2)
+            warnings.warn(f"{what}; from rmfs 0.3.0 on `{group}` alone is read", FutureWarning, stacklevel=2)
     try:
         target: object = entry.load()
     except (Exception, SystemExit) as error:

@@ -11,6 +11,34 @@ from attrs import frozen
 from rmfs_core.clock import to_seconds
 from rmfs_core.roles import Role
 
+__all__ = [
+    "BundleArrived",
+    "BundleAssigned",
+    "BundleBound",
+    "BundleStored",
+    "DecisionMade",
+    "Event",
+    "ItemPicked",
+    "OrderArrived",
+    "OrderAssigned",
+    "OrderCompleted",
+    "OrderInStock",
+    "PodLifted",
+    "PodMoveDecided",
+    "PodStored",
+    "QueueJoined",
+    "RobotMoved",
+    "RobotRested",
+    "RobotSent",
+    "RobotsOnDuty",
+    "StationClosed",
+    "StationOpened",
+    "TaskAssigned",
+    "TripDecided",
+    "VisitEnded",
+    "VisitStarted",
+]
+
 
 @frozen
 class Event:

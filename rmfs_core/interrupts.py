@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import _thread
+import signal
 import time
-from threading import Timer
+from threading import Timer, main_thread
 from types import FrameType
 
 AGAIN_S = 0.02
@@ -36,7 +37,9 @@ class Interrupt:
     def __call__(self, _signal: int, frame: FrameType | None) -> None:
         """Handle the signal."""
         now_s = time.monotonic()
-        until_s = now_s + PATIENCE_S if self._postponed_until_s is None else self._postponed_until_s
+        until_s = self._postponed_until_s
+        if until_s is None or now_s > until_s + 1:  # another handler has heard the last one meanwhile
+            until_s = now_s + PATIENCE_S
         if now_s < until_s and self._harms(frame):
             self._postponed_until_s = until_s
             interrupt_again()
@@ -58,6 +61,14 @@ interrupt = Interrupt(NOT_WITHIN)
 
 def interrupt_again() -> None:
     """Interrupt the main thread in a moment."""
-    again = Timer(AGAIN_S, _thread.interrupt_main)
+    again = Timer(AGAIN_S, _interrupt_main)
     again.daemon = True
     again.start()
+
+
+def _interrupt_main() -> None:
+    if callable(signal.getsignal(signal.SIGINT)):
+        if hasattr(signal, "pthread_kill"):
+            signal.pthread_kill(main_thread().ident or 0, signal.SIGINT)  # which ends its waiting, too
+        else:
+            _thread.interrupt_main()

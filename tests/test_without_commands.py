@@ -14,7 +14,7 @@ import pytest
 import rmfs_core
 
 ROOT = Path(__file__).resolve().parent.parent
-KEPT = ("cli", "instances", "run")
+KEPT = ("cli", "instances", "layouts", "run")
 RMFS = ("python", "-c", "from rmfs_commands.cli.main import main; main()")
 
 pytestmark = pytest.mark.slow

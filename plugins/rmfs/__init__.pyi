@@ -1,5 +1,6 @@
 from rmfs_commands.bounds import Bound as Bound
 from rmfs_commands.bounds import bounds_of as bounds_of
+from rmfs_commands.cli.main import main as main
 from rmfs_commands.details.loading import load_result as load_result
 from rmfs_commands.experiments import Experiment as Experiment
 from rmfs_commands.experiments import ExperimentResult as ExperimentResult
@@ -41,14 +42,23 @@ from rmfs_core import TaskAssignment as TaskAssignment
 from rmfs_core import hookimpl as hookimpl
 from rmfs_core import load_scenario as load_scenario
 from rmfs_core import run as run
+from rmfs_core.clock import to_seconds as to_seconds
+from rmfs_core.clock import to_ticks as to_ticks
 from rmfs_core.info import Question as Question
 from rmfs_core.info import RunInfo as RunInfo
+from rmfs_core.randomness import stream as stream
 from rmfs_core.results.catalogue import Metric as Metric
+from rmfs_core.roles import Role as Role
+from rmfs_core.scenario import InstanceSection as InstanceSection
+from rmfs_core.scenario import LayoutSection as LayoutSection
+from rmfs_core.scenario import RuleChoice as RuleChoice
 
 from . import events as events
 from . import gym as gym
 from . import helpers as helpers
+from . import layouts as layouts
 from . import testing as testing
 from . import warehouse as warehouse
+from . import world as world
 
 __version__: str

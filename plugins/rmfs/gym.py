@@ -1,6 +1,4 @@
-"""Decisions as a Gymnasium environment: what `rmfs_commands.gym` has."""
+"""Decisions as a Gymnasium environment."""
 
-from rmfs.lazy import module_of
-
-__path__: list[str] = []  # not that of the other: its modules could be imported twice
-__getattr__, __dir__ = module_of("rmfs_commands.gym")
+from rmfs_commands.gym import *
+from rmfs_commands.gym import __all__ as __all__

@@ -1,6 +1,4 @@
-"""Loops and look-ups for authors of rules: what `rmfs_rules.helpers` has."""
+"""Loops and look-ups for authors of rules."""
 
-from rmfs.lazy import module_of
-
-__path__: list[str] = []  # not that of the other: its modules could be imported twice
-__getattr__, __dir__ = module_of("rmfs_rules.helpers")
+from rmfs_rules.helpers import *
+from rmfs_rules.helpers import __all__ as __all__

@@ -1,6 +1,4 @@
-"""Tools for testing rules: what `rmfs_commands.testing` has."""
+"""Tools for testing rules."""
 
-from rmfs.lazy import module_of
-
-__path__: list[str] = []  # not that of the other: its modules could be imported twice
-__getattr__, __dir__ = module_of("rmfs_commands.testing")
+from rmfs_commands.testing import *
+from rmfs_commands.testing import __all__ as __all__

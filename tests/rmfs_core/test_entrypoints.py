@@ -87,7 +87,7 @@ def test_messages_call_what_is_offered_by_name_and_origin() -> None:
 
 def test_rules_of_the_old_group_are_found_with_a_warning(install: Install) -> None:
     install("acme", {"slow": "acme_slow:VALUE"}, group="rmfs", acme_slow="VALUE = 7\n")
-    with pytest.warns(DeprecationWarning, match=r'rule "slow" \(acme 1.0\) is in the entry-point group `rmfs`; from'):
+    with pytest.warns(FutureWarning, match=r'rule "slow" \(acme 1.0\) is in the entry-point group `rmfs`; from'):
         assert load(offers(RULES)["slow"], "rules.poa", "rule") == 7
 
 

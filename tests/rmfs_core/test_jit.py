@@ -27,7 +27,9 @@ def run_cached(tmp_path: Path) -> Callable[[str], str]:
     variables = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
 
     def run(code: str) -> str:
-        (tmp_path / "before.py").write_text(code, encoding="utf-8")
+        program = tmp_path / "before.py"
+        if not program.exists() or program.read_text(encoding="utf-8") != code:  # numba looks at the file's time
+            program.write_text(code, encoding="utf-8")
         command = [sys.executable, "-c", "import before"]
         return subprocess.run(command, env=variables, capture_output=True, text=True, check=True).stdout
 

@@ -68,9 +68,13 @@ class LocalWorkers:
         """Kill the processes."""
         self.closed = True
         _keep_tracker()
-        with _closing_quietly():
+        with _closing, _closing_quietly():
             for pool in list(self._all):
                 pool.shutdown(wait=True, kill_workers=True)
+
+
+_closing = threading.Lock()
+"""Held while a hook of the process is replaced."""
 
 
 @contextmanager

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.jit import njit
-from rmfs_core.warehouse.columns import BUSY, STORED
+from rmfs_core.warehouse import BUSY, STORED
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Stock

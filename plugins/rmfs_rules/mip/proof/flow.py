@@ -40,6 +40,7 @@ def _within(numbers: Floats, stations: int) -> Floats:
 def _outside(stations: int) -> NDArray[np.bool_]:
     """Return whether each station lies outside each set: (stations, sets)."""
     outside: NDArray[np.bool_] = np.arange(1 << stations) >> np.arange(stations)[:, None] & 1 == 0
+    outside.setflags(write=False)  # shared by all that ask
     return outside
 
 
@@ -48,7 +49,9 @@ def _places(capacities: tuple[int, ...]) -> Floats:
     """Return the places of every cut."""
     sets = np.arange(1 << len(capacities))
     inside = (sets[:, None] >> np.arange(len(capacities))) & 1
-    return inside.astype(np.float64) @ np.array(capacities, dtype=np.float64)
+    places = inside.astype(np.float64) @ np.array(capacities, dtype=np.float64)
+    places.setflags(write=False)
+    return places
 
 
 def _sums(of: NDArray[np.int64], numbers: Floats, length: int) -> Floats:

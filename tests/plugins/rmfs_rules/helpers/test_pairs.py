@@ -14,6 +14,7 @@ from rmfs_core.warehouse import Station, Warehouse, WarehouseView
 from rmfs_rules.common_lines import CommonLines
 from rmfs_rules.due import EarliestDue, LeastSlack
 from rmfs_rules.first_come import FirstCome
+from rmfs_rules.helpers import assign_best_pairs, sum_per_order
 from rmfs_rules.helpers.pairs import Pairs
 from rmfs_rules.near_best_pod import NearBestPod
 from rmfs_rules.pod_match import PodMatch
@@ -127,6 +128,40 @@ def test_a_score_is_a_sum_over_open_lines() -> None:
     view = WarehouseView(world)
     for table, first in (([[2, 0]], 1), ([[1, 1]], 0), ([[1, 3]], 0), ([[0, 3]], 2), ([[0, 0]], 0), (None, 0)):
         assert Pairs(view, None if table is None else np.array(table)).assign()[0].order == first
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("counts", [False, True])
+@pytest.mark.parametrize("due", [False, True])
+def test_tables_decide_as_scores_of_all_orders(seed: int, counts: bool, due: bool) -> None:
+    """Over several decisions, between which orders leave: the same as with scores made of all lines."""
+    rng = np.random.default_rng(seed)
+    names = [f"s{i}" for i in range(12)]
+    orders = {
+        str(i): {sku: int(rng.integers(1, 4)) for sku in rng.choice(names, rng.integers(1, 6), replace=False)}
+        for i in range(300)
+    }
+    due_s = {name: float(rng.integers(9)) for name in orders}
+    world = small_world(orders, {"p": names}, capacities=[6, 11, 7], counts_orders=counts, due_s=due_s)
+    view, assigned = WarehouseView(world), 0
+    for turn in range(8):
+        available = rng.integers(0, 4, (3, 12)) * (rng.random((3, 12)) < 0.2 + 0.1 * turn)
+
+        def score(station: Station, now: np.ndarray = available) -> np.ndarray:
+            lines = view.backlog_lines
+            return sum_per_order(view, np.minimum(now[station.id, lines.sku], lines.quantity))
+
+        rank = np.array([order.due_s for order in view.backlog]) if due else None
+        answer = Pairs(view, available, rank=view.lines.due_s if due else None).assign()
+        assert answer == assign_best_pairs(view, score, rank=rank)
+        assigned += len(answer)
+        for one in answer[: int(rng.integers(1, 5))]:
+            order = world.orders[one.order]
+            world.assign(order, world.stations[one.station], [line.sku for line in order.open_lines])
+            if rng.random() < 0.7:
+                for request in world.stations[one.station].open_requests:
+                    world.fulfil(request, world.pods[0])
+    assert assigned > 5
 
 
 def test_who_takes_is_told_until_nothing_more_fits() -> None:

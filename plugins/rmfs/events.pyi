@@ -1,1 +1,0 @@
-from rmfs_core.events import *  # noqa: F403

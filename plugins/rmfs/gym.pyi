@@ -1,1 +1,0 @@
-from rmfs_commands.gym import *  # noqa: F403

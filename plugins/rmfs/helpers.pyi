@@ -1,1 +1,0 @@
-from rmfs_rules.helpers import *  # noqa: F403

@@ -1,1 +1,0 @@
-from rmfs_commands.testing import *  # noqa: F403

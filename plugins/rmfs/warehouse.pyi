@@ -1,1 +1,0 @@
-from rmfs_core.warehouse import *  # noqa: F403
