@@ -49,7 +49,6 @@ TESTS_OF_SEVERAL = {
     "tests/plugins/rmfs_commands/testing/test_shipped_rules.py": "every shipped rule against what all promise",
     "tests/plugins/rmfs_commands/validation/test_mutations.py": "traces corrupted in every way, in all checks",
     "tests/plugins/rmfs_commands/validation/test_release.py": "places kept and backlogs refilled, in picks and orders",
-    "tests/plugins/rmfs_rules/joint/test_same_decisions.py": "joint rules that keep accounts against those that do not",
     "tests/plugins/rmfs_rules/mip/test_examples.py": "the paper's worked examples, in all models",
     "tests/plugins/rmfs_rules/mip/test_finite_stock.py": "finite stock in all folders of the package",
     "tests/plugins/rmfs_rules/mip/test_folders.py": "which folder of the package imports which",

@@ -20,7 +20,7 @@ from rmfs_rules.helpers.pairs import (
     station_to_keep,
     waiting_limit,
 )
-from rmfs_rules.helpers.pod_sending import send_pods
+from rmfs_rules.helpers.sending import send_pods
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Pod, Station, WarehouseView

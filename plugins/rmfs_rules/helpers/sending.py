@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,7 @@ from rmfs_core.decisions import PodTrip
 from rmfs_core.warehouse import BUSY, STORED, stock_of
 
 if TYPE_CHECKING:
-    from rmfs_core.warehouse import Station, Stock, WarehouseView
+    from rmfs_core.warehouse import Pod, Station, Stock, WarehouseView
 
 Ids = NDArray[np.int64]
 
@@ -71,6 +71,29 @@ def send(warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, 
             leaving -= 1
         at[pod.id] = BUSY
     return trips
+
+
+def send_pods(
+    warehouse: WarehouseView, max_fetches: int, choose: Callable[[Station, Sequence[Pod]], Pod]
+) -> list[PodTrip]:
+    """Select pods as `send` does, for rules that look at one pod after another.
+
+    Parameters
+    ----------
+    warehouse
+        The warehouse now.
+    max_fetches
+        How many stored pods may be sent.
+    choose
+        Picks one of the pods, given by id, each of which serves an uncovered request of the station.
+
+    Returns
+    -------
+    list[PodTrip]
+        The trips in the order in which they were chosen.
+    """
+    pods = warehouse.pods
+    return send(warehouse, max_fetches, lambda at, found: choose(at, [pods[pod] for pod in found.tolist()]).id)
 
 
 def may_send(warehouse: WarehouseView, max_fetches: int) -> bool:

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from attrs import define, field, validators
 
 from rmfs_core import JointDecision, hookimpl
 from rmfs_rules.helpers import waiting_limit
-from rmfs_rules.joint.choosing import Kept, Period, unused_capacity_weight
-from rmfs_rules.joint.covering import Chosen, Sent
+from rmfs_rules.joint.choosing import ByPeriods, Chosen, Period, Sent, unused_capacity_weight
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import WarehouseView
 
 MOST_ROUNDS = 10
@@ -22,7 +20,7 @@ MOST_ROUNDS = 10
 
 
 @define(kw_only=True)
-class Alternating:
+class Alternating(ByPeriods):
     """Choose orders for pods and pods for orders in turn, each greedily, until that lowers the cost no more.
 
     Whole orders, without a solver. The cost is that of ``integrated``,
@@ -49,8 +47,6 @@ class Alternating:
     greedily in turn; there with tasks of robots, and another objective)
     """
 
-    whole_orders: ClassVar[bool] = True
-
     rounds: int = field(
         default=MOST_ROUNDS,
         validator=validators.ge(1),
@@ -58,29 +54,25 @@ class Alternating:
     )
     unused_capacity_weight: float = unused_capacity_weight()
     max_wait_s: float | None = waiting_limit()
-    _kept: Kept = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
         """Choose orders and pods in turn."""
-        period = self._kept.period(warehouse, self.max_wait_s)
-        *_, (_, chosen, sent) = improving(period, self.rounds, self.unused_capacity_weight)
-        return period.decision(chosen, sent, self.unused_capacity_weight)
-
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
-        """Load what is compiled, or compile it."""
-        self._kept.load()
+        period = Period(warehouse, self.max_wait_s)
+        *_, (cost, chosen, sent) = improving(period, self.rounds, self.unused_capacity_weight)
+        return period.decision(chosen, sent, cost)
 
 
 def improving(period: Period, rounds: int, weight: float) -> Iterator[tuple[float, Chosen, Sent]]:
     """Yield the choices one after another, with their cost: each costs less than the one before."""
-    before = math.inf
-    sent: Sent = ()
+    before, given = math.inf, Sent()
     for _ in range(rounds):
-        chosen = period.filled(sent)
+        chosen = period.filled(given)
         sent = period.pods_for(chosen)
         costs = period.cost(chosen, sent, weight)
         if costs >= before:
             return
         yield costs, chosen, sent
-        before = costs
+        if sent == given:  # the next choice would be the same
+            return
+        before, given = costs, sent

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 from attrs import define, field, validators
@@ -10,19 +10,19 @@ from attrs import define, field, validators
 from rmfs_core import JointDecision, hookimpl
 from rmfs_rules.helpers import waiting_limit
 from rmfs_rules.joint.alternating import MOST_ROUNDS, improving
-from rmfs_rules.joint.choosing import Kept, Period, unused_capacity_weight
-from rmfs_rules.joint.covering import Chosen, Sent
+from rmfs_rules.joint.choosing import ByPeriods, Chosen, Period, Sent, unused_capacity_weight
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import WarehouseView
 
 MOST_ORDERS = 500
 """Orders of the backlog that a search looks at, besides those that are chosen already."""
+HALF_A_LINE = 500_000
+"""What an order may lack by chance, in millionths of a line."""
 
 
 @define(kw_only=True)
-class LargeNeighborhoodSearch:
+class LargeNeighborhoodSearch(ByPeriods):
     """Take back some of the orders that were chosen, choose again, and keep what costs less: large neighborhood search.
 
     Whole orders, without a solver. It begins with the choice of ``alternating``, and its cost is that of
@@ -53,8 +53,6 @@ class LargeNeighborhoodSearch:
     back, and greedy repair with random noise)
     """
 
-    whole_orders: ClassVar[bool] = True
-
     iterations: int = field(
         default=50,
         validator=validators.ge(0),
@@ -67,35 +65,27 @@ class LargeNeighborhoodSearch:
     )
     unused_capacity_weight: float = unused_capacity_weight()
     max_wait_s: float | None = waiting_limit()
-    _kept: Kept = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView, rng: np.random.Generator) -> JointDecision:
         """Improve the choice of ``alternating``."""
-        weight, period = self.unused_capacity_weight, self._kept.period(warehouse, self.max_wait_s)
-        *_, (_, chosen, sent) = improving(period, MOST_ROUNDS, weight)
+        weight, period = self.unused_capacity_weight, Period(warehouse, self.max_wait_s)
+        *_, (cost, chosen, sent) = improving(period, MOST_ROUNDS, weight)
         places = {place for place, _ in chosen}
         if not chosen or any(place not in places for place in period.late()):
-            return period.decision(chosen, sent, weight)
-        few, shown = period.foremost(MOST_ORDERS, chosen, sent)
-        renumbered = {place: number for number, place in enumerate(shown)}
-        chosen = [(renumbered[place], station) for place, station in chosen]
-        stay = {renumbered[place] for place in period.late()}  # all of them are chosen
-        best = _value(few, chosen, sent, weight)
+            return period.decision(chosen, sent, cost)
+        shown, stay = period.foremost(MOST_ORDERS, chosen, sent), {*period.late()}  # all that are late are chosen
+        best = cost, sorted(places)
         for _ in range(self.iterations):
-            taken_back = self._taken_back(few, chosen, sent, rng) - stay
+            taken_back = self._taken_back(period, chosen, sent, rng) - stay
             kept = [pair for pair in chosen if pair[0] not in taken_back]
-            noise = rng.integers(0, few.orders.missing_line // 2, (len(shown), len(warehouse.stations)))
-            other = few.refilled(kept, few.pods_for(kept), noise)
-            pods = few.pods_for(other)
-            value = _value(few, other, pods, weight)
+            noise = rng.integers(0, HALF_A_LINE, (len(shown), len(warehouse.stations)))
+            other = period.refilled(shown, kept, period.pods_for(kept), noise)
+            pods = period.pods_for(other)
+            value = period.cost(other, pods, weight), sorted(place for place, _ in other)  # of equals, the oldest
             if value < best:
                 best, chosen, sent = value, other, pods
-        return few.decision(chosen, sent, weight)
-
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
-        """Load what is compiled, or compile it."""
-        self._kept.load()
+        return period.decision(chosen, sent, best[0])
 
     def _taken_back(self, period: Period, chosen: Chosen, sent: Sent, rng: np.random.Generator) -> set[int]:
         """Return the orders to take back, by place."""
@@ -107,11 +97,6 @@ class LargeNeighborhoodSearch:
             pod, at = sent[int(rng.integers(len(sent)))]
             there = [place for place, station in chosen if station == at]
             held = period.warehouse.pods[pod].contents
-            return {there[which] for which, sku, _ in period.orders.lines_of(there) if sku in held}
+            return {place for place in there if any(sku in held for sku, _ in period.lines.of_order(place))}
         at = chosen[int(rng.integers(len(chosen)))][1]
         return {place for place, station in chosen if station == at}
-
-
-def _value(period: Period, chosen: Chosen, sent: Sent, weight: float) -> tuple[float, list[int]]:
-    """Return what is compared: the cost, and then the orders, oldest first."""
-    return period.cost(chosen, sent, weight), sorted(place for place, _ in chosen)

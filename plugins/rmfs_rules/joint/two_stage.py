@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from attrs import define, field, validators
 
 from rmfs_core import JointDecision, hookimpl
 from rmfs_rules.helpers import waiting_limit
-from rmfs_rules.joint.choosing import Kept
+from rmfs_rules.joint.choosing import ByPeriods, Period
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import WarehouseView
 
 
 @define(kw_only=True)
-class TwoStage:
+class TwoStage(ByPeriods):
     """Send pods for some orders, then fill the stations with what these pods have.
 
     Whole orders, without a solver. First stage: while a station's load is below ``first_share`` of its capacity, it
@@ -40,8 +39,6 @@ class TwoStage:
     stages, each solved exactly there; which orders the first one has to fulfil is given there)
     """
 
-    whole_orders: ClassVar[bool] = True
-
     first_share: float = field(
         default=0.75,
         validator=validators.and_(validators.gt(0), validators.le(1)),
@@ -59,20 +56,14 @@ class TwoStage:
         },
     )
     max_wait_s: float | None = waiting_limit()
-    _kept: Kept = field(init=False, factory=Kept, repr=False, eq=False)
 
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
         """Choose orders, pods for them, and more orders for the pods."""
-        period = self._kept.period(warehouse, self.max_wait_s)
+        period = Period(warehouse, self.max_wait_s)
         until = np.array([self.first_share * station.capacity for station in warehouse.stations])
-        first = period.filled((), oldest=self.first_orders == "oldest", until=until)
-        wanted_on = period.pods.wanted_on(period.orders.kept.wanted)
-        sent = period.pods_for(first, wanted_on)
+        first = period.filled([], oldest=self.first_orders == "oldest", until=until)
+        sent = period.pods_for(first, by_worth=True)
         chosen = {place for place, _ in first}
-        second = () if any(place not in chosen for place in period.late()) else period.completed(first, sent)
+        second = [] if any(place not in chosen for place in period.late()) else period.completed(first, sent)
         return period.decision([*first, *second], sent)
-
-    def prepare(self, roads: Roads) -> None:  # noqa: ARG002
-        """Load what is compiled, or compile it."""
-        self._kept.load()

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
 from attrs import define, field, validators
 
 from rmfs_core import hookimpl
-from rmfs_core.warehouse import lines_of
+from rmfs_core.warehouse import columns_of
 
 if TYPE_CHECKING:
     from rmfs_core.warehouse import Order, WarehouseView
@@ -44,17 +43,16 @@ class MostCovered:
     def filter_backlog(self, warehouse: WarehouseView, orders: Sequence[Order]) -> Sequence[Order]:
         """Keep the orders with the highest shares."""
         pods = {pod for station in warehouse.stations for pod in station.inbound_pods}
-        there = {sku for pod in pods for sku in pod.contents if pod.contents[sku] > 0}
-        whole = len(orders) == len(warehouse.backlog)  # unless another filter was there first
-        lines = warehouse.backlog_lines if whole else lines_of(orders)
-        is_there = np.zeros(warehouse.n_skus, dtype=bool)
-        is_there[list(there)] = True
-        covered = np.bincount(lines.order, weights=is_there[lines.sku], minlength=len(orders))
-        counted = np.bincount(lines.order, minlength=len(orders))
-        if self.lines == "all":
-            of_order = np.fromiter(map(len, map(attrgetter("lines"), orders)), np.int64, len(orders))
-            for begun in np.flatnonzero(counted < of_order).tolist():
-                covered[begun] = sum(line.sku in there for line in orders[begun].lines)
-            counted = of_order
-        best = np.argsort(-covered / counted, kind="stable")[: self.n]
-        return [orders[position] for position in best.tolist()]
+        is_there = np.zeros(warehouse.n_skus, np.bool_)
+        is_there[[sku for pod in pods for sku, items in pod.contents.items() if items > 0]] = True
+        whole = len(orders) == warehouse.backlog_size  # unless another filter was there first
+        lines = warehouse.lines if whole else columns_of(orders, warehouse.n_skus)
+        counted = np.diff(lines.begin) if self.lines == "all" else lines.open_lines
+        counts = is_there[lines.sku] if self.lines == "all" else is_there[lines.sku] & (lines.quantity > 0)
+        covered = np.bincount(lines.order[counts], minlength=len(counted))
+        waiting = lines.open_lines > 0
+        some = np.flatnonzero(waiting & (covered > 0))
+        best = some[np.argsort(-covered[some] / counted[some], kind="stable")]
+        if len(best) < self.n:  # and the oldest of those with none
+            best = np.concatenate([best, np.flatnonzero(waiting & (covered == 0))])
+        return [warehouse.order(order) for order in lines.order_id[best[: self.n]].tolist()]

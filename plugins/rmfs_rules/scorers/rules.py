@@ -9,7 +9,7 @@ import numpy as np
 from attrs import define, field, validators
 
 from rmfs_core import PodTrip, hookimpl
-from rmfs_rules.scorers.scores import SCORES, SINCE, Kept, PodScores, Weights
+from rmfs_rules.scorers.scores import SCORES, VALUES, PodScores, Weights, load
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
@@ -26,7 +26,7 @@ def _count_backlog() -> Any:
 def _value() -> Any:
     return field(
         default="picks",
-        validator=validators.in_(tuple(SINCE)),
+        validator=validators.in_(VALUES),
         metadata={
             "doc": 'What an item is worth: 1 ("picks"), or its share of the order\'s age ("age") or time past due '
             '("lateness") in seconds'
@@ -58,26 +58,12 @@ def _time_cost() -> Any:
     )
 
 
-@define
 class _Scoring:
-    """A rule that scores pods, and keeps an account of them."""
-
-    _kept: Kept = field(init=False, factory=Kept, repr=False, eq=False)
+    """A rule that scores pods."""
 
     def prepare(self, roads: Roads) -> None:  # noqa: ARG002
         """Load what is compiled, or compile it."""
-        self._kept.load(orders=self._weights.count_backlog, by_age=self._weights.value != "picks")
-
-    @property
-    def _weights(self) -> Weights:
-        """What scores are made of."""
-        raise NotImplementedError
-
-    def _select(
-        self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator, scores: Sequence[str]
-    ) -> list[PodTrip]:
-        """Send the pods with the best scores to the stations that lack one."""
-        return PodScores(warehouse, rng, self._weights, self._kept).send(max_fetches, scores)
+        load()
 
 
 @define
@@ -104,11 +90,9 @@ class Completes(_Scoring):
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
         """Send the pods that complete most orders."""
-        return self._select(warehouse, max_fetches, rng, ("completes", "picks", "nearest"))
-
-    @property
-    def _weights(self) -> Weights:
-        return Weights(count_backlog=self.count_backlog)
+        return PodScores(warehouse, rng, Weights(self.count_backlog)).send(
+            max_fetches, ("completes", "picks", "nearest")
+        )
 
 
 @define
@@ -140,11 +124,8 @@ class WorkAmount(_Scoring):
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
         """Send the pods that get most work done."""
-        return self._select(warehouse, max_fetches, rng, ("work",))
-
-    @property
-    def _weights(self) -> Weights:
-        return Weights(False, self.value, self.backlog_weight, self.completion_boost, self.time_cost_per_s)
+        weights = Weights(False, self.value, self.backlog_weight, self.completion_boost, self.time_cost_per_s)
+        return PodScores(warehouse, rng, weights).send(max_fetches, ("work",))
 
 
 def _no_repeats(_instance: object, _attribute: Any, value: tuple[str, ...]) -> None:
@@ -191,8 +172,7 @@ class Lexicographic(_Scoring):
     @hookimpl
     def select_pods(self, warehouse: WarehouseView, max_fetches: int, rng: np.random.Generator) -> Sequence[PodTrip]:
         """Send the pods that come first."""
-        return self._select(warehouse, max_fetches, rng, self.scores)
-
-    @property
-    def _weights(self) -> Weights:
-        return Weights(self.count_backlog, self.value, self.backlog_weight, self.completion_boost, self.time_cost_per_s)
+        weights = Weights(
+            self.count_backlog, self.value, self.backlog_weight, self.completion_boost, self.time_cost_per_s
+        )
+        return PodScores(warehouse, rng, weights).send(max_fetches, self.scores)

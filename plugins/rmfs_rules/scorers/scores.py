@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
 from rmfs_core.clock import TICKS_PER_S
-from rmfs_rules.helpers.pod_completing import KeptCompleted
-from rmfs_rules.helpers.pod_sending import KeptPods, KeptSums
-from rmfs_rules.scorers.wanted import Backlog, Held, Ids, Requests, Since, Values
+from rmfs_core.warehouse import columns_of, stock_of
+from rmfs_rules.helpers import sending
+from rmfs_rules.helpers.sending import may_send, send, ticks_from, worth
+from rmfs_rules.scorers.wanted import Ids, Requests, Values
 
 if TYPE_CHECKING:
     from rmfs_core import PodTrip
-    from rmfs_core.warehouse import Order, Station, WarehouseView
+    from rmfs_core.warehouse import Lines, Order, Station, Stock, WarehouseView
 
 
 @frozen
@@ -32,7 +32,7 @@ class Weights:
     count_backlog
         Whether orders of the backlog count among those that a pod completes.
     value
-        What an item is worth, one of `SINCE`.
+        What an item is worth, one of `VALUES`.
     backlog_weight
         What an item wanted in the backlog counts, as a share of one that the station wants.
     completion_boost
@@ -48,35 +48,6 @@ class Weights:
     time_cost_per_s: float = 1 / 3
 
 
-class Kept:
-    """What is kept from call to call: the pods, how many of their free items are wanted, and the backlog.
-
-    Attributes
-    ----------
-    pods
-        Which can be sent, and what they have free.
-    demanded, waited
-        Sums of min(items free, items wanted), wanted in the whole system or in the backlog.
-    orders
-        Which orders of the backlog pods complete.
-    by_age
-        The same, by SKU and age; made when it is first needed.
-    """
-
-    def __init__(self) -> None:
-        self.pods, self.demanded, self.waited, self.orders = KeptPods(), KeptSums(), KeptSums(), KeptCompleted()
-        self.by_age: Backlog | None = None
-
-    def load(self, *, orders: bool, by_age: bool = False) -> None:
-        """Load what is compiled, or compile it; that for ``orders`` and ``by_age`` only if it is needed."""
-        self.pods.load()
-        self.demanded.load()
-        if by_age:
-            Backlog.load()
-        if orders:
-            self.orders.load()
-
-
 class PodScores:
     """Scores of pods for stations in one decision, the higher the better; what is chosen changes those to come.
 
@@ -88,22 +59,20 @@ class PodScores:
         Draws lots.
     weights
         What scores are made of.
-    kept
-        What is kept from call to call. Left out: nothing.
     """
 
-    def __init__(
-        self, warehouse: WarehouseView, rng: np.random.Generator, weights: Weights, kept: Kept | None = None
-    ) -> None:
+    def __init__(self, warehouse: WarehouseView, rng: np.random.Generator, weights: Weights) -> None:
+        from rmfs_rules.scorers import backlog_search  # compiled: imported when needed, for it takes its time
+
+        self._search: Any = backlog_search
         self._warehouse, self._rng, self._weights = warehouse, rng, weights
-        self._kept = kept or Kept()
-        self._kept.pods.update(warehouse)
-        self._free = self._kept.pods.items
         self._requests: dict[int, Requests] = {}
 
     def send(self, max_fetches: int, scores: Sequence[str]) -> list[PodTrip]:
         """Send the pods with the best scores to the stations that lack one."""
-        return self._kept.pods.send(self._warehouse, max_fetches, lambda at, pods: self.choose(scores, at, pods))
+        if not may_send(self._warehouse, max_fetches):
+            return []
+        return send(self._warehouse, max_fetches, lambda at, pods: self.choose(scores, at, pods))
 
     def choose(self, scores: Sequence[str], station: Station, pods: Ids) -> int:
         """Return the pod with the best first score, ties by the next one and at last by the lowest id; it is taken."""
@@ -122,23 +91,12 @@ class PodScores:
     def completes(self, station: Station, pods: Ids) -> Values:
         """Orders of which the pod fulfils all requests at the station that are uncovered.
 
-        Of the backlog those count that what is left on the pod completes one after another; pods that are not among
-        the best may have those that it completes alone with all it has, which are more.
+        And those of the backlog, if they count, that what is left on it completes one after another, oldest first.
         """
-        here: Values = self._completed(station, pods).sum(axis=0).astype(np.float64)
-        if not self._weights.count_backlog:
-            return here
-        total = here + self._kept.orders.alone(self._warehouse, self._kept.pods)[pods]
-        if self._warehouse.unlimited_stock and not self._warehouse.filtered:
-            return total
-        shown = {order.id for order in self._warehouse.backlog} if self._warehouse.filtered else None
-        exact = np.zeros(len(pods), np.bool_)
-        while not exact[best := np.flatnonzero(total == total.max())].all():
-            some = best[~exact[best]]
-            rest = self._rest(station, pods[some])
-            completed = self._kept.orders.one_after_another(len(some), rest.pod, rest.sku, rest.items, shown)
-            total[some], exact[some] = here[some] + completed, True
-        return total
+        number: Values = self._completed(station, pods).sum(axis=0).astype(np.float64)
+        if self._weights.count_backlog:
+            number += self._search.completed(self._lines, self._stock, pods, self._wanted_by_sku(station))
+        return number
 
     def picks(self, station: Station, pods: Ids) -> Values:
         """Uncovered requests of the station that the pod fulfils."""
@@ -160,22 +118,20 @@ class PodScores:
             of_order = np.bincount(wanted.row, weights=each, minlength=len(wanted.needs))
             total += weights.completion_boost * (of_order @ self._completed(station, pods))
         if weights.backlog_weight:
-            if weights.value == "picks" and not self._warehouse.filtered:
-                waiting = self._waiting[wanted.skus]
-                rest = np.minimum(np.maximum(items - wanted.needs.sum(axis=0), 0), waiting) - np.minimum(items, waiting)
-                work = (self._waited[pods] + rest.sum(axis=1)).astype(np.float64)
-            else:
-                work = self._backlog.work(self._rest(station, pods), now_s, float(weights.value == "picks"))
-            total += weights.backlog_weight * work
+            lines, stock, wanted_by_sku = self._lines, self._stock, self._wanted_by_sku(station)
+            since_s = lines.due_s if weights.value == "lateness" else lines.arrival_s
+            total += weights.backlog_weight * self._search.worth(
+                lines, stock, pods, wanted_by_sku, since_s, self._unpicked, now_s, weights.value != "picks"
+            )
         return total
 
     def demand(self, station: Station, pods: Ids) -> Values:  # noqa: ARG002
         """Items wanted in the whole system, assigned or not, that the pod has free."""
-        return self._demand[pods].astype(np.float64)
+        return worth(self._stock, pods, self._warehouse.open_demand()).astype(np.float64)
 
     def nearest(self, station: Station, pods: Ids) -> Values:
         """Seconds of loaded driving to the station, with a minus in front."""
-        seconds: Values = self._kept.pods.ticks(self._warehouse, pods, station) / -TICKS_PER_S
+        seconds: Values = ticks_from(self._warehouse, self._stock.cell[pods], station) / -TICKS_PER_S
         return seconds
 
     def random(self, station: Station, pods: Ids) -> Values:  # noqa: ARG002
@@ -185,36 +141,23 @@ class PodScores:
     # What they are made of
 
     @cached_property
-    def _backlog(self) -> Backlog:
-        """The lines of the backlog as it is shown, by SKU and age."""
-        since = SINCE[self._weights.value]
-        if not self._warehouse.filtered:
-            if self._kept.by_age is None:
-                self._kept.by_age = Backlog(since)
-            self._kept.by_age.update(self._warehouse)
-            if self._kept.by_age.whole:
-                return self._kept.by_age
-        shown = Backlog(since)
-        shown.read(self._warehouse)
-        return shown
+    def _lines(self) -> Lines:
+        return self._warehouse.lines
 
     @cached_property
-    def _waiting(self) -> NDArray[np.int64]:
-        """Items by SKU that are wanted in the backlog: all that are, but for those assigned."""
-        waiting = self._warehouse.open_demand()
-        assigned = [request.sku for station in self._warehouse.stations for request in station.open_requests]
-        np.subtract.at(waiting, np.array(assigned, np.int64), 1)
-        return waiting
+    def _stock(self) -> Stock:
+        return self._warehouse.stock
 
     @cached_property
-    def _waited(self) -> Ids:
-        """Free items by pod that are wanted in the backlog."""
-        return self._kept.waited.of_free(self._kept.pods, self._waiting)
-
-    @cached_property
-    def _demand(self) -> Ids:
-        """Free items by pod that are wanted in the whole system."""
-        return self._kept.demanded.of_free(self._kept.pods, self._warehouse.open_demand())
+    def _unpicked(self) -> Ids:
+        """Items of each order that are not yet picked, by place: the open ones, and others of orders that are begun."""
+        if self._weights.value == "picks" or not self._warehouse.split_orders_open:
+            return self._lines.items
+        unpicked = self._lines.items.copy()
+        for place in self._lines.begun.tolist():
+            unpicked[place] = self._warehouse.order(int(self._lines.order_id[place])).unpicked_items
+        unpicked.setflags(write=False)  # as the columns: one type for compiled code
+        return unpicked
 
     def _wanted(self, station: Station) -> Requests:
         if station.id not in self._requests:
@@ -235,7 +178,8 @@ class PodScores:
 
     def _on(self, pods: Ids, skus: Ids) -> NDArray[np.int64]:
         """Return the free items of SKUs on pods, shape (pods, SKUs)."""
-        return self._kept.pods.items_on(pods, skus)
+        items: NDArray[np.int64] = self._search.items_on(self._stock, pods, skus)
+        return items
 
     def _completed(self, station: Station, pods: Ids) -> NDArray[np.bool_]:
         """Return which orders of a station the pods complete, shape (orders, pods), if the oldest take first."""
@@ -247,29 +191,34 @@ class PodScores:
             left -= completed[order][:, None] * needs
         return completed
 
-    def _rest(self, station: Station, pods: Ids) -> Held:
-        """Return what the pods have free besides what the station wants."""
-        entries, rank = self._kept.pods.entries_of(pods)
+    def _wanted_by_sku(self, station: Station) -> Ids:
+        """Return how many items of each SKU the station wants, shape (n_skus,)."""
         wanted = np.zeros(self._warehouse.n_skus, np.int64)
         wanted[self._wanted(station).skus] = self._wanted(station).needs.sum(axis=0)
-        sku = self._free.sku[entries]
-        items = np.maximum(self._free.number[entries] - wanted[sku], 0)
-        return Held(len(pods), rank, sku, items)
+        return wanted
 
 
-SINCE: Mapping[str, Since] = MappingProxyType(
-    {
-        "picks": lambda _order: math.inf,
-        "age": lambda order: order.arrival_s,
-        "lateness": lambda order: math.inf if order.due_s is None else order.due_s,
-    }
-)
-"""From when on an order is worth more, by what its items are worth: the seconds since then, or 1 each."""
+VALUES = ("picks", "age", "lateness")
+"""What an item is worth: 1, or its share of the seconds since its order arrived or was due."""
 
 
 def _worth(value: str, order: Order, now_s: float) -> float:
     """Return what an item of an order is worth."""
-    return 1.0 if value == "picks" else max(now_s - SINCE[value](order), 0.0) / order.unpicked_items
+    if value == "picks":
+        return 1.0
+    since_s = order.arrival_s if value == "age" else order.due_s
+    return 0.0 if since_s is None else max(now_s - since_s, 0.0) / order.unpicked_items
+
+
+def load() -> None:
+    """Load what is compiled, or compile it."""
+    from rmfs_rules.scorers import backlog_search as search  # as above
+
+    sending.load()
+    lines, stock, none, one = columns_of((), 1), stock_of((), 1), np.zeros(0, np.int64), np.zeros(1, np.int64)
+    search.items_on(stock, none, none)
+    search.completed(lines, stock, none, one)
+    search.worth(lines, stock, none, one, lines.due_s, lines.items, 0.0, True)
 
 
 Score = Callable[[PodScores, "Station", Ids], Values]

@@ -27,7 +27,7 @@ from rmfs_rules.helpers.pairs import PairOptions, pod_at
 from rmfs_rules.near_best_pod import NearBestPod
 from rmfs_rules.nearest_pod import NearestPod
 from rmfs_rules.pod_match import PodMatch
-from rmfs_rules.scorers import Completes, WorkAmount
+from rmfs_rules.scorers import Completes, Lexicographic, WorkAmount
 from rmfs_rules.workload import Workload
 
 SKUS = "abcdef"
@@ -320,6 +320,11 @@ def picks(station: Station, items: Counter[int]) -> Counter[int]:
     return items & Counter(request.sku for request in station.uncovered_requests)
 
 
+def picks_of(_: Warehouse, pod: Pod, station: Station) -> int:
+    """Uncovered requests of the station that the pod serves."""
+    return picks(station, Counter({sku: pod.free_items(sku) for sku in pod.contents})).total()
+
+
 def completes(world: Warehouse, pod: Pod, station: Station) -> tuple[int, int]:
     """Orders of the station that the pod completes, and its picks there."""
     items = Counter({sku: pod.free_items(sku) for sku in pod.contents})
@@ -334,23 +339,29 @@ def completes_backlog(world: Warehouse, pod: Pod, station: Station) -> tuple[int
     return here + sum(completed(lines, items - picks(station, items))), served
 
 
-def work(world: Warehouse, pod: Pod, station: Station) -> tuple[float]:
-    """What the items are worth that the pod serves, in shares of the orders' ages; the drive costs."""
+def work(value: str, world: Warehouse, pod: Pod, station: Station) -> tuple[float]:
+    """What the items are worth that the pod serves: 1 each, or shares of the orders' ages or lateness; drives cost."""
+
+    def share(order: Order) -> float:
+        since_s = {"picks": None, "age": order.arrival_s, "lateness": order.due_s}[value]
+        if value == "picks" or since_s is None:
+            return float(value == "picks")
+        return max(world.now / 1000 - since_s, 0) / order.unpicked_items
+
     items = Counter({sku: pod.free_items(sku) for sku in pod.contents})
     wanted = wanted_at(station)
     whole = dict(zip(wanted, completed(wanted.values(), items), strict=True))
     total = 0.0
     for request in station.uncovered_requests:
-        share = (world.now / 1000 - request.order.arrival_s) / request.order.unpicked_items
-        total += share * whole[request.order.id]
+        total += share(request.order) * whole[request.order.id]
         if items[request.sku] > 0:
             items[request.sku] -= 1
-            total += share
+            total += share(request.order)
     for order in world.backlog.orders:
         for line in order.open_lines:
             served = min(items[line.sku], line.quantity)
             items[line.sku] -= served
-            total += 0.2 * served * (world.now / 1000 - order.arrival_s) / order.unpicked_items
+            total += 0.2 * served * share(order)
     drive = world.travel.times_to(station.cell, True)[pod.cell].min() / 1000
     return (round(total - drive / 3, 6),)
 
@@ -422,7 +433,7 @@ def test_options_are_what_they_say(build: Callable[..., Warehouse], options: dic
 @settings(max_examples=300, deadline=None)
 @given(worlds(), st.integers(0, 4))
 def test_pod_selection_is_what_its_definition_says(build: Callable[[], Warehouse], max_fetches: int) -> None:
-    """demand, nearest-pod and completes, with stored and leaving pods."""
+    """demand, nearest-pod, completes and lexicographic, with stored and leaving pods."""
     rules: tuple[tuple[Demand | NearestPod, Value], ...] = (
         (Demand(), system_demand),
         (NearestPod(), lambda world, pod, _: ()),
@@ -431,7 +442,12 @@ def test_pod_selection_is_what_its_definition_says(build: Callable[[], Warehouse
         decided = [(trip.pod, trip.station) for trip in rule.select_pods(WarehouseView(build()), max_fetches)]
         assert decided == list(literal_trips(build(), max_fetches, value)), rule
     rng = np.random.default_rng(0)
-    for scored, value in ((Completes(), completes), (Completes(count_backlog=True), completes_backlog)):
+    by_demand = Lexicographic(("picks", "demand", "nearest"))
+    for scored, value in (
+        (Completes(), completes),
+        (Completes(count_backlog=True), completes_backlog),
+        (by_demand, lambda *at: (picks_of(*at), *system_demand(*at))),
+    ):
         trips = scored.select_pods(WarehouseView(build()), max_fetches, rng)
         assert [(trip.pod, trip.station) for trip in trips] == list(literal_trips(build(), max_fetches, value)), scored
 
@@ -440,9 +456,15 @@ def test_pod_selection_is_what_its_definition_says(build: Callable[[], Warehouse
 @given(worlds())
 def test_work_is_what_its_definition_says(build: Callable[[], Warehouse]) -> None:
     """work-amount sends no pod that another beats by more than what sums of fractions are off."""
-    world = build()
-    world.now = 60_000
-    rule = WorkAmount(value="age")
+    for value in ("picks", "age", "lateness"):
+        world = build()
+        world.now = 250_000
+        no_better_pod(world, value)
+
+
+def no_better_pod(world: Warehouse, value: str) -> None:
+    """Fail where another pod than one that work-amount sends is worth more."""
+    rule = WorkAmount(value=value)
     trips = rule.select_pods(WarehouseView(world), 9, np.random.default_rng(0))
     for trip in trips:
         station, pod = world.stations[trip.station], world.pods[trip.pod]
@@ -453,6 +475,6 @@ def test_work_is_what_its_definition_says(build: Callable[[], Warehouse]) -> Non
             and station.id not in other.bound_for
             and any(other.free_items(request.sku) > 0 for request in station.uncovered_requests)
         ]
-        best = max(work(world, other, station) for other in rivals)
-        assert work(world, pod, station)[0] >= best[0] - 1e-5
+        best = max(work(value, world, other, station) for other in rivals)
+        assert work(value, world, pod, station)[0] >= best[0] - 1e-5
         world.bind(pod, station)

@@ -11,7 +11,7 @@ from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.classes import Cache, Utility
 from rmfs_rules.classes.moving import Pause, nearest_to
 from rmfs_rules.classes.places import NO_STATION, Places
-from rmfs_rules.helpers.pod_sending import KeptPods
+from rmfs_rules.classes.worth import movable
 
 
 def world(wanted: int, pods: int = 20) -> Warehouse:
@@ -102,9 +102,7 @@ def test_pods_that_are_bound_or_fetched_stay() -> None:
     warehouse.bind(warehouse.pods[0], warehouse.stations[0])
     warehouse.waiting[1] = warehouse.pods[1]
     warehouse.take_task(warehouse.robots[0], warehouse.pods[1])
-    kept = KeptPods()
-    kept.update(view)
-    assert kept.movable.tolist() == [False, False, True]
+    assert movable(view).tolist() == [False, False, True]
 
 
 def test_the_nearest_place_is_that_of_the_pod() -> None:

@@ -12,7 +12,7 @@ from rmfs_core import JointDecision
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.joint import Alternating
 from rmfs_rules.joint.alternating import improving
-from rmfs_rules.joint.choosing import Kept
+from rmfs_rules.joint.choosing import Period
 
 Put = Callable[[Warehouse, int, int], None]
 Hold = Callable[[Callable[[WarehouseView, int], JointDecision]], list[float]]
@@ -75,7 +75,7 @@ def test_the_cost_falls_from_choice_to_choice_and_is_never_below_the_optimum(hel
     def best(view: WarehouseView, seed: int) -> JointDecision:
         nonlocal improved
         rule = Alternating()
-        costs = [cost for cost, _, _ in improving(Kept().period(view, None), 10, 2.0)]
+        costs = [cost for cost, _, _ in improving(Period(view, None), 10, 2.0)]
         assert all(later < earlier for earlier, later in pairwise(costs))
         decision = rule.assign_orders_and_pods(view)
         assert decision.report is None or decision.report.objective == costs[-1]

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
-import rmfs_core
 from rmfs_commands.testing import check_rule, small_world
-from rmfs_core import hookimpl
-from rmfs_core.info import Question
-from rmfs_core.roles import Role
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.scorers import Completes, Lexicographic, WorkAmount
 
@@ -149,58 +144,3 @@ def test_scores_have_to_be_known_and_different(scores: tuple[str, ...], problem:
 def test_rules_conform_with_other_parameters(rule: object) -> None:
     """In the small worlds that all shipped rules are tried in."""
     assert check_rule(rule).findings == ()
-
-
-class Doubter:
-    """Observer that has each choice of pods made once more, by what is found line by line in the backlog.
-
-    Parameters
-    ----------
-    rule
-        Makes the rule that does it, anew each time.
-    """
-
-    def __init__(self, rule: Callable[[], Any]) -> None:
-        self.rule, self.trips = rule, 0
-
-    @hookimpl
-    def rule_answered(self, question: Question, answer: Any) -> None:
-        """Compare."""
-        if question.decides is Role.PPS:
-            view = question.warehouse.showing(question.warehouse.backlog)
-            assert list(answer) == list(self.rule().select_pods(view, question.arguments["max_fetches"], question.rng))
-            self.trips += len(answer)
-
-
-@pytest.mark.parametrize("name", ["work-amount", "lexicographic"])
-@pytest.mark.parametrize(
-    "overrides",
-    [[], ["instance.items_per_sku=3"], ["stations.order_capacity=4"], ["rules.poa=station-queue"]],
-    ids=", ".join,
-)
-def test_items_of_the_backlog_are_counted_as_line_by_line(name: str, overrides: list[str]) -> None:
-    """What is wanted in all but for what is assigned is what the lines of the backlog want."""
-    doubter = Doubter({"work-amount": WorkAmount, "lexicographic": Lexicographic}[name])
-    always = ["instance.orders=90", "rules.pp=free-flow", "run.until_s=600", f"rules.pps={name}"]
-    rmfs_core.run("paper-250", overrides=[*always, *overrides], observers=[doubter])
-    assert doubter.trips > 5
-
-
-@pytest.mark.parametrize(
-    ("scenario", "overrides"),
-    [
-        ("paper-250", []),
-        ("paper-250", ["instance.items_per_sku=20"]),
-        ("paper-250", ["stations.order_capacity=4", "instance.skus_per_pod=9"]),
-        ("examples/replenished", []),
-    ],
-    ids=str,
-)
-def test_orders_of_the_backlog_are_counted_as_by_a_rule_that_has_kept_nothing(
-    scenario: str, overrides: list[str]
-) -> None:
-    """One after another for each pod, and not for the best alone where stock has no end; pods are filled again, too."""
-    doubter = Doubter(lambda: Completes(count_backlog=True))
-    told = ["rules.pp=free-flow", "run.until_s=900", "rules.pps.rule=completes", "rules.pps.count_backlog=true"]
-    rmfs_core.run(scenario, overrides=[*told, *overrides], observers=[doubter])
-    assert doubter.trips > 5

@@ -8,7 +8,7 @@ import pytest
 import plain_joint
 from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import WarehouseView
-from rmfs_rules.joint.choosing import Kept
+from rmfs_rules.joint.choosing import Period
 
 SKUS = "abcdefgh"
 
@@ -29,11 +29,12 @@ def test_few_pods(seed: int) -> None:
         for pod in rng.choice(12, rng.integers(3), False).tolist():
             world.bind(world.pods[pod], station)
     view = WarehouseView(world)
-    period = Kept().period(view, None)
+    period = Period(view, None)
     for number in (0, 3, 9):
         chosen = [(place, int(rng.integers(3))) for place in rng.choice(9, number, False).tolist()]
-        worth = rng.integers(0, 3, 13)
-        sent = period.pods_for(chosen, worth)
-        assert [*sent] == [*plain_joint.pods_for(view, chosen, worth)]
+        for by_worth in (False, True):
+            sent = period.pods_for(chosen, by_worth=by_worth)
+            worth = plain_joint.wanted_on(view) if by_worth else None
+            assert sent == [*plain_joint.pods_for(view, chosen, worth)]
         for trips in (sent, sent[1:]):
-            assert period.pods.serve(period.orders, chosen, trips) == plain_joint.serve(view, chosen, trips)
+            assert period.serve(chosen, trips) == plain_joint.serve(view, chosen, trips)
