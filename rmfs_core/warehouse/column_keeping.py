@@ -18,7 +18,7 @@ Ints = NDArray[np.int64]
 SPARE = 64
 """Orders that have left may be so many more than those that are there."""
 
-_BY_ORDER = ("order_id", "arrival_s", "due_s", "items", "open_lines")
+_BY_ORDER = ("order_id", "arrival_s", "due_s", "priority", "items", "open_lines")
 _BY_LINE = ("order", "sku", "quantity")
 _LISTED = ("listed_order", "listed_items")
 
@@ -90,6 +90,7 @@ class LineColumns:
         there.order_id[new] = [order.id for order in orders]
         there.arrival_s[new] = [order.arrival_s for order in orders]
         there.due_s[new] = [math.inf if order.due_s is None else order.due_s for order in orders]
+        there.priority[new] = [order.priority for order in orders]
         there.items[new] = [order.open_items for order in orders]
         there.open_lines[new] = [len(order._open) for order in orders]
         there.begin[begin + 1 : end + 1] = line + np.cumsum(number, dtype=np.int64)
