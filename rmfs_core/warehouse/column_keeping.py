@@ -18,7 +18,7 @@ Ints = NDArray[np.int64]
 SPARE = 64
 """Orders that have left may be so many more than those that are there."""
 
-_BY_ORDER = ("order_id", "arrival_s", "due_s", "items", "open_lines")
+_BY_ORDER = ("order_id", "arrival_s", "due_s", "priority", "items", "open_lines")
 _BY_LINE = ("order", "sku", "quantity")
 _LISTED = ("listed_order", "listed_items")
 
@@ -77,12 +77,12 @@ class LineColumns:
         """Let lines leave, and put orders behind all others."""
         from rmfs_core.warehouse import columns_search  # as above
 
-        told = [(o.id, o.arrival_s, math.inf if o.due_s is None else o.due_s, len(o.lines)) for o in orders]
+        told = [(o.id, o.arrival_s, math.inf if o.due_s is None else o.due_s, len(o.lines), o.priority) for o in orders]
         wanted = [(sku, items if sku in order._open else 0) for order in orders for sku, items in order.lines]
         begin, line = self._orders, self._lines
         self._orders, self._lines = begin + len(told), line + len(wanted)
         self._make_room(max((order.id + 1 for order in orders), default=0))
-        rows = np.array(told, np.float64).reshape(-1, 4), np.array(wanted, np.int64).reshape(-1, 2)
+        rows = np.array(told, np.float64).reshape(-1, 5), np.array(wanted, np.int64).reshape(-1, 2)
         gone, line, self._used = columns_search.follow(
             self._all, self._room, np.array(left, np.int64), *rows, begin, line, self._used
         )

@@ -32,6 +32,8 @@ class Lines(NamedTuple):
         Id of the order, int64, shape (orders,).
     arrival_s, due_s
         When it arrived, and when it is due, infinite without a due time; seconds, float64, shape (orders,).
+    priority
+        How urgent it is, higher first; int64, shape (orders,).
     items, open_lines
         Its open items and open lines; 0 once it has left the backlog. int64, shape (orders,).
     begin
@@ -50,6 +52,7 @@ class Lines(NamedTuple):
     order_id: Ints
     arrival_s: NDArray[np.float64]
     due_s: NDArray[np.float64]
+    priority: Ints
     items: Ints
     open_lines: Ints
     begin: Ints

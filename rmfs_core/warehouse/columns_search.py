@@ -52,14 +52,14 @@ def join(lines: Lines, orders: NDArray[np.float64], wanted: Ints, order: int, li
     lines
         The columns, with room for them.
     orders
-        Id, arrival and due time in seconds, and number of lines of each, shape (orders, 4).
+        Id, arrival and due time in seconds, number of lines, and priority of each, shape (orders, 5).
     wanted
         SKU and open items of each line, 0 if it is assigned, shape (lines, 2).
     """
     first = line
     for told in orders:
         lines.order_id[order], lines.arrival_s[order], lines.due_s[order] = int(told[0]), told[1], told[2]
-        lines.place[int(told[0])] = order
+        lines.place[int(told[0])], lines.priority[order] = order, int(told[4])
         lines.items[order] = lines.open_lines[order] = 0
         for _ in range(int(told[3])):
             lines.order[line], lines.sku[line] = order, wanted[line - first, 0]

@@ -1,119 +1,142 @@
-"""A period of pod-index: what is seen in the warehouse, as arrays, and what is decided."""
+"""A period of pod-index: what is read of the warehouse, and the decision as the kernel takes it."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from attrs import frozen
 
 from rmfs_core import JointDecision, OrderAssignment, PodTrip
-from rmfs_rules.pod_index.account import join, move, update
-from rmfs_rules.pod_index.known import NEVER, NOWHERE, Known, weigh
-from rmfs_rules.pod_index.period import (
-    NONE,
-    OF_LINES,
-    PACKING_ROOM,
-    new_account,
-)
+from rmfs_core.clock import to_seconds, to_ticks
+from rmfs_core.warehouse import Lines, Stock
+from rmfs_rules.helpers import largest_capacity
+from rmfs_rules.pod_index.period import Ints, Weights
 from rmfs_rules.pod_index.turns import decide
-from rmfs_rules.pod_index.urging import next_urgent
+from rmfs_rules.pod_index.urging import NEVER, next_urgent
+from rmfs_rules.pod_index.worth import MOST_STEPS
 
 if TYPE_CHECKING:
-    from rmfs_core.traffic import Roads
     from rmfs_core.warehouse import Station, WarehouseView
     from rmfs_rules.pod_index.rule import PodIndex
 
-NOBODY = np.zeros((0, 2), np.int64)
-"""No pod that leaves a station."""
+MOST_SECONDS = 4096
+"""Of how many seconds the power is kept in a table."""
+NO_PAIRS = np.zeros((0, 2), np.int64)
+NOTHING = JointDecision()
 
 
-class Deciding:
-    """A period under construction, around its compiled part.
+def weights_of(rule: PodIndex) -> Weights:
+    """Return the parameters of a rule as compiled code takes them."""
+    seconds_and_shares = {name: float(getattr(rule, name)) for name in Weights._fields[:10]}
+    return Weights(
+        **seconds_and_shares,
+        most_pods=rule.most_pods,
+        urge_ticks=to_ticks(rule.urge_s),
+        base_ticks=to_ticks(rule.base_s),
+        packing=rule.packing_capacity is not None,
+        priority=np.array([float(rule.priority_factor) ** steps for steps in range(-MOST_STEPS, MOST_STEPS + 1)]),
+        least=np.power(np.arange(MOST_SECONDS, dtype=np.float64), rule.finish),
+    )
+
+
+@frozen(eq=False)
+class Site:
+    """What never changes in a run.
 
     Parameters
     ----------
-    known
-        What is known of the run.
-    warehouse
-        The warehouse.
-    without
-        A station that takes nothing now.
+    stations
+        The picking stations.
+    ticks
+        Driving times to each of them from each cell, shape (stations, cells).
+    largest
+        Items that the largest of them can take; infinite where one counts orders.
+    capacity, counts_orders
+        Rows of `Stations`.
     """
 
-    def __init__(self, known: Known, warehouse: WarehouseView, without: Station | None = None) -> None:
-        self.rule, self.known, self.warehouse, self._without = known.rule, known, warehouse, without
-        self.account, self._moved = known.shown(warehouse)
-        self.period = self.account.period
+    stations: tuple[Station, ...]
+    ticks: Ints
+    largest: float
+    capacity: list[int]
+    counts_orders: list[int]
 
-    def decision(self) -> JointDecision:
-        """Let stations take lines and send pods, and return what was chosen as the kernel takes it."""
-        known, need = self.known, self.known.need
-        if need != NEVER and not (known.urge_ticks and known.at_work):
-            need = NONE  # where no pod waits to be wanted enough
-        self._begin()
-        room = [0 if self._without and station == self._without.id else free for station, free in enumerate(known.room)]
-        told = [self.warehouse.now_tick, known.at_work, need, *room, *known.load, *known.inbound]
-        seen = *self.account.parts, np.array(told, np.int64), self._moved
-        if decide(*seen, NOBODY, False):
-            leaving = np.array([(pod.id, pod.cell) for pod in self.warehouse.leaving_pods], np.int64)
-            decide(*seen, leaving.reshape(-1, 2), True)
-        return self._told()
+    @classmethod
+    def of(cls, warehouse: WarehouseView) -> Site:
+        """Look up the driving times."""
+        stations = warehouse.stations
+        times = [warehouse.travel.times_to(station.cell, True).min(axis=1) for station in stations]
+        capacity, counts = [station.capacity for station in stations], [int(one.counts_orders) for one in stations]
+        return cls(stations, np.array(times), largest_capacity(warehouse), capacity, counts)
 
-    def _begin(self) -> None:
-        """Fill in how stations and orders are before anything is decided."""
-        period, warehouse, orders = self.period, self.warehouse, self.period.orders
-        if self.known.counts_orders:
-            self.account.place(self._placed())
-        if self.rule.packing_capacity is not None:
-            period.numbers[PACKING_ROOM] = self.rule.packing_capacity - warehouse.split_orders_open
-            for order in warehouse.backlog:
-                orders["split"][order.id] = orders["ever"][order.id] = bool(order.parts)
-                orders["single"][order.id], orders["parts"][order.id] = len(order.open_lines) == 1, 0
-
-    def _placed(self) -> NDArray[np.bool_]:
-        """Which orders have a place at each station, shape (stations, orders)."""
-        placed = np.zeros((len(self.known.room), len(self.account.period.orders)), np.bool_)
-        for station in self.warehouse.stations:
-            here = {request.order.id for request in station.open_requests}
-            placed[station.id, [order for order in here if order < placed.shape[1]]] = True
-        return placed
-
-    def _told(self) -> JointDecision:
-        """Return the decision, and remember what it leaves."""
-        known, period, warehouse = self.known, self.period, self.warehouse
-        n_takes, n_sends, completed = period.numbers[:3].tolist()
-        parts: dict[tuple[int, int], list[int]] = {}
-        for _, station, order, sku in period.takes[:n_takes].tolist():
-            parts.setdefault((order, station), []).append(sku)
-        sends = period.sends[:n_sends].tolist()
-        if (
-            self.rule.elsewhere
-            and self.rule.packing_capacity is None
-            and not warehouse.filtered
-            and not known.counts_orders
-        ):
-            left = warehouse.backlog_size - completed
-            room, inbound = period.stations["room"].tolist(), period.stations["inbound"].tolist()
-            known.settle(warehouse, left, room, inbound, nothing=not (parts or sends))
-        return JointDecision(
-            [OrderAssignment(order, station, tuple(skus)) for (order, station), skus in parts.items()],
-            [PodTrip(pod, station) for pod, station, _ in sends],
-        )
+    def told(self, without: Station | None = None) -> list[list[int]]:
+        """Return the rows of `Stations`; ``without`` takes nothing now."""
+        stations = self.stations
+        room = [0 if station is without else station.free_capacity for station in stations]
+        load, inbound = [station.load for station in stations], [len(station.inbound_pods) for station in stations]
+        return [room, load, self.capacity, inbound, self.counts_orders, [int(free > 0) for free in room]]
 
 
-def prepare(rule: PodIndex, roads: Roads) -> None:
-    """Call everything compiled once, with a warehouse of one pod, one line and one station, and search for the ways."""
-    zero, one, none = np.zeros(1, np.int64), np.ones(1, np.int64), np.zeros(0, np.int64)
-    one.setflags(write=False)  # as what the view shows; numba compiles for either kind
-    account = new_account(zero, zero, 1, 1, np.zeros((1, 1), np.int64))
-    weigh(account.period, rule)
-    account.make_room(dict.fromkeys(OF_LINES, 1))
-    update(*account.parts, 0, none, zero, one)
-    move(*account.parts, NOWHERE)
-    join(*account.parts, 0, np.zeros((3, 1), np.int64), np.zeros((1, 5)))
-    next_urgent(*account.parts, 0, 1)
-    decide(*account.parts, np.zeros(6, np.int64), NOWHERE, NOBODY, False)
-    update(*account.parts, 0, zero, none, one)
-    for station in roads.layout.stations:
-        roads.travel.times_to(station.station, True)
+def decision(
+    warehouse: WarehouseView, weights: Weights, site: Site, packing_capacity: int | None, without: Station | None
+) -> JointDecision:
+    """Let stations take lines and send pods; ``without`` takes nothing now."""
+    bound, places, n_stations = [], [], len(site.stations)
+    for station in site.stations:
+        for pod in station.inbound_pods:
+            last = pod.bound_for[-1]
+            if last >= n_stations:  # bundles are stored there
+                last = [at for at in pod.bound_for if at < n_stations][-1]
+            bound += [pod.id, last]
+        if station.counts_orders:
+            for order in {request.order.id for request in station.open_requests}:
+                places += [station.id, order]
+    pairs = [np.array(numbers, np.int64).reshape(-1, 2) if numbers else NO_PAIRS for numbers in (bound, places)]
+    packing = 0 if packing_capacity is None else packing_capacity - warehouse.split_orders_open
+    lines, told = warehouse.lines, np.array(site.told(without), np.int64)
+    weights = waiting(warehouse, lines, weights)
+    takes, sends = decide(lines, warehouse.stock, weights, told, *pairs, site.ticks, warehouse.now_tick, packing)
+    if not (len(takes) or len(sends)):
+        return NOTHING
+    parts: dict[tuple[int, int], list[int]] = {}
+    for at, order, sku in takes.tolist():
+        parts.setdefault((order, at), []).append(sku)
+    return JointDecision(
+        [OrderAssignment(order, at, tuple(skus)) for (order, at), skus in parts.items()],
+        [PodTrip(pod, at) for pod, at in sends.tolist()],
+    )
+
+
+def waiting(warehouse: WarehouseView, lines: Lines, weights: Weights) -> Weights:
+    """Return the weights without any wait of pods, unless orders have come after the first ones: more may come."""
+    first_s = warehouse.order(0).arrival_s
+    # No need to look through all orders where one in the backlog came later
+    if weights.urge_ticks and lines.arrival_s[-1] == first_s and warehouse.orders[-1].arrival_s == first_s:
+        return weights._replace(urge_ticks=0)
+    return weights
+
+
+def wake_s(warehouse: WarehouseView, weights: Weights, site: Site) -> float | None:
+    """Return when the ages of the lines of a pod will add up, if a station could take it then; None for never."""
+    told = site.told()
+    room, load, _, inbound, _, _ = told
+    if not any(load) or not any(free and pods < weights.most_pods for free, pods in zip(room, inbound, strict=True)):
+        return None
+    lines = warehouse.lines
+    weights = waiting(warehouse, lines, weights)
+    tick = next_urgent(lines, warehouse.stock, weights, np.array(told, np.int64), warehouse.now_tick)
+    return None if tick == NEVER else to_seconds(tick)
+
+
+def prepare(weights: Weights) -> None:
+    """Load compiled code, or compile it."""
+    columns = []
+    for of in (Lines, Stock):
+        arrays = [np.zeros(1, float if "float" in str(kind) else np.int64) for kind in of.__annotations__.values()]
+        for array in arrays:
+            array.setflags(write=False)  # as those of the warehouse
+        columns.append(of(*arrays))
+    told, ticks = np.zeros((6, 1), np.int64), np.zeros((1, 1), np.int64)
+    decide(*columns, weights, told, NO_PAIRS, NO_PAIRS, ticks, 0, 0)
+    next_urgent(*columns, weights, told, 0)

@@ -7,18 +7,15 @@ from typing import TYPE_CHECKING, ClassVar
 from attrs import define, field, validators
 
 from rmfs_core import JointDecision, hookimpl
-from rmfs_core.clock import to_seconds
 from rmfs_rules.helpers import OVERSIZE_WAIT_S
 from rmfs_rules.helpers.oversize import Oversize, with_oversize
 from rmfs_rules.pod_index.alone import assign_alone
-from rmfs_rules.pod_index.deciding import Deciding, prepare
-from rmfs_rules.pod_index.known import NEVER, Known
+from rmfs_rules.pod_index.deciding import NOTHING, Site, decision, prepare, wake_s, weights_of
+from rmfs_rules.pod_index.period import Weights
 
 if TYPE_CHECKING:
     from rmfs_core.traffic import Roads
-    from rmfs_core.warehouse import WarehouseView
-
-NOTHING = JointDecision()
+    from rmfs_core.warehouse import Station, WarehouseView
 
 
 @define(kw_only=True)
@@ -182,42 +179,43 @@ class PodIndex:
             "takes gets a station of its own: one takes nothing else until it is empty, and then that order alone",
         },
     )
-    _known: Known | None = field(default=None, init=False, eq=False, repr=False)
+    _weights: Weights = field(init=False, eq=False, repr=False)
+    _site: Site | None = field(default=None, init=False, eq=False, repr=False)
+
+    @_weights.default
+    def _as_compiled(self) -> Weights:
+        return weights_of(self)
 
     @hookimpl
     def assign_orders_and_pods(self, warehouse: WarehouseView) -> JointDecision:
         """Take lines and send pods, one after another, until the places are taken or left free."""
-        if self._known is not None and self._known.still_nothing(warehouse):
+        if not warehouse.backlog_size:
             return NOTHING
-        known = self._about(warehouse)
-        if not any(known.room):
-            return NOTHING
-        if not known.oversize:
-            return NOTHING if known.nothing_to_do(warehouse) else Deciding(known, warehouse).decision()
-        large = Oversize.of(warehouse, self.max_wait_s, splits=True, over_time=True)
+        if warehouse.lines.quantity.max() <= self._at(warehouse).largest:
+            return self._decide(warehouse)
         return with_oversize(
             warehouse,
-            large,
-            lambda without: Deciding(known, warehouse, without).decision(),
+            Oversize.of(warehouse, self.max_wait_s, splits=True, over_time=True),
+            lambda without: self._decide(warehouse, without),
             lambda large: assign_alone(warehouse, large),
         )
 
     @hookimpl
     def wake_at(self, warehouse: WarehouseView) -> float | None:
         """Return when the ages of the lines of a pod will add up, if a station could take it then."""
-        known = self._known
-        if known is None or not known.still_wakes(warehouse):
-            known = self._about(warehouse)
-            known.wake(warehouse)
-        return None if known.wakes == NEVER else to_seconds(known.wakes)
+        return wake_s(warehouse, self._weights, self._at(warehouse)) if warehouse.backlog_size else None
 
     def prepare(self, roads: Roads) -> None:
         """Load the compiled period, or compile it, and search for the ways to the stations."""
-        prepare(self, roads)
+        prepare(self._weights)
+        for station in roads.layout.stations:
+            roads.travel.times_to(station.station, True)
 
-    def _about(self, warehouse: WarehouseView) -> Known:
-        """Return what is known of a run, and begin anew with another, or when a pod was given a new SKU."""
-        if self._known is None or not self._known.is_of(warehouse):
-            self._known = Known(self, warehouse)
-        self._known.hear(warehouse)
-        return self._known
+    def _decide(self, warehouse: WarehouseView, without: Station | None = None) -> JointDecision:
+        """Decide about all orders that need no station of their own; ``without`` takes nothing now."""
+        return decision(warehouse, self._weights, self._at(warehouse), self.packing_capacity, without)
+
+    def _at(self, warehouse: WarehouseView) -> Site:
+        if self._site is None or self._site.stations is not warehouse.stations:
+            self._site = Site.of(warehouse)
+        return self._site

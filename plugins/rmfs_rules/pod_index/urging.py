@@ -2,90 +2,91 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from rmfs_core.clock import TICKS_PER_S
 from rmfs_core.jit import njit
-from rmfs_rules.pod_index.period import AT_WORK, NONE, NOW, URGENT, period_of
+from rmfs_core.warehouse import Lines, Stock
+from rmfs_rules.pod_index.period import AT_WORK, Ints, Period, Stations, Weights
+
+NEVER = 1 << 62
+"""Ages never add up to so many ticks."""
 
 
 @njit(cache=True)
-def needed(load, capacity, urge_ticks, full):  # type: ignore[no-untyped-def]
-    """Ticks that ages add up to before a pod is sent to a station of which so many places are taken."""
-    return int(urge_ticks * (1 + (full - 1) * min(load, capacity) / capacity))
+def count_lines(lines: Lines, stock: Stock) -> tuple[Ints, Ints, Ints]:
+    """Count the open lines that pods have items for.
 
-
-@njit(cache=True)
-def next_urgent(words, at, ticks, placed, now, need):  # type: ignore[no-untyped-def]
-    """When the ages of the lines of the next pod add up to so many, NONE for never; of those whose do not now."""
-    p = period_of(words, at, ticks, placed)
-    soonest, since = NONE, now + p.weights[0].base_ticks
-    for pod in p.ages:
-        number = pod.lines_of
-        missing = need - number * since + pod.arrivals_of
-        # Without a division where another pod is sooner
-        if number and missing > 0 and (soonest == NONE or missing <= (soonest - 1) * number):
-            soonest = -(-missing // number)
-    return NONE if soonest == NONE else now + soonest
-
-
-@njit(cache=True)
-def find_front(p, now):  # type: ignore[no-untyped-def]
-    """List the pods of which one is next from now on, whatever the ages have to add up to; return how many.
-
-    No pod with as many lines or more is wanted as much.
+    Returns
+    -------
+    The SKUs with open lines; by pod, how many of them it has items for, and the ticks at which their orders arrived,
+    added up.
     """
-    number, lines, since = 0, 0, now + p.weights[0].base_ticks
-    while True:
-        best, most = NONE, 0
-        for pod in range(len(p.ages)):
-            wanted = p.ages[pod]
-            if wanted.lines_of > lines:
-                urge = wanted.lines_of * since - wanted.arrivals_of
-                if best == NONE or urge > most or (urge == most and wanted.lines_of > p.ages[best].lines_of):
-                    best, most = pod, urge
-        if best == NONE:
-            return number
-        p.front[number] = p.ages[best]
-        lines = p.ages[best].lines_of
-        number += 1
+    wanted = np.flatnonzero(lines.number)
+    number, arrivals = np.zeros_like(stock.at), np.zeros_like(stock.at)
+    for sku in wanted:
+        first, of_sku, since = lines.first[sku], lines.number[sku], 0
+        for at in range(first, first + of_sku):
+            since += int(lines.arrival_s[lines.listed_order[at]] * TICKS_PER_S + 0.5)
+        for k in range(stock.of_sku[sku], stock.of_sku[sku + 1]):
+            entry = stock.by_sku[k]
+            if stock.items[entry] > 0:
+                number[stock.pod[entry]] += of_sku
+                arrivals[stock.pod[entry]] += since
+    return wanted, number, arrivals
 
 
 @njit(cache=True)
-def find_urgent(p, need):  # type: ignore[no-untyped-def]
-    """List the free pods whose lines' ages add up to enough to be sent somewhere; return whether others' do."""
-    number, others, since = 0, False, p.numbers[NOW] + p.weights[0].base_ticks
-    for i in range(len(p.ages)):
-        wanted = p.ages[i]
-        urge = wanted.lines_of * since - wanted.arrivals_of
-        if wanted.lines_of and urge >= need:
-            pod = p.pods[i]
-            if pod.free:
-                p.urgent[number] = i
-                number += 1
-                pod.urge, pod.movable = urge, True
-            else:
-                others = True
-    p.numbers[URGENT] = number
-    return others
+def needed(load: int, capacity: int, weights: Weights) -> int:
+    """Return ticks that ages add up to before a pod is sent to a station of which so many places are taken."""
+    return int(weights.urge_ticks * (1 + (weights.full - 1) * min(load, capacity) / capacity))
 
 
 @njit(cache=True)
-def change_urges(p, line):  # type: ignore[no-untyped-def]
-    """Take the age of a line from what the pods that have items for it are wanted."""
-    age = p.numbers[NOW] + p.weights[0].base_ticks - p.orders[p.lines[line].order].arrival
-    for k in range(p.first_with[p.lines[line].sku], p.first_with[p.lines[line].sku + 1]):
-        if p.holders[k].free > 0:
-            p.pods[p.holders[k].pod].urge -= age
+def least_needed(stations: Stations, weights: Weights) -> int:
+    """Return the least of what is needed at the stations that take another pod, `NEVER` where none does."""
+    least = NEVER
+    for i in range(len(stations.room)):
+        if stations.room[i] and stations.inbound[i] < weights.most_pods:
+            least = min(least, needed(stations.load[i], stations.capacity[i], weights))
+    return least
 
 
 @njit(cache=True)
-def find_able(p, station):  # type: ignore[no-untyped-def]
+def next_urgent(lines: Lines, stock: Stock, weights: Weights, told: Ints, now: int) -> int:
+    """Return when the ages of the lines of the next pod add up to enough, `NEVER` for never.
+
+    Of pods whose ages do not now, where pods wait. ``told`` has the rows of `Stations`.
+    """
+    need, soonest = least_needed(Stations(told[0], told[1], told[2], told[3], told[4], told[5]), weights), NEVER
+    if need == NEVER or not weights.urge_ticks:
+        return soonest
+    _, number, arrivals = count_lines(lines, stock)
+    for pod in range(len(number)):
+        missing = need - number[pod] * (now + weights.base_ticks) + arrivals[pod]
+        if number[pod] and missing > 0:
+            soonest = min(soonest, now - (-missing // number[pod]))
+    return soonest
+
+
+@njit(cache=True)
+def change_urges(p: Period, sku: int, order: int) -> None:
+    """Take the age of a line from the urges of the pods that have items for it."""
+    age = p.now + p.weights.base_ticks - int(p.lines.arrival_s[order] * TICKS_PER_S + 0.5)
+    for k in range(p.stock.of_sku[sku], p.stock.of_sku[sku + 1]):
+        entry = p.stock.by_sku[k]
+        if p.stock.items[entry] > 0:
+            p.pods.urge[p.stock.pod[entry]] -= age
+
+
+@njit(cache=True)
+def find_able(p: Period, station: int) -> bool:
     """Mark the pods that may be sent to a station: movable, and wanted enough where it matters; return whether any."""
-    weights = p.weights[0]
-    waits, some = p.numbers[AT_WORK] and weights.urge_ticks, False
-    here = p.stations[station]
-    need = needed(here.load, here.capacity, weights.urge_ticks, weights.full) if waits else 0
-    for i in p.urgent[: p.numbers[URGENT]]:
-        pod = p.pods[i]
-        # One that leaves the station has brought what it has
-        pod.able = pod.movable and pod.last != station and (not waits or pod.urge >= need)
-        some = some or pod.able
+    waits, some = p.numbers[AT_WORK] and p.weights.urge_ticks, False
+    need = needed(p.stations.load[station], p.stations.capacity[station], p.weights) if waits else 0
+    for pod in p.pods.urgent:
+        enough = not waits or p.pods.urge[pod] >= need
+        # A pod that leaves the station has brought its items
+        p.pods.able[pod] = p.pods.movable[pod] and p.pods.last[pod] != station and enough
+        some = some or p.pods.able[pod]
     return some

@@ -35,6 +35,7 @@ def hold_lines(lines: Lines, orders: Sequence[Order]) -> None:
     assert tell(lines) == told
     places = [int(lines.place[order.id]) for order in orders]
     assert places == np.flatnonzero(lines.open_lines).tolist()
+    assert lines.priority[places].tolist() == [order.priority for order in orders]
     assert lines.items[places].tolist() == [order.open_items for order in orders]
     assert lines.open_lines[places].tolist() == [len(order.open_lines) for order in orders]
     assert lines.items.sum() == lines.quantity.sum()

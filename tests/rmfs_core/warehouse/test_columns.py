@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 
 import pytest
+from attrs import evolve
 
-from rmfs_commands.testing import small_world
-from rmfs_core.warehouse import BUSY, STORED, WarehouseView
+from rmfs_commands.testing import small_instance, small_world
+from rmfs_core.warehouse import BUSY, STORED, Warehouse, WarehouseView
 
 
 def test_lines_of_two_orders_one_of_them_begun() -> None:
@@ -25,6 +26,19 @@ def test_lines_of_two_orders_one_of_them_begun() -> None:
     assert (lines.begun.tolist(), lines.of_order(0), lines.number.tolist()) == ([0], [(1, 1)], [1, 1])
     with pytest.raises(ValueError, match="read-only"):
         lines.items[0] = 9
+
+
+def test_orders_have_their_priority() -> None:
+    """The second order is more urgent."""
+    plain, instance = (
+        small_world({"1": ["a"], "2": ["a"]}, {"p": ["a"]}),
+        small_instance({"1": ["a"], "2": ["a"]}, {"p": ["a"]}),
+    )
+    orders = (instance.orders[0], evolve(instance.orders[1], priority=3))
+    world = Warehouse(evolve(instance, orders=orders), plain.travel, plain.stations, plain.robots, plain.homes)
+    for order in world.orders:
+        world.order_arrives(order)
+    assert WarehouseView(world).lines.priority.tolist() == [0, 3]
 
 
 def test_stock_of_two_pods_one_of_them_bound() -> None:

@@ -8,8 +8,6 @@ from rmfs_commands.testing import small_world
 from rmfs_core import PodTrip
 from rmfs_core.warehouse import Warehouse, WarehouseView
 from rmfs_rules.pod_index import PodIndex
-from rmfs_rules.pod_index.deciding import Deciding
-from rmfs_rules.pod_index.known import Known
 
 
 def test_a_pod_at_a_station_that_it_serves_is_not_to_be_had(
@@ -27,27 +25,7 @@ def test_a_pod_at_a_station_that_it_serves_is_not_to_be_had(
     assert sent(1) == [PodTrip(0, 1)]
 
 
-def test_what_is_decided_leaves_nothing_to_decide() -> None:
-    """Until something happens: the same world is looked at once."""
-    world = small_world({"1": ["a"], "2": ["b"]}, {"p": ["a"], "q": ["b"]}, capacities=[1])
-    view = WarehouseView(world)
-    known = Known(PodIndex(most_pods=1), view)
-    known.hear(view)
-    decision = Deciding(known, view).decision()
-    assert list(decision.trips) == [PodTrip(0, 0)]
-    world.assign(world.orders[0], world.stations[0], [0])
-    world.bind(world.pods[0], world.stations[0])
-    known.hear(view)
-    assert known.nothing_to_do(view)
-    assert known.nothing_to_do(view)
-    request = world.stations[0].open_requests[0]
-    world.close(request)
-    world.release(request)
-    known.hear(view)
-    assert not known.nothing_to_do(view)
-
-
-def test_where_equal_pods_are_is_known_when_they_have_moved(
+def test_the_nearest_of_equal_pods_is_sent_from_where_it_is_now(
     put_at_station: Callable[[Warehouse, int, int], None],
 ) -> None:
     """Both have the SKU; the nearer one visits the station, and is put down farther away than the other one."""
