@@ -75,8 +75,11 @@ class LineColumns:
 
     def _join(self, orders: Sequence[Order], left: Sequence[int] = ()) -> None:
         """Let lines leave, and put orders behind all others."""
-        from rmfs_core.warehouse import columns_search  # as above
+        from rmfs_core.warehouse import columns_search  # compiled: imported when needed, for it takes its time
 
+        if not orders:
+            self._gone += columns_search.leave(self._all, np.array(left, np.int64))
+            return
         told = [(o.id, o.arrival_s, math.inf if o.due_s is None else o.due_s, len(o.lines), o.priority) for o in orders]
         wanted = [(sku, items if sku in order._open else 0) for order in orders for sku, items in order.lines]
         begin, line = self._orders, self._lines
@@ -90,8 +93,7 @@ class LineColumns:
         while line < self._lines:  # the lists need more space
             self._all = _longer(self._all, _LISTED, 2 * len(self._all.listed_order) + 2 * (self._lines - line) + 16)
             line, self._used = columns_search.enlist(self._all, self._room, line, self._lines, self._used)
-        if orders:
-            self._show()
+        self._show()
 
     def _make_room(self, ids: int) -> None:
         """Let the columns have room for all orders, lines and ids."""
@@ -137,9 +139,9 @@ class LineColumns:
         """Make what is shown of the columns, for looking only."""
         if self._looked_at is not self._all:
             self._looked_at, self._views = self._all, Lines(*map(_shown, self._all))
-        (order_id, arrival_s, due_s, items, open_lines, begin, order, sku, quantity, *others) = self._views
+        (order_id, arrival_s, due_s, priority, items, open_lines, begin, order, sku, quantity, *others) = self._views
         n, m = self._orders, self._lines
-        by_order = order_id[:n], arrival_s[:n], due_s[:n], items[:n], open_lines[:n], begin[: n + 1]
+        by_order = order_id[:n], arrival_s[:n], due_s[:n], priority[:n], items[:n], open_lines[:n], begin[: n + 1]
         self._shown = Lines(*by_order, order[:m], sku[:m], quantity[:m], *others)
 
 

@@ -164,30 +164,34 @@ class Pairs:
         """Look for the orders that go first at some stations."""
         self._heads |= dict.fromkeys(stale, NOTHING)
         open_to = [at for at in stale if self._free[at] > 0 or (self._free[at] == 0 and at in self._placed)]
+        if not open_to:
+            return
         spaces = [self._space(at) for at in open_to]
-        completed = [
-            NO_PLACES if self._lane is None or space.room == space.free else self._lane.completed(at)
-            for at, space in zip(open_to, spaces, strict=True)
-        ]
+        completed, ends = NO_PLACES, np.zeros(len(open_to), np.int64)
+        if self._lane is not None:
+            of_pods = [
+                NO_PLACES if space.room == space.free else self._lane.completed(at)
+                for at, space in zip(open_to, spaces, strict=True)
+            ]
+            completed, ends = np.concatenate(of_pods), np.cumsum([len(there) for there in of_pods])
         if self._score is not None:
-            for at, space, there in zip(open_to, spaces, completed, strict=True):
-                rest = self._order, space, self._placed.get(at, NO_FLAGS), there
+            begin = 0
+            for at, space, end in zip(open_to, spaces, ends.tolist(), strict=True):
+                rest = self._order, space, self._placed.get(at, NO_FLAGS), completed[begin:end]
                 self._heads[at] = self._search.best_by_score(self.lines, self._scored(at), *rest)
-        elif open_to:
-            told = [(at, s.room, s.free, s.capacity, s.counts_orders) for at, s in zip(open_to, spaces, strict=True)]
-            none = np.zeros(len(self.taken) if self._placed else 0, np.bool_)
-            places, scores = self._search.best_by_skus(
-                self.lines,
-                self._search.Counts(self._table, self._shares),
-                self._zeros,
-                self._order,
-                np.array(told, np.int64),
-                self._largest,
-                np.array([self._placed.get(at, none) for at in open_to]),
-                NO_PLACES if self._lane is None else np.concatenate(completed),
-                np.cumsum([len(there) for there in completed]),
-            )
-            self._heads |= zip(open_to, zip(places.tolist(), scores.tolist(), strict=True), strict=True)
+                begin = end
+            return
+        placed = np.zeros((len(open_to), len(self.taken) if self._placed else 0), np.bool_)
+        for row, at in enumerate(open_to):
+            if at in self._placed:
+                placed[row] = self._placed[at]
+        told = [(at, s.room, s.free, s.capacity, s.counts_orders) for at, s in zip(open_to, spaces, strict=True)]
+        counts = self._search.Counts(self._table, self._shares)
+        places, scores = self._search.best_by_skus(
+            self.lines, counts, self._zeros, self._order, np.array(told, np.int64), self._largest,
+            placed, completed, ends,
+        )  # fmt: skip
+        self._heads |= zip(open_to, zip(places.tolist(), scores.tolist(), strict=True), strict=True)
 
     def _scored(self, at: int) -> Floats:
         """Return the scores of all orders at a station where they are no sums over lines."""
