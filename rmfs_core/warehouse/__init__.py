@@ -1,6 +1,6 @@
 """The warehouse: its state, which the kernel changes, and the read-only view of it that rules get."""
 
-from rmfs_core.warehouse.accounts import FreeItems, FreeItemsLog, lines_of
+from rmfs_core.warehouse.backlog import BacklogLines, FreeItems
 from rmfs_core.warehouse.column_keeping import columns_of, stock_of
 from rmfs_core.warehouse.columns import BUSY, STORED, Lines, Stock
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, OrderLine, Pod, Request, Robot, Station
@@ -11,9 +11,9 @@ __all__ = [
     "BUSY",
     "STORED",
     "UNLIMITED",
+    "BacklogLines",
     "Bundle",
     "FreeItems",
-    "FreeItemsLog",
     "Lines",
     "Order",
     "OrderLine",
@@ -25,6 +25,5 @@ __all__ = [
     "Warehouse",
     "WarehouseView",
     "columns_of",
-    "lines_of",
     "stock_of",
 ]

@@ -171,10 +171,8 @@ class StockColumns:
     def __init__(self, pods: Sequence[Pod], n_skus: int) -> None:
         self._pods, self._n_skus = pods, n_skus
         self._touched: set[tuple[Pod, int]] = set()  # SKUs of pods to be read anew
-        self._noted: set[tuple[Pod, int]] = set()  # the same, since the pods were looked at
-        self._logged: set[tuple[Pod, int]] = set()  # the same, for the log of free items
         for pod in pods:
-            pod._touched = self._noted
+            pod._touched = self._touched
         self._all: Stock | None = None
         self._moved = {*range(len(pods))}
 
@@ -192,7 +190,6 @@ class StockColumns:
         """
         from rmfs_core.warehouse import columns_search  # as above
 
-        self._look()
         if self._all is None:
             self._begin()
         elif self._touched:
@@ -215,12 +212,6 @@ class StockColumns:
             at[pod.id], cell[pod.id] = pod._itinerary[0], pod.cell
             self._moved.add(pod.id)
         return self._shown
-
-    def _look(self) -> None:
-        """Let both readers know of the SKUs of pods that were noted."""
-        self._touched |= self._noted
-        self._logged |= self._noted
-        self._noted.clear()
 
     def _begin(self) -> None:
         """Read all pods."""

@@ -243,7 +243,6 @@ class Pod(ReadOnly):
         "_arrival",
         "_bundles",
         "_carrier",
-        "_changes",
         "_contents",
         "_itinerary",
         "_location",
@@ -266,7 +265,6 @@ class Pod(ReadOnly):
         self._bundles: dict[int, Bundle] = {}  # to be stored on it
         self._contents = {sku: UNLIMITED if number is None else number for sku, number in data.contents}
         self._view: Mapping[int, int] = MappingProxyType(self._contents)
-        self._changes = 0
         self._promised: dict[int, dict[int, int]] = {}  # SKU -> station -> items promised to requests there
         self._touched: set[tuple[Pod, int]] = set()  # SKUs whose free items may have changed since the warehouse looked
         self._location: int | None = cell
@@ -278,10 +276,6 @@ class Pod(ReadOnly):
     def contents(self) -> Mapping[int, int]:
         """Items per SKU id; `UNLIMITED` (2**40) where the stock is unlimited."""
         return self._view
-
-    def changes(self) -> int:
-        """Return how often its contents have changed in this run, for who remembers what it holds."""
-        return self._changes
 
     @property
     def cell(self) -> int:
@@ -349,7 +343,6 @@ class Station(ReadOnly):
         "_active",
         "_bundles",
         "_by_sku",
-        "_changes",
         "_claims",
         "_in_hand",
         "_inbound",
@@ -400,12 +393,7 @@ class Station(ReadOnly):
         self._picker_free = 0
         self._staffed = self._active = True
         self._until: int | None = None  # tick at which its timetable opens or closes it next
-        self._changes = 0
         self._now: Callable[[], int] = int  # 0, until a warehouse has it
-
-    def changes(self) -> int:
-        """Return how often its load, requests, what they are promised, inbound pods, bundles or hours have changed."""
-        return self._changes
 
     @property
     def open(self) -> bool:

@@ -57,7 +57,6 @@ class Promises:
     def promise(self, request: Request, pod: Pod) -> None:
         """Promise a free item of a pod to a request that is uncovered."""
         promise(request, pod)
-        self._stations[request.station]._changes += 1
         self.change(pod, request.sku, -1)
 
     def withdraw(self, request: Request, *, picked: bool = False) -> None:
@@ -65,7 +64,6 @@ class Promises:
         pod = request._pod
         assert pod is not None
         request._pod = None
-        self._stations[request.station]._changes += 1
         pod._touched.add((pod, request.sku))
         by_station = pod._promised[request.sku]
         by_station[request.station] -= 1

@@ -9,7 +9,7 @@ import numpy as np
 
 from rmfs_core.clock import to_seconds, to_ticks
 from rmfs_core.scenario.model import BatterySection
-from rmfs_core.warehouse.accounts import Backlog, FreeItemsLog
+from rmfs_core.warehouse.backlog import Backlog
 from rmfs_core.warehouse.battery import Battery
 from rmfs_core.warehouse.column_keeping import StockColumns
 from rmfs_core.warehouse.parts import UNLIMITED, Bundle, Order, Part, Pod, Request, Robot, Station, put
@@ -57,9 +57,7 @@ class Warehouse:
         *,
         wait_for_stock: bool = True,
     ) -> None:
-        self.now = self.changes = 0
-        self.changed_pods: list[int] = []
-        """Ids of the pods that `WarehouseView.changed_pods` tells."""
+        self.now = 0
         self.travel = travel
         self.n_skus = len(instance.skus)
         self.unlimited_stock = instance.unlimited_stock
@@ -72,7 +70,6 @@ class Warehouse:
             for i, (data, cell, capacity) in enumerate(zip(instance.pods, pod_cells, capacities, strict=True))
         )
         self.columns = StockColumns(self.pods, self.n_skus)
-        self.free_items = FreeItemsLog(self.pods, self.columns)
         self.stock = Stock(self.pods) if wait_for_stock and not self.unlimited_stock else None
         self.homes = tuple(pod_cells)
         self.stations = tuple(stations)
@@ -187,22 +184,11 @@ class Warehouse:
         """Set the clock."""
         self.now = tick
 
-    def _note(self, station: Station) -> None:
-        """Count a change of a station that `WarehouseView.changes` counts, too."""
-        self.changes += 1
-        station._changes += 1
-
-    def _moves(self, pod: Pod) -> None:
-        """Note that a pod is bound, lifted, set down, no longer bound, or given items."""
-        self.columns.note(pod)
-        self.changed_pods.append(pod.id)
-
     def order_arrives(self, order: Order, tick: int | None = None) -> None:
         """Put an order into the backlog, or let it wait for stock; ``tick``: when, where the order did not know it."""
         if tick is not None:
             put(order, "arrival_tick", tick)
             put(order, "arrival_s", to_seconds(tick))
-        self.changes += 1
         self.arrived[order.id] = order
         if self.stock is None or self.stock.serve(order):
             self.backlog.add(order)
@@ -216,7 +202,6 @@ class Warehouse:
         What one period assigns of an order to a station is one part, in however many steps it does. Whatever the
         steps, the promises to all that it assigns are a maximum flow over the pods; earlier promises stay.
         """
-        self._note(station)
         was_split, had_place = order.split, order.has_place_at(station.id)
         lines = self.backlog.close(order, skus)
         items = sum([line.quantity for line in lines])
@@ -239,8 +224,7 @@ class Warehouse:
 
     def bind(self, pod: Pod, station: Station, *, promise: bool = True) -> None:
         """Decide a trip: the pod is bound for the station from now on. ``promise``: and its items are promised."""
-        self._note(station)
-        self._moves(pod)
+        self.columns.note(pod)
         pod._itinerary.append(station.id)
         station._inbound[pod.id] = pod
         self.promises.count(pod, station, 1)
@@ -265,7 +249,6 @@ class Warehouse:
         del self.bundles[bundle.id]
         bundle._station = station.id
         station._bundles[bundle.id] = bundle
-        station._changes += 1
 
     def bind_bundle(self, bundle: Bundle, pod: Pod) -> Station | None:
         """Decide on which pod an assigned bundle is stored; return the station if the pod was not bound for it yet."""
@@ -285,14 +268,12 @@ class Warehouse:
         """
         assert bundle._station is not None
         del self.stations[bundle._station]._bundles[bundle.id], pod._bundles[bundle.id]
-        self.stations[bundle._station]._changes += 1
-        self._moves(pod)
+        self.columns.note(pod)
         pod._used += bundle.size
         if bundle.sku not in pod._contents:
             pod._contents[bundle.sku] = 0
             with_it = (*self._with_sku.get(bundle.sku, ()), pod)
             self._with_sku[bundle.sku] = tuple(sorted(with_it, key=lambda other: other.id))
-        pod._changes += 1
         if pod._contents[bundle.sku] < UNLIMITED:
             pod._contents[bundle.sku] += bundle.items
             self.promises.change(pod, bundle.sku, bundle.items)
@@ -301,13 +282,12 @@ class Warehouse:
             self.promises.promise_items(pod, self.stations[station])
         served = self.stock.stored(bundle.sku, bundle.items) if self.stock is not None else ()
         if served:
-            self.changes += 1
-            self.backlog.add_late(served)
+            self.backlog.add(*served)
         return served
 
     def take_task(self, robot: Robot, pod: Pod) -> None:
         """Give a waiting pod to a robot."""
-        self._moves(pod)
+        self.columns.note(pod)
         del self.waiting[pod.id]
         robot._task = pod.id
         pod._carrier = robot
@@ -332,7 +312,7 @@ class Warehouse:
         """Let a robot lift the pod it stands under."""
         self._lifted(robot)
         assert pod._location is not None
-        self._moves(pod)
+        self.columns.note(pod)
         insort(self.free_locations, pod._location)
         pod._location = None
         robot._pod = pod.id
@@ -359,7 +339,7 @@ class Warehouse:
         """Set a pod down where the robot stands; the robot is idle then."""
         self._lifted(robot)
         self.reserved.discard(robot._cell)
-        self._moves(pod)
+        self.columns.note(pod)
         pod._location = robot._cell
         pod._carrier = None
         robot._pod = robot._task = None
@@ -368,12 +348,10 @@ class Warehouse:
 
     def staff(self, station: Station, staffed: bool, until: int | None) -> None:
         """Open or close a station by its timetable, which changes that at a tick."""
-        self._note(station)
         station._staffed, station._until = staffed, until
 
     def activate(self, station: Station, active: bool) -> None:
         """Activate a station, or no longer."""
-        self._note(station)
         station._active = active
 
     def put_on_duty(self, number: int) -> None:
@@ -408,10 +386,9 @@ class Warehouse:
 
     def leave(self, robot: Robot, pod: Pod, station: Station) -> None:
         """End a visit: the robot leaves the line, and the pod is no longer bound for the station."""
-        self._note(station)
         station._line.remove(robot)
         self.promises.count(pod, station, -1)
-        self._moves(pod)
+        self.columns.note(pod)
         pod._itinerary.remove(station.id)
         del station._inbound[pod.id]
 
@@ -419,8 +396,6 @@ class Warehouse:
         """Pick the item of a request from a pod that stands at its station; ``handled``: and give its place back."""
         self.promises.secure(request, pod)
         self.promises.withdraw(request, picked=True)
-        self.changed_pods.append(pod.id)
-        pod._changes += 1
         if pod._contents[request.sku] < UNLIMITED:
             pod._contents[request.sku] -= 1
             pod._used -= self.sizes[request.sku]
@@ -433,7 +408,6 @@ class Warehouse:
     def close(self, request: Request) -> None:
         """Take the request of a picked item off the books; its place is kept until `release`."""
         station = self.stations[request.station]
-        station._changes += 1
         del station._requests[request.id]
         del station._by_sku[request.sku][request.id]
         if not station._by_sku[request.sku]:
@@ -448,7 +422,6 @@ class Warehouse:
         station._in_hand = None
         part._done += 1
         if part._done == part._items:
-            self._note(station)
             station._load -= int(not order.has_place_at(station.id)) if station.counts_orders else part._items
         if order.split and order.complete:
             self.split_orders_open -= 1

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rmfs_core.clock import to_seconds
-from rmfs_core.warehouse.accounts import BacklogLines, BacklogLog, FreeItems, FreeItemsLog, lines_of
+from rmfs_core.warehouse.backlog import BacklogLines, FreeItems, items_in, lines_in
 from rmfs_core.warehouse.column_keeping import columns_of
 from rmfs_core.warehouse.columns import Lines, Stock
 from rmfs_core.warehouse.parts import Bundle, Order, Pod, ReadOnly, Robot, Station
@@ -80,7 +80,7 @@ class WarehouseView(ReadOnly):
         if self._backlog is None:
             return self._state.backlog.lines
         if self._lines is None:
-            self._lines = lines_of(self._backlog)
+            self._lines = lines_in(self.lines)
         return self._lines
 
     @property
@@ -106,14 +106,6 @@ class WarehouseView(ReadOnly):
         """Number of orders in ``backlog``; quicker than to make it."""
         return len(self._state.backlog) if self._backlog is None else len(self._backlog)
 
-    def backlog_log(self) -> BacklogLog:
-        """Return what joined and left the backlog so far, for rules that keep account; filters leave nothing out."""
-        return self._state.backlog.log
-
-    def changes(self) -> int:
-        """Return how often the backlog, or places or inbound pods of stations have changed, for who remembers them."""
-        return self._state.changes
-
     @property
     def n_skus(self) -> int:
         """Number of SKUs; SKU ids are 0 .. n_skus - 1."""
@@ -136,12 +128,8 @@ class WarehouseView(ReadOnly):
 
     @property
     def free_items(self) -> FreeItems:
-        """Items of each SKU on each pod that no request was promised; the same object until some of them change."""
-        return self._state.free_items._copy()
-
-    def free_items_log(self) -> FreeItemsLog:
-        """Return the free items as they are at any time, and which changed so far, for rules that keep account."""
-        return self._state.free_items
+        """Items of each SKU on each pod that no request was promised, as they are now; ``stock`` is quicker."""
+        return items_in(self.stock)
 
     @property
     def stations(self) -> tuple[Station, ...]:
@@ -190,14 +178,6 @@ class WarehouseView(ReadOnly):
     def free_pods(self) -> tuple[Pod, ...]:
         """Stored pods that are bound for no station, by id."""
         return tuple(pod for pod in self._state.pods if pod._location is not None and not pod._itinerary)
-
-    def changed_pods(self, since: int = 0) -> list[int]:
-        """Ids of pods that changed, oldest first, the first ``since`` left out, for rules that remember pods.
-
-        One for each time that a pod was bound or given to a robot, lifted or set down, left a station, was picked from,
-        or a bundle stored on it.
-        """
-        return self._state.changed_pods[since:]
 
     @property
     def leaving_pods(self) -> tuple[Pod, ...]:

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import Order, Pod, Station, Warehouse, WarehouseView
-from rmfs_core.warehouse.accounts import Backlog
+from rmfs_core.warehouse.backlog import Backlog
 from rmfs_rules.common_lines import CommonLines
 from rmfs_rules.demand import Demand
 from rmfs_rules.due import EarliestDue, LeastSlack

@@ -12,7 +12,7 @@ from rmfs_commands.testing import small_world
 from rmfs_core import hookimpl
 from rmfs_core.info import Question
 from rmfs_core.warehouse import Station, WarehouseView, lines_of
-from rmfs_core.warehouse.accounts import Backlog
+from rmfs_core.warehouse.backlog import Backlog
 from rmfs_core.warehouse.parts import UNLIMITED
 from standing import put_at_station
 

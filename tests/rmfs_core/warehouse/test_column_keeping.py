@@ -13,7 +13,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition,
 
 from rmfs_commands.testing import small_world
 from rmfs_core.warehouse import BUSY, STORED, Lines, Order, Pod, Stock, Warehouse, WarehouseView, column_keeping
-from rmfs_core.warehouse.accounts import Backlog
+from rmfs_core.warehouse.backlog import Backlog
 from rmfs_core.warehouse.stock import Stock as Claims
 from standing import put_at_station
 
