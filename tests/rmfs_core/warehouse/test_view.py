@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
 
 from rmfs_commands.testing import small_instance, small_world
@@ -135,43 +133,6 @@ def test_an_order_fits_where_there_is_room_for_what_is_open() -> None:
     world.assign(order, wide, [1])
     assert (view.size_at(order, narrow), view.fits(order, narrow)) == (3, True)
     assert view.split_orders_open == 1
-
-
-def test_the_backlog_says_what_came_and_went() -> None:
-    """Who has seen some of it asks for the rest; prefilters leave nothing out of it, but out of the size."""
-    world = small_world({"1": {"a": 1, "b": 2}, "2": ["b"]}, {"p": ["a", "b"]}, capacities=[5])
-    view = WarehouseView(world)
-    assert view.backlog_log().joined().T.tolist() == [[0, 0, 1], [0, 1, 2], [1, 1, 1]]
-    assert view.backlog_log().joined(2).T.tolist() == [[1, 1, 1]]
-    assert (view.backlog_size, view.backlog_log().left()) == (2, [])
-    world.assign(world.orders[0], world.stations[0], [1])
-    world.assign(world.orders[1], world.stations[0], [1])
-    assert (view.backlog_size, view.backlog_log().left(), view.backlog_log().left(1)) == (1, [1, 2], [2])
-    assert WarehouseView(world, ()).backlog_size == 0
-    assert WarehouseView(world, ()).backlog_log() is view.backlog_log()
-
-
-def test_changes_of_stations_and_the_backlog_are_counted() -> None:
-    """Places, inbound pods and the backlog; not what robots do, nor a picked item whose part has others left."""
-    world = small_world({"1": {"a": 2}}, {"p": ["a"]}, capacities=[5])
-    view, pod, robot, station = WarehouseView(world), world.pods[0], world.robots[0], world.stations[0]
-
-    def counted(change: Callable[[], object]) -> bool:
-        before = view.changes()
-        change()
-        return view.changes() > before
-
-    assert counted(lambda: world.bind(pod, station))
-    assert counted(lambda: world.assign(world.orders[0], station, [0]))
-    assert not counted(lambda: world.take_task(robot, pod))
-    assert not counted(lambda: world.lift(robot, pod))
-    assert not counted(lambda: world.join_line(robot, station))
-    first, last = station.open_requests
-    assert not counted(lambda: world.fulfil(first, pod))
-    assert counted(lambda: world.fulfil(last, pod))
-    assert station.load == 0
-    assert counted(lambda: world.leave(robot, pod, station))
-    assert counted(lambda: world.activate(station, False))
 
 
 def test_what_is_available_follows_pods_and_promises() -> None:
