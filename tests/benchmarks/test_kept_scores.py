@@ -159,7 +159,7 @@ def times_of_new_us(monkeypatch: pytest.MonkeyPatch, overrides: list[str]) -> fl
         answer = asked(asker, rule, arguments, hook)
         took = time.thread_time_ns() - begin
         if hook is None and rule.role is Role.PPS:
-            entries.append(len(arguments["warehouse"].free_items_log().items.sku))
+            entries.append(len(arguments["warehouse"].stock.sku))
             if entries[-1] > entries[-2] > 0:
                 times.append(took)
         return answer

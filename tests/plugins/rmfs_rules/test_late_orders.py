@@ -50,7 +50,6 @@ class Doubter:
         self.kind = kind
         self.other: Any = self.kind(**parameters)
         self.late = self.decided = 0
-        self.logs: list[object] = []
 
     @hookimpl
     def on_event(self, event: Event) -> None:
@@ -64,8 +63,6 @@ class Doubter:
         if question.decides is not self.role:
             return
         assert list(view.backlog) == sorted(view.backlog, key=lambda order: (order.arrival_tick, order.id))
-        if (log := view.backlog_log()) not in self.logs:
-            self.logs.append(log)
         rule = self.other if self.filtered else self.kind(**self.parameters)
         given = {**question.arguments, "rng": deepcopy(question.rng)}
         given["warehouse"] = view.showing(view.backlog) if self.filtered else view
