@@ -22,7 +22,7 @@ from rmfs_rules.helpers.pair_search import (
 
 
 @njit(cache=True)
-def completed_by(pod, sku, items, shelves, pool, orders, enough):  # type: ignore[no-untyped-def]
+def completed_by(pod, sku, items, shelves, pool, orders, enough):
     """Pairs of pod and place, shape (2, n), of the orders that pods complete which hold items of SKUs, one entry each.
 
     Entries are sorted by pod; ``enough`` is all zeros.
@@ -53,7 +53,7 @@ def completed_by(pod, sku, items, shelves, pool, orders, enough):  # type: ignor
 
 
 @njit(cache=True, inline="always")
-def is_open(line, orders, lines, shelves, pool):  # type: ignore[no-untyped-def]
+def is_open(line, orders, lines, shelves, pool):
     """Whether a line is still in the backlog: it is where it was put on its shelf."""
     size, at = orders[SIZE, lines[ORDER, line]], lines[AT, line]
     start = shelves[lines[SKU, line], size, START]
@@ -61,7 +61,7 @@ def is_open(line, orders, lines, shelves, pool):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def while_stock_lasts(pods, places, pod, sku, items, starts, lines, shelves, pool, orders):  # type: ignore[no-untyped-def]
+def while_stock_lasts(pods, places, pod, sku, items, starts, lines, shelves, pool, orders):
     """Which of the orders that pods complete are completed if a pod's items go to one after another.
 
     Pairs are sorted by pod, as are entries, one for each SKU of a pod.
@@ -88,7 +88,7 @@ def while_stock_lasts(pods, places, pod, sku, items, starts, lines, shelves, poo
 
 
 @njit(cache=True)
-def count(order, sign, left, starts, lines, shelves, pool, orders, by_sku, first, pod, number, counts):  # type: ignore[no-untyped-def]
+def count(order, sign, left, starts, lines, shelves, pool, orders, by_sku, first, pod, number, counts):
     """Count an order for the pods that have enough for all its lines, those that are open or have just left."""
     wanted, turn = [0 for _ in range(0)], 0
     for line in range(starts[order], starts[order + 1]):
@@ -119,7 +119,7 @@ def count(order, sign, left, starts, lines, shelves, pool, orders, by_sku, first
 
 
 @njit(cache=True)
-def recount(before, end, left, starts, lines, shelves, pool, orders, by_sku, first, pod, number, counts):  # type: ignore[no-untyped-def]
+def recount(before, end, left, starts, lines, shelves, pool, orders, by_sku, first, pod, number, counts):
     """Take lines that left (ascending), and the orders from ``before`` to the end, into what pods complete alone.
 
     Entries of pods and SKUs are in ``by_sku`` by SKU and pod, from ``first`` on.

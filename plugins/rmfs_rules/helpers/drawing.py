@@ -18,7 +18,7 @@ OTHER = 0x632BE59BD9B4E019
 
 
 @njit(cache=True)
-def draws(key, first, end):  # type: ignore[no-untyped-def]
+def draws(key, first, end):
     """Draw ids of orders from the first to before the end, some perhaps twice; the earlier one goes first."""
     drawn = np.empty(DRAWS, np.int64)
     for turn in range(DRAWS):
@@ -27,7 +27,7 @@ def draws(key, first, end):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def first_drawn(  # type: ignore[no-untyped-def]
+def first_drawn(
     drawn, than, at, extra, largest, lanes, taken, blocks,
     shelves, most, pool, orders, scores, best, known, now, changes, seen, recent,
 ):  # fmt: skip

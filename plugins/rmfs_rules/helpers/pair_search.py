@@ -56,14 +56,14 @@ class Blocks(NamedTuple):
 
 
 @inlined
-def value_of(station, slot, order, orders, scores):  # type: ignore[no-untyped-def]
+def value_of(station, slot, order, orders, scores):
     """What a pair counts: its score, and by less than one the share of the order's lines that the second table has."""
     score = np.float64(scores[0, station, slot] + scores[0, LATE_TO_ALL, slot])
     return score if len(scores) == 1 else score + 0.5 * (scores[1, station, slot] / orders[OPEN, order])
 
 
 @inlined
-def raise_best(station, slot, order, orders, scores, ranks, best):  # type: ignore[no-untyped-def]
+def raise_best(station, slot, order, orders, scores, ranks, best):
     """Let the best value of an order's block, and the first rank that has it, be no worse than the order's."""
     block, value = slot // BLOCK, value_of(station, slot, order, orders, scores)
     if value > best[0, station, block]:
@@ -73,7 +73,7 @@ def raise_best(station, slot, order, orders, scores, ranks, best):  # type: igno
 
 
 @njit(cache=True)
-def update(  # type: ignore[no-untyped-def]
+def update(
     rows, left, begin, number, first, used, ids, starts, lines, blocks,
     shelves, most, pool, orders, scores, ranks, best, known,
 ):  # fmt: skip
@@ -98,7 +98,7 @@ def update(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _join(rows, begin, number, ids, starts, lines, blocks, orders, scores, ranks):  # type: ignore[no-untyped-def]
+def _join(rows, begin, number, ids, starts, lines, blocks, orders, scores, ranks):
     """Take in lines that joined the backlog; lines of an order join together."""
     largest, before = 0, number
     for i in range(rows.shape[1]):
@@ -128,7 +128,7 @@ def _join(rows, begin, number, ids, starts, lines, blocks, orders, scores, ranks
 
 
 @njit(cache=True)
-def _add(before, number, used, starts, lines, shelves, most, pool, orders, scores, ranks, best, known):  # type: ignore[no-untyped-def]
+def _add(before, number, used, starts, lines, shelves, most, pool, orders, scores, ranks, best, known):
     """Shelve and score the lines of orders that joined; return the pool, and how much of it is used."""
     for line in range(starts[before], starts[number]):
         order, sku, quantity = lines[ORDER, line], lines[SKU, line], lines[QUANTITY, line]
@@ -159,7 +159,7 @@ def _add(before, number, used, starts, lines, shelves, most, pool, orders, score
 
 
 @njit(cache=True)
-def _leave(left, starts, lines, blocks, shelves, pool, orders, scores, ranks, best, known):  # type: ignore[no-untyped-def]
+def _leave(left, starts, lines, blocks, shelves, pool, orders, scores, ranks, best, known):
     """Take out lines that left the backlog; return how many more orders are in it in part, and how many late ones left.
 
     Orders that left score less than any other.
@@ -188,7 +188,7 @@ def _leave(left, starts, lines, blocks, shelves, pool, orders, scores, ranks, be
 
 
 @njit(cache=True)
-def note(table, available, now, changes, recent):  # type: ignore[no-untyped-def]
+def note(table, available, now, changes, recent):
     """Note what is available now, and what of that has changed; scores follow when they matter."""
     for station in range(len(available)):
         for sku in range(available.shape[1]):
@@ -199,17 +199,13 @@ def note(table, available, now, changes, recent):  # type: ignore[no-untyped-def
 
 
 @njit(cache=True)
-def refresh(  # type: ignore[no-untyped-def]
-    station, size, blocks, shelves, most, pool, orders, scores, best, known, now, changes, seen, recent
-):
+def refresh(station, size, blocks, shelves, most, pool, orders, scores, best, known, now, changes, seen, recent):
     """Do what `refresh_size` does, for who is not compiled."""
     refresh_size(station, size, blocks, shelves, most, pool, orders, scores, best, known, now, changes, seen, recent)
 
 
 @inlined
-def refresh_size(  # type: ignore[no-untyped-def]
-    station, size, blocks, shelves, most, pool, orders, scores, best, known, now, changes, seen, recent
-):
+def refresh_size(station, size, blocks, shelves, most, pool, orders, scores, best, known, now, changes, seen, recent):
     """Bring the scores of the orders of a size at a station up to what is available there now."""
     begin, end, skus = seen[station, size], changes[station], known.shape[2]
     if begin == end:
@@ -225,7 +221,7 @@ def refresh_size(  # type: ignore[no-untyped-def]
 
 
 @inlined
-def change(table, station, size, sku, shelves, most, pool, scores, known, now):  # type: ignore[no-untyped-def]
+def change(table, station, size, sku, shelves, most, pool, scores, known, now):
     """Bring the scores of the orders of a size with a SKU up to what is available of it at a station now."""
     had, items = min(known[table, station, sku, size], most[sku]), min(now[table, station, sku], most[sku])
     known[table, station, sku, size] = now[table, station, sku]
@@ -237,7 +233,7 @@ def change(table, station, size, sku, shelves, most, pool, scores, known, now): 
 
 
 @inlined
-def promise(station, size, blocks, orders, scores, best):  # type: ignore[no-untyped-def]
+def promise(station, size, blocks, orders, scores, best):
     """Let each block of a size promise the best value of its orders, and a rank that is no worse than theirs."""
     for turn in range(blocks.counts[FIRST, size], (blocks.counts[NUMBER, size] + BLOCK - 1) // BLOCK):
         block = blocks.of_size[size, turn]
@@ -256,7 +252,7 @@ def promise(station, size, blocks, orders, scores, best):  # type: ignore[no-unt
 
 
 @njit(cache=True)
-def lift(late, orders, scores, changes, recent):  # type: ignore[no-untyped-def]
+def lift(late, orders, scores, changes, recent):
     """Let orders be late, which goes before whatever is available; return how many of them are in the backlog.
 
     What their blocks promise follows when it matters: of one SKU it is noted that it may have changed.
@@ -273,7 +269,7 @@ def lift(late, orders, scores, changes, recent):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def lot(key, order):  # type: ignore[no-untyped-def]
+def lot(key, order):
     """Number from 0 to 1 that an order draws, by its id: SplitMix64, begun with a key."""
     mixed = np.uint64(key) + np.uint64(order + 1) * np.uint64(0x9E3779B97F4A7C15)
     mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -282,13 +278,13 @@ def lot(key, order):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def fits(items, free, capacity, counts, largest):  # type: ignore[no-untyped-def]
+def fits(items, free, capacity, counts, largest):
     """Whether an order of so many items fits a station; one larger than any fits an empty one."""
     return free > 0 if counts else (items <= free or (items > largest and 0 < free == capacity))
 
 
 @inlined
-def is_better(value, rank, order, load, station, than):  # type: ignore[no-untyped-def]
+def is_better(value, rank, order, load, station, than):
     """Whether a pair goes before the best so far: by value, rank, age, and the load and id of its station."""
     if value != than[0]:
         return value > than[0]
@@ -300,7 +296,7 @@ def is_better(value, rank, order, load, station, than):  # type: ignore[no-untyp
 
 
 @inlined
-def likely(bound, rank, blocks):  # type: ignore[no-untyped-def]
+def likely(bound, rank, blocks):
     """Return which of some blocks promises most."""
     best = 0
     for turn in range(1, len(blocks)):
@@ -311,7 +307,7 @@ def likely(bound, rank, blocks):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def may_lead(value, rank, oldest, key, leader):  # type: ignore[no-untyped-def]
+def may_lead(value, rank, oldest, key, leader):
     """Whether a block may have a pair that goes before the best so far, by what it promises and its oldest order."""
     if value != leader[0] or key:
         return value >= leader[0]
@@ -319,9 +315,7 @@ def may_lead(value, rank, oldest, key, leader):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def look_through(  # type: ignore[no-untyped-def]
-    block, station, at, extra, largest, key, ids, taken, blocks, orders, scores, ranks, best, leader
-):
+def look_through(block, station, at, extra, largest, key, ids, taken, blocks, orders, scores, ranks, best, leader):
     """Return the best pair, this or one of the orders of a block; put right what the block promises."""
     best[0, station, block], best[1, station, block] = -1.0, np.inf
     for slot in range(block * BLOCK, (block + 1) * BLOCK):
@@ -340,7 +334,7 @@ def look_through(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def best_pair(  # type: ignore[no-untyped-def]
+def best_pair(
     at, extra, limits, lanes, key, ids, taken, blocks,
     shelves, most, pool, orders, scores, ranks, best, known, now, changes, seen, recent,
 ):  # fmt: skip

@@ -8,7 +8,7 @@ from rmfs_core.jit import njit
 
 
 @njit(cache=True)
-def servers(skus, by_sku, first, pod, number, at, station, least, found):  # type: ignore[no-untyped-def]
+def servers(skus, by_sku, first, pod, number, at, station, least, found):
     """Ids, ascending, of the pods with a free item of one of the SKUs that are at ``least`` or beyond, and not here."""
     lowest, highest, count = len(found), -1, 0
     for sku in skus:
@@ -28,7 +28,7 @@ def servers(skus, by_sku, first, pod, number, at, station, least, found):  # typ
 
 
 @njit(cache=True)
-def highest(pods, values):  # type: ignore[no-untyped-def]
+def highest(pods, values):
     """Those of some pods, one at least, with the highest of values by pod."""
     best, count = pods.copy(), 0
     for one in pods:
@@ -41,7 +41,7 @@ def highest(pods, values):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def items_on(pods, skus, by_sku, first, pod, number, row):  # type: ignore[no-untyped-def]
+def items_on(pods, skus, by_sku, first, pod, number, row):
     """Free items of SKUs on pods, shape (pods, SKUs); ``row`` is -1 for every pod, before and afterwards."""
     items = np.zeros((len(pods), len(skus)), np.int64)
     for i in range(len(pods)):
@@ -57,7 +57,7 @@ def items_on(pods, skus, by_sku, first, pod, number, row):  # type: ignore[no-un
 
 
 @njit(cache=True)
-def with_most(skus, wanted, by_sku, first, pod, number, at, where, sums):  # type: ignore[no-untyped-def]
+def with_most(skus, wanted, by_sku, first, pod, number, at, where, sums):
     """Ids of the pods at ``where`` with most of so many items of each SKU, if any; ``sums`` by pod are all zeros."""
     most, count = 1, 0
     for i in range(len(skus)):
@@ -81,7 +81,7 @@ def with_most(skus, wanted, by_sku, first, pod, number, at, where, sums):  # typ
 
 
 @njit(cache=True)
-def change_sums(entries, items, wanted, by_sku, first, pod, sku, known, known_wanted, sums):  # type: ignore[no-untyped-def]
+def change_sums(entries, items, wanted, by_sku, first, pod, sku, known, known_wanted, sums):
     """Bring sums by pod of min(items, items wanted) up to the items of some entries, and what is wanted, by SKU."""
     for i in range(len(entries)):
         entry = entries[i]

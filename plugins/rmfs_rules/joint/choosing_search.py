@@ -28,13 +28,13 @@ CHEAPEST, OLDEST = range(2)
 
 
 @inlined
-def may_take(station, stations, until):  # type: ignore[no-untyped-def]
+def may_take(station, stations, until):
     """Whether a station takes orders at its load."""
     return stations[LOAD, station] < until[station]
 
 
 @inlined
-def size_at(items, station, stations, largest):  # type: ignore[no-untyped-def]
+def size_at(items, station, stations, largest):
     """Capacity that an order takes up at a station where it has no place: all, if it is larger than any."""
     if stations[COUNTS, station]:
         return 1
@@ -42,13 +42,13 @@ def size_at(items, station, stations, largest):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def fits(items, station, stations, until, largest):  # type: ignore[no-untyped-def]
+def fits(items, station, stations, until, largest):
     """Whether orders with so many items fit a station that takes any."""
     return size_at(items, station, stations, largest) <= stations[FREE, station] and may_take(station, stations, until)
 
 
 @inlined
-def has_place(place, station, placed):  # type: ignore[no-untyped-def]
+def has_place(place, station, placed):
     """Whether an order has a place at a station that counts orders."""
     found = False
     for pair in range(placed.shape[1]):
@@ -57,7 +57,7 @@ def has_place(place, station, placed):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def order_fits(place, station, stations, until, placed, largest, kept):  # type: ignore[no-untyped-def]
+def order_fits(place, station, stations, until, placed, largest, kept):
     """Whether an order fits a station that takes any."""
     if has_place(place, station, placed):
         return stations[FREE, station] >= 0 and may_take(station, stations, until)
@@ -65,7 +65,7 @@ def order_fits(place, station, stations, until, placed, largest, kept):  # type:
 
 
 @inlined
-def station_of(place, mode, stations, until, placed, largest, kept):  # type: ignore[no-untyped-def]
+def station_of(place, mode, stations, until, placed, largest, kept):
     """Station where an order lacks least, then with the lowest load, then the lowest id; -1 if it fits nowhere."""
     found, best, slot = -1, np.int64(NEVER), kept.orders[WHERE, place]
     for station in range(len(kept.counted)):
@@ -78,7 +78,7 @@ def station_of(place, mode, stations, until, placed, largest, kept):  # type: ig
 
 
 @inlined
-def cheapest(stations, until, placed, largest, kept):  # type: ignore[no-untyped-def]
+def cheapest(stations, until, placed, largest, kept):
     """Place of the order that lacks fewest lines for each place it takes, of equals the oldest; -1 if none fits."""
     value, place = np.int64(NEVER), np.int64(-1)
     for station in range(len(kept.counted)):
@@ -102,7 +102,7 @@ def cheapest(stations, until, placed, largest, kept):  # type: ignore[no-untyped
 
 
 @inlined
-def first_with(most, after, stations, until, placed, largest, kept):  # type: ignore[no-untyped-def]
+def first_with(most, after, stations, until, placed, largest, kept):
     """Place of the oldest order after some place that lacks at most so many lines at a station where it fits, or -1."""
     place = np.int64(NEVER)
     for station in range(len(kept.counted)):
@@ -128,7 +128,7 @@ def first_with(most, after, stations, until, placed, largest, kept):  # type: ig
 
 
 @njit(cache=True)
-def complete(after, stations, until, placed, largest, kept):  # type: ignore[no-untyped-def]
+def complete(after, stations, until, placed, largest, kept):
     """Place of the oldest order after some place that lacks nothing at a station where it fits, and the stations.
 
     The place is -1 if there is no such order.
@@ -141,7 +141,7 @@ def complete(after, stations, until, placed, largest, kept):  # type: ignore[no-
 
 
 @inlined
-def noisiest(noise, stations, until, placed, largest, kept):  # type: ignore[no-untyped-def]
+def noisiest(noise, stations, until, placed, largest, kept):
     """Place of the order that lacks least, with what it lacks besides by chance, and its station; -1 if none fits."""
     value, place, found = np.int64(NEVER), np.int64(-1), -1
     for one in range(len(noise)):
@@ -158,7 +158,7 @@ def noisiest(noise, stations, until, placed, largest, kept):  # type: ignore[no-
 
 
 @inlined
-def give(place, station, kept):  # type: ignore[no-untyped-def]
+def give(place, station, kept):
     """Let an order have what it wants at a station, and no other the same."""
     exclude(kept.orders[WHERE, place], OUT, kept)
     for line in range(kept.starts[place], kept.starts[place + 1]):
@@ -169,7 +169,7 @@ def give(place, station, kept):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def take(place, station, stations, placed, largest, kept):  # type: ignore[no-untyped-def]
+def take(place, station, stations, placed, largest, kept):
     """Let an order be chosen for a station."""
     give(place, station, kept)
     if not has_place(place, station, placed):
@@ -179,13 +179,13 @@ def take(place, station, stations, placed, largest, kept):  # type: ignore[no-un
 
 
 @njit(cache=True)
-def station_for(place, mode, stations, until, placed, largest, kept):  # type: ignore[no-untyped-def]
+def station_for(place, mode, stations, until, placed, largest, kept):
     """Do what `station_of` does, for who is not compiled."""
     return station_of(place, mode, stations, until, placed, largest, kept)
 
 
 @njit(cache=True)
-def fill(mode, noise, stations, until, placed, largest, kept):  # type: ignore[no-untyped-def]
+def fill(mode, noise, stations, until, placed, largest, kept):
     """Places and stations of the orders that are chosen until nothing fits, shape (n, 2).
 
     Without ``noise``, by order and station, ties between stations go to the one with the lowest load.
@@ -211,7 +211,7 @@ def fill(mode, noise, stations, until, placed, largest, kept):  # type: ignore[n
 
 
 @njit(cache=True)
-def foremost(number, stations, until, placed, largest, kept):  # type: ignore[no-untyped-def]
+def foremost(number, stations, until, placed, largest, kept):
     """Places of the orders that go first, at most so many, as if each were taken where nothing changes by it."""
     places = [np.int64(0) for _ in range(0)]
     while len(places) < number:

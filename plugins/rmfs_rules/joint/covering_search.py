@@ -41,7 +41,7 @@ class PodArrays(NamedTuple):
 
 
 @inlined
-def entry_of(pod, sku, pods):  # type: ignore[no-untyped-def]
+def entry_of(pod, sku, pods):
     """Entry of a SKU of a pod; -1 if it never held it."""
     low, high = pods.first[sku], pods.first[sku + 1]
     while low < high:
@@ -56,7 +56,7 @@ def entry_of(pod, sku, pods):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def deal(pod, station, skus, need, pods):  # type: ignore[no-untyped-def]
+def deal(pod, station, skus, need, pods):
     """Give what a pod has to a station that needs it."""
     for column in range(len(skus)):
         if need[station, column] > 0:
@@ -68,7 +68,7 @@ def deal(pod, station, skus, need, pods):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def take_back(trips, skus, pods):  # type: ignore[no-untyped-def]
+def take_back(trips, skus, pods):
     """Let pods have again what they have given."""
     for trip in range(len(trips)):
         for column in range(len(skus)):
@@ -78,7 +78,7 @@ def take_back(trips, skus, pods):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def serve(trips, without, skus, need, pods):  # type: ignore[no-untyped-def]
+def serve(trips, without, skus, need, pods):
     """Whether pods have what stations need, dealt out in the order of their trips (pod, station), all but one."""
     left = need.copy()
     for trip in range(len(trips)):
@@ -89,7 +89,7 @@ def serve(trips, without, skus, need, pods):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def goes_first(pod, station, than, at, pods):  # type: ignore[no-untyped-def]
+def goes_first(pod, station, than, at, pods):
     """Whether a pod goes to a station rather than another one, which brings as much there, to its own."""
     if pods.busy[pod] != pods.busy[than]:
         return pods.busy[than]
@@ -102,7 +102,7 @@ def goes_first(pod, station, than, at, pods):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def next_trip(skus, need, pods):  # type: ignore[no-untyped-def]
+def next_trip(skus, need, pods):
     """Pod and station of which the pod brings most of what the station needs; (-1, -1) if none brings any."""
     for station in range(len(need)):
         for column in range(len(skus)):
@@ -125,7 +125,7 @@ def next_trip(skus, need, pods):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def few(inbound, skus, need, pods):  # type: ignore[no-untyped-def]
+def few(inbound, skus, need, pods):
     """Trips (pod, station) that bring stations what inbound pods do not, shape (n, 2); and whether they bring all."""
     left, number = need.copy(), len(inbound)
     trips = np.empty((number + need.sum(), 2), np.int64)

@@ -79,13 +79,13 @@ class Arrays(NamedTuple):
 
 
 @inlined
-def is_lacking(items, quantity):  # type: ignore[no-untyped-def]
+def is_lacking(items, quantity):
     """Whether a pod would have to be sent for a line, which none is sent for anyway (below 0)."""
     return 0 <= items < quantity
 
 
 @inlined
-def value_of(lacks, station, items, counted):  # type: ignore[no-untyped-def]
+def value_of(lacks, station, items, counted):
     """What orders of a block lack for each place that they take."""
     if lacks >= OUT:
         return NEVER
@@ -93,7 +93,7 @@ def value_of(lacks, station, items, counted):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def bump(station, slot, by, kept):  # type: ignore[no-untyped-def]
+def bump(station, slot, by, kept):
     """Let an order lack more lines at a station, or fewer."""
     kept.lacks[station, slot] += by
     block, place, lacks = slot // BLOCK, kept.places[slot], np.int64(kept.lacks[station, slot])
@@ -109,14 +109,14 @@ def bump(station, slot, by, kept):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def exclude(slot, by, kept):  # type: ignore[no-untyped-def]
+def exclude(slot, by, kept):
     """Let an order be out of the question at all stations (`OUT`), or no longer (-`OUT`)."""
     for station in range(len(kept.counted)):
         bump(station, slot, by, kept)
 
 
 @inlined
-def change(row, sku, items, kept):  # type: ignore[no-untyped-def]
+def change(row, sku, items, kept):
     """Let a station, or all pods together, have another number of items of a SKU."""
     had, most = kept.at[row, sku], kept.shelves[sku, MOST]
     kept.at[row, sku] = items
@@ -136,7 +136,7 @@ def change(row, sku, items, kept):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def let(at, taken, kept):  # type: ignore[no-untyped-def]
+def let(at, taken, kept):
     """Let stations and all pods have so many items, and orders be chosen no longer."""
     for place in taken:
         exclude(kept.orders[WHERE, place], -OUT, kept)
@@ -147,7 +147,7 @@ def let(at, taken, kept):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def join(rows, kept):  # type: ignore[no-untyped-def]
+def join(rows, kept):
     """Take in lines (order id, SKU, items) that joined, those of an order together; there is room in the arrays."""
     counts, begin = kept.counts, kept.counts[JOINED]
     before = counts[NUMBER]
@@ -176,7 +176,7 @@ def join(rows, kept):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def slot_for(place, kept):  # type: ignore[no-untyped-def]
+def slot_for(place, kept):
     """Return where an order that joined is among the blocks: behind the last one with as many items."""
     items = kept.orders[ITEMS, place]
     block = kept.filling[items]
@@ -194,7 +194,7 @@ def slot_for(place, kept):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def shelve(line, slot, kept):  # type: ignore[no-untyped-def]
+def shelve(line, slot, kept):
     """Put a line to those of its SKU."""
     sku, quantity = kept.lines[SKU, line], kept.lines[QUANTITY, line]
     length, start = kept.shelves[sku, LENGTH], kept.shelves[sku, START]
@@ -214,7 +214,7 @@ def shelve(line, slot, kept):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def leave(left, kept):  # type: ignore[no-untyped-def]
+def leave(left, kept):
     """Take out lines that left the backlog."""
     for line in left:
         place, sku = kept.lines[ORDER, line], kept.lines[SKU, line]
@@ -237,7 +237,7 @@ def leave(left, kept):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def close_up(kept):  # type: ignore[no-untyped-def]
+def close_up(kept):
     """Let the orders of the backlog lie side by side again, those of a size in blocks without gaps."""
     lacks = kept.lacks.copy()
     kept.counts[BLOCKS] = 0
@@ -257,7 +257,7 @@ def close_up(kept):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def look_through(station, block, kept):  # type: ignore[no-untyped-def]
+def look_through(station, block, kept):
     """Find which order of a block goes first at a station."""
     least, first = np.int64(GONE), np.int64(-1)
     for slot in range(block * BLOCK, (block + 1) * BLOCK):

@@ -8,7 +8,7 @@ from rmfs_rules.pod_index.urging import find_front
 
 
 @njit(cache=True)
-def count(p, line, sign):  # type: ignore[no-untyped-def]
+def count(p, line, sign):
     """Count an open line where it counts, or no longer: for its SKU, its order, and the pods that have items for it."""
     sku, order = p.lines[line].sku, p.orders[p.lines[line].order]
     wanted, arrival = p.skus[sku], sign * order.arrival
@@ -26,7 +26,7 @@ def count(p, line, sign):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def insert(p, sku):  # type: ignore[no-untyped-def]
+def insert(p, sku):
     """Take a SKU into those that have open lines, ascending."""
     at = p.numbers[WANTED]
     while at > 0 and p.wanted[at - 1] > sku:
@@ -37,7 +37,7 @@ def insert(p, sku):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def remove(p, sku):  # type: ignore[no-untyped-def]
+def remove(p, sku):
     """Take a SKU from those that have open lines."""
     p.numbers[WANTED] -= 1
     at = p.numbers[WANTED]
@@ -48,7 +48,7 @@ def remove(p, sku):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def bring(p, pod, station):  # type: ignore[no-untyped-def]
+def bring(p, pod, station):
     """Note where a pod goes last, which has its free items then; NONE for nowhere."""
     before = p.pods[pod].last
     p.pods[pod].last = station
@@ -60,13 +60,13 @@ def bring(p, pod, station):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def move(words, at, ticks, placed, moved):  # type: ignore[no-untyped-def]
+def move(words, at, ticks, placed, moved):
     """Note where pods are: each one's id, where it goes last, and its cell where it is free, shape (pods, 3)."""
     bring_all(period_of(words, at, ticks, placed), moved)
 
 
 @njit(cache=True)
-def bring_all(p, moved):  # type: ignore[no-untyped-def]
+def bring_all(p, moved):
     """Note where pods are, in a period."""
     for i in range(len(moved)):
         pod, last, cell = moved[i, 0], moved[i, 1], moved[i, 2]
@@ -76,7 +76,7 @@ def bring_all(p, moved):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def join(words, at, ticks, placed, begin, rows, orders):  # type: ignore[no-untyped-def]
+def join(words, at, ticks, placed, begin, rows, orders):
     """Take in lines that joined the backlog; all of an order at once, one after another.
 
     Parameters
@@ -114,7 +114,7 @@ def join(words, at, ticks, placed, begin, rows, orders):  # type: ignore[no-unty
 
 
 @njit(cache=True)
-def update(words, at, ticks, placed, now, lines, entries, items):  # type: ignore[no-untyped-def]
+def update(words, at, ticks, placed, now, lines, entries, items):
     """Leave out lines that left the backlog, take in free items that changed, and find the front of pods.
 
     Parameters

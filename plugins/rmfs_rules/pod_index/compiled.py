@@ -15,7 +15,7 @@ TINY = 1e-12
 
 
 @njit(cache=True)
-def share_visits(p):  # type: ignore[no-untyped-def]
+def share_visits(p):
     """Work out seconds of a visit for each line of a SKU that no pod at or bound for a station has; 0 for others."""
     for sku in p.wanted[: p.numbers[WANTED]]:
         here = False
@@ -30,7 +30,7 @@ def share_visits(p):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def look_at(p, order):  # type: ignore[no-untyped-def]
+def look_at(p, order):
     """Work out what the seconds of an order's lines are divided by for their worth."""
     weights, o, seconds = p.weights[0], p.orders[order], 0.0
     factor = o.worth
@@ -47,7 +47,7 @@ def look_at(p, order):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def fits(p, line, station):  # type: ignore[no-untyped-def]
+def fits(p, line, station):
     """Whether a line may be taken and fits the free places of a station."""
     if not p.lines[line].untaken:
         return False
@@ -60,7 +60,7 @@ def fits(p, line, station):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def better_line(p, station, sku, more_than, best, most):  # type: ignore[no-untyped-def]
+def better_line(p, station, sku, more_than, best, most):
     """Best of a line and the lines of a SKU that a station covers: of the largest worth, the oldest of equals.
 
     Of lines that want more items of their SKU than ``more_than``.
@@ -96,7 +96,7 @@ def better_line(p, station, sku, more_than, best, most):  # type: ignore[no-unty
 
 
 @njit(cache=True)
-def best_covered(p, station):  # type: ignore[no-untyped-def]
+def best_covered(p, station):
     """Line of the largest worth that the pods of a station cover, NONE for none, and its worth."""
     best, most = NONE, 0.0
     for sku in p.wanted[: p.numbers[WANTED]]:
@@ -106,7 +106,7 @@ def best_covered(p, station):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def best_pods(p, station, bound):  # type: ignore[no-untyped-def]
+def best_pods(p, station, bound):
     """Fill in ``found`` with the able pods of the largest index for a station, if that is above ``bound``: all equals.
 
     For a station that no pod is at or bound for also those whose index is less by up to the share ``near``.
@@ -146,7 +146,7 @@ def best_pods(p, station, bound):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def find_within(p):  # type: ignore[no-untyped-def]
+def find_within(p):
     """List the SKUs with open lines of which movable pods have items, and these pods."""
     number, n_skus = 0, 0
     for sku in p.wanted[: p.numbers[WANTED]]:
@@ -162,7 +162,7 @@ def find_within(p):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def find_wanted_there(p, station, rate):  # type: ignore[no-untyped-def]
+def find_wanted_there(p, station, rate):
     """Fill in worth and items of the lines that a station does not cover, by SKU, and where those of each SKU are.
 
     Of lines that may be worth more than a rate, and that movable pods have items for.
@@ -205,7 +205,7 @@ def find_wanted_there(p, station, rate):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def find_gains(p, station, rate):  # type: ignore[no-untyped-def]
+def find_gains(p, station, rate):
     """Fill in what each able pod brings beyond a rate, and list those that bring anything."""
     bids, pods, skus, gaining, bearers = p.bids, p.pods, p.skus, p.gaining, p.bearers
     for pod in gaining[: p.numbers[GAINING]]:
@@ -235,7 +235,7 @@ def find_gains(p, station, rate):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def ratio(p, station, pod, rate):  # type: ignore[no-untyped-def]
+def ratio(p, station, pod, rate):
     """Worth to seconds of the lines that a pod would bring and that are worth more than a rate."""
     weights = p.weights[0]
     total, time_s = 0.0, weights.visit_s
@@ -255,7 +255,7 @@ def ratio(p, station, pod, rate):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def brought(held, rate, bids, start, end):  # type: ignore[no-untyped-def]
+def brought(held, rate, bids, start, end):
     """Return the lines of a SKU that so many items bring, the largest gains first."""
     gain = np.array([bid.worth - rate * bid.items for bid in bids[start:end]])
     chosen = np.empty(end - start, np.int64)

@@ -165,13 +165,13 @@ which all lines are taken; the tick; how many of ``within`` there are."""
 
 
 @intrinsic
-def lent(_, array):  # type: ignore[no-untyped-def]
+def lent(_, array):
     """Return an array that is not counted as one more that needs its memory: who calls the compiled code has it.
 
     To count each array of a period up and down whenever it is named would take longer than what is done with them.
     """
 
-    def make(context, builder, signature, values):  # type: ignore[no-untyped-def]  # noqa: ARG001
+    def make(context, builder, signature, values):  # noqa: ARG001
         (value,) = values
         for part in range(2):  # what is counted, and the Python object
             nothing = cgutils.get_null_value(value.type.elements[part])  # type: ignore[no-untyped-call]
@@ -182,13 +182,13 @@ def lent(_, array):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def period_of(words, at, ticks, placed):  # type: ignore[no-untyped-def]
+def period_of(words, at, ticks, placed):
     """Return a period, as long as what its arrays lie in is there."""
     return arrays_of(lent(words), lent(at), lent(ticks), lent(placed))  # type: ignore[call-arg]
 
 
 @njit(cache=True)
-def arrays_of(words, at, ticks, placed):  # type: ignore[no-untyped-def]
+def arrays_of(words, at, ticks, placed):
     """Return a period, the arrays of which lie one after another in ``words``, each from where ``at`` says.
 
     To hand each of them from Python to compiled code would take longer than most of what is done there.

@@ -25,7 +25,7 @@ from rmfs_rules.pod_index.urging import change_urges, find_able, find_urgent
 
 
 @njit(cache=True)
-def send(p, pod, station):  # type: ignore[no-untyped-def]
+def send(p, pod, station):
     """Decide a trip."""
     sent = p.sends[p.numbers[SENDS]]
     sent.pod, sent.station, sent.before = pod, station, p.pods[pod].last
@@ -36,7 +36,7 @@ def send(p, pod, station):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def take(p, line, station):  # type: ignore[no-untyped-def]
+def take(p, line, station):
     """Assign a line."""
     weights = p.weights[0]
     order, sku, quantity = p.lines[line].order, p.lines[line].sku, p.lines[line].quantity
@@ -76,14 +76,14 @@ def take(p, line, station):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def nearer(p, pod, other, station):  # type: ignore[no-untyped-def]
+def nearer(p, pod, other, station):
     """Whether a pod is sooner at a station than another one; of equals, that of the lower id."""
     difference = p.ticks[station, p.pods[pod].cell] - p.ticks[station, p.pods[other].cell]
     return difference < 0 or (difference == 0 and pod < other)
 
 
 @njit(cache=True)
-def find_nearest(p, station):  # type: ignore[no-untyped-def]
+def find_nearest(p, station):
     """Of the pods found, keep the one that is soonest at a station."""
     best = p.found[0]
     for pod in p.found[1 : p.numbers[FOUND]]:
@@ -93,7 +93,7 @@ def find_nearest(p, station):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def find_scattered(p, station):  # type: ignore[no-untyped-def]
+def find_scattered(p, station):
     """Find pods for the oldest line that wants several items, which pods have together: those with the most first.
 
     Returns
@@ -132,7 +132,7 @@ def find_scattered(p, station):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def decide(words, at, ticks, placed, told, moved, leaving, asked):  # type: ignore[no-untyped-def]
+def decide(words, at, ticks, placed, told, moved, leaving, asked):
     """Let stations take their turns, fewest pods first, until all are through.
 
     Lines that were taken are left in the account.
@@ -180,7 +180,7 @@ def decide(words, at, ticks, placed, told, moved, leaving, asked):  # type: igno
 
 
 @njit(cache=True)
-def begin(p, told):  # type: ignore[no-untyped-def]
+def begin(p, told):
     """Begin the period; return whether pods that are not free are wanted enough to be sent somewhere."""
     for number in (TAKES, SENDS, COMPLETED, LOOKED):
         p.numbers[number] = 0
@@ -194,7 +194,7 @@ def begin(p, told):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def end(p):  # type: ignore[no-untyped-def]
+def end(p):
     """Leave the account as it was before the period, and what was decided."""
     for taken in p.takes[: p.numbers[TAKES]]:
         quantity = p.lines[taken.line].quantity
@@ -210,7 +210,7 @@ def end(p):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def send_found(p, station, scattered):  # type: ignore[no-untyped-def]
+def send_found(p, station, scattered):
     """Send the pods found to a station, and return the line that they are for, NONE for none.
 
     The one that only all of them bring, or else the best one. If another line were taken in place of the one that needs
@@ -234,7 +234,7 @@ def send_found(p, station, scattered):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def bring_pods(p, station, line, most):  # type: ignore[no-untyped-def]
+def bring_pods(p, station, line, most):
     """Find the pods that are sent to a station instead of taking its best covered line, if that is better.
 
     Returns
@@ -256,7 +256,7 @@ def bring_pods(p, station, line, most):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def begin_turn(p):  # type: ignore[no-untyped-def]
+def begin_turn(p):
     """Line up the stations that go on, fewest pods first; return whether there is one."""
     number = 0
     for station in range(len(p.stations)):

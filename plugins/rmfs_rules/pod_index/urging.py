@@ -7,13 +7,13 @@ from rmfs_rules.pod_index.period import AT_WORK, NONE, NOW, URGENT, period_of
 
 
 @njit(cache=True)
-def needed(load, capacity, urge_ticks, full):  # type: ignore[no-untyped-def]
+def needed(load, capacity, urge_ticks, full):
     """Ticks that ages add up to before a pod is sent to a station of which so many places are taken."""
     return int(urge_ticks * (1 + (full - 1) * min(load, capacity) / capacity))
 
 
 @njit(cache=True)
-def next_urgent(words, at, ticks, placed, now, need):  # type: ignore[no-untyped-def]
+def next_urgent(words, at, ticks, placed, now, need):
     """When the ages of the lines of the next pod add up to so many, NONE for never; of those whose do not now."""
     p = period_of(words, at, ticks, placed)
     soonest, since = NONE, now + p.weights[0].base_ticks
@@ -27,7 +27,7 @@ def next_urgent(words, at, ticks, placed, now, need):  # type: ignore[no-untyped
 
 
 @njit(cache=True)
-def find_front(p, now):  # type: ignore[no-untyped-def]
+def find_front(p, now):
     """List the pods of which one is next from now on, whatever the ages have to add up to; return how many.
 
     No pod with as many lines or more is wanted as much.
@@ -49,7 +49,7 @@ def find_front(p, now):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def find_urgent(p, need):  # type: ignore[no-untyped-def]
+def find_urgent(p, need):
     """List the free pods whose lines' ages add up to enough to be sent somewhere; return whether others' do."""
     number, others, since = 0, False, p.numbers[NOW] + p.weights[0].base_ticks
     for i in range(len(p.ages)):
@@ -68,7 +68,7 @@ def find_urgent(p, need):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def change_urges(p, line):  # type: ignore[no-untyped-def]
+def change_urges(p, line):
     """Take the age of a line from what the pods that have items for it are wanted."""
     age = p.numbers[NOW] + p.weights[0].base_ticks - p.orders[p.lines[line].order].arrival
     for k in range(p.first_with[p.lines[line].sku], p.first_with[p.lines[line].sku + 1]):
@@ -77,7 +77,7 @@ def change_urges(p, line):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def find_able(p, station):  # type: ignore[no-untyped-def]
+def find_able(p, station):
     """Mark the pods that may be sent to a station: movable, and wanted enough where it matters; return whether any."""
     weights = p.weights[0]
     waits, some = p.numbers[AT_WORK] and weights.urge_ticks, False

@@ -16,7 +16,7 @@ the items of that which are not yet picked, and the line's items."""
 
 
 @njit(cache=True)
-def join(begin, end, used, lines, skus, orders, pool):  # type: ignore[no-untyped-def]
+def join(begin, end, used, lines, skus, orders, pool):
     """Put lines behind all others of their SKUs; return the pool, and how much of it is used."""
     for line in range(begin, end):
         sku = lines[SKU, line]
@@ -37,7 +37,7 @@ def join(begin, end, used, lines, skus, orders, pool):  # type: ignore[no-untype
 
 
 @njit(cache=True)
-def leave(left, lines, skus, number, pool):  # type: ignore[no-untyped-def]
+def leave(left, lines, skus, number, pool):
     """Take lines out; return how many more orders are in the backlog in part.
 
     ``number`` has the lines of each order that are in the backlog, and that were at first.
@@ -59,7 +59,7 @@ def leave(left, lines, skus, number, pool):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def worth_of(sku, items, now_s, fixed, skus, pool):  # type: ignore[no-untyped-def]
+def worth_of(sku, items, now_s, fixed, skus, pool):
     """What so many items of a SKU are worth that go to the oldest orders."""
     total, left = 0.0, float(items)
     for at in range(skus[START, sku], skus[START, sku] + skus[LENGTH, sku]):
@@ -72,7 +72,7 @@ def worth_of(sku, items, now_s, fixed, skus, pool):  # type: ignore[no-untyped-d
 
 
 @njit(cache=True)
-def worth(number, pod, sku, items, now_s, fixed, skus, pool):  # type: ignore[no-untyped-def]
+def worth(number, pod, sku, items, now_s, fixed, skus, pool):
     """What the items on each of so many pods are worth; entries say which pod has how many items of which SKU."""
     values = np.zeros(number)
     of_all = np.full(skus.shape[1], -1.0)  # of a SKU, if there is enough for all orders
