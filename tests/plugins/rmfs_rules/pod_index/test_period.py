@@ -87,8 +87,9 @@ print(next_urgent(*account.parts, 10, 60), sum(next_urgent.stats.cache_hits.valu
 
 def test_another_layout_of_records_is_compiled_anew(tmp_path: Path) -> None:
     """Where it is in another file than the code that numba has kept: that would read other fields."""
-    folder, period = Path(rmfs_rules.pod_index.__file__).parent, tmp_path / "rmfs_rules.pod_index" / "period.py"
-    shutil.copytree(folder, period.parent, ignore=shutil.ignore_patterns("__pycache__"))
+    folder, copy = Path(rmfs_rules.__file__).parent, tmp_path / "rmfs_rules"
+    period = copy / "pod_index" / "period.py"
+    shutil.copytree(folder, copy, ignore=shutil.ignore_patterns("__pycache__"))
     variables = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path)}
 
     def told() -> str:
